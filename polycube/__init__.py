@@ -1,0 +1,25 @@
+"""DDPM-Polycube: from a CAD surface to a polycube, a hex mesh and a volumetric spline."""
+
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+__version__ = "0.1.0"
+
+_PACKAGE = Path(__file__).parent
+
+# `plugins/` and `conf/` lie beside this package in a checkout and inside it in a wheel.
+HOME = _PACKAGE if (_PACKAGE / "plugins").is_dir() else _PACKAGE.parent
+
+
+def _mount(folder: Path, name: str) -> None:
+    """Import `folder` as the package `name`, so both layouts say `polycube.plugins`."""
+    spec = spec_from_file_location(
+        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    sys.modules[name] = module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
+
+
+if HOME != _PACKAGE:
+    _mount(HOME / "plugins", "polycube.plugins")

@@ -1,0 +1,1 @@
+"""Encoding, drift process, network, data and training; the only place that knows torch."""

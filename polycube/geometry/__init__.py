@@ -1,0 +1,1 @@
+"""Surfaces, lattices, hex topology, quality and the energies of the morph; no torch."""

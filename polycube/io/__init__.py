@@ -1,0 +1,1 @@
+"""Read surfaces, check them, write results."""

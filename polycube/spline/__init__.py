@@ -1,0 +1,1 @@
+"""Volumetric splines: extraction, Bezier elements, analysis; numpy and scipy only."""
