@@ -1,0 +1,17 @@
+"""Fixtures shared by all tests."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session")
+def testdata() -> Path:
+    """Folder of given parts: POLYCUBE_TESTDATA, else ../shared/testdata; skips when absent."""
+    folder = Path(os.environ.get("POLYCUBE_TESTDATA", ROOT.parent / "shared" / "testdata"))
+    if not folder.is_dir():
+        pytest.skip(f"no test data in {folder}; set POLYCUBE_TESTDATA")
+    return folder
