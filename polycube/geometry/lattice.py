@@ -1,0 +1,206 @@
+"""Polycubes as boxes on a rectilinear lattice: from a context, their faces, their genus.
+
+Each grid cell holds a primitive, 3 x 3 x 3 voxels with knots at thirds of the cell (paper,
+section 3.1).  Slabs that repeat say nothing new; `collapse` drops their knots, after which equal
+structures are equal arrays whatever context named them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from polycube.types import Polycube, freeze
+
+CORNERS = np.array(  # of a box, for each outward axis label, counter-clockwise from outside
+    [
+        [[1, 0, 0], [1, 1, 0], [1, 1, 1], [1, 0, 1]],  # +x
+        [[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 1, 0]],  # -x
+        [[0, 1, 0], [0, 1, 1], [1, 1, 1], [1, 1, 0]],  # +y
+        [[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]],  # -y
+        [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],  # +z
+        [[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0]],  # -z
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """Boundary faces of a polycube; vertices, quads and patches in a fixed order."""
+
+    vertices: np.ndarray  # (V, 3)
+    quads: np.ndarray  # (Q, 4) into vertices, counter-clockwise from outside
+    axis: np.ndarray  # (Q,) 0..5, outward, see types.AXES
+    patch: np.ndarray  # (Q,) maximal planar connected face
+    box: np.ndarray  # (Q,) into the occupied boxes, in the order of np.argwhere(occupancy)
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            vertices=("V 3", np.float64),
+            quads=("Q 4", np.int64),
+            axis=("Q", np.int64),
+            patch=("Q", np.int64),
+            box=("Q", np.int64),
+        )
+
+
+def lattice(
+    grid: Sequence[int], context: Sequence[str | None], primitives: Mapping[str, np.ndarray]
+) -> Polycube:
+    """Polycube of a grid whose cells hold the named primitives (None: empty), x slowest.
+
+    primitives : name -> (3, 3, 3) bool; raises LookupError for a name that is not there.
+    """
+    grid = tuple(int(n) for n in grid)
+    unknown = [name for name in context if name is not None and name not in primitives]
+    if unknown:
+        raise LookupError(f"no primitive named {unknown[0]!r}; have {', '.join(primitives)}")
+    if len(grid) != 3 or len(context) != np.prod(grid):
+        raise ValueError(f"context of grid {grid} needs {np.prod(grid)} cells; got {context}")
+    empty = np.zeros((3, 3, 3), bool)
+    cells = np.stack([empty if name is None else primitives[name] for name in context])
+    voxels = cells.reshape(*grid, 3, 3, 3).transpose(0, 3, 1, 4, 2, 5)
+    knots = [np.arange(3 * n + 1) / 3 for n in grid]
+    return Polycube(voxels.reshape([3 * n for n in grid]), *knots, grid, tuple(context))
+
+
+def collapse(polycube: Polycube) -> Polycube:
+    """The same solid with as few knots as hold it: equal neighbouring slabs are merged."""
+    occupancy, knots = polycube.occupancy, list(polycube.knots)
+    for axis in range(3):
+        slabs = np.moveaxis(occupancy, axis, 0)
+        new = np.append(True, (slabs[1:] != slabs[:-1]).any(axis=(1, 2)))
+        occupancy = np.moveaxis(slabs[new], 0, axis)
+        knots[axis] = knots[axis][np.append(new, True)]
+    return Polycube(occupancy, *knots, polycube.grid, polycube.context)
+
+
+def boundary(polycube: Polycube) -> Boundary:
+    """Faces between solid and outside, by axis label and then by box."""
+    occupancy = polycube.occupancy
+    boxes = np.argwhere(occupancy)
+    padded = np.pad(occupancy, 1)
+    axis, box = [], []
+    for label in range(6):
+        step = np.zeros(3, int)
+        step[label // 2] = 1 - 2 * (label % 2)
+        exposed = np.flatnonzero(~padded[tuple((boxes + 1 + step).T)])
+        axis.append(np.full(len(exposed), label))
+        box.append(exposed)
+    axis, box = np.concatenate(axis), np.concatenate(box)
+    corners = boxes[box][:, None] + CORNERS[axis]  # (Q, 4, 3) lattice indices
+    shape = np.array(occupancy.shape) + 1
+    used, quads = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)
+    index = np.unravel_index(used, shape)
+    vertices = np.stack([knots[i] for knots, i in zip(polycube.knots, index, strict=True)], 1)
+    quads = quads.reshape(-1, 4)
+    return Boundary(vertices, quads, axis, _patches(quads, axis), box)
+
+
+def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """(Q,) number of the planar face of each quad, in order of first appearance.
+
+    Two quads that share an edge and face the same way lie in one plane.
+    """
+    _, quad, start = _sorted_edges(quads)
+    i, j = np.triu_indices(4, 1)  # at most four quads meet at a lattice edge
+    rank = np.minimum(start[:, None] + np.arange(4), len(quad) - 1)
+    inside = start[:, None] + np.arange(4) < np.append(start[1:], len(quad))[:, None]
+    a, b = quad[rank[:, i]].ravel(), quad[rank[:, j]].ravel()
+    same = (inside[:, i] & inside[:, j]).ravel() & (axis[a] == axis[b])
+    return _components(a[same], b[same], len(quads))
+
+
+def _sorted_edges(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges of quads, equal ones together: (4Q, 2) vertices, (4Q,) quad, (E,) where each starts."""
+    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges = edges[order]
+    start = np.flatnonzero(np.append(True, (edges[1:] != edges[:-1]).any(axis=1)))
+    return edges, order // 4, start
+
+
+def _components(a: np.ndarray, b: np.ndarray, n: int) -> np.ndarray:
+    """(n,) connected component of each node, numbered by first appearance."""
+    graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n))
+    return connected_components(graph, directed=False)[1]
+
+
+def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
+    """Straight edges between two patches of a manifold boundary.
+
+    Returns
+    -------
+    ends : (E, 2) into vertices
+    patches : (E, 2) the patches that meet there, the smaller number first
+    """
+    pairs, quad, start = _sorted_edges(surface.quads)
+    pairs, patches = (
+        pairs[start],
+        np.sort(surface.patch[np.stack([quad[start], quad[start + 1]])].T),
+    )
+    between = patches[:, 0] != patches[:, 1]
+    pairs, patches = pairs[between], patches[between]
+    ends, owners = [], []
+    for owner in np.unique(patches, axis=0):
+        pieces = pairs[(patches == owner).all(axis=1)]
+        chain = _components(pieces[:, 0], pieces[:, 1], len(surface.vertices))
+        for label in np.unique(chain[pieces[:, 0]]):
+            vertex, count = np.unique(pieces[chain[pieces[:, 0]] == label], return_counts=True)
+            ends.append(vertex[count == 1])
+            owners.append(owner)
+    return np.array(ends).reshape(-1, 2), np.array(owners).reshape(-1, 2)
+
+
+def corners(surface: Boundary) -> np.ndarray:
+    """(C,) vertices where at least three patches meet."""
+    at = np.stack([surface.quads.ravel(), np.repeat(surface.patch, 4)], axis=1)
+    vertex, count = np.unique(np.unique(at, axis=0)[:, 0], return_counts=True)
+    return vertex[count >= 3]
+
+
+def genus(polycube: Polycube) -> int:
+    """Handles of a connected polycube without voids: 1 - V + E - F + H of the closed solid."""
+    euler = 0
+    for collapsed in np.ndindex(2, 2, 2):  # axes along which the lattice element has no extent
+        solid = np.pad(polycube.occupancy, 1)
+        for axis in np.flatnonzero(collapsed):
+            slabs = np.moveaxis(solid, axis, 0)
+            solid = np.moveaxis(slabs[1:] | slabs[:-1], 0, axis)
+        euler += (-1) ** (3 - sum(collapsed)) * int(solid.sum())
+    return 1 - euler
+
+
+def is_manifold(polycube: Polycube) -> bool:
+    """Whether every boundary edge has two quads and the quads at every vertex form one fan."""
+    if not polycube.occupancy.any():
+        return False
+    quads = boundary(polycube).quads
+    pairs, quad, start = _sorted_edges(quads)
+    if (np.diff(np.append(start, len(quad))) != 2).any():
+        return False
+    vertex = pairs[start]  # (E, 2)
+    fan = [
+        (quads[owner][:, None] == vertex[:, :, None]).argmax(axis=2) + 4 * owner[:, None]
+        for owner in (quad[start], quad[start + 1])
+    ]  # the corner that each of the two quads has at each end of the edge
+    fans = _components(fan[0].ravel(), fan[1].ravel(), quads.size)
+    return int(fans.max()) + 1 == len(np.unique(quads))
+
+
+def cell_at(polycube: Polycube, points: np.ndarray) -> np.ndarray:
+    """(N,) grid cell, x slowest, that holds each of the (N, 3) points of the polycube."""
+    index = np.clip(np.floor(points).astype(int), 0, np.array(polycube.grid) - 1)
+    return np.ravel_multi_index(index.T, polycube.grid)
+
+
+def cell_of_box(polycube: Polycube) -> np.ndarray:
+    """(B,) grid cell of the centre of each occupied box, in the order of np.argwhere."""
+    middle = [(knots[1:] + knots[:-1]) / 2 for knots in polycube.knots]
+    boxes = np.argwhere(polycube.occupancy)
+    return cell_at(polycube, np.stack([m[i] for m, i in zip(middle, boxes.T, strict=True)], 1))

@@ -1,0 +1,175 @@
+"""Rough maps from a polycube to the model: evaluate one, build one, fit one to correspondences.
+
+A rough map is trilinear between control positions on a rectilinear lattice, and linear beyond it.
+The fit starts from a robust affine map that keeps orientation, and adds the smoothest displacement
+that explains the points; outliers lose their weight (iteratively reweighted least squares).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+
+from polycube.types import Polycube, RoughMap
+
+Axes = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def evaluate(rough_map: RoughMap, points: np.ndarray) -> np.ndarray:
+    """(N, 3) where the (N, 3) polycube points lie in the model."""
+    axes = (rough_map.x, rough_map.y, rough_map.z)
+    return _weights(axes, points) @ rough_map.positions.reshape(-1, 3)
+
+
+def _weights(axes: Axes, points: np.ndarray) -> csr_matrix:
+    """(N, X*Y*Z) trilinear weights of the control positions at points; rows sum to 1."""
+    lower, fraction = np.empty(points.shape, int), np.empty(points.shape)
+    for axis, knots in enumerate(axes):
+        i = np.clip(np.searchsorted(knots, points[:, axis], "right") - 1, 0, len(knots) - 2)
+        lower[:, axis] = i
+        fraction[:, axis] = (points[:, axis] - knots[i]) / (knots[i + 1] - knots[i])
+    shape = tuple(len(knots) for knots in axes)
+    columns, values = [], []
+    for corner in np.ndindex(2, 2, 2):
+        columns.append(np.ravel_multi_index((lower + corner).T, shape))
+        values.append(np.where(corner, fraction, 1 - fraction).prod(axis=1))
+    rows = np.tile(np.arange(len(points)), 8)
+    entries = (np.concatenate(values), (rows, np.concatenate(columns)))
+    return csr_matrix(entries, shape=(len(points), int(np.prod(shape))))
+
+
+def identity_map(polycube: Polycube) -> RoughMap:
+    """The map that leaves polycube points where they are."""
+    return affine_map(polycube, np.eye(3), np.zeros(3))
+
+
+def affine_map(polycube: Polycube, linear: np.ndarray, offset: np.ndarray) -> RoughMap:
+    """The map u -> linear @ u + offset."""
+    ends = [knots[[0, -1]] for knots in polycube.knots]
+    return RoughMap(*ends, _grid(ends) @ linear.T + offset)
+
+
+def _grid(axes: Axes | list[np.ndarray]) -> np.ndarray:
+    """(X, Y, Z, 3) lattice points of three knot vectors."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def fit(
+    points: np.ndarray,
+    targets: np.ndarray,
+    polycube: Polycube,
+    *,
+    spacing: float = 1 / 3,
+    smoothness: float = 1e-3,
+    outlier: float = 0.05,
+    rounds: int = 12,
+) -> RoughMap:
+    """Rough map that brings (N, 3) polycube points near their (N, 3) model points.
+
+    spacing : of the control lattice, in cells
+    smoothness : weight of the second differences against the mean squared distance
+    outlier : distance at which a point counts half, as a share of the targets' diagonal
+    rounds : of reweighting
+
+    The smoothness grows tenfold until the map keeps orientation everywhere on its lattice.
+    """
+    if points.shape != targets.shape or len(points) < 4:
+        raise ValueError(
+            f"fit needs at least 4 pairs of points; got {points.shape}, {targets.shape}"
+        )
+    low, scale = targets.min(axis=0), float(np.linalg.norm(np.ptp(targets, axis=0)))
+    goal = (targets - low) / scale
+    linear, offset = _affine(points, goal, outlier, rounds)
+    axes = tuple(_control(knots, spacing) for knots in polycube.knots)
+    base = _grid(axes) @ linear.T + offset
+    weights, bending = _weights(axes, points), _bending(axes)
+    residual = goal - points @ linear.T - offset
+    for stiffness in smoothness * 10.0 ** np.arange(6):
+        moved = _robust(weights, bending * stiffness, residual, outlier, rounds)
+        positions = base + moved.reshape(base.shape)
+        if _keeps_orientation(positions):
+            break
+    else:
+        positions = base
+    return RoughMap(*axes, positions * scale + low)
+
+
+def _affine(
+    points: np.ndarray, goal: np.ndarray, outlier: float, rounds: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Robust affine map points -> goal, of positive determinant.
+
+    Singular values are at least a quarter of the largest, so that no direction collapses.
+    """
+    homogeneous = np.column_stack([points, np.ones(len(points))])
+    weight = np.ones(len(points))
+    for _ in range(rounds):
+        root = np.sqrt(weight)[:, None]
+        solution = np.linalg.lstsq(homogeneous * root, goal * root, rcond=None)[0]
+        weight = _trust(goal - homogeneous @ solution, 2 * outlier)
+    left, singular, right = np.linalg.svd(solution[:3].T)
+    flip = np.array([1, 1, np.sign(np.linalg.det(left @ right))])
+    linear = (left * np.maximum(singular, singular[0] / 4) * flip) @ right
+    centre = (weight @ points) / weight.sum(), (weight @ goal) / weight.sum()
+    return linear, centre[1] - linear @ centre[0]
+
+
+def _trust(residual: np.ndarray, outlier: float) -> np.ndarray:
+    """(N,) weight of points at the given distances: 1 near, 1/4 at `outlier`, 0 far."""
+    return (1 + (residual**2).sum(axis=1) / outlier**2) ** -2.0
+
+
+def _control(knots: np.ndarray, spacing: float) -> np.ndarray:
+    """Control planes about `spacing` apart, from the first knot to the last."""
+    length = knots[-1] - knots[0]
+    return np.linspace(knots[0], knots[-1], max(1, round(length / spacing)) + 1)
+
+
+def _bending(axes: Axes) -> np.ndarray:
+    """Quadratic form of all second differences of a field on the control lattice.
+
+    A slight pull to zero settles what no point and no neighbour sees.
+    """
+    sizes = [len(knots) for knots in axes]
+    form = 1e-4 * np.eye(int(np.prod(sizes)))
+    for order in np.ndindex(3, 3, 3):
+        if sum(order) == 2:
+            parts = [np.diff(np.eye(n), k, axis=0) for n, k in zip(sizes, order, strict=True)]
+            rows = np.kron(np.kron(parts[0], parts[1]), parts[2])
+            form += (1 if 2 in order else 2) * rows.T @ rows
+    return form
+
+
+def _robust(
+    weights: csr_matrix, energy: np.ndarray, residual: np.ndarray, outlier: float, rounds: int
+) -> np.ndarray:
+    """(X*Y*Z, 3) displacement of the control positions that explains the residual."""
+    moved = np.zeros((weights.shape[1], 3))
+    for step in range(rounds):
+        reach = outlier * max(1.0, 3 - 4 * step / rounds)  # wide at first
+        trust = _trust(residual - weights @ moved, reach)
+        weighted = weights.T @ diags(trust / trust.sum())
+        moved = np.linalg.solve((weighted @ weights).toarray() + energy, weighted @ residual)
+    return moved
+
+
+def _keeps_orientation(positions: np.ndarray) -> bool:
+    """Whether the three edges at every corner of every control cell are right-handed."""
+    size = np.array(positions.shape[:3]) - 1
+    signs = []
+    for corner in np.ndindex(2, 2, 2):
+        at = _cells(positions, corner, size)
+        edges = []
+        for axis in range(3):
+            other = list(corner)
+            other[axis] = 1 - corner[axis]
+            edges.append((_cells(positions, other, size) - at) * (1 - 2 * corner[axis]))
+        signs.append(np.einsum("...i,...i", edges[0], np.cross(edges[1], edges[2])).min())
+    return min(signs) > 0
+
+
+def _cells(
+    positions: np.ndarray, corner: tuple[int, ...] | list[int], size: np.ndarray
+) -> np.ndarray:
+    """Positions of one corner of every control cell."""
+    return positions[tuple(slice(c, c + n) for c, n in zip(corner, size, strict=True))]
