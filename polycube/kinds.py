@@ -7,6 +7,8 @@ typed method, `__call__`; a stage kind also says what it takes and what it gives
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from polycube.errors import InputError
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -44,12 +46,12 @@ KINDS = {
 
 
 def check_chain(order: Iterable[str], have: Iterable[str]) -> None:
-    """Raise ValueError naming the first stage of `order` that lacks an input, and what to do."""
+    """Raise InputError naming the first stage of `order` that lacks an input, and what to do."""
     present = set(have)
     for stage in order:
         if stage not in KINDS or not KINDS[stage].gives:
             stages = ", ".join(name for name, kind in KINDS.items() if kind.gives)
-            raise ValueError(f"{stage!r} is no stage; the stages are {stages}")
+            raise InputError(f"{stage!r} is no stage; the stages are {stages}")
         missing = [name for name in KINDS[stage].takes if name not in present]
         if missing:
             makers = [
@@ -58,7 +60,7 @@ def check_chain(order: Iterable[str], have: Iterable[str]) -> None:
                 if kind.gives in missing and kind.gives not in kind.takes
             ]
             hint = f"; put {' or '.join(makers)} before it" if makers else ""
-            raise ValueError(
+            raise InputError(
                 f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes{hint}"
             )
         present.add(KINDS[stage].gives)

@@ -19,6 +19,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from types import ModuleType
 
+from polycube.errors import BadOption, UnknownPlugin
 from polycube.kinds import KINDS
 
 GROUP = "polycube.plugins"  # entry-point group, and the name `plugins/` is imported under
@@ -56,21 +57,24 @@ def names(kind: str) -> list[str]:
 def build(kind: str, config: Mapping[str, object], **extra: object) -> object:
     """Build the plugin that `config["plugin"]` names, with the other entries as its options.
 
-    Raises LookupError with the names that exist, TypeError with the options it takes.
+    Raises UnknownPlugin with the names that exist, BadOption with the options it takes.
     """
     _discover()
     options = {**config, **extra}
     if "plugin" not in options:
-        raise LookupError(f"{kind} config names no plugin; have {', '.join(names(kind))}")
+        raise UnknownPlugin(f"{kind} config names no plugin; have {', '.join(names(kind))}")
     name = options.pop("plugin")
     cls = _classes.get((kind, name))
     if cls is None:
-        raise LookupError(_unknown(kind, name))
+        raise UnknownPlugin(_unknown(kind, name))
     try:
         inspect.signature(cls).bind(**options)
     except TypeError as error:
-        raise TypeError(f"{kind}={name}: {error}; it takes {inspect.signature(cls)}") from None
-    return cls(**options)
+        raise BadOption(f"{kind}={name}: {error}; it takes {inspect.signature(cls)}") from None
+    try:
+        return cls(**options)
+    except (TypeError, ValueError) as error:
+        raise BadOption(f"{kind}={name}: {error}") from error
 
 
 @cache

@@ -48,7 +48,7 @@ class TriMesh:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Similarity that brings a surface to the learning frame: u = rotation @ (x - center) / scale."""
+    """Similarity to the learning frame: u = rotation @ (x - center) / scale."""
 
     rotation: np.ndarray  # (3, 3), det +1
     center: np.ndarray  # (3,)

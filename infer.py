@@ -1,0 +1,6 @@
+"""From a closed surface to polycube, hex mesh, spline, modes and report: `infer.py mesh=part.stl`."""
+
+from polycube.app import infer_command
+
+if __name__ == "__main__":
+    infer_command()

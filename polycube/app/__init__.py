@@ -1,0 +1,15 @@
+"""The two commands: Hydra and Lightning live here and nowhere else."""
+
+
+def train_command() -> None:
+    """`polycube-train`, `python train.py`."""
+    from polycube.app.train import main
+
+    main()
+
+
+def infer_command() -> None:
+    """`polycube-infer`, `python infer.py`."""
+    from polycube.app.infer import main
+
+    main()

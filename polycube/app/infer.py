@@ -1,0 +1,133 @@
+"""`infer.py`: the config in, the results folder and an exit code out.
+
+Exit codes: 0 a valid result, 2 an input or option that must be refused, 3 no valid result.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from logging.handlers import MemoryHandler
+from pathlib import Path
+
+import hydra
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
+from polycube import HOME
+from polycube.app.run import Run
+from polycube.errors import InputError, MeshingError
+from polycube.report.results import summarize, write_results
+
+logger = logging.getLogger(__name__)
+
+
+def infer(cfg: Mapping[str, object]) -> dict[str, object]:
+    """Do the whole run and write its folder; returns the numbers of `report.json`.
+
+    Raises InputError before anything is written.  When a stage fails, what was made before it is
+    kept, the report names the stage, and `valid` is false.
+    """
+    with _logging(cfg["quiet"]) as log_to:
+        run = Run(cfg)
+        run.read()
+        run.structure()
+        folder = _folder(cfg)
+        log_to(folder / "run.log")
+        run.keep_input(folder)
+        try:
+            if "meshing" in cfg["order"]:
+                run.mesh()
+                run.solve()
+            run.denoise()
+        except MeshingError as error:
+            run.state["failure"] = str(error)
+        report = summarize(run.state, run.clock.seconds, cfg)
+        write_results(folder, run.state, report, cfg)
+        return report
+
+
+def main() -> None:
+    """Command line: Hydra composes the config, `infer` runs, the exit code says how it went."""
+    started = []
+
+    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name="infer")
+    def compose_and_run(cfg: DictConfig) -> None:
+        started.append(True)
+        sys.exit(_command(cfg))
+
+    try:
+        compose_and_run()
+    except SystemExit as end:
+        refused = not started and end.code  # Hydra has said what is wrong with the overrides
+        sys.exit(2 if refused else end.code)
+
+
+def _command(cfg: DictConfig) -> int:
+    try:
+        if OmegaConf.is_missing(cfg, "mesh") and not cfg.resume:
+            raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
+        report = infer(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False))
+    except (InputError, OmegaConfBaseException) as error:
+        sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+        return 2
+    except MeshingError as error:
+        sys.stderr.write(f"error: {' '.join(str(error).split())}; nothing was written\n")
+        return 3
+    except KeyboardInterrupt:
+        sys.stderr.write("error: interrupted; stages that had finished are kept\n")
+        return 130
+    if not report["valid"]:
+        sys.stderr.write(f"error: {report['failure']}; what was made is kept, marked invalid\n")
+        return 3
+    return 0
+
+
+def _folder(cfg: Mapping[str, object]) -> Path:
+    """The results folder: as asked for, that of the run resumed, or a new one for this part."""
+    if cfg["output_dir"] or cfg["resume"]:
+        folder = Path(cfg["output_dir"] or cfg["resume"])
+    else:
+        part = Path(str(cfg["mesh"]).removeprefix("example:")).stem
+        folder = Path("outputs") / part / time.strftime("%Y%m%d-%H%M%S")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write results to {folder}: {error.strerror}") from None
+    return folder
+
+
+@contextmanager
+def _logging(quiet: bool) -> Iterator[object]:
+    """Log to the terminal, and to a file as soon as the run has a folder; yields `log_to(path)`."""
+    root = logging.getLogger("polycube")
+    terminal = logging.StreamHandler(sys.stderr)
+    terminal.setLevel(logging.WARNING if quiet else logging.INFO)
+    terminal.setFormatter(logging.Formatter("%(message)s"))
+    early = MemoryHandler(10_000, flushLevel=logging.CRITICAL + 1, flushOnClose=False)
+    before = root.level
+    root.setLevel(logging.INFO)
+    handlers: list[logging.Handler] = [terminal, early]
+    for handler in handlers:
+        root.addHandler(handler)
+
+    def log_to(path: Path) -> None:
+        file = logging.FileHandler(path, mode="w", encoding="utf-8")
+        file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+        early.setTarget(file)
+        early.flush()
+        root.addHandler(file)
+        handlers.append(file)
+        root.removeHandler(early)
+
+    try:
+        yield log_to
+    finally:
+        root.setLevel(before)
+        for handler in handlers:
+            root.removeHandler(handler)
+            handler.close()

@@ -1,0 +1,205 @@
+"""One part, from surface to modes: what `infer.py` does between reading its config and reporting.
+
+Each method is one step and adds to `state`; with `resume` a step before `from` is loaded instead.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+
+from polycube.errors import InputError, MeshingError
+from polycube.geometry import surface as topology
+from polycube.geometry.parametrization import pull_back
+from polycube.geometry.quality import accept, scaled_jacobian, score
+from polycube.io.read import read_surface
+from polycube.kinds import KINDS, check_chain
+from polycube.pipeline import (
+    Clock,
+    Stage,
+    State,
+    build_stages,
+    load_stage,
+    run_portfolio,
+    save_stage,
+)
+from polycube.ranking import Ranked, rank
+from polycube.registry import build
+from polycube.types import Candidate
+
+logger = logging.getLogger(__name__)
+
+PLACED = ("surface", "polycube", "rough_map", "parametrization")  # what meshing starts from
+
+
+class Run:
+    """State, clock and folder of one part; the stages are built, and checked, at the start."""
+
+    def __init__(self, cfg: Mapping[str, object]) -> None:
+        self.cfg = cfg
+        self.clock = Clock()
+        self.state: State = {}
+        self.folder: Path | None = None  # set when the input is known to be good
+        self.meshing = _meshing_stages(cfg["meshing"])
+        self.solving = build_stages([k for k in ("spline", "analysis") if k in cfg["order"]], cfg)
+        self.names = ["read", "structure", *(s.kind for s in self.meshing + self.solving)]
+        if cfg["resume"] and cfg["from"] not in self.names:
+            raise InputError(f"from={cfg['from']} is no stage; have {', '.join(self.names)}")
+
+    def read(self) -> None:
+        """The surface, checked; raises InputError."""
+        if self._kept("read"):
+            surface, path, warnings = load_stage(Path(self.cfg["resume"]), "read")
+        else:
+            path = str(self.cfg["mesh"])
+            surface, warnings = self.clock.run("read", lambda: read_surface(path))
+        for warning in warnings:
+            logger.warning("%s", warning)
+        self.state |= {"surface": surface, "path": path, "warnings": list(warnings)}
+
+    def structure(self) -> None:
+        """Propose polycubes and rank them; raises InputError when none has the surface's genus."""
+        if self._kept("structure"):
+            ranked, chosen = load_stage(Path(self.cfg["resume"]), "structure")
+        else:
+            candidates = self._propose()
+            surface = self.state["surface"]
+            ranked = self.clock.run("ranking", lambda: rank(surface, candidates))
+            chosen = 0
+            if not ranked:
+                raise InputError(self._no_structure())
+        self.state |= {"ranked": ranked, "auto": not self.cfg["context"]}
+        self._choose(chosen)
+
+    def keep_input(self, folder: Path) -> None:
+        """Start the results folder: from here on, what is made is kept."""
+        self.folder = folder
+        kept = [self.state["surface"], self.state["path"], self.state["warnings"]]
+        save_stage(folder, "read", kept)
+        save_stage(folder, "structure", [self.state["ranked"], self.state["chosen"]])
+
+    def mesh(self) -> None:
+        """Hexes on the best structure; where they are not accepted, the next is tried as well.
+
+        Raises MeshingError when the best mesh has a hex that is not valid; it is kept.
+        """
+        first = next((i for i, s in enumerate(self.meshing) if not self._kept(s.kind)), None)
+        kept = self.meshing[:first]
+        for stage in kept:
+            value = load_stage(Path(self.cfg["resume"]), stage.kind)
+            self.state[KINDS[stage.kind].gives] = value
+        if first is not None:
+            choices = [self.state["chosen"]] if kept else self._worth_a_try()
+            self._mesh_choices(choices, self.meshing[first:])
+        hexes = self.state["hexes"]
+        worst = scaled_jacobian(hexes.vertices, hexes.hexes).min()
+        if worst <= 0:
+            raise MeshingError(
+                f"stage {self.meshing[-1].kind} left a mesh that is not valid: "
+                f"smallest scaled Jacobian {worst:.3f}, must be above 0"
+            )
+
+    def solve(self) -> None:
+        """Spline on the hexes, then the analysis on the spline."""
+        for stage in self.solving:
+            gives = KINDS[stage.kind].gives
+            if self._kept(stage.kind):
+                self.state[gives] = load_stage(Path(self.cfg["resume"]), stage.kind)
+            else:
+                self.state[gives] = self.clock.run(stage.kind, lambda s=stage: s(self.state))
+                save_stage(self.folder, stage.kind, self.state[gives])
+
+    def denoise(self) -> None:
+        """The points the diffusion model moved for the chosen structure, made regular."""
+        chosen = self.state["ranked"][self.state["chosen"]].candidate
+        denoised = [r.candidate for r in self.state["ranked"] if r.candidate.trajectory is not None]
+        same = [c for c in denoised if c.key == chosen.key] or denoised
+        if same:
+            regularize = build("regularize", self.cfg["regularize"])
+            points = self.clock.run(
+                "regularize", lambda: regularize(same[0], same[0].trajectory[-1])
+            )
+            self.state |= {"trajectory": same[0].trajectory, "points": points}
+
+    def _kept(self, stage: str) -> bool:
+        """Whether an earlier run's result of this stage is taken."""
+        return bool(self.cfg["resume"]) and (
+            self.names.index(stage) < self.names.index(self.cfg["from"])
+        )
+
+    def _propose(self) -> tuple[Candidate, ...]:
+        """Candidates of the structure plugins chosen; each is told the earlier ones."""
+        cfg, candidates = self.cfg, ()
+        grid = tuple(cfg["grid"]["shape"])
+        primitives = {
+            name: build("primitive", {"plugin": name})() for name in cfg["primitives"]["use"]
+        }
+        configs = dict(cfg["structure"].get("proposals") or {"structure": cfg["structure"]})
+        if cfg["context"]:
+            configs.pop("slices", None)
+            configs = {"given": {"plugin": "given", "context": cfg["context"]}, **configs}
+        for name, config in configs.items():
+            plugin = build("structure", config, grid=grid, primitives=primitives)
+            made = self.clock.run(
+                f"structure/{name}", lambda p=plugin, c=candidates: p(self.state["surface"], c)
+            )
+            candidates += tuple(made)
+        return candidates
+
+    def _no_structure(self) -> str:
+        return (
+            f"no polycube of {', '.join(self.cfg['primitives']['use'])} on a "
+            f"{'x'.join(map(str, self.cfg['grid']['shape']))} grid fits this surface of genus "
+            f"{topology.genus(self.state['surface'])}; try a longer grid, such as grid=3x1"
+        )
+
+    def _choose(self, index: int) -> Ranked:
+        """Make the ranked structure `index` the one that is meshed."""
+        entry: Ranked = self.state["ranked"][index]
+        candidate = entry.candidate
+        self.state |= {
+            "chosen": index,
+            "polycube": candidate.polycube,
+            "rough_map": candidate.rough_map,
+            "parametrization": pull_back(self.state["surface"], entry.hexes, candidate.polycube),
+        }
+        return entry
+
+    def _worth_a_try(self) -> list[int]:
+        """The best structure of each kind, as long as its score is within twice the best's."""
+        ranked, seen, choices = self.state["ranked"], set(), []
+        for index, entry in enumerate(ranked):
+            if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
+                seen.add(entry.candidate.key)
+                choices.append(index)
+        return choices[: self.cfg["tries"]]
+
+    def _mesh_choices(self, choices: list[int], stages: list[Stage]) -> None:
+        surface, best = self.state["surface"], None
+        for index in choices:
+            entry = self._choose(index)
+            logger.info("meshing structure %d: %s", index, entry.candidate.polycube.context)
+            end, path = run_portfolio(
+                stages,
+                self.cfg["meshing"]["portfolio"],
+                self.state,
+                self.clock,
+                lambda end: score(end["hexes"], surface),
+            )
+            value = score(end["hexes"], surface)
+            if best is None or value > best[0]:
+                best = (value, end, path)
+            if accept(end["hexes"], surface):
+                break
+        _, self.state, path = best
+        save_stage(self.folder, "structure", [self.state["ranked"], self.state["chosen"]])
+        for stage, result in zip(stages, path, strict=True):
+            save_stage(self.folder, stage.kind, result)
+
+
+def _meshing_stages(meshing: Mapping[str, object]) -> list[Stage]:
+    """Stages of the backend in its order, the chain checked."""
+    check_chain(meshing["order"], PLACED)
+    short = {kind: meshing[kind.removeprefix("meshing/")] for kind in meshing["order"]}
+    return build_stages(meshing["order"], short)

@@ -1,0 +1,133 @@
+"""Run the stages one after the other, save what each makes, keep the best of a portfolio.
+
+The state is a dict from the names in `kinds.KINDS` (surface, polycube, hexes ...) to values; a
+stage takes some of them and gives one.  Nothing is computed before the whole chain is checked.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from polycube import artifacts
+from polycube.errors import InputError, MeshingError
+from polycube.kinds import KINDS
+from polycube.registry import build
+
+logger = logging.getLogger(__name__)
+
+State = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of a run: a plugin of a kind that takes and gives."""
+
+    kind: str
+    plugin: Callable[..., object]
+
+    def __call__(self, state: Mapping[str, object]) -> object:
+        """What the plugin makes of its part of the state."""
+        return self.plugin(*(state[name] for name in KINDS[self.kind].takes))
+
+
+@dataclass
+class Clock:
+    """Seconds spent per stage, summed over repeats."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def run(self, name: str, call: Callable[[], object]) -> object:
+        """Call, time, log one line; a bug or a failed computation names the stage it came from."""
+        begin = time.perf_counter()
+        try:
+            return call()
+        except (InputError, MeshingError):
+            raise
+        except Exception as error:
+            logger.debug("stage %s failed", name, exc_info=True)
+            raise MeshingError(f"stage {name} failed: {type(error).__name__}: {error}") from error
+        finally:
+            spent = time.perf_counter() - begin
+            self.seconds[name] = self.seconds.get(name, 0.0) + spent
+            logger.info("%-18s %6.1f s", name, spent)
+
+
+def build_stages(order: Sequence[str], configs: Mapping[str, Mapping[str, object]]) -> list[Stage]:
+    """Build the plugin of every stage in `order`; raises InputError for a stage without config."""
+    missing = [kind for kind in order if kind not in configs]
+    if missing:
+        raise InputError(f"no config for stage {missing[0]!r}; have {', '.join(configs)}")
+    return [Stage(kind, build(kind, configs[kind])) for kind in order]
+
+
+def run_portfolio(
+    stages: Sequence[Stage],
+    portfolio: Sequence[Mapping[str, Mapping[str, object]]],
+    state: State,
+    clock: Clock,
+    score: Callable[[State], float],
+) -> tuple[State, list[object]]:
+    """Run the stages once per variant, from the first stage the variants change; keep the best.
+
+    portfolio : options to replace, by stage; an empty one means the stages as they are.
+    Returns the best final state and the results of the stages on the way to it.
+    """
+    changed = {kind for variant in portfolio for kind in variant}
+    first = min((i for i, s in enumerate(stages) if s.kind in changed), default=len(stages))
+    head, trail, memo = dict(state), [], {}
+    _advance(stages[:first], head, trail, clock, memo)
+    best = None
+    for variant in portfolio or [{}]:
+        end, path = dict(head), list(trail)
+        tail = [Stage(s.kind, replace(s.plugin, **variant.get(s.kind, {}))) for s in stages[first:]]
+        _advance(tail, end, path, clock, memo)
+        value = score(end)
+        logger.info("variant %s: score %.3f", dict(variant), value)
+        if best is None or value > best[0]:
+            best = (value, end, path)
+    return best[1], best[2]
+
+
+def _advance(
+    stages: Sequence[Stage], state: State, path: list[object], clock: Clock, memo: dict
+) -> None:
+    """Run stages on the state in place; equal plugins on equal hexes are run once."""
+    for stage in stages:
+        key = (stage.kind, repr(stage.plugin), _digest(state.get("hexes")))
+        if key not in memo:
+            memo[key] = clock.run(stage.kind, lambda s=stage: s(state))
+        state[KINDS[stage.kind].gives] = memo[key]
+        path.append(memo[key])
+
+
+def _digest(hexes: object) -> str:
+    if hexes is None:
+        return ""
+    data = hashlib.sha256(hexes.vertices.tobytes())
+    data.update(hexes.hexes.tobytes())
+    return data.hexdigest()
+
+
+def save_stage(folder: Path, kind: str, value: object) -> None:
+    """Keep what a stage made as `folder/stages/<kind>.npz`."""
+    path = _stage_file(folder, kind)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    artifacts.save(path, value)
+
+
+def load_stage(folder: Path, kind: str) -> object:
+    """What `save_stage` kept; raises InputError naming the stages that are there."""
+    path = _stage_file(folder, kind)
+    if not path.is_file():
+        have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
+        raise InputError(f"{folder} holds no result of stage {kind!r}; it holds {have or 'none'}")
+    return artifacts.load(path)
+
+
+def _stage_file(folder: Path, kind: str) -> Path:
+    return folder / "stages" / f"{kind.replace('/', '.')}.npz"

@@ -1,0 +1,93 @@
+"""The chain check, the portfolio and the artifacts, on small made-up stages."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+
+from polycube import artifacts
+from polycube.errors import InputError, MeshingError
+from polycube.kinds import check_chain
+from polycube.pipeline import Clock, Stage, load_stage, run_portfolio, save_stage
+from polycube.types import HexMesh, Spline, TriMesh
+
+CUBE = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij")).reshape(3, -1).T[:, ::-1]
+
+
+def cube(scale: float = 1.0) -> HexMesh:
+    corners = [[0, 1, 3, 2, 4, 5, 7, 6]]
+    return HexMesh(scale * CUBE, corners, np.zeros((0, 4)), np.zeros(0), [0])
+
+
+@dataclass(frozen=True)
+class Scale:
+    factor: float = 1.0
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        CALLS.append(self.factor)
+        return HexMesh(
+            self.factor * hexes.vertices, hexes.hexes, hexes.quads, hexes.patch, hexes.cell
+        )
+
+
+CALLS: list[float] = []
+
+
+def test_a_stage_without_its_input_is_named_with_the_remedy():
+    with pytest.raises(InputError, match=r"'meshing/smooth' needs hexes.*put meshing/subdivide"):
+        check_chain(["meshing/smooth"], {"surface"})
+
+
+def test_a_stage_that_is_none_is_named():
+    with pytest.raises(InputError, match="'schedule' is no stage; the stages are structure"):
+        check_chain(["schedule"], {"surface"})
+
+
+def test_the_natural_order_is_a_chain():
+    order = ["meshing/segment", "meshing/subdivide", "meshing/smooth", "meshing/pillow"]
+    have = {"surface", "polycube", "rough_map", "parametrization"}
+    check_chain([*order, "meshing/optimize", "spline", "analysis"], have)
+
+
+def test_portfolio_keeps_the_best_and_runs_equal_work_once():
+    CALLS.clear()
+    stages = [Stage("meshing/smooth", Scale(2.0)), Stage("meshing/optimize", Scale(3.0))]
+    portfolio = [{"meshing/optimize": {"factor": f}} for f in (3.0, 5.0, 3.0)]
+    state = {"surface": None, "hexes": cube()}
+    end, path = run_portfolio(
+        stages, portfolio, state, Clock(), lambda s: -abs(s["hexes"].vertices.max() - 9)
+    )
+    assert end["hexes"].vertices.max() == 10
+    assert [mesh.vertices.max() for mesh in path] == [2, 10]
+    assert CALLS == [2.0, 3.0, 5.0]
+    assert state["hexes"].vertices.max() == 1
+
+
+def test_a_stage_that_breaks_is_named():
+    def broken() -> None:
+        raise ZeroDivisionError("by zero")
+
+    with pytest.raises(MeshingError, match="stage meshing/smooth failed: ZeroDivisionError"):
+        Clock().run("meshing/smooth", broken)
+
+
+def test_stage_results_come_back(tmp_path):
+    save_stage(tmp_path, "meshing/smooth", cube(2.0))
+    back = load_stage(tmp_path, "meshing/smooth")
+    assert isinstance(back, HexMesh)
+    assert (back.vertices == 2.0 * CUBE).all()
+    with pytest.raises(InputError, match=r"no result of stage 'spline'; it holds meshing/smooth"):
+        load_stage(tmp_path, "spline")
+
+
+def test_artifacts_keep_every_kind_of_value(tmp_path):
+    extraction = csr_matrix(np.eye(3)[[0, 1, 1]])
+    spline = Spline(np.eye(3), extraction, np.zeros((1, 64)), [0], 4)
+    value = [spline, ("cube", None), {"a": 1.5}, np.arange(3)]
+    artifacts.save(tmp_path / "value.npz", value)
+    back = artifacts.load(tmp_path / "value.npz")
+    assert (back[0].extraction != extraction).nnz == 0
+    assert back[0].extraordinary_edges == 4
+    assert back[1] == ("cube", None) and back[2] == {"a": 1.5}
+    assert (back[3] == np.arange(3)).all()
