@@ -1,0 +1,201 @@
+"""Connectivity of a hex mesh: boundary, edges, valences, extraordinary edges, checks.
+
+Local numbers are VTK's (see `polycube.types.HexMesh`).  A face is exposed when one hex has it;
+the exposed faces, counter-clockwise from outside, are the boundary.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from polycube.types import HexMesh
+
+# corner and the ends of its three edges, right-handed
+CORNERS = np.reshape(
+    [
+        0,
+        1,
+        3,
+        4,
+        1,
+        2,
+        0,
+        5,
+        2,
+        3,
+        1,
+        6,
+        3,
+        0,
+        2,
+        7,
+        4,
+        7,
+        5,
+        0,
+        5,
+        4,
+        6,
+        1,
+        6,
+        5,
+        7,
+        2,
+        7,
+        6,
+        4,
+        3,
+    ],
+    (8, 4),
+)
+# -xi, +xi, -eta, +eta, -zeta, +zeta, counter-clockwise from outside
+FACES = np.array(
+    [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]]
+)
+# four edges along xi, then eta, then zeta, from the low end to the high one
+EDGES = np.reshape(
+    [0, 1, 3, 2, 4, 5, 7, 6, 0, 3, 1, 2, 4, 7, 5, 6, 0, 4, 1, 5, 2, 6, 3, 7],
+    (12, 2),
+)
+
+
+def hex_mesh(
+    vertices: np.ndarray,
+    hexes: np.ndarray,
+    quads: np.ndarray | None = None,
+    patch: np.ndarray | None = None,
+    cell: np.ndarray | None = None,
+) -> HexMesh:
+    """Hex mesh with what is not given filled in: boundary quads, patch 0, cell 0.
+
+    vertices : (V, 3), hexes : (H, 8), quads : (Q, 4), patch : (Q,), cell : (H,)
+    """
+    hexes = np.asarray(hexes)
+    quads = boundary_quads(hexes) if quads is None else quads
+    patch = np.zeros(len(quads), np.int64) if patch is None else patch
+    cell = np.zeros(len(hexes), np.int64) if cell is None else cell
+    return HexMesh(vertices, hexes, quads, patch, cell)
+
+
+def boundary_quads(hexes: np.ndarray) -> np.ndarray:
+    """(Q, 4) faces that one hex has, counter-clockwise from outside, in the order of the hexes."""
+    return exposed(hexes)[0]
+
+
+def exposed(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Boundary quads (Q, 4) and the hex of each (Q,)."""
+    faces = hexes[:, FACES].reshape(-1, 4)
+    _, inverse, count = unique_rows(np.sort(faces, axis=1))
+    alone = np.flatnonzero(count[inverse] == 1)
+    return faces[alone], alone // 6
+
+
+def neighbours(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of equal faces, as numbers 6 hex + local face: (P,) and (P,)."""
+    _, inverse, count = unique_rows(np.sort(hexes[:, FACES].reshape(-1, 4), axis=1))
+    order = np.argsort(inverse, kind="stable")
+    first = (np.cumsum(count) - count)[count == 2]
+    return order[first], order[first + 1]
+
+
+def unique_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distinct rows in lexical order, where each row went, and how often each occurs."""
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    new = np.ones(len(rows), bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    inverse = np.zeros(len(rows), np.int64)
+    inverse[order] = np.cumsum(new) - 1
+    return ordered[new], inverse, np.bincount(inverse, minlength=int(new.sum()))
+
+
+def edge_valence(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (E, 2), ends ascending, and the number of hexes round each (E,)."""
+    edges, _, count = unique_rows(np.sort(hexes[:, EDGES].reshape(-1, 2), axis=1))
+    return edges, count
+
+
+def edges(hexes: np.ndarray) -> np.ndarray:
+    """(E, 2) edges, ends ascending."""
+    return edge_valence(hexes)[0]
+
+
+def quad_edges(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (E, 2) of a closed quad surface, ends ascending, and the two quads at each (E, 2).
+
+    Raises ValueError where an edge has not exactly two quads.
+    """
+    sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    found, inverse, count = unique_rows(sides)
+    if (count != 2).any():
+        worst = found[np.argmax(count != 2)]
+        raise ValueError(
+            f"boundary is not a closed manifold: {(count != 2).sum()} edges without exactly two "
+            f"quads, first at vertices {worst[0]}-{worst[1]}"
+        )
+    return found, np.argsort(inverse, kind="stable").reshape(-1, 2) // 4
+
+
+def extraordinary_edges(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Interior edges without four hexes (I, 2), and boundary edges without two (B, 2)."""
+    found, count = edge_valence(mesh.hexes)
+    outside, _ = quad_edges(mesh.quads)
+    key = np.int64(len(mesh.vertices))
+    is_boundary = np.isin(found @ [key, 1], outside @ [key, 1])
+    return found[~is_boundary & (count != 4)], found[is_boundary & (count != 2)]
+
+
+def genus(mesh: HexMesh) -> int:
+    """Number of handles of the boundary; raises ValueError unless it is one closed manifold."""
+    check_conforming(mesh)
+    outside, _ = quad_edges(mesh.quads)
+    used = np.unique(mesh.quads)
+    graph = coo_matrix((np.ones(len(outside)), tuple(outside.T)), shape=(len(mesh.vertices),) * 2)
+    parts = len(np.unique(connected_components(graph, directed=False)[1][used]))
+    if parts != 1:
+        raise ValueError(f"boundary has {parts} components; one is needed for a genus")
+    return 1 - (len(used) - len(outside) + len(mesh.quads)) // 2
+
+
+def check_conforming(mesh: HexMesh) -> None:
+    """Raise ValueError unless hexes meet in whole faces and the boundary is a closed manifold."""
+    if len(mesh.hexes) == 0:
+        raise ValueError("hex mesh has no hexes")
+    if mesh.hexes.min() < 0 or mesh.hexes.max() >= len(mesh.vertices):
+        raise ValueError(
+            f"hexes must name vertices 0 to {len(mesh.vertices) - 1}; "
+            f"got {mesh.hexes.min()} to {mesh.hexes.max()}"
+        )
+    if (np.diff(np.sort(mesh.hexes, axis=1), axis=1) == 0).any():
+        raise ValueError("a hex names the same vertex twice")
+    faces, _, count = unique_rows(np.sort(mesh.hexes[:, FACES].reshape(-1, 4), axis=1))
+    if (count > 2).any():
+        raise ValueError(f"face {faces[np.argmax(count > 2)].tolist()} has {count.max()} hexes")
+    outside, _ = exposed(mesh.hexes)
+    if not np.array_equal(*(unique_rows(np.sort(q, axis=1))[0] for q in (outside, mesh.quads))):
+        raise ValueError("quads are not the boundary faces of the hexes")
+    quad_edges(mesh.quads)
+    _check_fans(mesh.quads)
+
+
+def _check_fans(quads: np.ndarray) -> None:
+    """Raise ValueError where the quads round a vertex are more than one fan."""
+    _, pairs = quad_edges(quads)
+    ends, _ = quad_edges(quads)
+    corner = {(q, v): 4 * q + k for q, row in enumerate(quads.tolist()) for k, v in enumerate(row)}
+    links = [
+        (corner[a, v], corner[b, v])
+        for (a, b), end in zip(pairs.tolist(), ends.tolist(), strict=True)
+        for v in end
+    ]
+    graph = coo_matrix((np.ones(len(links)), np.transpose(links)), shape=(4 * len(quads),) * 2)
+    fans = connected_components(graph, directed=False)[1]
+    fan_of = np.unique(np.stack([quads.ravel(), fans], axis=1), axis=0)
+    vertex, count = np.unique(fan_of[:, 0], return_counts=True)
+    if (count > 1).any():
+        raise ValueError(
+            f"boundary is not a manifold at vertex {vertex[np.argmax(count > 1)]}: "
+            f"{count.max()} fans of quads meet there"
+        )

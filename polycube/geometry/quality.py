@@ -1,0 +1,143 @@
+"""How good a hex mesh is: scaled Jacobian, volume, distances to the surface, one score.
+
+Distances are exact (closest point on triangles), taken at samples, as fractions of the diagonal
+of the surface's bounding box.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.geometry import closest, energy
+from polycube.geometry import surface as surfaces
+from polycube.geometry.target import target
+from polycube.types import HexMesh, TriMesh
+
+_GRID = np.array([1, 3, 5]) / 6
+# shares of the corners of a quad: 9 points inside, then the corners
+SHARES = np.concatenate(
+    [
+        [[(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v] for u in _GRID for v in _GRID],
+        np.eye(4),
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Of sampled points of one surface from another, as fractions of the diagonal."""
+
+    largest: float
+    mean: float
+    p99: float  # exceeded by one point in a hundred
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Two-sided distance of a hex mesh's boundary and a surface."""
+
+    vertices: float  # largest distance of a boundary vertex from the surface
+    to_surface: Distances  # from points of the boundary
+    to_mesh: Distances  # from points of the surface
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What decides whether a mesh is accepted."""
+
+    scaled_jacobian: float  # smallest
+    deviation: Deviation
+    volume_ratio: float  # of the mesh to the surface
+
+
+def scaled_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
+    """(H,) smallest scaled Jacobian of each hex, in [-1, 1]: VTK's number.
+
+    det(a, b, c) / (|a| |b| |c|), least over the edges at the 8 corners and the principal axes at
+    the centre; at most 0 where the hex is inverted or flat, -1 where an edge has no length.
+    """
+    return energy.scaled_jacobian(
+        np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(hexes, np.int64)
+    )
+
+
+def volume(mesh: HexMesh) -> float:
+    """Volume inside the bilinear boundary quads."""
+    centre = mesh.vertices.mean(axis=0)  # a far placement would cost digits
+    a, b, c, d = np.moveaxis(mesh.vertices[mesh.quads] - centre, 1, 0)
+    # the mean of both ways to cut a quad in two triangles is exact for a bilinear quad
+    six = sum(
+        np.einsum("qd,qd->", p, np.cross(q, r))
+        for p, q, r in ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
+    )
+    return float(six / 12)
+
+
+def triangles(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(4 Q, 3, 3) four triangles of each quad (Q, 4), round its middle."""
+    corner = vertices[quads]  # (Q, 4, 3)
+    middle = np.broadcast_to(corner.mean(axis=1, keepdims=True), corner.shape)
+    return np.stack([corner, np.roll(corner, -1, axis=1), middle], axis=2).reshape(-1, 3, 3)
+
+
+def deviation(mesh: HexMesh, surface: TriMesh, samples: int = 8000) -> Deviation:
+    """Distances of mesh and surface, both ways.
+
+    samples : number of points on the surface, besides its vertices; 13 are taken on each quad
+    """
+    goal = target(surface)
+    places = goal.to_unit(mesh.vertices)
+    inside = np.einsum("sk,qkd->qsd", SHARES, places[mesh.quads]).reshape(-1, 3)
+    there = closest.distance(goal.tree, inside)
+    faces = triangles(places, mesh.quads)
+    back = closest.tree(faces, np.zeros((len(faces), 3)))
+    points = np.concatenate([goal.samples(samples)[0], goal.surface.vertices])
+    here = closest.distance(back, points)
+    on = there.reshape(-1, len(SHARES))[:, -4:]
+    return Deviation(float(on.max()), _distances(there), _distances(here))
+
+
+def _distances(values: np.ndarray) -> Distances:
+    return Distances(float(values.max()), float(values.mean()), float(np.percentile(values, 99)))
+
+
+def quality(mesh: HexMesh, surface: TriMesh) -> Quality:
+    """Measure a mesh against the surface it was made for."""
+    return Quality(
+        float(scaled_jacobian(mesh.vertices, mesh.hexes).min()),
+        deviation(mesh, surface),
+        volume(mesh) / surfaces.volume(surface),
+    )
+
+
+def score(mesh: HexMesh, surface: TriMesh) -> float:
+    """One number to choose by, larger is better: the worst hex, less what misses the surface.
+
+    The scaled Jacobian counts up to 0.6; the vertices may miss by 0.1 % of the diagonal, 99 % of
+    the points by 1 %, the volume by 3 %.
+    """
+    q = quality(mesh, surface)
+    miss = max(q.deviation.to_surface.p99, q.deviation.to_mesh.p99)
+    return (
+        min(q.scaled_jacobian, 0.6)
+        - 20 * max(0, q.deviation.vertices - 0.001)
+        - 5 * max(0, miss - 0.01)
+        - 4 * max(0, abs(q.volume_ratio - 1) - 0.03)
+    )
+
+
+def accept(mesh: HexMesh, surface: TriMesh, tolerance: float = 0.045) -> bool:
+    """Whether the mesh may be used without a look.
+
+    Scaled Jacobian at least 0.2, boundary vertices within 0.5 % of the diagonal, all sampled
+    points within `tolerance` of the diagonal both ways, volume within 4 %.
+    """
+    q = quality(mesh, surface)
+    return (
+        q.scaled_jacobian >= 0.2
+        and q.deviation.vertices < 0.005
+        and max(q.deviation.to_surface.largest, q.deviation.to_mesh.largest) < tolerance
+        and abs(q.volume_ratio - 1) < 0.04
+    )

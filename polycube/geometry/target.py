@@ -1,0 +1,110 @@
+"""The surface to fit: closest points with compatible normals, samples, sharp edges and corners.
+
+Works at unit scale (bounding box centred, diagonal 1), so that weights need no units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from polycube.geometry import closest
+from polycube.geometry.surface import diagonal, face_areas, face_normals, half_edges, twins
+from polycube.types import TriMesh
+
+SHARP = np.pi / 4  # angle between the normals at a sharp edge
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Sharp edges of a surface as segments, and the vertices where more than two meet."""
+
+    segments: np.ndarray  # (S, 2, 3)
+    directions: np.ndarray  # (S, 3) unit
+    tree: closest.Tree | None  # of the segments both ways round; None without segments
+    corners: np.ndarray  # (C, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A surface at unit scale, prepared for fitting."""
+
+    center: np.ndarray  # (3,) of the model's bounding box
+    scale: float  # diagonal of the model's bounding box
+    surface: TriMesh  # at unit scale
+    normals: np.ndarray  # (F, 3)
+    vertex_normals: np.ndarray  # (V, 3)
+    tree: closest.Tree
+    features: Features
+
+    def to_unit(self, points: np.ndarray) -> np.ndarray:
+        """Model points at unit scale."""
+        return (points - self.center) / self.scale
+
+    def to_model(self, points: np.ndarray) -> np.ndarray:
+        """Points of unit scale in the user's units and placement."""
+        return points * self.scale + self.center
+
+    def closest(
+        self,
+        points: np.ndarray,
+        normals: np.ndarray | None = None,
+        alpha: float = 0.0,
+        guess: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Feet (N, 3) of points (N, 3) and their faces (N,); alpha weighs the normals."""
+        foot, face, _ = closest.closest(self.tree, points, normals, alpha, guess)
+        return foot, face
+
+    def samples(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """About `number` points (N, 3) spread evenly by area, with normals (N, 3)."""
+        return _samples(self, number)
+
+
+@lru_cache(maxsize=4)
+def target(surface: TriMesh) -> Target:
+    """Prepare a surface; the same object gives the same Target."""
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    center, scale = (low + high) / 2, diagonal(surface)
+    unit = TriMesh((surface.vertices - center) / scale, surface.faces)
+    normals = face_normals(unit)
+    by_vertex = np.zeros_like(unit.vertices)
+    weighted = normals * face_areas(unit)[:, None]
+    for k in range(3):
+        np.add.at(by_vertex, unit.faces[:, k], weighted)
+    by_vertex /= np.maximum(np.linalg.norm(by_vertex, axis=1, keepdims=True), 1e-30)
+    tree = closest.tree(unit.vertices[unit.faces], normals)
+    return Target(center, scale, unit, normals, by_vertex, tree, _features(unit, normals))
+
+
+@lru_cache(maxsize=16)
+def _samples(target: Target, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of equal area along the faces; the place within a face from a fixed generator."""
+    area = np.cumsum(face_areas(target.surface))
+    step = (np.arange(number) + 0.5) / number * area[-1]
+    face = np.minimum(np.searchsorted(area, step), len(area) - 1)
+    root, share = np.random.default_rng(0).random((2, number, 1))
+    root = np.sqrt(root)
+    a, b, c = np.moveaxis(target.surface.vertices[target.surface.faces[face]], 1, 0)
+    points = (1 - root) * a + root * (1 - share) * b + root * share * c
+    return points, target.normals[face]
+
+
+def _features(surface: TriMesh, normals: np.ndarray) -> Features:
+    first, second = twins(surface.faces)
+    turn = np.einsum("nd,nd->n", normals[first // 3], normals[second // 3])
+    has_area = np.linalg.norm(normals, axis=1) > 0
+    real = has_area[first // 3] & has_area[second // 3]
+    ends = half_edges(surface.faces)[first[real & (turn < np.cos(SHARP))]]  # (S, 2)
+    segments = surface.vertices[ends]
+    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1, keepdims=True)
+    directions = (segments[:, 1] - segments[:, 0]) / np.maximum(length, 1e-30)
+    degree = np.bincount(ends.ravel(), minlength=len(surface.vertices))
+    corners = surface.vertices[degree > 2]
+    if len(ends) == 0:
+        return Features(segments, directions, None, corners)
+    flat = segments[:, [0, 1, 1]]
+    both = closest.tree(np.concatenate([flat, flat]), np.concatenate([directions, -directions]))
+    return Features(segments, directions, both, corners)
