@@ -70,10 +70,13 @@ def lattice(
 
 
 def collapse(polycube: Polycube) -> Polycube:
-    """The same solid with as few knots as hold it: equal neighbouring slabs are merged."""
+    """The same solid with as few knots as hold it: no empty ends, no two equal slabs in a row."""
     occupancy, knots = polycube.occupancy, list(polycube.knots)
     for axis in range(3):
         slabs = np.moveaxis(occupancy, axis, 0)
+        used = np.flatnonzero(slabs.any(axis=(1, 2)))
+        slabs = slabs[used[0] : used[-1] + 1]
+        knots[axis] = knots[axis][used[0] : used[-1] + 2]
         new = np.append(True, (slabs[1:] != slabs[:-1]).any(axis=(1, 2)))
         occupancy = np.moveaxis(slabs[new], 0, axis)
         knots[axis] = knots[axis][np.append(new, True)]

@@ -1,0 +1,1 @@
+"""Proposals of a polycube for a surface."""

@@ -1,0 +1,115 @@
+"""The rough map of a reading: every slice keeps its own lines, so bends and tapers are followed."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from polycube.types import Polycube, RoughMap
+
+from .read import Reading
+
+THIRDS = np.array([0, 1 / 3, 2 / 3, 1])
+
+
+def place(reading: Reading, polycube: Polycube) -> RoughMap:
+    """Rough map of the (collapsed) polycube onto the slices of a reading, in model units.
+
+    Control planes lie at the ends of every slice; on each, 4 x 4 lines at thirds of the cell.
+    """
+    bounds = reading.bounds
+    planes = np.arange(bounds[0], bounds[-1] + 1)
+    lines = _lines(reading)  # (X, 2, 4)
+    ends = np.concatenate([lines[:1], lines, lines[-1:]])
+    lines = (ends[1:] + ends[:-1]) / 2  # (X + 1, 2, 4)
+    points = np.empty((len(planes), 4, 4, 3))
+    points[..., 0] = planes[:, None, None]
+    points[..., 1] = lines[:, 0, :, None]
+    points[..., 2] = lines[:, 1, None, :]
+    x = np.interp(planes, bounds, polycube.x)
+    return RoughMap(x, THIRDS, THIRDS, reading.view.to_model(points))
+
+
+def _lines(reading: Reading) -> np.ndarray:
+    """(X, 2, 4) y lines and z lines of every slice, in voxels, smoothed along the row."""
+    outer, inner = (_fill(values) for values in _seen(reading))
+    centre, width = outer.mean(axis=-1), np.ptp(outer, axis=-1)
+    width = np.maximum(width, 0.35 * np.median(width, axis=0))
+    low, high = np.clip(inner[..., 0], 0.08, 0.8), np.clip(inner[..., 1], 0.2, 0.92)
+    middle, half = (low + high) / 2, np.maximum(high - low, 0.12) / 2
+    inner = np.stack([(middle - half).clip(0.06, 0.82), (middle + half).clip(0.18, 0.94)], axis=-1)
+    centre, width, inner = (
+        gaussian_filter1d(values, 1.5, axis=0, mode="nearest") for values in (centre, width, inner)
+    )
+    fractions = np.insert(inner, [0, 2], [0, 1], axis=-1)
+    return (centre - width / 2)[..., None] + width[..., None] * fractions
+
+
+def _seen(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
+    """Outer lines in voxels and inner lines as fractions (X, 2 axes, 2 ends); nan where unseen."""
+    bounds, letters = reading.bounds, np.array(list(reading.word.letters))
+    here = slice(bounds[0], bounds[-1])
+    letter = np.repeat(letters, np.diff(bounds))
+    areas, holes = reading.slices.piece_area[here], reading.slices.hole_area[here]
+    solid = areas[:, 0] + reading.slices.hole_total[here] * np.isin(letter, ["F", "R"])
+    pieces = reading.slices.piece_box[here]
+    first, second = _shrunk(pieces[:, 0], solid), _shrunk(pieces[:, 1], areas[:, 1])
+    hole = _shrunk(reading.slices.hole_box[here], holes)
+    outer, inner = np.full((2, len(letter), 2, 2), np.nan)
+    ring = (letter == "R") & (holes > 0)
+    whole = ((letter == "F") & (areas[:, 0] > 0)) | ring
+    outer[whole] = first[whole]
+    inner[ring] = _fractions(hole, first)[ring]
+    for name, gap in (("Y", 1), ("Z", 0)):
+        bars = (letter == name) & (areas[:, 1] > 0)
+        ahead = first[:, gap].sum(axis=1) < second[:, gap].sum(axis=1)
+        swap = ahead[:, None, None]
+        before, after = np.where(swap, first, second), np.where(swap, second, first)
+        share = np.where(ahead, areas[:, 0], areas[:, 1]) / np.maximum(areas.sum(axis=1), 1)
+        both = share[:, None, None] * before + (1 - share)[:, None, None] * after
+        both[:, gap] = np.stack([before[:, gap, 0], after[:, gap, 1]], axis=1)
+        between = np.stack([before[:, gap, 1], after[:, gap, 0]], axis=1)
+        outer[bars] = both[bars]
+        inner[bars, gap] = _fractions(between, both[:, gap])[bars]
+    return outer, inner
+
+
+def _shrunk(boxes: np.ndarray, area: np.ndarray) -> np.ndarray:
+    """(X, 2 axes, 2 ends) boxes about as large as what they hold, at most 30 % narrower."""
+    ends = boxes.reshape(-1, 2, 2).astype(float)
+    centre, size = ends.mean(axis=2, keepdims=True), ends[..., 1] - ends[..., 0]
+    fill = np.sqrt(area / np.maximum(size.prod(axis=1), 1)).clip(0.7, 1)
+    return centre + (ends - centre) * fill[:, None, None]
+
+
+def _fractions(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """Inner ends (..., 2) as fractions of the outer ones."""
+    return (inner - outer[..., :1]) / np.maximum(np.ptp(outer, axis=-1)[..., None], 1e-9)
+
+
+def _fill(values: np.ndarray) -> np.ndarray:
+    """Interpolate the nan of (X, 2, 2) along the first axis; thirds where nothing was seen."""
+    x, filled = np.arange(len(values)), values.copy()
+    for index in np.ndindex(values.shape[1:]):
+        column = filled[(slice(None), *index)]
+        seen = np.isfinite(column)
+        known = (x[seen], column[seen]) if seen.any() else ([0], [THIRDS[1 + index[1]]])
+        column[~seen] = np.interp(x[~seen], *known)
+    return filled
+
+
+def name(reading: Reading) -> Polycube:
+    """The polycube of the word whose slabs are most like the letters in length.
+
+    Letters are compared as shares of the row, and the aspect of a cell with a cube.
+    """
+    bounds = reading.bounds
+    shares = (bounds - bounds[0]) / (bounds[-1] - bounds[0])
+    sections = reading.slices.span[bounds[0] : bounds[-1]].prod(axis=1)
+    aspect = (bounds[-1] - bounds[0]) / np.sqrt(np.median(sections))
+
+    def misfit(polycube: Polycube) -> float:
+        n_cells = polycube.x[-1]
+        return ((polycube.x / n_cells - shares) ** 2).sum() + 0.02 * np.log(aspect / n_cells) ** 2
+
+    return min(reading.word.polycubes, key=misfit)

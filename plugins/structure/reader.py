@@ -1,0 +1,58 @@
+"""Readings of a part in several frames and along their axes, as candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.geometry.frames import frames, turn
+from polycube.geometry.voxels import voxels
+from polycube.types import Candidate, Polycube, TriMesh
+
+from .placement import name, place
+from .read import Costs, Reading, View, read
+from .words import Word
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reader(Costs):
+    """The options that the plugins of this package share."""
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
+    resolution: int = 96  # voxels along the longest side
+    frames: int = 3  # frames tried at most
+
+    def views(self, surface: TriMesh) -> list[View]:
+        """The part in each of its frames, the best frame first."""
+        return [
+            View(frame, np.eye(3), voxels(surface, frame, self.resolution))
+            for frame in frames(surface, self.frames)
+        ]
+
+    def readings(
+        self, view: View, turns: Iterable[np.ndarray], words: Sequence[Word]
+    ) -> list[Reading]:
+        """Readings of the words along the first axis of each turn (3, 3) of a view, best first."""
+        turned = [View(view.frame, t @ view.turn, view.voxels.turned(t)) for t in turns]
+        found = [reading for one in turned for reading in read(one, words, self)]
+        return sorted(found, key=lambda reading: reading.cost)
+
+
+def as_candidate(reading: Reading, proposal: str, frame: int) -> Candidate:
+    """The candidate of a reading in the frame of that number."""
+    polycube = name(reading)
+    key = structure_key(polycube, reading.view.turn, frame)
+    return Candidate(proposal, polycube, place(reading, polycube), reading.cost, key)
+
+
+def structure_key(polycube: Polycube, view: np.ndarray, frame: int) -> str:
+    """The boxes of a polycube as they lie in a frame; equal for equal solids in it.
+
+    view : (3, 3) turn from the frame to the axes of the polycube
+    """
+    boxes = turn(polycube.occupancy, view.T)
+    bits = "".join("01"[int(full)] for full in boxes.ravel())
+    return f"frame {frame}, {'x'.join(map(str, boxes.shape))} boxes {bits}"
