@@ -1,0 +1,149 @@
+"""The files of a run that ParaView and PyVista open: VTK's XML formats, base64 inside.
+
+Written without the VTK library, so results leave a machine that has none; equal data gives equal
+bytes.  Lengths are in the user's units, the polycube's in cells.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from polycube.geometry.lattice import cell_of_box
+from polycube.geometry.quality import scaled_jacobian
+from polycube.io.atomic import whole
+from polycube.types import HexMesh, Labels, Polycube, TriMesh
+
+HEXAHEDRON = 12  # VTK's number for the cell
+_TYPES = {"i": "Int", "u": "UInt", "f": "Float"}
+_CORNERS = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+)
+
+Arrays = Mapping[str, np.ndarray]
+
+
+def write_hex_vtu(path: Path, hexes: HexMesh, context: Sequence[str | None] = ()) -> Path:
+    """Write the hex mesh with scaled Jacobian, grid cell and primitive of each hex.
+
+    context : primitive per grid cell, as in `Polycube.context`; empty where it is not known
+    """
+    boundary = np.zeros(len(hexes.vertices), np.uint8)
+    boundary[hexes.quads] = 1
+    cell_data = {
+        "scaled_jacobian": scaled_jacobian(hexes.vertices, hexes.hexes),
+        "cell": hexes.cell,
+    }
+    field_data: dict[str, Sequence[str]] = {}
+    if context:
+        names, primitive = _primitives(context)
+        cell_data["primitive"] = primitive[hexes.cell]
+        field_data["primitive_names"] = names
+    return write_cells(
+        path, hexes.vertices, hexes.hexes, HEXAHEDRON, {"boundary": boundary}, cell_data, field_data
+    )
+
+
+def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
+    """Write one hexahedron per occupied box, with its grid cell and primitive."""
+    boxes = np.argwhere(polycube.occupancy)
+    corners = boxes[:, None] + _CORNERS  # (C, 8, 3) into the knots
+    used, hexes = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    points = np.stack(
+        [knots[index] for knots, index in zip(polycube.knots, used.T, strict=True)], 1
+    )
+    hexes = hexes.reshape(-1, 8)
+    cell = cell_of_box(polycube)
+    names, primitive = _primitives(polycube.context)
+    cell_data = {"cell": cell, "primitive": primitive[cell]}
+    return write_cells(path, points, hexes, HEXAHEDRON, {}, cell_data, {"primitive_names": names})
+
+
+def write_labels_vtp(path: Path, surface: TriMesh, labels: Labels) -> Path:
+    """Write the input surface with the axis (0..5 = +x -x +y -y +z -z) and patch of each face."""
+    offsets = np.arange(1, len(surface.faces) + 1) * 3
+    polys = _element("Polys", {"connectivity": surface.faces.ravel(), "offsets": offsets})
+    body = (
+        _element("CellData", {"axis": labels.axis, "patch": labels.patch})
+        + _element("Points", {"points": surface.vertices})
+        + polys
+    )
+    counts = f'NumberOfPoints="{len(surface.vertices)}" NumberOfPolys="{len(surface.faces)}"'
+    return _write(path, "PolyData", counts, body)
+
+
+def write_cells(
+    path: Path,
+    points: np.ndarray,
+    cells: np.ndarray,
+    cell_type: int,
+    point_data: Arrays,
+    cell_data: Arrays,
+    field_data: Mapping[str, Sequence[str]] | None = None,
+) -> Path:
+    """Write an unstructured grid of cells of one VTK type, (E, K) into points (N, 3)."""
+    offsets = np.arange(1, len(cells) + 1) * cells.shape[1]
+    types = np.full(len(cells), cell_type, np.uint8)
+    body = (
+        _element("PointData", point_data)
+        + _element("CellData", cell_data)
+        + _element("Points", {"points": points})
+        + _element("Cells", {"connectivity": cells.ravel(), "offsets": offsets, "types": types})
+    )
+    counts = f'NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}"'
+    return _write(path, "UnstructuredGrid", counts, body, field_data or {})
+
+
+def _primitives(context: Sequence[str | None]) -> tuple[list[str], np.ndarray]:
+    """Primitive names, sorted, and the number of each grid cell's primitive (-1 where empty)."""
+    names = sorted({name for name in context if name})
+    return names, np.array([names.index(name) if name else -1 for name in context])
+
+
+def _element(tag: str, arrays: Arrays) -> str:
+    return f"<{tag}>\n{''.join(_array(name, array) for name, array in arrays.items())}</{tag}>\n"
+
+
+def _array(name: str, array: np.ndarray) -> str:
+    array = np.asarray(array)
+    if array.dtype == bool:
+        array = array.astype(np.uint8)
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    width = array.shape[1] if array.ndim > 1 else 1
+    data = np.uint64(little.nbytes).astype("<u8").tobytes() + little.tobytes()
+    return (
+        f'<DataArray type="{_TYPES[array.dtype.kind]}{8 * array.itemsize}" Name={quoteattr(name)} '
+        f'NumberOfComponents="{width}" format="binary">'
+        f"{base64.b64encode(data).decode()}</DataArray>\n"
+    )
+
+
+def _strings(name: str, values: Sequence[str]) -> str:
+    codes = " ".join(str(byte) for value in values for byte in (*value.encode(), 0))
+    return (
+        f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(values)}" '
+        f'format="ascii">{codes}</Array>\n'
+    )
+
+
+def _write(
+    path: Path,
+    dataset: str,
+    counts: str,
+    body: str,
+    field_data: Mapping[str, Sequence[str]] | None = None,
+) -> Path:
+    strings = "".join(_strings(name, values) for name, values in (field_data or {}).items())
+    fields = f"<FieldData>\n{strings}</FieldData>\n" if strings else ""
+    with whole(path) as temporary:
+        temporary.write_text(
+            '<?xml version="1.0"?>\n'
+            f'<VTKFile type="{dataset}" version="2.1" byte_order="LittleEndian" '
+            f'header_type="UInt64">\n<{dataset}>\n{fields}<Piece {counts}>\n'
+            f"{body}</Piece>\n</{dataset}>\n</VTKFile>\n"
+        )
+    return Path(path)

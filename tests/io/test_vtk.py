@@ -1,0 +1,106 @@
+"""Files read back by VTK itself: points, cells and data as they were, byte for byte repeatable."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polycube.geometry.hexes import hex_mesh
+from polycube.geometry.lattice import lattice
+from polycube.geometry.quality import scaled_jacobian
+from polycube.io.atomic import whole
+from polycube.io.vtk import write_cells, write_hex_vtu, write_labels_vtp, write_polycube_vtu
+from polycube.types import HexMesh, Labels, TriMesh
+
+UNIT = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+)
+
+
+def two_hexes() -> HexMesh:
+    vertices = np.concatenate([UNIT, [[2, 0, 0], [2.5, 1, 0], [2, 0, 1], [2, 1, 1]]]) * 25.4 + 1e3
+    hexes = [[0, 1, 2, 3, 4, 5, 6, 7], [1, 8, 9, 2, 5, 10, 11, 6]]
+    return hex_mesh(vertices, np.array(hexes), cell=np.array([0, 2]))
+
+
+def test_hex_vtu_keeps_order_units_and_quality(tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    mesh = two_hexes()
+    grid = pyvista.read(write_hex_vtu(tmp_path / "hex.vtu", mesh, ("hole_z", None, "cube")))
+    np.testing.assert_array_equal(grid.points, mesh.vertices)
+    np.testing.assert_array_equal(grid.cells_dict[pyvista.CellType.HEXAHEDRON], mesh.hexes)
+    np.testing.assert_array_equal(grid.cell_data["cell"], mesh.cell)
+    assert list(grid.field_data["primitive_names"]) == ["cube", "hole_z"]
+    np.testing.assert_array_equal(grid.cell_data["primitive"], [1, 0])
+    expected = scaled_jacobian(mesh.vertices, mesh.hexes)
+    np.testing.assert_array_equal(grid.cell_data["scaled_jacobian"], expected)
+    verdict = grid.cell_quality(["scaled_jacobian"]).cell_data["scaled_jacobian"]
+    np.testing.assert_allclose(verdict, expected, atol=1e-12)
+    assert (grid.compute_cell_sizes().cell_data["Volume"] > 0).all()  # VTK's orientation
+
+
+def test_boundary_vertices_are_flagged(tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    i = np.arange(27).reshape(3, 3, 3)
+    corner = np.argwhere(np.ones((2, 2, 2)))
+    hexes = i[tuple((corner[:, None] + UNIT).transpose(2, 0, 1))]
+    mesh = hex_mesh(np.argwhere(i >= 0), hexes)
+    grid = pyvista.read(write_hex_vtu(tmp_path / "hex.vtu", mesh))
+    assert np.flatnonzero(grid.point_data["boundary"] == 0).tolist() == [13]
+    assert "primitive" not in grid.cell_data
+
+
+def test_polycube_vtu_has_one_hexahedron_per_box(tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    hole = np.ones((3, 3, 3), bool)
+    hole[1, 1] = False
+    primitives = {"cube": np.ones((3, 3, 3), bool), "hole_z": hole}
+    polycube = lattice((2, 1, 1), ("hole_z", "cube"), primitives)
+    grid = pyvista.read(write_polycube_vtu(tmp_path / "polycube.vtu", polycube))
+    assert grid.n_cells == 51
+    assert grid.bounds == (0, 2, 0, 1, 0, 1)
+    assert grid.volume == pytest.approx(2 - 1 / 9)
+    centre = grid.cell_centers().points
+    np.testing.assert_array_equal(grid.cell_data["cell"], centre[:, 0] > 1)
+    names = np.array(grid.field_data["primitive_names"])[grid.cell_data["primitive"]]
+    assert set(names[centre[:, 0] < 1]) == {"hole_z"} and set(names[centre[:, 0] > 1]) == {"cube"}
+
+
+def test_labels_vtp(tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    surface = TriMesh(UNIT[[0, 1, 3, 4]] * 0.001, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    labels = Labels([5, 3, 0, 1], [7, 8, 9, 10])
+    mesh = pyvista.read(write_labels_vtp(tmp_path / "labels.vtp", surface, labels))
+    np.testing.assert_array_equal(mesh.regular_faces, surface.faces)
+    np.testing.assert_array_equal(mesh.points, surface.vertices)
+    np.testing.assert_array_equal(mesh.cell_data["axis"], labels.axis)
+    np.testing.assert_array_equal(mesh.cell_data["patch"], labels.patch)
+
+
+def test_names_with_markup_and_vectors_survive(tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    shift = np.arange(24.0).reshape(8, 3)
+    path = tmp_path / "cells.vtu"
+    write_cells(path, UNIT, np.arange(8)[None], 12, {'a<b>&"c"': shift}, {"flag": np.array([True])})
+    grid = pyvista.read(path)
+    np.testing.assert_array_equal(grid.point_data['a<b>&"c"'], shift)
+    assert grid.cell_data["flag"].tolist() == [1]
+
+
+def test_equal_meshes_give_equal_bytes(tmp_path: Path) -> None:
+    first = write_hex_vtu(tmp_path / "a.vtu", two_hexes()).read_bytes()
+    assert write_hex_vtu(tmp_path / "b.vtu", two_hexes()).read_bytes() == first
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path) -> None:
+    path = tmp_path / "file.txt"
+    path.write_text("old")
+    with pytest.raises(RuntimeError, match="half way"), whole(path) as temporary:
+        temporary.write_text("new")
+        raise RuntimeError("half way")
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+    with whole(path) as temporary:
+        temporary.write_text("new")
+        assert path.read_text() == "old"
+    assert path.read_text() == "new"
