@@ -1,0 +1,125 @@
+"""Charts as SVG text inside the page: they follow its colours and stay sharp on paper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+import numpy as np
+
+from polycube.report.colours import QUALITY_COLOURS, ramp
+from polycube.report.render import EYE
+
+WIDTH, HEIGHT = 720, 250  # of the histogram, in user units; the page scales it
+_FOOT, _HEAD = 34, 34  # room for the axis below and the marks above
+_N_TINTS = 12  # colours of the trajectory points
+TINTS = ("#c8443c", "#d99a2b", "#3f8f4f", "#2f6db3", "#7b4fa6")
+
+
+def histogram(quality: np.ndarray, bins: int = 40) -> str:
+    """Scaled Jacobians as bars in their colours; minimum and mean marked."""
+    low = 0.0 if quality.min() >= 0 else -1.0
+    count, edges = np.histogram(np.clip(quality, low, 1), bins=bins, range=(low, 1))
+    x = (edges - low) / (1 - low) * WIDTH
+    tall = (HEIGHT - _FOOT - _HEAD) * count / count.max()
+    tall = np.where(count > 0, np.maximum(tall, 2.5), 0)  # a single bad hex must be seen
+    middle = (edges[1:] + edges[:-1]) / 2
+    bars = [
+        f'<rect x="{x[i] + 1:.1f}" y="{HEIGHT - _FOOT - tall[i]:.1f}" '
+        f'width="{x[i + 1] - x[i] - 2:.1f}" height="{tall[i]:.1f}" rx="1.5" fill="{_hex(colour)}">'
+        f"<title>{edges[i]:.3f} to {edges[i + 1]:.3f}: {count[i]} hexes</title></rect>"
+        for i, colour in enumerate(ramp(middle, QUALITY_COLOURS))
+        if count[i]
+    ]
+    ticks = [
+        f'<text class="tick" x="{(t - low) / (1 - low) * WIDTH:.1f}" y="{HEIGHT - 10}" '
+        f'text-anchor="{anchor}">{t:g}</text>'
+        for t, anchor in _ticks(low)
+    ]
+    marks = [
+        _mark((value - low) / (1 - low) * WIDTH, f"{name} {value:.3f}", row, name)
+        for row, (name, value) in enumerate((("min", quality.min()), ("mean", quality.mean())))
+    ]
+    base = HEIGHT - _FOOT
+    return (
+        f'<svg class="chart" viewBox="-8 0 {WIDTH + 16} {HEIGHT}" role="img" '
+        f'aria-label="histogram of scaled Jacobians, minimum {quality.min():.3f}">'
+        f'<line class="axis" x1="0" y1="{base}" x2="{WIDTH}" y2="{base}"/>'
+        f"{''.join(bars)}{''.join(ticks)}{''.join(marks)}</svg>"
+    )
+
+
+def _ticks(low: float) -> list[tuple[float, str]]:
+    values = np.linspace(low, 1, 6 if low == 0 else 5)
+    return [(v, "start" if v == low else "end" if v == 1 else "middle") for v in values]
+
+
+def _mark(x: float, text: str, row: int, name: str) -> str:
+    right = x < WIDTH - 110
+    y = 14 + 17 * row
+    return (
+        f'<g class="mark {name}"><line x1="{x:.1f}" y1="{y - 11}" x2="{x:.1f}" '
+        f'y2="{HEIGHT - _FOOT}"/><text x="{x + (6 if right else -6):.1f}" y="{y}" '
+        f'text-anchor="{"start" if right else "end"}">{text}</text></g>'
+    )
+
+
+def bars(seconds: Mapping[str, float]) -> str:
+    """Seconds per stage as horizontal bars, in the order they ran."""
+    longest = max([*seconds.values(), 1e-9])
+    rows = [
+        f'<div class="bar"><span>{escape(name)}</span><span class="track"><i style="width:'
+        f'{100 * spent / longest:.1f}%"></i></span><b>{spent:.1f} s</b></div>'
+        for name, spent in seconds.items()
+    ]
+    return f'<div class="bars">{"".join(rows)}</div>'
+
+
+def trajectory(states: np.ndarray, panels: int = 6) -> str:
+    """Points of a denoising (S, N, 3), from noise to polycube, each in one colour throughout."""
+    chosen = np.unique(np.linspace(0, len(states) - 1, panels).round().astype(int))
+    flat = _project(states[chosen].astype(np.float64))
+    low, high = flat.min((0, 1)), flat.max((0, 1))
+    size = 230
+    flat = (flat - (low + high) / 2) * (size - 20) / max((high - low).max(), 1e-300)
+    tall = int(np.ceil(np.ptp(flat[..., 1]))) + 20
+    rank = np.argsort(np.argsort(states[-1][:, 0], kind="stable"), kind="stable")
+    tint = rank * _N_TINTS // len(rank)
+    colours = [_hex(c) for c in ramp((np.arange(_N_TINTS) + 0.5) / _N_TINTS, TINTS)]
+    return "".join(
+        _panel(points, tint, colours, (size, tall), _step(number, len(states)))
+        for points, number in zip(flat, chosen, strict=True)
+    )
+
+
+def _panel(
+    points: np.ndarray, tint: np.ndarray, colours: list[str], size: tuple[int, int], name: str
+) -> str:
+    """Dots are strokes of no length with round ends: a few bytes each."""
+    where = points + np.array(size) / 2
+    dots = []
+    for k, colour in enumerate(colours):
+        moves = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in where[tint == k])
+        dots.append(f'<path stroke="{colour}" d="{moves}"/>')
+    return (
+        f'<figure class="panel"><svg class="dots" viewBox="0 0 {size[0]} {size[1]}" role="img">'
+        f"{''.join(dots)}</svg><figcaption>{name}</figcaption></figure>"
+    )
+
+
+def _step(number: int, n_states: int) -> str:
+    if number in (0, n_states - 1):
+        return "x<sub>T</sub>, the input" if number == 0 else "x<sub>0</sub>, the polycube"
+    return f"{100 * number / (n_states - 1):.0f} % of the way"
+
+
+def _project(points: np.ndarray) -> np.ndarray:
+    """(..., 3) points as the pictures' eye sees them, (..., 2) right and down."""
+    towards = np.array(EYE) / np.linalg.norm(EYE)
+    right = np.cross([0, 0, 1], towards)
+    right /= np.linalg.norm(right)
+    return np.stack([points @ right, -points @ np.cross(towards, right)], -1)
+
+
+def _hex(colour: np.ndarray) -> str:
+    return "#" + "".join(f"{int(c):02x}" for c in colour)

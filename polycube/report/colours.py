@@ -1,0 +1,26 @@
+"""The colours of the report, one place for pictures, charts, viewer and page."""
+
+import numpy as np
+
+# +x -x +y -y +z -z: a hue per axis, the positive side strong, the negative one pale
+AXIS_COLOURS = ("#c8443c", "#eda49c", "#3f8f4f", "#a5d3a2", "#2f6db3", "#9cc3e8")
+SURFACE = "#a9b7c4"
+EDGE = "#1f2a36"
+WORST = "#d6206a"
+
+# scaled Jacobian 0 .. 1: red is bad, blue is good, equal steps between the stops
+QUALITY_COLOURS = ("#a3152b", "#e8743b", "#f5d67b", "#63b8b4", "#3d78bd")
+# displacement 0 .. largest
+DISPLACEMENT_COLOURS = ("#26365c", "#3b7ea1", "#6cc3a0", "#f0e27a", "#e2703a")
+
+
+def rgb(colours: tuple[str, ...]) -> np.ndarray:
+    """(K, 3) uint8 of K colours written as #rrggbb."""
+    return np.array([[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in colours], np.uint8)
+
+
+def ramp(values: np.ndarray, colours: tuple[str, ...]) -> np.ndarray:
+    """(N, 3) uint8 colour of each value in [0, 1], linear between the stops; clipped outside."""
+    stops = np.linspace(0, 1, len(colours))
+    channels = [np.interp(values, stops, channel) for channel in rgb(colours).T]
+    return np.stack(channels, -1).round().astype(np.uint8)

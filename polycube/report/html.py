@@ -1,0 +1,100 @@
+"""The report for people: one page that needs no network and no other file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from string import Template
+
+from polycube.io.atomic import whole
+from polycube.report import sections
+from polycube.report.markup import section
+from polycube.report.pictures import pictures
+
+_HERE = Path(__file__).parent
+
+# what the files of a run are, for the list at the end; any other file is listed without a word
+FILES = {
+    "report.json": "every number of this page",
+    "config.json": "the settings",
+    "run.log": "what the run said",
+    "polycube.vtu": "polycube",
+    "labels.vtp": "input surface with axis and patch per face",
+    "hex.vtu": "hex mesh",
+    "spline.bext": "volumetric spline, Bezier extraction",
+    "spline.vtu": "volumetric spline, Bezier hexahedra",
+    "modes.vtu": "eigenmodes",
+    "modes.csv": "frequencies",
+    "trajectory.npz": "denoising, all states",
+}
+
+
+def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str, object]) -> Path:
+    """Write `folder/report.html`; a run that stopped half way is told as far as it went.
+
+    state : surface, polycube, labels, hexes, spline, modes, trajectory, as far as they were made
+    report : the numbers of `report.json`, and the settings under "config"
+    """
+    drawn = pictures(state)
+    parts = [
+        sections.warnings(report),
+        sections.surface(state, report, drawn),
+        sections.structure(state, report, drawn),
+        sections.denoising(state, report, drawn),
+        sections.hexes(state, report, drawn),
+        sections.spline(state, report, drawn),
+        sections.modes(state, report, drawn),
+        sections.seconds(report),
+        _settings(report),
+        _files(folder),
+    ]
+    page = Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
+        title=escape(Path(str(report.get("input", {}).get("path", "part"))).name),
+        style=(_HERE / "page.css").read_text(encoding="utf-8"),
+        verdict=sections.verdict(report),
+        body="\n".join(filter(None, parts)),
+        version=escape(str(report.get("version", ""))),
+        seed=escape(str(report.get("seed", ""))),
+    )
+    path = folder / "report.html"
+    with whole(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return path
+
+
+def _settings(report: Mapping[str, object]) -> str:
+    config = report.get("config")
+    if not config:
+        return ""
+    text = escape(_yaml(config))
+    body = f"<details><summary>All options of this run</summary><pre>{text}</pre></details>"
+    return section("settings", "Settings", body)
+
+
+def _yaml(value: object, indent: int = 0) -> str:
+    """Nested mappings as indented lines; everything else as JSON, which is YAML too."""
+    lines = []
+    for name, item in value.items():
+        if isinstance(item, Mapping) and item:
+            lines.append(f"{' ' * indent}{name}:\n{_yaml(item, indent + 2)}")
+        else:
+            lines.append(f"{' ' * indent}{name}: {json.dumps(item, default=str)}")
+    return "\n".join(lines)
+
+
+def _files(folder: Path) -> str:
+    made = {path.name for path in folder.iterdir() if path.is_file()} - {"report.html"}
+    names = sorted(made | {"report.json", "config.json"}, key=_place)
+    items = "".join(
+        f'<li><a href="{escape(name)}">{escape(name)}</a> {FILES.get(name, "")}</li>'
+        for name in names
+        if not name.startswith(".")
+    )
+    return section("files", "Files", f"<ul class=files>{items}</ul>")
+
+
+def _place(name: str) -> tuple[int, str]:
+    known = list(FILES)
+    return (known.index(name) if name in known else len(known), name)

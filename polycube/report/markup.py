@@ -1,0 +1,92 @@
+"""Pieces of the page: numbers, tables, figures, sections.  All text from outside is escaped."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+
+import numpy as np
+
+
+def show(value: object) -> str:
+    """A value for a person, escaped: 12 345, 0.3142, yes, a, b."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, int | np.integer):
+        return f"{value:,}".replace(",", "\u202f")
+    if isinstance(value, float | np.floating):
+        return f"{value:.4g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{escape(str(k))} {show(v)}" for k, v in value.items())
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return ", ".join(show(item) for item in value)
+    return escape(str(value))
+
+
+def facts(rows: Mapping[str, object]) -> str:
+    """A two-column table of names and values; values that are None are left out."""
+    cells = (
+        f"<tr><th>{escape(name)}</th><td>{show(value)}</td></tr>"
+        for name, value in rows.items()
+        if value is not None
+    )
+    return f'<table class="facts">{"".join(cells)}</table>'
+
+
+def table(rows: Sequence[Mapping[str, object]], chosen: int | None = None) -> str:
+    """Rows under the names of their columns; `chosen` is emphasised."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    head = "".join(f"<th>{escape(name)}</th>" for name in columns)
+    body = "".join(
+        f"<tr{' class=chosen' if i == chosen else ''}>"
+        + "".join(f"<td>{show(row.get(name))}</td>" for name in columns)
+        + "</tr>"
+        for i, row in enumerate(rows)
+    )
+    rows_of_table = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    return f'<div class="scroll"><table>{rows_of_table}</table></div>'
+
+
+def figure(png: bytes | None, caption: str, legend: str = "") -> str:
+    """A picture inside the page; nothing where there is none.  caption : plain text"""
+    if png is None:
+        return ""
+    data = base64.b64encode(png).decode()
+    text = escape(caption)
+    return (
+        f'<figure><img alt="{text}" src="data:image/png;base64,{data}">{legend}'
+        f"<figcaption>{text}</figcaption></figure>"
+    )
+
+
+def gradient(colours: Sequence[str], low: str, high: str) -> str:
+    """Colour bar under a picture."""
+    return (
+        f'<div class="legend"><span>{escape(low)}</span>'
+        f'<i style="background:linear-gradient(90deg,{",".join(colours)})"></i>'
+        f"<span>{escape(high)}</span></div>"
+    )
+
+
+def swatches(names: Sequence[str], colours: Sequence[str]) -> str:
+    """Named colours under a picture."""
+    items = (
+        f'<span><i style="background:{colour}"></i>{escape(name)}</span>'
+        for name, colour in zip(names, colours, strict=True)
+    )
+    return f'<div class="swatches">{"".join(items)}</div>'
+
+
+def section(anchor: str, title: str, *parts: str) -> str:
+    """A section of the page; empty when all its parts are."""
+    body = "".join(parts)
+    return f'<section id="{anchor}"><h2>{escape(title)}</h2>{body}</section>' if body else ""
+
+
+def grid(*parts: str) -> str:
+    """Figures side by side, as many as fit; empty ones take no place."""
+    body = "".join(parts)
+    return f'<div class="grid">{body}</div>' if body else ""

@@ -1,0 +1,104 @@
+"""Draw scenes to PNG, off screen.  Run as a program, in a process of its own:
+
+    python -m polycube.report.render FOLDER < scenes.pickle
+
+because a graphics driver that is missing or broken may end the process it is loaded into, and
+VTK talks on stderr.  `pictures.draw` is the other end.
+"""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from polycube.report.colours import EDGE
+
+EYE = (0.75, -1.0, 0.62)  # from the middle of the model towards the eye; z is up
+LIGHTS = (((-0.35, 1.0, 0.5), 0.75), ((0.1, 0.0, 1.0), 0.75))  # as seen from the eye, at +z
+SIZE = (1400, 1050)  # pixels before the empty margin is cut off
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Polygons of one size in their colours, and lines upon them."""
+
+    points: np.ndarray  # (N, 3)
+    polygons: np.ndarray  # (P, 3 or 4)
+    colours: np.ndarray  # (P, 3) uint8, or (N, 3) where colours vary within a polygon
+    lines: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))  # into points
+    outlined: bool = False  # draw the edges of every polygon
+    smooth: bool = False  # shade as a curved surface, except at sharp edges
+    opacity: float = 1.0
+
+
+Scene = list[Layer]
+
+
+def render(scene: Scene, path: Path) -> None:
+    """Write one picture with transparent background, cropped to what it shows."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none")
+    for where, intensity in LIGHTS:
+        light = pyvista.Light(position=where, light_type="camera light", intensity=intensity)
+        plotter.add_light(light)
+    for layer in scene:
+        _add(plotter, layer)
+    plotter.enable_parallel_projection()
+    plotter.view_vector(EYE, viewup=(0, 0, 1))
+    plotter.camera.zoom(1.15)
+    plotter.enable_anti_aliasing("ssaa")
+    image = plotter.screenshot(None, transparent_background=True, return_img=True)
+    plotter.close()
+    _save(image, path)
+
+
+def _add(plotter: object, layer: Layer) -> None:
+    import pyvista
+
+    mesh = pyvista.PolyData(layer.points, _counted(layer.polygons))
+    plotter.add_mesh(
+        mesh,
+        scalars=layer.colours,
+        rgb=True,
+        preference="cell",
+        opacity=layer.opacity,
+        show_edges=layer.outlined,
+        edge_color=EDGE,
+        line_width=2.5,
+        smooth_shading=layer.smooth,
+        split_sharp_edges=layer.smooth,
+        specular=0.1,
+        ambient=0.35,
+        diffuse=0.8,
+    )
+    if len(layer.lines):
+        lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))
+        plotter.add_mesh(lines, color=EDGE, line_width=5)
+
+
+def _counted(cells: np.ndarray) -> np.ndarray:
+    return np.insert(cells, 0, cells.shape[1], axis=1).ravel()
+
+
+def _save(image: np.ndarray, path: Path) -> None:
+    from matplotlib.image import imsave
+
+    rows, columns = (np.flatnonzero(image[..., 3].any(axis)) for axis in (1, 0))
+    if not len(rows):
+        raise RuntimeError(f"nothing was drawn for {path.name}")
+    imsave(path, image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1], format="png")
+
+
+def main(folder: Path) -> None:
+    """Draw every scene of the pickle on stdin to `folder/<name>.png`."""
+    for name, scene in pickle.load(sys.stdin.buffer).items():
+        render(scene, folder / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

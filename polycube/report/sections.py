@@ -1,0 +1,220 @@
+"""The sections of the page, in the order of the work: input, structure, hexes, spline, modes.
+
+Each takes the state, the numbers of `report.json` and the pictures, any of which may stop half
+way, and returns "" when there is nothing to tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from polycube.geometry.quality import scaled_jacobian
+from polycube.report import charts
+from polycube.report.colours import AXIS_COLOURS, DISPLACEMENT_COLOURS, QUALITY_COLOURS
+from polycube.report.markup import facts, figure, gradient, grid, section, show, swatches, table
+from polycube.report.scenes import first_elastic
+from polycube.types import AXES
+
+State = Mapping[str, object]
+Report = Mapping[str, object]
+Pictures = Mapping[str, bytes]
+
+N_CANDIDATES = 12  # shown
+QUALITY_BAR = gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1")
+
+
+def verdict(report: Report) -> str:
+    """The first thing to read: valid or not, and the handful of numbers that decide."""
+    hexes, modes = report.get("hex", {}), report.get("modes", {})
+    tiles = {
+        "min scaled Jacobian": _fixed(hexes.get("min_scaled_jacobian")),
+        "mean scaled Jacobian": _fixed(hexes.get("mean_scaled_jacobian")),
+        "hexes": hexes.get("hexes"),
+        "largest deviation, % of diagonal": _percent(_deviation(hexes)),
+        "first elastic frequency": _first_frequency(modes),
+        "seconds": round(sum(report.get("seconds", {}).values()), 1) or None,
+    }
+    cells = "".join(
+        f"<div><b>{show(value)}</b><span>{name}</span></div>"
+        for name, value in tiles.items()
+        if value is not None
+    )
+    good = bool(report.get("valid"))
+    words = "Valid hex mesh" if good else "No valid result"
+    why = f"<p class=why>{show(report['failure'])}</p>" if report.get("failure") else ""
+    mark = f'<p class="verdict {"good" if good else "bad"}">{words}</p>'
+    return f'{mark}{why}<div class="tiles">{cells}</div>'
+
+
+def warnings(report: Report) -> str:
+    """What the run had to say about the input and about itself."""
+    items = "".join(f"<li>{show(text)}</li>" for text in report.get("warnings", ()))
+    return section("warnings", "Warnings", f"<ul>{items}</ul>") if items else ""
+
+
+def surface(state: State, report: Report, pictures: Pictures) -> str:
+    """The input as it was read."""
+    numbers = dict(report.get("input", {}))
+    box = np.array(numbers.pop("bbox", [[0] * 3] * 2))
+    if not numbers:
+        return ""
+    size = " × ".join(show(float(s)) for s in np.ptp(box, axis=0))
+    rows = {**numbers, "size": size, "diagonal": float(np.linalg.norm(np.ptp(box, axis=0)))}
+    picture = figure(pictures.get("input"), "Input surface; sharp edges drawn.")
+    return section("input", "Input", grid(picture, facts(rows)))
+
+
+def structure(state: State, report: Report, pictures: Pictures) -> str:
+    """The polycube, the labels, and the ranking it came out of."""
+    numbers = dict(report.get("polycube", {}))
+    candidates = list(numbers.pop("candidates", ()))
+    chosen = numbers.pop("chosen", 0)
+    axes = swatches(AXES, AXIS_COLOURS)
+    pictured = grid(
+        figure(pictures.get("polycube"), "Polycube; a colour per face direction.", axes),
+        figure(pictures.get("labels"), "The same colours on the input: labels and patches.", axes),
+    )
+    ranking = ""
+    if candidates:
+        rows = [
+            {"rank": i + 1, **{k: v for k, v in row.items() if k != "key"}}
+            for i, row in enumerate(candidates)
+        ]
+        shown = rows[: max(N_CANDIDATES, chosen + 1)]
+        ranking = (
+            f"<h3>Ranking of {len(rows)} proposals</h3>"
+            "<p>A short registration of each; the smallest score is tried first. "
+            f"Meshed: rank {chosen + 1}.</p>{table(shown, chosen)}"
+        )
+    return section("structure", "Structure", pictured, facts(numbers) if numbers else "", ranking)
+
+
+def denoising(state: State, report: Report, pictures: Pictures) -> str:
+    """The points of the diffusion model on their way, where it was asked."""
+    states = state.get("trajectory")
+    if states is None or len(states) < 2:
+        return ""
+    strip = f'<div class="strip">{charts.trajectory(np.asarray(states))}</div>'
+    text = "<p>Points of the input carried to the polycube by the diffusion model.</p>"
+    return section("denoising", "Denoising", text, strip)
+
+
+def hexes(state: State, report: Report, pictures: Pictures) -> str:
+    """The hex mesh: cut open, histogram, worst hex, distances from the input."""
+    mesh, numbers = state.get("hexes"), dict(report.get("hex", {}))
+    if mesh is None:
+        return ""
+    quality = scaled_jacobian(mesh.vertices, mesh.hexes)
+    shares = np.percentile(quality, [1, 5, 50])
+    rows = {
+        "hexes": len(mesh.hexes),
+        "vertices": len(mesh.vertices),
+        "scaled Jacobian, min": float(quality.min()),
+        "scaled Jacobian, 1 % / 5 % / 50 % below": " / ".join(f"{s:.3f}" for s in shares),
+        "scaled Jacobian, mean": float(quality.mean()),
+        "inverted (at most 0)": int((quality <= 0).sum()),
+        "below 0.2": int((quality < 0.2).sum()),
+    }
+    worst = int(quality.argmin())
+    at = ", ".join(f"{c:.4g}" for c in mesh.vertices[mesh.hexes[worst]].mean(0))
+    return section(
+        "hexes",
+        "Hex mesh",
+        grid(
+            figure(pictures.get("hex"), "Hex mesh, coloured by scaled Jacobian.", QUALITY_BAR),
+            figure(pictures.get("cut"), "Cut open: whole hexes behind the plane.", QUALITY_BAR),
+        ),
+        f"<h3>Scaled Jacobian of {show(len(mesh.hexes))} hexes</h3>",
+        charts.histogram(quality),
+        grid(
+            facts(rows),
+            figure(pictures.get("worst"), f"Worst hex: number {worst}, at ({at})."),
+        ),
+        _distances(state, numbers),
+    )
+
+
+def _distances(state: State, numbers: Mapping[str, object]) -> str:
+    """Table of distances to the input, in per cent of the diagonal and in model units."""
+    found = state.get("surface")
+    if found is None or _deviation(numbers) is None:
+        return ""
+    diagonal = float(np.linalg.norm(np.ptp(found.vertices, axis=0)))
+    rows = [
+        {
+            "distance": name.replace("_", " "),
+            "% of diagonal": 100 * value,
+            "model units": value * diagonal,
+        }
+        for name, value in numbers.items()
+        if isinstance(value, float) and ("to_surface" in name or "to_mesh" in name)
+    ]
+    return "<h3>Distance between hex mesh and input</h3>" + table(rows)
+
+
+def spline(state: State, report: Report, pictures: Pictures) -> str:
+    """The volumetric spline."""
+    numbers = report.get("spline", {})
+    picture = figure(pictures.get("spline"), "Spline solid with the edges of its Bézier elements.")
+    if not numbers and not picture:
+        return ""
+    return section("spline", "Volumetric spline", grid(picture, facts(numbers)))
+
+
+def modes(state: State, report: Report, pictures: Pictures) -> str:
+    """Frequencies, and the first modes that deform the body."""
+    found = state.get("modes")
+    if found is None:
+        return ""
+    units = dict(found.units)
+    frequency = f"frequency, {units.get('frequency', 'cycles per unit of time')}"
+    first = first_elastic(found)
+    rows = [
+        {
+            "mode": i + 1,
+            "omega squared": float(value),
+            frequency: float(found.frequency[i]),
+            "": "rigid motion" if i < first else "",
+        }
+        for i, value in enumerate(found.eigenvalues)
+    ]
+    pictured = [
+        figure(
+            pictures.get(f"mode_{i}"),
+            f"Mode {i + 1}: {found.frequency[i]:.4g} {units.get('frequency', '')}".strip(),
+            gradient(DISPLACEMENT_COLOURS, "at rest", "largest"),
+        )
+        for i in range(len(rows))
+    ]
+    about = {"mass": float(found.mass), "units": units or None}
+    return section("modes", "Eigenmodes", grid(*pictured), table(rows), facts(about))
+
+
+def seconds(report: Report) -> str:
+    """Where the time went."""
+    spent = report.get("seconds", {})
+    return section("time", "Time", charts.bars(spent)) if spent else ""
+
+
+def _deviation(numbers: Mapping[str, object]) -> float | None:
+    """Larger of the two one-sided distances, as a fraction of the diagonal."""
+    both = [numbers.get(f"{way}_max") for way in ("mesh_to_surface", "surface_to_mesh")]
+    return max(both) if None not in both else None
+
+
+def _first_frequency(numbers: Mapping[str, object]) -> str | None:
+    squares, frequency = numbers.get("omega_squared", ()), numbers.get("frequency_hz", ())
+    large = max(map(abs, squares), default=0)
+    elastic = [f for w, f in zip(squares, frequency, strict=True) if w > 1e-6 * large]
+    unit = numbers.get("units", {}).get("frequency", "")
+    return f"{elastic[0]:.4g} {unit}".strip() if elastic else None
+
+
+def _percent(value: float | None) -> str | None:
+    return None if value is None else f"{100 * value:.2f}"
+
+
+def _fixed(value: float | None) -> str | None:
+    return None if value is None else f"{value:.3f}"

@@ -1,0 +1,138 @@
+"""The page: well-formed, alone, complete, and told as far as a run went."""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polycube.geometry.quality import scaled_jacobian
+from polycube.report.html import write_report
+from polycube.report.markup import show, table
+
+VOID = {"meta", "img", "line", "rect", "path", "input", "br"}
+
+
+class Outline(HTMLParser):
+    """Fails on a tag that is not closed; collects sections, text and addresses."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.open, self.sections, self.text, self.addresses = [], [], [], []
+        self.feed(page)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes) -> None:
+        if tag not in VOID:
+            self.open.append(tag)
+        given = dict(attributes)
+        if tag == "section":
+            self.sections.append(given["id"])
+        self.addresses += [given[key] for key in ("src", "href") if key in given]
+
+    def handle_endtag(self, tag) -> None:
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data) -> None:
+        self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def report(run) -> dict[str, object]:
+    surface, hexes, modes = run["surface"], run["hexes"], run["modes"]
+    quality = scaled_jacobian(hexes.vertices, hexes.hexes)
+    box = [surface.vertices.min(0).tolist(), surface.vertices.max(0).tolist()]
+    candidate = {"proposal": "slices", "context": ["cube", "hole_z"], "key": "k", "score": 0.25}
+    return {
+        "valid": True,
+        "input": {"path": "parts/<b>bent.stl", "vertices": 72, "genus": 1, "bbox": box},
+        "polycube": {"grid": [2, 1, 1], "candidates": [candidate], "chosen": 0},
+        "hex": {
+            "hexes": len(hexes.hexes),
+            "min_scaled_jacobian": float(quality.min()),
+            "mean_scaled_jacobian": float(quality.mean()),
+            "mesh_to_surface_max": 0.0025,
+            "surface_to_mesh_max": 0.0031,
+        },
+        "spline": {"functions": 468},
+        "modes": {
+            "omega_squared": modes.eigenvalues.tolist(),
+            "frequency_hz": modes.frequency.tolist(),
+            "units": modes.units,
+        },
+        "seconds": {"read": 0.5, "meshing/smooth": 9.5},
+        "warnings": ["3 vertices <welded>"],
+        "seed": 7,
+        "version": "0.1.0",
+        "config": {"grid": {"shape": [2, 1, 1]}, "mesh": "bent.stl"},
+    }
+
+
+@pytest.fixture(scope="module")
+def page(run, report, tmp_path_factory) -> str:
+    folder = tmp_path_factory.mktemp("run")
+    (folder / "hex.vtu").write_text("")
+    return write_report(folder, run, report).read_text(encoding="utf-8")
+
+
+def test_all_sections_in_order(page: str) -> None:
+    wanted = "warnings input structure denoising hexes spline modes time settings files"
+    assert Outline(page).sections == wanted.split()
+
+
+def test_page_stands_alone(page: str) -> None:
+    addresses = Outline(page).addresses
+    assert all(a.startswith("data:image/png;base64,") or "/" not in a for a in addresses)
+    assert "http:" not in page.replace("http://www.w3.org", "") and "https:" not in page
+
+
+def test_numbers_of_the_run_stand_in_the_page(page: str, run) -> None:
+    text = " ".join(Outline(page).text)
+    quality = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    assert "Valid hex mesh" in text
+    assert f"min {quality.min():.3f}" in text
+    diagonal = np.linalg.norm(np.ptp(run["surface"].vertices, axis=0))
+    assert "0.31" in text and f"{0.0031 * diagonal:.4g}" in text  # per cent, and model units
+    assert f"{run['modes'].frequency[6]:.4g} Hz" in text
+    assert "rigid motion" in text and "3 vertices <welded>" in text
+    assert re.search(r"shape: \[2, 1, 1\]", text)
+
+
+def test_text_from_outside_is_escaped(page: str) -> None:
+    assert "<b>bent" not in page and "<welded>" not in page
+
+
+def test_a_run_that_failed_half_way_says_where(run, tmp_path: Path) -> None:
+    report = {
+        "valid": False,
+        "failure": "stage meshing/smooth failed: no descent",
+        "input": {"path": "part.stl", "bbox": [[0, 0, 0], [1, 1, 1]]},
+        "seconds": {"read": 0.1},
+    }
+    state = {"surface": run["surface"], "polycube": run["polycube"]}
+    page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
+    outline = Outline(page)
+    assert "No valid result" in page and "stage meshing/smooth failed" in page
+    assert {"input", "structure"} <= set(outline.sections)
+    assert not {"hexes", "spline", "modes"} & set(outline.sections)
+
+
+def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
+    Outline(write_report(tmp_path, {}, {}).read_text(encoding="utf-8"))
+
+
+def test_values_are_shown_for_people() -> None:
+    assert show(12345) == "12\u202f345"
+    assert show(np.float64(0.314159)) == "0.3142"
+    assert show(True) == "yes" and show(None) == "–"
+    assert show(("cube", None)) == "cube, –"
+    assert show({"length": "m<m"}) == "length m&lt;m"
+
+
+def test_table_has_every_column_any_row_has() -> None:
+    rows = table([{"a": 1}, {"a": 2, "b": 3}], chosen=1)
+    assert rows.count("<th>") == 2 and rows.count("<td>") == 4
+    assert rows.index("class=chosen") > rows.index("<td>1</td>")

@@ -1,0 +1,71 @@
+"""Pictures are drawn, and never end a run."""
+
+import logging
+import sys
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+from polycube.report import scenes
+from polycube.report.pictures import draw, pictures
+from polycube.report.render import Layer
+
+
+def pixels(png: bytes) -> np.ndarray:
+    from matplotlib.image import imread
+
+    return imread(BytesIO(png), format="png")
+
+
+@pytest.fixture(scope="module")
+def drawn(run) -> dict[str, bytes]:
+    pytest.importorskip("pyvista")
+    return pictures(run)
+
+
+def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
+    names = {"input", "polycube", "labels", "hex", "cut", "worst", "spline", "mode_6", "mode_7"}
+    assert set(drawn) == names
+
+
+def test_pictures_are_cropped_and_transparent_around(drawn) -> None:
+    for name, png in drawn.items():
+        alpha = pixels(png)[..., 3]
+        assert alpha.min() == 0 and alpha.max() == 1, name
+        assert all(side.any() for side in (alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1])), name
+
+
+def test_hues_of_the_axes_are_seen(drawn) -> None:
+    """From the eye +x, -y and +z faces are seen: red, pale green and blue."""
+    image = pixels(drawn["polycube"])
+    hue = image[..., :3][image[..., 3] == 1].argmax(1)
+    assert set(np.unique(hue)) == {0, 1, 2}
+
+
+def test_half_a_run_is_drawn_as_far_as_it_went(run) -> None:
+    pytest.importorskip("pyvista")
+    assert set(pictures({"polycube": run["polycube"], "hexes": None})) == {"polycube"}
+
+
+def test_a_machine_that_cannot_draw_gives_a_warning_and_no_picture(
+    run, monkeypatch, caplog
+) -> None:
+    scene = {"polycube": scenes.polycube_faces(run["polycube"])}
+    for program in ("/bin/false", "/no/such/program"):
+        monkeypatch.setattr(sys, "executable", program)
+        caplog.clear()
+        with caplog.at_level(logging.WARNING):
+            assert draw(scene) == {}
+        assert "no picture of polycube" in caplog.text
+
+
+def test_a_scene_that_cannot_be_drawn_is_named(run, caplog) -> None:
+    pytest.importorskip("pyvista")
+    empty = np.zeros((0, 3))
+    nothing = [Layer(empty, empty.astype(int), empty.astype(np.uint8))]
+    good = scenes.polycube_faces(run["polycube"])
+    with caplog.at_level(logging.WARNING):
+        drawn = draw({"good": good, "nothing": nothing})
+    assert set(drawn) == {"good"}
+    assert "no picture of nothing" in caplog.text
