@@ -1,0 +1,94 @@
+"""Read a surface from a file, or a made example, and check that it bounds one solid.
+
+Coordinates are kept exactly as they stand in the file: no scaling, no moving, no turning.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.io.clean import clean
+from polycube.io.examples import example
+from polycube.io.obj import read_obj
+from polycube.io.stl import read_stl
+from polycube.types import TriMesh
+
+logger = logging.getLogger(__name__)
+
+EXAMPLE = "example:"
+CAD = (".step", ".stp", ".iges", ".igs", ".brep")
+
+Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
+
+
+def read_surface(path: str | Path) -> tuple[TriMesh, list[str]]:
+    """Closed, oriented surface of one solid, and what was changed or is doubtful, one per line.
+
+    `path` is a file or `example:NAME`.  Raises InputError, one sentence, for what can not be used.
+    """
+    if str(path).startswith(EXAMPLE):
+        return example(str(path).removeprefix(EXAMPLE)), []
+    path = Path(path)
+    try:
+        vertices, faces = _reader(path)(path)
+        surface, warnings = clean(vertices, faces)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error.__cause__
+    except OSError as error:
+        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+    logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
+    return surface, warnings
+
+
+def _reader(path: Path) -> Callable[[Path], Soup]:
+    suffix = path.suffix.lower()
+    if suffix in CAD:
+        raise InputError(
+            f"CAD files ({suffix}) can not be read yet; convert it to STL with a CAD program"
+        )
+    if suffix not in READERS:
+        raise InputError(
+            f"unknown kind of file {suffix!r}; can read {', '.join(READERS)} and example:NAME"
+        )
+    return READERS[suffix]
+
+
+def _read_trimesh(path: Path) -> Soup:
+    import trimesh
+
+    data = path.read_bytes()
+    if not data:
+        raise InputError("the file is empty")
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+    except Exception as error:  # foreign parsers raise whatever broke
+        raise InputError(f"not a readable {path.suffix} file: {error!r}") from error
+    return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+
+
+def _read_fbx(path: Path) -> Soup:
+    path.open("rb").close()  # open3d only prints where it can not read
+    try:
+        import open3d
+    except (ImportError, OSError) as error:
+        raise InputError(
+            f"FBX needs open3d, which does not load ({error}); on Debian or Ubuntu: "
+            "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
+        ) from error
+    mesh = open3d.io.read_triangle_mesh(str(path))
+    return np.array(mesh.vertices), np.array(mesh.triangles, dtype=np.int64)
+
+
+READERS: dict[str, Callable[[Path], Soup]] = {
+    ".stl": read_stl,
+    ".obj": read_obj,
+    ".ply": _read_trimesh,
+    ".off": _read_trimesh,
+    ".glb": _read_trimesh,
+    ".fbx": _read_fbx,
+}

@@ -1,0 +1,56 @@
+"""Read STL files, binary and ASCII, and refuse broken ones by name."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError
+
+HEADER, RECORD = 84, 50  # bytes: 80 of text and a count; a triangle
+VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)\s*$", re.IGNORECASE | re.MULTILINE)
+FACET = re.compile(rb"^\s*(end)?facet\b", re.IGNORECASE | re.MULTILINE)
+END = re.compile(rb"^\s*endsolid\b", re.IGNORECASE | re.MULTILINE)
+
+
+def read_stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (3 F, 3), unwelded, and faces (F, 3); raises InputError, one sentence."""
+    data = path.read_bytes()
+    if not data:
+        raise InputError("the file is empty")
+    count = int.from_bytes(data[80:HEADER], "little")
+    if HEADER + RECORD * count == len(data):  # also where the header begins with "solid"
+        corners = _binary(data)
+    elif b"\0" in data:
+        raise InputError(
+            f"not a whole STL file: its header counts {count} triangles, "
+            f"but its {len(data)} bytes hold {max(len(data) - HEADER, 0) // RECORD}"
+        )
+    elif data.lstrip()[:5].lower() == b"solid":
+        corners = _ascii(data)
+    else:
+        raise InputError("not an STL file: neither binary, nor text that begins with 'solid'")
+    return corners, np.arange(len(corners)).reshape(-1, 3)
+
+
+def _binary(data: bytes) -> np.ndarray:
+    records = np.frombuffer(data, np.uint8, offset=HEADER).reshape(-1, RECORD)
+    floats = np.ascontiguousarray(records[:, 12:48]).view("<f4")  # after the normal
+    return floats.reshape(-1, 3).astype(np.float64)
+
+
+def _ascii(data: bytes) -> np.ndarray:
+    words = VERTEX.findall(data)
+    ends = [bool(end) for end in FACET.findall(data)]
+    n_facets = ends.count(True)
+    if not END.search(data) or len(ends) != 2 * n_facets or len(words) != 3 * n_facets:
+        raise InputError(
+            f"not a whole STL file: it ends or breaks off after {len(words)} vertices of "
+            f"{len(ends) - n_facets} facets; each needs three, 'endfacet', and 'endsolid' last"
+        )
+    try:
+        return np.array(words, dtype=np.float64).reshape(-1, 3)
+    except ValueError as error:
+        raise InputError(f"not an STL file: a coordinate is no number ({error})") from None
