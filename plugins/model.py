@@ -1,0 +1,33 @@
+"""Networks: torch modules (x (B, channels, h, w), t in [0, 1], context) -> (B, 3, h, w)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from polycube.registry import register
+
+if TYPE_CHECKING:
+    from torch import nn
+
+
+@register("model", "unet")
+@dataclass(frozen=True)
+class PublishedUNet:
+    """The paper's U-Net: 64 -> 128 features, two levels down and two up."""
+
+    width: int = 64
+
+    def __call__(self, channels: int, context_length: int, image: tuple[int, int]) -> nn.Module:
+        """Untrained network for images of the given (height, width)."""
+        from polycube.diffusion.unet import UNet  # torch is heavy
+
+        return UNet(channels, context_length, self.width, image)
+
+
+@register("model", "tiny")
+@dataclass(frozen=True)
+class Tiny(PublishedUNet):
+    """The same network with few features, for trying things out."""
+
+    width: int = 8

@@ -1,0 +1,76 @@
+"""Reverse diffusion: from x_T, the geometry, to x_0, the polycube (paper, Algorithm 2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from polycube.registry import register
+
+if TYPE_CHECKING:
+    from torch import Generator, Tensor
+
+    from polycube.diffusion.process import DiffusionProcess, Predict
+
+
+@register("sampler", "ddpm")
+@dataclass(frozen=True)
+class Ddpm:
+    """Every step, with new noise: x_{t-1} = mu'_t + sigma_t z (Algorithm 2)."""
+
+    noise: float = 1.0  # factor of sigma_t = s sqrt(beta_t)
+
+    def __call__(
+        self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
+    ) -> tuple[Tensor, Tensor]:
+        """x_0 and the states kept on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        import torch
+
+        from polycube.diffusion.process import kept_steps
+
+        q, x_t, states = process.adjustment(x_T), x_T, [x_T]
+        kept = kept_steps(process.steps)
+        for t in range(process.steps, 0, -1):
+            step = torch.full((len(x_T),), t)
+            z = process.noise(x_t, predict(x_t, t), q, step)
+            x_t = process.reverse_mean(x_t, z, q, t)
+            if t > 1:
+                sigma = self.noise * process.noise_scale * float(process.beta[t]) ** 0.5
+                x_t = x_t + sigma * torch.randn(x_t.shape, generator=generator).to(x_t)
+            if t - 1 in kept:
+                states.append(x_t)
+        return x_t, torch.stack(states)
+
+
+@register("sampler", "ddim")
+@dataclass(frozen=True)
+class Ddim:
+    """A few deterministic steps: the same noise, less of it (the mean, where DDPM draws)."""
+
+    steps: int = 20
+
+    def __post_init__(self) -> None:
+        if self.steps < 1:
+            raise ValueError(f"sampler=ddim needs steps >= 1; got {self.steps}")
+
+    def __call__(
+        self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
+    ) -> tuple[Tensor, Tensor]:
+        """x_0 and the states kept on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        import torch
+
+        from polycube.diffusion.process import kept_steps
+
+        T = process.steps
+        kept = kept_steps(T)
+        even = {round(T * i / self.steps) for i in range(self.steps + 1)}
+        times = sorted(even | set(kept), reverse=True)
+        q, x_t, states = process.adjustment(x_T), x_T, [x_T]
+        for t, after in pairwise(times):
+            x_0 = predict(x_t, t)
+            z = process.noise(x_t, x_0, q, torch.full((len(x_T),), t))
+            x_t = process.forward(x_0, z, q, torch.full((len(x_T),), after))
+            if after in kept:
+                states.append(x_t)
+        return x_t, torch.stack(states)

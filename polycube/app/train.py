@@ -1,0 +1,142 @@
+"""`train.py`: pairs, network, trainer, weights.
+
+Exit codes: 0, or 2 for an option that is refused.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import hydra
+import lightning.pytorch as L
+from hydra.core.hydra_config import HydraConfig
+from lightning.pytorch.callbacks import ModelCheckpoint
+from lightning.pytorch.loggers import TensorBoardLogger
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
+from polycube import HOME, registry
+from polycube.diffusion.dataset import PairImages, training_loader, validation_loader
+from polycube.diffusion.module import DDPMPolycube, Learning
+from polycube.diffusion.pictures import Pictures
+from polycube.diffusion.weights import make_denoiser, save_denoiser
+from polycube.errors import InputError
+
+logger = logging.getLogger(__name__)
+
+HELD_OUT = 10**9  # added to the seed of the pairs that are measured and never trained on
+
+
+def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
+    """Train a denoiser and write its weights to `folder`/weights; returns the final metrics."""
+    L.seed_everything(cfg["seed"], verbose=False)
+    data = _build("data", cfg["data"])
+    primitives = {name: _build("primitive", {"plugin": name})() for name in _names(cfg)}
+    config = _denoiser_config(cfg, pads=data.pads)
+    denoiser = make_denoiser(config, _build)
+    learning = _checked(Learning, **cfg["learning"], seed=cfg["seed"])
+    module = DDPMPolycube(denoiser, learning, _build("sampler", cfg["sampler"]), config)
+
+    def images(seed: int) -> PairImages:
+        return PairImages(data(cfg["grid"]["shape"], primitives, seed), tuple(primitives))
+
+    size = cfg["batch_size"]
+    training = training_loader(images(cfg["seed"]), size, cfg["batches_per_epoch"], cfg["workers"])
+    held_out = validation_loader(images(cfg["seed"] + HELD_OUT), cfg["held_out"], size)
+    trainer = _trainer(cfg, folder)
+    trainer.fit(module, training, held_out, ckpt_path=_checkpoint(cfg["ckpt"], folder))
+    metrics = {name: float(value) for name, value in trainer.callback_metrics.items()}
+    metrics |= {"steps": trainer.global_step, "samples": trainer.global_step * size}
+    path = save_denoiser(denoiser, config, metrics, folder / "weights")
+    logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
+    return metrics
+
+
+def main() -> None:
+    """Command line: Hydra composes the config, `train` runs, the exit code says how it went."""
+    started = []
+
+    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name="train")
+    def compose_and_run(cfg: DictConfig) -> None:
+        started.append(True)
+        try:
+            folder = Path(HydraConfig.get().runtime.output_dir)
+            train(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
+        except (InputError, OmegaConfBaseException) as error:
+            sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+            sys.exit(2)
+
+    try:
+        compose_and_run()
+    except SystemExit as end:
+        refused = not started and end.code  # Hydra has said what is wrong with the overrides
+        sys.exit(2 if refused else end.code)
+
+
+def _names(cfg: Mapping[str, object]) -> list[str]:
+    return list(cfg["primitives"]["use"])
+
+
+def _denoiser_config(cfg: Mapping[str, object], pads: bool) -> dict[str, object]:
+    """What is needed to build the denoiser again, kept with checkpoints and weights."""
+    return {
+        "grid": list(cfg["grid"]["shape"]),
+        "primitives": _names(cfg),
+        "schedule": dict(cfg["schedule"]),
+        "model": dict(cfg["model"]),
+        "options": {**cfg["denoiser"], "pads": pads},
+    }
+
+
+def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
+    """Lightning's trainer, with checkpoints (last and best), TensorBoard and pictures."""
+    best = ModelCheckpoint(
+        folder / "checkpoints",
+        "best",
+        monitor="error",
+        save_last=True,
+        auto_insert_metric_name=False,
+    )
+    logger = TensorBoardLogger(folder, name="tensorboard", version="")
+    return hydra.utils.instantiate(
+        cfg["trainer"],
+        callbacks=[best, Pictures()],
+        logger=logger,
+        limit_train_batches=cfg["batches_per_epoch"],
+        default_root_dir=str(folder),
+        enable_model_summary=False,
+    )
+
+
+def _checkpoint(ckpt: str | None, folder: Path) -> Path | None:
+    """Checkpoint to go on from: a path, or `last` of the newest other run beside `folder`."""
+    if ckpt is None:
+        return None
+    if ckpt != "last":
+        path = Path(ckpt)
+    else:
+        found = sorted(
+            folder.parent.glob("*/checkpoints/last.ckpt"), key=lambda p: p.stat().st_mtime
+        )
+        if not found:
+            raise InputError(f"ckpt=last: no run under {folder.parent} has checkpoints/last.ckpt")
+        path = found[-1]
+    if not path.is_file():
+        raise InputError(f"no checkpoint at {path}; ckpt is a file, last, or null")
+    return path
+
+
+def _build(kind: str, config: Mapping[str, object]) -> Callable:
+    """The plugin a config names; raises InputError where the config is wrong."""
+    return _checked(registry.build, kind, config)
+
+
+def _checked(make: Callable, *args: object, **kwargs: object) -> Callable:
+    try:
+        return make(*args, **kwargs)
+    except (LookupError, TypeError, ValueError) as error:
+        raise InputError(str(error.args[0] if error.args else error)) from error

@@ -1,0 +1,91 @@
+"""The diffusion process: polycube -> geometry, and one step back (paper, eqs. 1 to 5).
+
+    x_t = sqrt(alpha_t) x_{t-1} + sqrt(1 - alpha_t) (s z + q),   z ~ N(0, I)        (1)
+
+The adjustment q makes the end of the process a geometry instead of pure noise; s scales the noise
+(1 in the paper).  A schedule gives alpha_bar; everything else is derived here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from torch import Tensor
+
+# (x_t, t) -> predicted x_0: a network with geometry and context already filled in
+Predict = Callable[[Tensor, int], Tensor]
+
+
+class DiffusionProcess:
+    """Coefficients of every step t = 0..T, with the paper's names.
+
+    alpha_bar, alpha, beta : (T + 1,), alpha_bar_0 = alpha_0 = 1
+    drift : (T + 1,) c_t with Q_t = c_t q: c_t = sqrt(alpha_t) c_{t-1} + sqrt(1 - alpha_t), c_0 = 0
+    noise_scale : s
+    """
+
+    def __init__(self, alpha_bar: np.ndarray, noise_scale: float = 1.0) -> None:
+        alpha_bar = np.asarray(alpha_bar, dtype=np.float64)
+        if alpha_bar.ndim != 1 or len(alpha_bar) < 2 or alpha_bar[0] != 1 or alpha_bar[-1] <= 0:
+            raise ValueError(f"alpha_bar must go from 1 to above 0; got {alpha_bar}")
+        if (np.diff(alpha_bar) >= 0).any():
+            raise ValueError("alpha_bar must fall at every step")
+        if noise_scale <= 0:
+            raise ValueError(f"noise_scale must be positive; got {noise_scale}")
+        alpha = np.append(1.0, alpha_bar[1:] / alpha_bar[:-1])
+        drift = np.zeros_like(alpha)
+        for t in range(1, len(alpha)):
+            drift[t] = np.sqrt(alpha[t]) * drift[t - 1] + np.sqrt(1 - alpha[t])
+        self.steps = len(alpha) - 1
+        self.noise_scale = noise_scale
+        self.alpha_bar, self.alpha, self.beta, self.drift = map(
+            torch.from_numpy, (alpha_bar, alpha, 1 - alpha, drift)
+        )
+
+    def adjustment(self, geometry: Tensor) -> Tensor:
+        """The q whose cumulative influence Q_T = c_T q is the geometry."""
+        return geometry / self.drift[-1].to(geometry)
+
+    def forward(self, x_0: Tensor, z: Tensor, q: Tensor, t: Tensor) -> Tensor:
+        """x_t = sqrt(alpha_bar_t) x_0 + sqrt(1 - alpha_bar_t) s z + c_t q (eq. 2).
+
+        x_0, z, q : (B, 3, height, width); t : (B,) int64
+        """
+        signal, noise, drift = self._at(t, x_0)
+        return signal * x_0 + noise * z + drift * q
+
+    def noise(self, x_t: Tensor, x_0: Tensor, q: Tensor, t: Tensor) -> Tensor:
+        """The z with which `forward` gives x_t."""
+        signal, noise, drift = self._at(t, x_t)
+        return (x_t - signal * x_0 - drift * q) / noise
+
+    def origin(self, x_t: Tensor, z: Tensor, q: Tensor, t: Tensor) -> Tensor:
+        """The x_0 with which `forward` gives x_t."""
+        signal, noise, drift = self._at(t, x_t)
+        return (x_t - noise * z - drift * q) / signal
+
+    def reverse_mean(self, x_t: Tensor, z: Tensor, q: Tensor, t: int) -> Tensor:
+        """mu'_t = (x'_t - beta_t / sqrt(1 - alpha_bar_t) (s z + q'_t)) / sqrt(alpha_t) (eq. 5).
+
+        q'_t = sqrt(1 - alpha_bar_t) / sqrt(1 - alpha_t) q takes back the drift of one step exactly.
+        """
+        alpha, alpha_bar = float(self.alpha[t]), float(self.alpha_bar[t])
+        q_prime = ((1 - alpha_bar) / (1 - alpha)) ** 0.5 * q
+        share = (1 - alpha) / (1 - alpha_bar) ** 0.5
+        return (x_t - share * (self.noise_scale * z + q_prime)) / alpha**0.5
+
+    def _at(self, t: Tensor, like: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Factors of x_0, z and q at steps t, shaped to multiply images like the given ones."""
+        alpha_bar, drift = self.alpha_bar[t.cpu()], self.drift[t.cpu()]
+        factors = (alpha_bar.sqrt(), (1 - alpha_bar).sqrt() * self.noise_scale, drift)
+        shape = (-1, *[1] * (like.ndim - 1))
+        signal, noise, drift = (factor.to(like).reshape(shape) for factor in factors)
+        return signal, noise, drift
+
+
+def kept_steps(steps: int) -> list[int]:
+    """Steps whose states are kept, descending: T, T - 1, T - 21, 19, 0 of the paper's figure."""
+    wanted = {steps, steps - 1, steps - 21, 19, 0}
+    return sorted((t for t in wanted if 0 <= t <= steps), reverse=True)

@@ -1,0 +1,91 @@
+"""Points, images, contexts: exact and reversible."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from polycube.diffusion.encoding import (
+    context_length,
+    context_vector,
+    decode,
+    encode,
+    image_size,
+    learning_frame,
+    to_pixels,
+    to_points,
+    x_order,
+)
+
+PRIMITIVES = ("cube", "hole_z", "hole_x", "hole_y")
+
+
+@pytest.mark.parametrize(
+    ("grid", "size"),
+    [((2, 1, 1), (32, 32)), ((1, 1, 1), (16, 32)), ((3, 2, 1), (48, 64)), ((2, 2, 2), (64, 64))],
+)
+def test_image_size(grid: tuple, size: tuple) -> None:
+    assert image_size(grid) == size
+
+
+@pytest.mark.parametrize(
+    ("context", "positions"),
+    [
+        (("cube", None), [0]),
+        ((None, "cube"), [4]),
+        (("hole_z", None), [8]),
+        ((None, "hole_y"), [28]),
+        (("cube", "cube"), [0, 4]),  # the paper's ninth type
+        (("hole_x", "hole_z"), [12, 16]),
+    ],
+)
+def test_context_vector_of_the_paper(context: tuple, positions: list) -> None:
+    vector = context_vector(context, PRIMITIVES, 2)
+    assert len(vector) == 29 == context_length(4, 2)
+    assert np.flatnonzero(vector).tolist() == positions
+
+
+def test_wrong_contexts_are_refused() -> None:
+    with pytest.raises(LookupError, match="no primitive named 'cone'; have cube"):
+        context_vector(("cone", None), PRIMITIVES, 2)
+    with pytest.raises(ValueError, match="must name 2 cells"):
+        context_vector(("cube",), PRIMITIVES, 2)
+
+
+@settings(derandomize=True, max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 1024))
+def test_decoding_undoes_encoding(seed: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(n, 3)) * 40 + 100
+    rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    rotation *= np.linalg.det(rotation)
+    image = encode(points, np.zeros(29), learning_frame(points, rotation), (32, 32))
+    x = image.pixels.reshape(3, -1)[0, :n]
+    assert (np.diff(x) >= 0).all() and x[-1] <= 1 + 1e-6
+    assert not image.pixels.reshape(3, -1)[:, n:].any()
+    assert np.abs(decode(image) - points).max() < 1e-4
+
+
+def test_batches_keep_the_order_of_each_member() -> None:
+    points = np.random.default_rng(0).normal(size=(3, 512, 3)).astype(np.float32)
+    order = x_order(points)
+    pixels = to_pixels(points, order, (16, 32))
+    assert pixels.shape == (3, 3, 16, 32)
+    assert np.array_equal(to_points(pixels, order), points)
+    assert np.array_equal(pixels[1], to_pixels(points[1], order[1], (16, 32)))
+
+
+def test_frame_centres_the_box_and_scales_its_longest_edge_to_two() -> None:
+    points = np.array([[10.0, 0, 0], [14, 1, 0], [12, 0, 3]])
+    frame = learning_frame(points)
+    placed = frame.apply(points)
+    assert placed.min(axis=0) + placed.max(axis=0) == pytest.approx(np.zeros(3))
+    assert np.ptp(placed, axis=0) == pytest.approx([2, 0.5, 1.5])
+    assert frame.invert(placed) == pytest.approx(points)
+
+
+def test_impossible_images_are_refused() -> None:
+    with pytest.raises(ValueError, match="do not fit an image of 4 x 4"):
+        to_pixels(np.zeros((17, 3)), np.arange(17), (4, 4))
+    with pytest.raises(ValueError, match="must not all coincide"):
+        learning_frame(np.ones((5, 3)))
