@@ -18,19 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from polycube.geometry.hexes import CORNERS, EDGES
+from polycube.geometry.hexes import CORNERS, EDGES, PLACES
 
 _EDGE_ENDS = EDGES.reshape(3, 4, 2)
-# direction of the three edges of each corner
-_DIRECTION = np.array(
-    [
-        [
-            next(d for d in range(3) if sorted((o, e)) in np.sort(_EDGE_ENDS[d]).tolist())
-            for e in ends
-        ]
-        for o, *ends in CORNERS.tolist()
-    ]
-)
+# direction of the three edges at each corner
+_DIRECTION = (PLACES[CORNERS[:, 1:]] != PLACES[CORNERS[:, :1]]).argmax(axis=2)
 
 
 class Terms(NamedTuple):

@@ -12,6 +12,10 @@ from scipy.sparse.csgraph import connected_components
 
 from polycube.types import HexMesh
 
+# place of each corner in the unit cube (xi, eta, zeta)
+PLACES = np.reshape(
+    [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1], (8, 3)
+)
 # corner and the ends of its three edges, right-handed
 CORNERS = np.reshape(
     [

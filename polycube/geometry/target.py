@@ -83,7 +83,7 @@ def target(surface: TriMesh) -> Target:
 def _samples(target: Target, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Steps of equal area along the faces; the place within a face from a fixed generator."""
     area = np.cumsum(face_areas(target.surface))
-    step = (np.arange(number) + 0.5) / number * area[-1]
+    step = (np.arange(number) + 0.381966) / number * area[-1]
     face = np.minimum(np.searchsorted(area, step), len(area) - 1)
     root, share = np.random.default_rng(0).random((2, number, 1))
     root = np.sqrt(root)

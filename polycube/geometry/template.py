@@ -10,16 +10,13 @@ import logging
 
 import numpy as np
 
-from polycube.geometry.hexes import FACES, exposed, hex_mesh
+from polycube.geometry.hexes import FACES, PLACES, exposed, hex_mesh
 from polycube.geometry.lattice import boundary, cell_at
 from polycube.geometry.rough_map import evaluate
 from polycube.types import HexMesh, Polycube, RoughMap
 
 logger = logging.getLogger(__name__)
 
-_CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-)
 _AXIS_OF_FACE = np.array([1, 0, 3, 2, 5, 4])  # axis label of each local face of a hex
 
 
@@ -89,7 +86,7 @@ def mesh(
     cells = np.argwhere(polycube.occupancy[np.ix_(*slab)])  # (H, 3)
     shape = tuple(len(line) for line in lines)
     used, hexes = np.unique(
-        np.ravel_multi_index((cells[:, None] + _CORNERS).transpose(2, 0, 1), shape),
+        np.ravel_multi_index((cells[:, None] + PLACES).transpose(2, 0, 1), shape),
         return_inverse=True,
     )
     hexes = hexes.reshape(-1, 8)

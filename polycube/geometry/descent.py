@@ -1,0 +1,80 @@
+"""Limited-memory BFGS with a backtracking line search that steps back from infinite values."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+
+MEMORY = 8  # pairs of steps and gradient changes
+STALL = 1e-9  # relative decrease that ends the search
+
+Function = Callable[[np.ndarray], tuple[float, np.ndarray]]
+
+
+def descend(function: Function, x: np.ndarray, iterations: int, step: float = 1e-4) -> np.ndarray:
+    """Point of lower value, after at most so many accepted steps.
+
+    function : x -> (value, gradient); values may be infinite, except at the start
+    step : largest change of a coordinate in a first, unscaled step
+    """
+    value, gradient = function(x)
+    pairs: deque[tuple[np.ndarray, np.ndarray, float]] = deque(maxlen=MEMORY)
+    for _ in range(iterations):
+        direction = _direction(gradient, pairs, step)
+        slope = -_dot(gradient, direction)
+        if slope >= 0:
+            pairs.clear()
+            direction = _direction(gradient, pairs, step)
+            slope = -_dot(gradient, direction)
+        found = _backtrack(function, x, value, direction, slope)
+        if found is None:
+            if not pairs:
+                break
+            pairs.clear()
+            continue
+        moved, lower, turned = found
+        change, bend = moved - x, turned - gradient
+        curvature = _dot(change, bend)
+        if curvature > 1e-14 * np.sqrt(_dot(change, change) * _dot(bend, bend)):
+            pairs.append((change, bend, 1 / curvature))
+        decrease = value - lower
+        x, value, gradient = moved, lower, turned
+        if decrease < STALL * (abs(value) + 1e-12):
+            break
+    return x
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.vdot(a, b))
+
+
+def _direction(gradient: np.ndarray, pairs: deque, step: float) -> np.ndarray:
+    """Inverse Hessian estimate times gradient (two loops over the pairs)."""
+    if not pairs:
+        return gradient * (step / (np.abs(gradient).max() + 1e-30))
+    direction = gradient.copy()
+    shares = []
+    for change, bend, inverse in reversed(pairs):
+        shares.append(inverse * _dot(change, direction))
+        direction -= shares[-1] * bend
+    change, bend, inverse = pairs[-1]
+    direction *= 1 / (inverse * _dot(bend, bend))
+    for (change, bend, inverse), share in zip(pairs, reversed(shares), strict=True):
+        direction += (share - inverse * _dot(bend, direction)) * change
+    return direction
+
+
+def _backtrack(
+    function: Function, x: np.ndarray, value: float, direction: np.ndarray, slope: float
+) -> tuple[np.ndarray, float, np.ndarray] | None:
+    """First point along the direction with enough decrease (Armijo), or None."""
+    length = 1.0
+    for attempt in range(25):
+        moved = x - length * direction
+        lower, gradient = function(moved)
+        if np.isfinite(lower) and lower <= value + 1e-4 * length * slope:
+            return moved, lower, gradient
+        length *= 0.5 if attempt < 4 else 0.25
+    return None

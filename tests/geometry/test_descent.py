@@ -1,0 +1,43 @@
+"""The minimiser on functions with known minima."""
+
+import numpy as np
+import pytest
+
+from polycube.geometry.descent import descend
+
+
+def rosenbrock(x: np.ndarray) -> tuple[float, np.ndarray]:
+    a, b = x
+    gradient = [-400 * a * (b - a * a) - 2 * (1 - a), 200 * (b - a * a)]
+    return 100 * (b - a * a) ** 2 + (1 - a) ** 2, np.array(gradient)
+
+
+def test_rosenbrock():
+    assert descend(rosenbrock, np.array([-1.2, 1.0]), 100) == pytest.approx([1, 1], abs=1e-4)
+
+
+def test_value_never_rises():
+    x = np.array([-1.2, 1.0])
+    values = [rosenbrock(descend(rosenbrock, x, n))[0] for n in range(0, 40, 5)]
+    assert values[0] == rosenbrock(x)[0]
+    assert (np.diff(values) <= 0).all()
+
+
+def test_steps_back_from_infinite_values():
+    """-log x + x has its minimum at 1; a long step leaves the domain."""
+
+    def barrier(x: np.ndarray) -> tuple[float, np.ndarray]:
+        if x[0] <= 0:
+            return np.inf, x
+        return x[0] - np.log(x[0]), 1 - 1 / x
+
+    assert descend(barrier, np.array([5.0]), 50, step=20.0) == pytest.approx([1], abs=1e-4)
+
+
+def test_stops_where_nothing_is_lower():
+    assert descend(lambda x: (float(x @ x), 2 * x), np.zeros(3), 50) == pytest.approx(np.zeros(3))
+
+
+def test_a_gradient_that_lies_ends_the_search():
+    x = np.ones(2)
+    assert np.array_equal(descend(lambda y: (float(y @ y), -2 * y), x, 50), x)
