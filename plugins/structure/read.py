@@ -40,6 +40,10 @@ class View:
     turn: np.ndarray  # (3, 3) frame -> view
     voxels: Voxels  # in the axes of the view
 
+    def turned(self, turn: np.ndarray) -> View:
+        """The view turned once more."""
+        return View(self.frame, turn @ self.turn, self.voxels.turned(turn))
+
     def to_model(self, points: np.ndarray) -> np.ndarray:
         """(..., 3) positions in voxels of the view, in model coordinates."""
         return (points * self.voxels.size + self.voxels.origin) @ (self.turn @ self.frame)

@@ -36,8 +36,7 @@ class Reader(Costs):
         self, view: View, turns: Iterable[np.ndarray], words: Sequence[Word]
     ) -> list[Reading]:
         """Readings of the words along the first axis of each turn (3, 3) of a view, best first."""
-        turned = [View(view.frame, t @ view.turn, view.voxels.turned(t)) for t in turns]
-        found = [reading for one in turned for reading in read(one, words, self)]
+        found = [reading for t in turns for reading in read(view.turned(t), words, self)]
         return sorted(found, key=lambda reading: reading.cost)
 
 

@@ -1,0 +1,92 @@
+"""Propose the context that a person gives, in all frames and orientations."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.geometry import surface as surfaces
+from polycube.geometry.frames import rotations
+from polycube.geometry.lattice import collapse, genus, lattice
+from polycube.registry import register
+from polycube.types import Candidate, Polycube, RoughMap, TriMesh
+
+from .read import View
+from .reader import Reader, as_candidate, structure_key
+from .words import Word, spell
+
+logger = logging.getLogger(__name__)
+
+
+@register("structure", "given")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Given(Reader):
+    """Place one context on the part: by its slices if it is a row of known slabs, else by a box."""
+
+    context: Sequence[str | None]  # per grid cell, x slowest; the last ones may be left out
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """Candidates, cheapest first; raises InputError when the context cannot fit the surface."""
+        polycube = self._polycube()
+        wanted, has = surfaces.genus(surface), genus(polycube)
+        if has != wanted:
+            raise InputError(
+                f"context {', '.join(map(str, self.context))} has genus {has}, "
+                f"but the surface has genus {wanted}"
+            )
+        in_a_row = polycube.grid[1:] == (1, 1)
+        letters = spell(polycube.context, self.primitives) if in_a_row else ""
+        found: list[Candidate] = []
+        for frame, view in enumerate(self.views(surface)):
+            if letters:
+                turns = _distinct(polycube, of_row=True)
+                readings = self.readings(view, turns, [Word(letters, (polycube,))])
+                found += [as_candidate(reading, "given", frame) for reading in readings]
+            if not letters or not readings:
+                found += [_boxed(polycube, view.turned(t), frame) for t in _distinct(polycube)]
+        logger.info("given: %d placements of %s", len(found), letters or "the context in a box")
+        return sorted(found, key=lambda candidate: candidate.cost)
+
+    def _polycube(self) -> Polycube:
+        n_cells = int(np.prod(self.grid))
+        shape = "x".join(map(str, self.grid))
+        if not 0 < len(self.context) <= n_cells:
+            raise InputError(
+                f"context must name 1 to {n_cells} cells of the {shape} grid; got {self.context}"
+            )
+        context = tuple(self.context) + (None,) * (n_cells - len(self.context))
+        if not any(context):
+            raise InputError(f"context must fill at least one cell; got {self.context}")
+        try:
+            return collapse(lattice(self.grid, context, self.primitives))
+        except LookupError as error:
+            raise InputError(f"context: {error.args[0]}") from None
+
+
+def _distinct(polycube: Polycube, of_row: bool = False) -> list[np.ndarray]:
+    """Turns (3, 3) in which a polycube lies differently; of a row also those that move its axis."""
+    found = {}
+    for rotation in rotations():
+        axis = int(np.abs(rotation[0]).argmax()) if of_row else 0
+        found.setdefault((axis, structure_key(polycube, rotation, 0)), rotation)
+    return list(found.values())
+
+
+def _boxed(polycube: Polycube, view: View, frame: int) -> Candidate:
+    """The polycube stretched to the bounding box; its cost is the share of volume it misses."""
+    solid = view.voxels.solid[1:-1, 1:-1, 1:-1]
+    spans = [(knots - knots[0]) / (knots[-1] - knots[0]) for knots in polycube.knots]
+    at = [
+        np.searchsorted(span, (np.arange(n) + 0.5) / n) - 1
+        for span, n in zip(spans, solid.shape, strict=True)
+    ]
+    cost = float((polycube.occupancy[np.ix_(*at)] != solid).sum() / solid.sum())
+    corners = np.stack(np.meshgrid(*[(1, n + 1) for n in solid.shape], indexing="ij"), axis=-1)
+    ends = [knots[[0, -1]] for knots in polycube.knots]
+    rough_map = RoughMap(*ends, view.to_model(corners))
+    key = structure_key(polycube, view.turn, frame)
+    return Candidate("given", polycube, rough_map, cost, key)

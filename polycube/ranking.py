@@ -1,0 +1,108 @@
+"""Rank proposed structures by how well a coarse mesh of each fits after a short registration.
+
+Structures whose genus is not the surface's never rank.  The score adds distances in per cent of
+the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, and what the
+proposal itself thought of the structure; smaller is better.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from polycube.geometry import surface as surfaces
+from polycube.geometry.lattice import genus, is_manifold
+from polycube.geometry.registration import ShortQuality, register, short_quality
+from polycube.geometry.rough_map import identity_map
+from polycube.geometry.target import target
+from polycube.geometry.template import counts, mesh
+from polycube.types import Candidate, HexMesh, TriMesh
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A candidate, its score and the coarse mesh it was judged by."""
+
+    candidate: Candidate
+    score: float  # smaller is better
+    numbers: dict[str, float]  # the parts of the score
+    hexes: HexMesh  # coarse, registered, in model units
+    positions: np.ndarray  # (V, 3) polycube position of each vertex of the hexes
+
+
+def rank(
+    surface: TriMesh,
+    candidates: Iterable[Candidate],
+    *,
+    size: float = 0.08,
+    rounds: int = 7,
+    iterations: int = 15,
+    samples: int = 1500,
+    trust: float = 15.0,
+    limit: int = 12,
+) -> list[Ranked]:
+    """Candidates of the right genus, best first.
+
+    size : of the coarse hexes, as a share of the diagonal
+    rounds, iterations, samples : of the short registration
+    trust : score per unit of a candidate's cost above the cheapest of its proposal
+    limit : candidates registered of each proposal, the cheapest
+    """
+    goal, wanted = target(surface), surfaces.genus(surface)
+    fitting = [c for c in candidates if is_manifold(c.polycube) and genus(c.polycube) == wanted]
+    ranked = []
+    for proposal in dict.fromkeys(c.proposal for c in fitting):
+        ours = sorted((c for c in fitting if c.proposal == proposal), key=lambda c: c.cost)[:limit]
+        for candidate in ours:
+            coarse, positions = _coarse(candidate, size * goal.scale)
+            hexes = register(coarse, goal, rounds, iterations, samples)
+            quality = short_quality(hexes, goal)
+            score = judge(quality) + trust * (candidate.cost - ours[0].cost)
+            ranked.append(Ranked(candidate, score, asdict(quality), hexes, positions))
+    ranked.sort(key=lambda entry: entry.score)
+    _log(ranked)
+    return ranked
+
+
+def judge(quality: ShortQuality) -> float:
+    """Score of a mesh after a short registration; smaller is better."""
+    return (
+        quality.to_surface
+        + quality.to_mesh
+        + 60 * quality.bad
+        + 8 * (1 - quality.mean_jacobian)
+        + 15 * max(0.0, abs(quality.volume_ratio - 1) - 0.03)
+        + 1
+        - min(max(quality.min_jacobian, -1.0), 0.5)
+    )
+
+
+def _coarse(candidate: Candidate, size: float) -> tuple[HexMesh, np.ndarray]:
+    """Hexes of a candidate of about the given size in model units, and their polycube positions."""
+    polycube = candidate.polycube
+    parts = counts(polycube, candidate.rough_map, size)
+    positions = mesh(polycube, identity_map(polycube), parts).vertices
+    return mesh(polycube, candidate.rough_map, parts), positions
+
+
+def _log(ranked: list[Ranked]) -> None:
+    logger.info(
+        "ranking: score, distance to surface, to mesh [%% of diagonal], min Jacobian, volume"
+    )
+    for entry in ranked:
+        n = entry.numbers
+        logger.info(
+            "  %6.2f %6.2f %6.2f %7.3f %6.3f  %-9s %s",
+            entry.score,
+            n["to_surface"],
+            n["to_mesh"],
+            n["min_jacobian"],
+            n["volume_ratio"],
+            entry.candidate.proposal,
+            ", ".join(cell or "-" for cell in entry.candidate.polycube.context),
+        )
