@@ -1,0 +1,168 @@
+"""The hex mesh in the formats of other programs, plain text, coordinates to the last bit.
+
+`patch` numbers the faces of the polycube: they become node sets, surfaces, physical groups or
+references, so that loads and supports can be put on them.  The order of the nodes of a
+hexahedron is VTK's in all four formats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+
+from polycube.geometry.hexes import FACES, unique_rows
+from polycube.geometry.quality import scaled_jacobian
+from polycube.io.atomic import whole
+from polycube.registry import register
+from polycube.types import HexMesh
+
+_SIDES = (6, 4, 3, 5, 1, 2)  # Abaqus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
+
+
+@register("export", "vtk")
+@dataclass(frozen=True)
+class LegacyVtk:
+    """Legacy VTK, `.vtk`: what research codes and HexaLab read."""
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        n = len(hexes.hexes)
+        quality = scaled_jacobian(hexes.vertices, hexes.hexes)
+        return _write(
+            path.with_suffix(".vtk"),
+            "# vtk DataFile Version 3.0\nhex mesh of polycube\nASCII\nDATASET UNSTRUCTURED_GRID\n",
+            f"POINTS {len(hexes.vertices)} double\n",
+            _floats(hexes.vertices),
+            f"CELLS {n} {9 * n}\n",
+            _integers(np.insert(hexes.hexes, 0, 8, axis=1)),
+            f"CELL_TYPES {n}\n" + "12\n" * n,
+            f"CELL_DATA {n}\nSCALARS cell int 1\nLOOKUP_TABLE default\n",
+            _integers(hexes.cell[:, None]),
+            "SCALARS scaled_jacobian double 1\nLOOKUP_TABLE default\n",
+            _floats(quality[:, None]),
+        )
+
+
+@register("export", "abaqus")
+@dataclass(frozen=True)
+class Abaqus:
+    """Abaqus and CalculiX, `.inp`: ELSET CELL_c, and NSET and SURFACE PATCH_p."""
+
+    element: str = "C3D8"  # C3D8, or a variant such as C3D8R, C3D8I
+
+    def __post_init__(self) -> None:
+        if not self.element.startswith("C3D8"):
+            raise ValueError(f"element must be C3D8 or a variant of it; got {self.element!r}")
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        owner, side = _sides(hexes)
+        parts = ["*HEADING\nhex mesh of polycube, lengths in the units of the input\n*NODE\n"]
+        parts += [_numbered(hexes.vertices), f"*ELEMENT, TYPE={self.element}, ELSET=ALL\n"]
+        numbers = np.arange(1, len(hexes.hexes) + 1)[:, None]
+        parts.append(_integers(np.hstack([numbers, hexes.hexes + 1]), ", "))
+        for cell in np.unique(hexes.cell):
+            parts += [f"*ELSET, ELSET=CELL_{cell}\n", _list(np.flatnonzero(hexes.cell == cell))]
+        for patch in np.unique(hexes.patch):
+            on = hexes.patch == patch
+            parts += [f"*NSET, NSET=PATCH_{patch}\n", _list(np.unique(hexes.quads[on]))]
+            parts.append(f"*SURFACE, TYPE=ELEMENT, NAME=PATCH_{patch}\n")
+            parts += [f"{e + 1}, S{_SIDES[s]}\n" for e, s in zip(owner[on], side[on], strict=True)]
+        return _write(path.with_suffix(".inp"), *parts)
+
+
+@register("export", "gmsh")
+@dataclass(frozen=True)
+class Gmsh:
+    """Gmsh 2.2, `.msh`: physical volume cell_c, physical surface patch_p."""
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        patches, cells = np.unique(hexes.patch), np.unique(hexes.cell)
+        names = [f'2 {p + 1} "patch_{p}"\n' for p in patches]
+        names += [f'3 {c + 1} "cell_{c}"\n' for c in cells]
+        quads = _elements(3, hexes.patch, hexes.quads, 1)
+        volumes = _elements(5, hexes.cell, hexes.hexes, 1 + len(quads))
+        return _write(
+            path.with_suffix(".msh"),
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n",
+            f"$PhysicalNames\n{len(names)}\n{''.join(names)}$EndPhysicalNames\n",
+            f"$Nodes\n{len(hexes.vertices)}\n",
+            _numbered(hexes.vertices, " "),
+            f"$EndNodes\n$Elements\n{len(quads) + len(volumes)}\n",
+            _integers(quads),
+            _integers(volumes),
+            "$EndElements\n",
+        )
+
+
+@register("export", "medit")
+@dataclass(frozen=True)
+class Medit:
+    """Medit, `.mesh`: the reference of a quad is its patch, that of a hex its grid cell."""
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        flat = np.zeros((len(hexes.vertices), 1))
+        return _write(
+            path.with_suffix(".mesh"),
+            f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(flat)}\n",
+            _floats(np.hstack([hexes.vertices, flat])),
+            f"Quadrilaterals\n{len(hexes.quads)}\n",
+            _integers(np.column_stack([hexes.quads + 1, hexes.patch])),
+            f"Hexahedra\n{len(hexes.hexes)}\n",
+            _integers(np.column_stack([hexes.hexes + 1, hexes.cell])),
+            "End\n",
+        )
+
+
+def _sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+    """The hex of each boundary quad (Q,), and which of its faces it is (Q,)."""
+    faces = mesh.hexes[:, FACES].reshape(-1, 4)
+    rows = np.sort(np.concatenate([faces, mesh.quads]), axis=1)
+    _, inverse, _ = unique_rows(rows)
+    where = np.zeros(inverse.max() + 1, np.int64)
+    where[inverse[: len(faces)]] = np.arange(len(faces))
+    return np.divmod(where[inverse[len(faces) :]], 6)
+
+
+def _elements(kind: int, group: np.ndarray, nodes: np.ndarray, first: int) -> np.ndarray:
+    """Rows of Gmsh: number, type, two tags (physical, elementary), nodes from one."""
+    numbers = np.arange(first, first + len(nodes))
+    tags = np.column_stack([numbers, np.full_like(numbers, kind), np.full_like(numbers, 2)])
+    return np.column_stack([tags, group + 1, group + 1, nodes + 1])
+
+
+def _floats(values: np.ndarray) -> str:
+    return _text(values, "%.17g", " ")
+
+
+def _integers(values: np.ndarray, between: str = " ") -> str:
+    return _text(values, "%d", between)
+
+
+def _numbered(points: np.ndarray, between: str = ", ") -> str:
+    numbers = np.arange(1, len(points) + 1)
+    return _text(np.column_stack([numbers, points]), ["%d"] + 3 * ["%.17g"], between)
+
+
+def _text(values: np.ndarray, form: str | list[str], between: str) -> str:
+    text = StringIO()
+    np.savetxt(text, values, form, between)
+    return text.getvalue()
+
+
+def _list(numbers: np.ndarray) -> str:
+    """Numbers from one, sixteen to a line."""
+    rows = (numbers[i : i + 16] + 1 for i in range(0, len(numbers), 16))
+    return "".join(", ".join(map(str, row)) + "\n" for row in rows)
+
+
+def _write(path: Path, *parts: str | Iterable[str]) -> Path:
+    with whole(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as file:
+        file.writelines(parts)
+    return path
