@@ -162,7 +162,7 @@ class Run:
             "chosen": index,
             "polycube": candidate.polycube,
             "rough_map": candidate.rough_map,
-            "parametrization": pull_back(self.state["surface"], entry.hexes, candidate.polycube),
+            "parametrization": pull_back(self.state["surface"], entry.hexes, entry.positions),
         }
         return entry
 
