@@ -48,9 +48,13 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     training = training_loader(images(cfg["seed"]), size, cfg["batches_per_epoch"], cfg["workers"])
     held_out = validation_loader(images(cfg["seed"] + HELD_OUT), cfg["held_out"], size)
     trainer = _trainer(cfg, folder)
-    trainer.fit(module, training, held_out, ckpt_path=_checkpoint(cfg["ckpt"], folder))
+    checkpoint = _checkpoint(cfg["ckpt"], folder)
+    if cfg["fit"]:
+        trainer.fit(module, training, held_out, ckpt_path=checkpoint)
+    else:
+        trainer.validate(module, held_out, ckpt_path=checkpoint, verbose=False)
     metrics = {name: float(value) for name, value in trainer.callback_metrics.items()}
-    metrics |= {"steps": trainer.global_step, "samples": trainer.global_step * size}
+    metrics |= {"steps": module.steps_done, "samples": module.steps_done * size}
     path = save_denoiser(denoiser, config, metrics, folder / "weights")
     logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
     return metrics

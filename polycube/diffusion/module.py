@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from dataclasses import dataclass
 
 import lightning.pytorch as L
@@ -57,7 +58,9 @@ class DDPMPolycube(L.LightningModule):
         super().__init__()
         self.save_hyperparameters({"config": config})
         self.denoiser, self.learning, self.sampler = denoiser, learning, sampler
+        self.steps_done = 0
         self._started, self._seen = time.perf_counter(), 0
+        self._distances: dict[str, list[Tensor]] = defaultdict(list)
         self.example: tuple[Tensor, Tensor, Tensor] | None = None  # geometry, x_0, truth
 
     def loss(self, batch: Batch, generator: torch.Generator) -> Tensor:
@@ -83,9 +86,14 @@ class DDPMPolycube(L.LightningModule):
         generator = torch.Generator().manual_seed(self.learning.seed + self.global_step)
         loss = self.loss(batch, generator)
         self._seen += len(batch[0])
+        self.steps_done = self.global_step + 1
         self.log("loss", loss, prog_bar=True)
         self.log("lr", self.trainer.optimizers[0].param_groups[0]["lr"])
         return loss
+
+    def on_load_checkpoint(self, checkpoint: dict[str, object]) -> None:
+        """Remember how far a training had come, also where it is not continued."""
+        self.steps_done = checkpoint["global_step"]
 
     def on_train_epoch_start(self) -> None:
         """Start counting samples per second."""
@@ -97,7 +105,7 @@ class DDPMPolycube(L.LightningModule):
         self.log("samples_per_second", speed, prog_bar=True)
 
     def validation_step(self, batch: Batch, index: int) -> None:
-        """Mean distance, in cells, of sampled points from where they should be."""
+        """Distances, in cells, of sampled points from where they should be."""
         geometry, truth, context = batch
         generator = torch.Generator().manual_seed(self.learning.seed)
         predict = self.denoiser.predict(geometry, context)
@@ -105,10 +113,18 @@ class DDPMPolycube(L.LightningModule):
         x_0, _ = self.sampler(predict, geometry, self.denoiser.process, generator)
         real = geometry.abs().sum(dim=1) > 0  # (B, h, w), False where padded
         for name, x in {"error": x_0, "error_one_step": first, "error_untouched": geometry}.items():
-            distance = (x - truth).norm(dim=1)[real].mean()
-            self.log(name, distance, prog_bar=name == "error", batch_size=len(truth))
+            self._distances[name].append((x - truth).norm(dim=1)[real].float())
         if index == 0:
             self.example = (geometry.cpu(), x_0.cpu(), truth.cpu())
+
+    def on_validation_epoch_end(self) -> None:
+        """Log the mean distances, and the one that 95 % of the sampled points stay under."""
+        for name, parts in self._distances.items():
+            distance = torch.cat(parts)
+            self.log(name, distance.mean(), prog_bar=name == "error")
+            if name == "error":
+                self.log("error_p95", distance.kthvalue(max(1, int(0.95 * len(distance))))[0])
+        self._distances.clear()
 
     def configure_optimizers(self) -> tuple[list[Optimizer], list[LambdaLR]]:
         """Adam, its rate set at every epoch."""
