@@ -1,0 +1,32 @@
+"""Raise the worst hex with the boundary on the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from polycube.geometry.polish import polish
+from polycube.geometry.target import target
+from polycube.registry import register
+from polycube.types import HexMesh, TriMesh
+
+
+@register("meshing/optimize", "polish")
+@dataclass(frozen=True)
+class Polish:
+    """Soft minimum of the scaled Jacobian, soft rounds and then hard ones; the best is kept."""
+
+    features: bool = True
+    soft_rounds: int = 25
+    hard_rounds: int = 30
+    samples: int = 2500
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        """The same hexes, better; never with a worse score than they came."""
+        return polish(
+            hexes,
+            target(surface),
+            features=self.features,
+            soft_rounds=self.soft_rounds,
+            hard_rounds=self.hard_rounds,
+            samples=self.samples,
+        )

@@ -1,0 +1,158 @@
+"""Raise the worst scaled Jacobian with the boundary on the surface.
+
+Soft rounds lower sum exp(-beta (SJ - offset)) / beta with growing beta, while springs hold the
+boundary; hard rounds hold it stiffly, so that vertices slide in tangent planes and along sharp
+edges.  Every round snaps the boundary onto the surface, backing off where a hex would suffer, and
+the best snapped mesh is kept.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from polycube.geometry.body import Body
+from polycube.geometry.energy import Terms, pull
+from polycube.geometry.features import Goals, Matching, goals, match, no_features
+from polycube.geometry.target import Target
+from polycube.types import HexMesh
+
+logger = logging.getLogger(__name__)
+
+STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
+ON_SURFACE = 1e-3  # distance from the goal that costs nothing, in diagonals
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A mesh with its boundary snapped to the goals, as far as its hexes allow."""
+
+    x: np.ndarray  # (V, 3)
+    jacobian: float  # smallest
+    residual: float  # largest distance of a boundary vertex from its goal
+    trust: np.ndarray  # (V,) weight of features and coverage
+
+    @property
+    def score(self) -> float:
+        """Larger is better."""
+        return self.jacobian - 20 * max(0.0, self.residual - ON_SURFACE)
+
+
+def polish(
+    mesh: HexMesh,
+    target: Target,
+    *,
+    features: bool = True,
+    soft_rounds: int = 25,
+    hard_rounds: int = 30,
+    samples: int = 2500,
+) -> HexMesh:
+    """The best mesh found, in model units; never one with a worse score than the one given.
+
+    features : also move vertices of sharp polycube edges onto sharp edges of the surface
+    soft_rounds, hard_rounds : of matching and descent
+    samples : points of the surface that look for the mesh
+    """
+    body = Body(mesh, target, samples)
+    x = target.to_unit(mesh.vertices)
+    matching = match(body, x) if features else no_features()
+    best = _state(body, x, _goals(body, x, matching, np.ones(len(x))), np.ones(len(x)))
+    best = _soft(body, x, matching, best, soft_rounds)
+    best = _hard(body, matching, best, hard_rounds)
+    logger.info(
+        "polish: least scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
+        best.jacobian,
+        100 * best.residual,
+    )
+    return replace(mesh, vertices=target.to_model(best.x))
+
+
+def _soft(body: Body, x: np.ndarray, matching: Matching, best: State, rounds: int) -> State:
+    """Best snapped state of rounds that hold the boundary by springs."""
+    jacobian = body.scaled_jacobian(x)
+    trust = np.where(body.touching(jacobian < 0.2), 0.1, 1.0)
+    hold = np.ones(len(x))
+    for k, step in enumerate(np.linspace(0, 1, rounds)):
+        beta, weight = 5 * 5**step, 10 * 30 ** min(1.0, 1.5 * step)
+        at = _goals(body, x, matching, np.ones(len(x)))
+        size = body.size(x)
+        on = (np.maximum(weight * hold, 0.05) / size**2)[body.outer]
+        _, quad_normals = body.normals(x)
+        springs = [
+            pull(body.outer, at.foot, at.facing, on, 0.01 * on),
+            *at.springs(weight * trust / size**2),
+            body.cover(x, quad_normals, 0.04, 0.2 * min(weight, 30.0) * trust, 0.0),
+        ]
+        offset = float(np.clip(jacobian.min(), -0.2, 0.5))
+        terms = Terms(shape=0.05, barrel=0.05, jacobian=1.0, beta=beta, offset=offset)
+        x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 20)
+        jacobian = body.scaled_jacobian(x)
+        trust = _relaxed(trust, body.touching(jacobian < 0.35), 1.3)
+        hold = _relaxed(hold, body.touching(jacobian < 0.15), 1.5)
+        if k >= rounds // 3:
+            at = _goals(body, x, matching, trust)
+            best = max(best, _snap(body, x, at, min(0.35, jacobian.min()), trust), key=_score)
+    return best
+
+
+def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
+    """Best snapped state of rounds that hold the boundary stiffly, from the best one given."""
+    x, trust = best.x, best.trust
+    for step in np.linspace(0, 1, rounds):
+        at = _goals(body, x, matching, trust)
+        size = body.size(x)
+        free = ~np.isin(body.outer, np.append(at.curve, at.corner))
+        vertex, foot = body.outer[free], at.foot[free]
+        stray = np.linalg.norm(foot - x[vertex], axis=1) / size[vertex]
+        on = STIFF / (1 + (stray / 0.02) ** 2) / size[vertex] ** 2
+        _, quad_normals = body.normals(x)
+        springs = [
+            pull(vertex, foot, at.facing[free], on, on * (0.02 / STIFF)),
+            *at.springs(STIFF / size**2),
+            body.cover(x, quad_normals, 0.03, 1.0 * trust, 0.0),
+        ]
+        offset = float(np.clip(body.scaled_jacobian(x).min(), -0.2, 0.6))
+        terms = Terms(shape=0.02, barrel=0.05, jacobian=1.0, beta=8 * 7.5**step, offset=offset)
+        x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 25)
+        least = max(min(best.score - 0.02, 0.6), 0.02)
+        new = _snap(body, x, _goals(body, x, matching, trust), least, trust)
+        x = new.x if new.score > best.score - 0.15 else best.x
+        best = max(best, new, key=_score)
+    return best
+
+
+def _score(state: State) -> float:
+    return state.score
+
+
+def _goals(body: Body, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
+    return goals(body, x, matching, 0.04, trust > 0.3)
+
+
+def _relaxed(trust: np.ndarray, bad: np.ndarray, recovery: float) -> np.ndarray:
+    return np.where(bad, 0.3 * trust, np.minimum(1, recovery * trust))
+
+
+def _state(body: Body, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
+    gap = np.linalg.norm((at.place(body, x) - x)[body.outer], axis=1)
+    return State(x, float(body.scaled_jacobian(x).min()), float(gap.max()), trust)
+
+
+def _snap(body: Body, x: np.ndarray, at: Goals, least: float, trust: np.ndarray) -> State:
+    """Move the boundary to its goals, less far at hexes that would fall below `least`.
+
+    A hex that is below it already may not get worse.
+    """
+    goal = at.place(body, x)
+    allowed = np.minimum(least, body.scaled_jacobian(x) - 1e-3)
+    share = np.ones((len(x), 1))
+    for attempt in range(100):
+        y = x + share * (goal - x)
+        vertex = np.unique(body.hexes[body.scaled_jacobian(y) < allowed])
+        if not share[vertex].any():
+            break
+        share[vertex] *= 0.5 if attempt < 6 else 0.0
+    gap = np.linalg.norm((goal - y)[body.outer], axis=1)
+    return State(y, float(body.scaled_jacobian(y).min()), float(gap.max()), trust)
