@@ -31,7 +31,8 @@ class Given(Reader):
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first; raises InputError when the context cannot fit the surface."""
-        polycube = self._polycube()
+        full = self._polycube()
+        polycube = collapse(full)
         wanted, has = surfaces.genus(surface), genus(polycube)
         if has != wanted:
             raise InputError(
@@ -43,11 +44,11 @@ class Given(Reader):
         found: list[Candidate] = []
         for frame, view in enumerate(self.views(surface)):
             if letters:
-                turns = _distinct(polycube, of_row=True)
+                turns = _distinct(full, of_row=True)
                 readings = self.readings(view, turns, [Word(letters, (polycube,))])
                 found += [as_candidate(reading, "given", frame) for reading in readings]
             if not letters or not readings:
-                found += [_boxed(polycube, view.turned(t), frame) for t in _distinct(polycube)]
+                found += [_boxed(polycube, view.turned(t), frame) for t in _distinct(full)]
         logger.info("given: %d placements of %s", len(found), letters or "the context in a box")
         return sorted(found, key=lambda candidate: candidate.cost)
 
@@ -62,7 +63,7 @@ class Given(Reader):
         if not any(context):
             raise InputError(f"context must fill at least one cell; got {self.context}")
         try:
-            return collapse(lattice(self.grid, context, self.primitives))
+            return lattice(self.grid, context, self.primitives)
         except LookupError as error:
             raise InputError(f"context: {error.args[0]}") from None
 

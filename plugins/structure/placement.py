@@ -98,18 +98,14 @@ def _fill(values: np.ndarray) -> np.ndarray:
     return filled
 
 
-def name(reading: Reading) -> Polycube:
-    """The polycube of the word whose slabs are most like the letters in length.
+def misfit(reading: Reading, polycube: Polycube) -> float:
+    """How unlike the letters and the slabs of a polycube of the word are in length.
 
     Letters are compared as shares of the row, and the aspect of a cell with a cube.
     """
-    bounds = reading.bounds
+    bounds, span = reading.bounds, np.ptp(polycube.x)
     shares = (bounds - bounds[0]) / (bounds[-1] - bounds[0])
     sections = reading.slices.span[bounds[0] : bounds[-1]].prod(axis=1)
     aspect = (bounds[-1] - bounds[0]) / np.sqrt(np.median(sections))
-
-    def misfit(polycube: Polycube) -> float:
-        n_cells = polycube.x[-1]
-        return ((polycube.x / n_cells - shares) ** 2).sum() + 0.02 * np.log(aspect / n_cells) ** 2
-
-    return min(reading.word.polycubes, key=misfit)
+    slabs = (polycube.x - polycube.x[0]) / span
+    return float(((slabs - shares) ** 2).sum() + 0.02 * np.log(aspect / span) ** 2)

@@ -11,9 +11,11 @@ from polycube.geometry.frames import frames, turn
 from polycube.geometry.voxels import voxels
 from polycube.types import Candidate, Polycube, TriMesh
 
-from .placement import name, place
+from .placement import misfit, place
 from .read import Costs, Reading, View, read
 from .words import Word
+
+TIE = 0.01  # weight of the lengths among equally good readings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,10 +43,12 @@ class Reader(Costs):
 
 
 def as_candidate(reading: Reading, proposal: str, frame: int) -> Candidate:
-    """The candidate of a reading in the frame of that number."""
-    polycube = name(reading)
+    """The candidate of a reading in the frame of that number, named as its lengths suggest."""
+    unlike, index = min((misfit(reading, p), i) for i, p in enumerate(reading.word.polycubes))
+    polycube = reading.word.polycubes[index]
+    cost = reading.cost + TIE * unlike
     key = structure_key(polycube, reading.view.turn, frame)
-    return Candidate(proposal, polycube, place(reading, polycube), reading.cost, key)
+    return Candidate(proposal, polycube, place(reading, polycube), cost, key)
 
 
 def structure_key(polycube: Polycube, view: np.ndarray, frame: int) -> str:

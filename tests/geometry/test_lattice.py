@@ -3,7 +3,6 @@ import itertools
 import numpy as np
 import pytest
 
-from plugins.primitive import Cube, HoleX, HoleY, HoleZ
 from polycube.geometry.lattice import (
     boundary,
     cell_at,
@@ -16,9 +15,8 @@ from polycube.geometry.lattice import (
     lattice,
 )
 from polycube.types import Polycube
+from tests.polycubes import ONE, PRIMITIVES, TWO
 
-PRIMITIVES = {"cube": Cube()(), "hole_z": HoleZ()(), "hole_x": HoleX()(), "hole_y": HoleY()()}
-ONE, TWO = (1, 1, 1), (2, 1, 1)
 CONTEXTS = [(ONE, (name,)) for name in PRIMITIVES] + [
     (TWO, pair) for pair in itertools.product(PRIMITIVES, repeat=2)
 ]

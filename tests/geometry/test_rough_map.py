@@ -1,12 +1,11 @@
 import numpy as np
 import pytest
 
-from plugins.primitive import Cube, HoleY
 from polycube.geometry.lattice import collapse, lattice
 from polycube.geometry.rough_map import affine_map, evaluate, fit, identity_map
 from polycube.types import RoughMap
+from tests.polycubes import PRIMITIVES
 
-PRIMITIVES = {"cube": Cube()(), "hole_y": HoleY()()}
 POLYCUBE = collapse(lattice((2, 1, 1), ("cube", "hole_y"), PRIMITIVES))
 LINEAR = np.array([[1.2, 0.3, 0.1], [-0.2, 0.9, 0.4], [0.2, -0.3, 1.5]])
 OFFSET = np.array([3.0, -2.0, 5.0])

@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from polycube.geometry.lattice import boundary, collapse, lattice
+from polycube.geometry.surface import components, face_normals
+from polycube.plugins.meshing.segment import majority
+from polycube.registry import build
+from polycube.types import Parametrization, TriMesh
+from tests.polycubes import PRIMITIVES, TWO, part
+
+
+@pytest.mark.parametrize("context", [("cube", "cube"), ("hole_y", "hole_x")])
+def test_a_polycube_is_labelled_with_its_own_faces(context):
+    surface = part(context, np.eye(3))
+    polycube = collapse(lattice(TWO, context, PRIMITIVES))
+    label = build("meshing/segment", {"plugin": "nearest"})
+    labels = label(surface, polycube, Parametrization(surface.vertices))
+    normals = np.vstack([np.eye(3), -np.eye(3)])[[0, 3, 1, 4, 2, 5]][labels.axis]
+    np.testing.assert_allclose(face_normals(surface), normals, atol=1e-12)
+    assert len(np.unique(labels.patch)) == boundary(polycube).patch.max() + 1
+    for patch in np.unique(labels.patch):
+        at = surface.vertices[surface.faces[labels.patch == patch]]
+        assert np.ptp(at[..., labels.axis[labels.patch == patch][0] // 2]) < 1e-12
+
+
+def test_noise_leaves_connected_labels():
+    surface = part(("cube", "cube"), np.eye(3))
+    noise = 0.02 * np.random.default_rng(0).standard_normal(surface.vertices.shape)
+    polycube = collapse(lattice(TWO, ("cube", "cube"), PRIMITIVES))
+    label = build("meshing/segment", {"plugin": "nearest"})
+    labels = label(surface, polycube, Parametrization(surface.vertices + noise))
+    assert len(np.unique(labels.patch)) == 6
+    for patch in range(6):
+        assert components(surface.faces[labels.patch == patch]).max() == 0
+
+
+def test_lone_faces_join_their_neighbours_and_corners_stay():
+    octahedron = TriMesh(
+        np.vstack([np.eye(3), -np.eye(3)]),
+        [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]],
+    )
+    lone = np.array([7, 1, 1, 1, 2, 2, 2, 2])
+    np.testing.assert_array_equal(majority(lone, octahedron.faces, 5), [1, 1, 1, 1, 2, 2, 2, 2])
+    corner = np.array([0, 1, 5, 2, 3, 5, 5, 5])
+    assert majority(corner, octahedron.faces, 1)[0] == 0  # its neighbours 1, 2, 3 disagree

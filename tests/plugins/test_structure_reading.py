@@ -1,0 +1,145 @@
+"""Words, slice measures and the dynamic programme, on cases small enough to know the answer."""
+
+import itertools
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from polycube.geometry.lattice import genus
+from polycube.geometry.voxels import Voxels
+from polycube.plugins.structure.measure import measure
+from polycube.plugins.structure.placement import misfit
+from polycube.plugins.structure.read import Costs, Reading, View, cut, emissions, read
+from polycube.plugins.structure.words import spell, words
+from tests.polycubes import PRIMITIVES, TWO
+
+LETTERS = {
+    "F": [(2, 14, 2, 14)],
+    "R": [(2, 14, 2, 6), (2, 14, 10, 14), (2, 6, 6, 10), (10, 14, 6, 10)],
+    "Y": [(2, 14, 2, 6), (2, 14, 10, 14)],
+    "Z": [(2, 6, 2, 14), (10, 14, 2, 14)],
+}
+
+
+def slab(*boxes) -> np.ndarray:
+    image = np.zeros((16, 16), bool)
+    for y0, y1, z0, z1 in boxes:
+        image[y0:y1, z0:z1] = True
+    return image
+
+
+def solid(letters: str) -> np.ndarray:
+    """(X, 16, 16) voxels, one slice per letter between two empty ones; "." is an empty slice."""
+    return np.stack([slab(*LETTERS.get(letter, [])) for letter in f".{letters}."])
+
+
+def test_two_cells_spell_fourteen_words_of_genus_0_1_2():
+    found = words(TWO, PRIMITIVES)
+    assert len(found) == 14
+    assert Counter(genus(w.polycubes[0]) for w in found) == {0: 3, 1: 7, 2: 4}
+    assert {w.letters for w in found[:3]} == {"F", "R", "FR"}
+    assert sum(len(w.polycubes) for w in found) == 4 + 16
+    assert {w.letters: w.without_ring() for w in found}["RFYF"] == {"FYF"}
+    assert len(words((3, 1, 1), PRIMITIVES)) == 42
+
+
+def test_words_merge_equal_slabs_and_refuse_unknown_patterns():
+    assert spell(("cube", "hole_y"), PRIMITIVES) == "FYF"
+    assert spell(("hole_x", "hole_z", None), PRIMITIVES) == "RFZF"
+    corner = np.ones((3, 3, 3), bool)
+    corner[0, 0, 0] = False
+    more = {**PRIMITIVES, "corner": corner}
+    assert spell(("cube", "corner"), more) == ""
+    assert [w.letters for w in words(TWO, more)] == [w.letters for w in words(TWO, PRIMITIVES)]
+
+
+def test_measures_of_a_ring_two_bars_and_a_channel():
+    channel = slab((2, 14, 2, 14), (0, 0, 0, 0))
+    channel[6:10, 6:] = False  # open to high z, solid on both sides in y
+    found = measure(np.stack([*solid("RYF"), channel]))
+    ring, bars, full, cut_open = 1, 2, 3, 5
+    np.testing.assert_array_equal(
+        found.area[[0, ring, bars, full, cut_open]], [0, 128, 96, 144, 112]
+    )
+    assert found.hole_area[ring] == found.hole_total[ring] == 16
+    np.testing.assert_array_equal(found.hole_box[ring], [6, 10, 6, 10])
+    assert found.hole_area[[0, bars, full, cut_open]].tolist() == [0, 0, 0, 0]
+    np.testing.assert_array_equal(found.piece_area[bars], [48, 48])
+    np.testing.assert_array_equal(found.piece_box[bars], [[2, 14, 2, 6], [2, 14, 10, 14]])
+    assert found.piece_area[full].tolist() == [144, 0]
+    np.testing.assert_array_equal(found.between[bars], [0, 48, 48])
+    np.testing.assert_array_equal(found.between[cut_open], [32, 0, 32])
+    assert found.gain[bars, 1] == 24  # half of the gap: removing 4 empty z rows
+    assert found.gain[cut_open, 0] == 0.5 * 32 - 16  # 4 y rows hold 16 of the solid
+    assert (found.span[[ring, bars, full]] == 12).all() and (found.span[0] == 0).all()
+
+
+def test_each_letter_is_cheapest_where_it_is_true():
+    cost = emissions(measure(solid("FRYZ")), Costs())
+    for index, letter in enumerate("FRYZ", start=1):
+        values = {name: c[index] for name, c in cost.items()}
+        assert min(values, key=values.get) == letter
+        assert values[letter] == pytest.approx(0)
+        assert min(v for name, v in values.items() if name != letter) > 0.05 * 96
+    assert all(c[0] == 0 for c in cost.values())
+
+
+def test_a_u_section_is_two_bars_rather_than_full():
+    section = slab((2, 14, 2, 4), (2, 14, 12, 14), (2, 4, 2, 14))
+    cost = emissions(measure(np.stack([slab(), section])), Costs())
+    assert cost["Y"][1] < min(cost["F"][1], cost["R"][1], cost["Z"][1])
+
+
+@pytest.mark.parametrize("letters", ["F", "FY", "FYF", "RFR", "FYFR"])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_cut_is_the_best_of_all(letters, seed):
+    n, shortest = 9, 2
+    emission = dict(zip("FRY", np.random.default_rng(seed).random((3, n)), strict=True))
+    least = [
+        1 if c == "F" and i in (0, len(letters) - 1) and len(letters) > 1 else shortest
+        for i, c in enumerate(letters)
+    ]
+    best = np.inf
+    for inner in itertools.combinations(range(1, n), len(letters) - 1):
+        bounds = [0, *inner, n]
+        if all(b - a >= m for a, b, m in zip(bounds, bounds[1:], least, strict=False)):
+            parts = zip(letters, bounds, bounds[1:], strict=False)
+            best = min(best, sum(emission[c][a:b].sum() for c, a, b in parts))
+    cost, bounds = cut(letters, emission, shortest)
+    assert cost == pytest.approx(best)
+    parts = zip(letters, bounds, bounds[1:], strict=False)
+    assert cost == pytest.approx(sum(emission[c][a:b].sum() for c, a, b in parts))
+
+
+def test_too_few_slices_cannot_be_cut():
+    assert cut("FYFYF", {c: np.zeros(4) for c in "FY"}, 2)[0] == np.inf
+
+
+def readings(letters: str) -> list[Reading]:
+    view = View(np.eye(3), np.eye(3), Voxels(solid(letters), np.zeros(3), 1.0))
+    return sorted(read(view, words(TWO, PRIMITIVES), Costs()), key=lambda r: r.cost)
+
+
+@pytest.mark.parametrize("phases", [(5,), (3, 4), (3, 5, 2), (3, 4, 5, 4, 3)])
+def test_a_solid_is_read_as_it_was_spelled(phases):
+    letters = "".join(c * n for c, n in zip("FYFZF", phases, strict=False))
+    if len(phases) == 2:
+        letters = letters.replace("Y", "R")
+    best = readings(letters)[0]
+    assert best.word.letters == "".join(c for c, _ in itertools.groupby(letters))
+    np.testing.assert_array_equal(best.bounds, 1 + np.append(0, np.cumsum(phases)))
+
+
+def test_a_shallow_dent_is_no_blind_hole():
+    assert readings("R" + "F" * 60)[0].word.letters == "F"
+    assert "FR" not in {r.word.letters for r in readings("R" + "F" * 60)}
+    assert readings("R" * 20 + "F" * 40)[0].word.letters == "RF"
+
+
+def test_lengths_choose_among_contexts_of_a_word():
+    best = readings("F" * 16 + "Y" * 4 + "F" * 4)[
+        0
+    ]  # section 12: two cells, the hole in the second
+    named = min(best.word.polycubes, key=lambda polycube: misfit(best, polycube))
+    assert named.context == ("cube", "hole_y")
