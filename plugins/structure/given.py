@@ -85,7 +85,7 @@ def _boxed(polycube: Polycube, view: View, frame: int) -> Candidate:
         np.searchsorted(span, (np.arange(n) + 0.5) / n) - 1
         for span, n in zip(spans, solid.shape, strict=True)
     ]
-    cost = float((polycube.occupancy[np.ix_(*at)] != solid).sum() / solid.sum())
+    cost = float((polycube.occupancy[np.ix_(*at)] != solid).sum() / max(1, solid.sum()))
     corners = np.stack(np.meshgrid(*[(1, n + 1) for n in solid.shape], indexing="ij"), axis=-1)
     ends = [knots[[0, -1]] for knots in polycube.knots]
     rough_map = RoughMap(*ends, view.to_model(corners))

@@ -71,7 +71,7 @@ def _seen(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
         between = np.stack([before[:, gap, 1], after[:, gap, 0]], axis=1)
         outer[bars] = both[bars]
         inner[bars, gap] = _fractions(between, both[:, gap])[bars]
-    return outer, inner
+    return np.where(np.isfinite(outer).any(axis=0), outer, first), inner
 
 
 def _shrunk(boxes: np.ndarray, area: np.ndarray) -> np.ndarray:

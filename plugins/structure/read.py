@@ -61,9 +61,11 @@ class Reading:
 
 
 def read(view: View, words: Sequence[Word], costs: Costs) -> list[Reading]:
-    """Readings of all words along the first axis that are possible."""
+    """Readings of all words along the first axis that are possible; none without solid voxels."""
     slices = measure(view.voxels.solid)
     used = np.flatnonzero(slices.area)
+    if len(used) == 0:
+        return []
     low, high = used[0], used[-1] + 1
     emission = {name: e[low:high] for name, e in emissions(slices, costs).items()}
     total = slices.area.sum()

@@ -9,7 +9,7 @@ import pytest
 from polycube.geometry.lattice import genus
 from polycube.geometry.voxels import Voxels
 from polycube.plugins.structure.measure import measure
-from polycube.plugins.structure.placement import misfit
+from polycube.plugins.structure.placement import misfit, place
 from polycube.plugins.structure.read import Costs, Reading, View, cut, emissions, read
 from polycube.plugins.structure.words import spell, words
 from tests.polycubes import PRIMITIVES, TWO
@@ -129,6 +129,17 @@ def test_a_solid_is_read_as_it_was_spelled(phases):
     best = readings(letters)[0]
     assert best.word.letters == "".join(c for c, _ in itertools.groupby(letters))
     np.testing.assert_array_equal(best.bounds, 1 + np.append(0, np.cumsum(phases)))
+
+
+def test_nothing_is_read_where_nothing_is_solid():
+    assert readings("....") == []
+
+
+def test_a_word_that_no_slice_shows_is_still_placed_on_the_part():
+    ring = next(r for r in readings("F" * 9) if r.word.letters == "R")
+    placed = place(ring, ring.word.polycubes[0]).positions
+    np.testing.assert_allclose(placed.min(axis=(0, 1, 2)), [1, 2, 2])
+    np.testing.assert_allclose(placed.max(axis=(0, 1, 2)), [10, 14, 14])
 
 
 def test_a_shallow_dent_is_no_blind_hole():
