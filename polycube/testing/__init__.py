@@ -1,0 +1,44 @@
+"""Does a plugin do what its kind promises?  For the tests of those who write one:
+
+    from polycube.testing import check_plugin
+
+    def test_sigmoid():
+        check_plugin("schedule", {"plugin": "sigmoid", "steps": 100, "slope": 6.0})
+
+A promise that is broken raises AssertionError with the kind and what was found.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+from polycube.kinds import KINDS
+from polycube.registry import build
+from polycube.testing.claim import claim
+from polycube.testing.learning import LEARNING
+from polycube.testing.solids import GRID, PRIMITIVES
+from polycube.testing.stages import STAGES
+
+CHECKS = {**LEARNING, **STAGES}
+
+# what the program, not the user, gives to plugins of a kind when it builds them
+GIVEN = {"structure": {"grid": GRID, "primitives": PRIMITIVES}}
+
+
+def check_plugin(kind: str, config: Mapping[str, object], **extra: object) -> None:
+    """Build the plugin as a run does and check it.
+
+    config : `plugin: name` and the options, as in the YAML; extra : more options
+    """
+    check(kind, build(kind, config, **{**GIVEN.get(kind, {}), **extra}))
+
+
+def check(kind: str, plugin: object) -> None:
+    """Check a plugin that is built; raises AssertionError, or LookupError for an unknown kind."""
+    if kind not in CHECKS:
+        raise LookupError(f"no plugin kind {kind!r}; kinds are {', '.join(KINDS)}")
+    options = getattr(type(plugin), "__dataclass_params__", None)
+    claim(options is not None and options.frozen, "a plugin is a frozen dataclass of its options")
+    claim(dataclasses.is_dataclass(plugin) and callable(plugin), "a plugin has __call__")
+    CHECKS[kind](plugin)

@@ -1,0 +1,22 @@
+"""The one way a check says no."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def claim(holds: bool | np.bool_, promise: str, found: object = None) -> None:
+    """Raise AssertionError with the promise, and what was found instead, unless it holds."""
+    if not holds:
+        raise AssertionError(promise if found is None else f"{promise}; got {found}")
+
+
+def claim_array(value: object, dims: tuple[int | None, ...], what: str) -> None:
+    """Claim a finite numpy array whose sizes are `dims`; None is any size."""
+    claim(isinstance(value, np.ndarray), f"{what} is a numpy array", type(value).__name__)
+    fits = value.ndim == len(dims) and all(
+        d in (None, n) for d, n in zip(dims, value.shape, strict=True)
+    )
+    wanted = ", ".join("any" if d is None else str(d) for d in dims)
+    claim(fits, f"{what} has shape ({wanted})", value.shape)
+    claim(np.isfinite(value).all(), f"{what} is finite")

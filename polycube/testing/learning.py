@@ -1,0 +1,119 @@
+"""Promises of the learning half: primitive, schedule, model, sampler, data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.ndimage import label
+
+from polycube.geometry.lattice import is_manifold, lattice
+from polycube.testing.claim import claim, claim_array
+from polycube.testing.solids import PRIMITIVES
+
+CONTEXT = 13  # length for a 1x1 grid with two primitives, as good as any
+IMAGE = (32, 32)
+
+
+def check_primitive(plugin: Callable) -> None:
+    """(3, 3, 3) bool: one solid without voids, with a manifold boundary."""
+    voxels = plugin()
+    claim_array(voxels, (3, 3, 3), "a primitive")
+    claim(voxels.dtype == bool, "a primitive is bool", voxels.dtype)
+    claim(label(voxels)[1] == 1, "the voxels are one solid, joined by faces")
+    outside = label(~np.pad(voxels, 1), np.ones((3, 3, 3)))[1]
+    claim(outside == 1, "the solid has no voids")
+    claim(is_manifold(lattice((1, 1, 1), ("it",), {"it": voxels})), "the boundary is manifold")
+    claim(np.array_equal(voxels, plugin()), "a primitive is the same every time")
+
+
+def check_schedule(plugin: Callable) -> None:
+    """alpha_bar (T + 1,), from 1 strictly down, above 0 at the end."""
+    alpha_bar = plugin()
+    claim_array(alpha_bar, (None,), "alpha_bar")
+    claim(len(alpha_bar) >= 2, "alpha_bar has T + 1 >= 2 entries", len(alpha_bar))
+    claim(alpha_bar[0] == 1, "alpha_bar starts at 1", alpha_bar[0])
+    claim(alpha_bar[-1] > 0, "alpha_bar stays above 0", alpha_bar[-1])
+    rises = np.flatnonzero(np.diff(alpha_bar) >= 0)
+    claim(len(rises) == 0, "alpha_bar falls at every step", f"no fall at {rises[:3].tolist()}")
+    steps = getattr(plugin, "steps", len(alpha_bar) - 1)
+    claim(len(alpha_bar) == steps + 1, "alpha_bar has steps + 1 entries", len(alpha_bar))
+
+
+def check_model(plugin: Callable) -> None:
+    """(x (B, channels, h, w), t (B,), context (B, K)) -> (B, 3, h, w), all of it learning."""
+    import torch
+
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(0)
+        network = plugin(channels=6, context_length=CONTEXT, image=IMAGE)
+        x = torch.randn(4, 6, *IMAGE, requires_grad=True)
+        context = torch.rand(4, CONTEXT, requires_grad=True)
+        time = torch.rand(4)
+    y = network(x, time, context)
+    shape = (4, 3, *IMAGE)
+    claim(tuple(y.shape) == shape, f"the output has shape {shape}", tuple(y.shape))
+    claim(bool(torch.isfinite(y).all()), "the output is finite")
+    y.square().mean().backward()
+    idle = [name for name, p in network.named_parameters() if p.requires_grad and p.grad is None]
+    claim(not idle, "the gradient reaches every parameter", f"none at {', '.join(idle[:3])}")
+    for name, given in (("image", x), ("context", context)):
+        seen = given.grad is not None and bool(given.grad.abs().max() > 0)
+        claim(seen, f"the output depends on the {name}")
+    network.eval()
+    with torch.no_grad():
+        again = torch.equal(network(x, time, context), network(x, time, context))
+        later = torch.equal(network(x, time, context), network(x, 1 - time, context))
+    claim(again, "the same input gives the same output")
+    claim(not later, "the output depends on t")
+
+
+def check_sampler(plugin: Callable) -> None:
+    """x_T -> (x_0, states); a network that knows the answer is believed."""
+    import torch
+
+    from polycube.diffusion.process import DiffusionProcess
+
+    process = DiffusionProcess(np.linspace(1, 0.05, 41), noise_scale=0.3)
+    draw = torch.Generator().manual_seed(0)
+    x_T, answer = (torch.randn(2, 3, 8, 8, generator=draw, dtype=torch.float64) for _ in "ab")
+
+    def sample() -> tuple[torch.Tensor, torch.Tensor]:
+        return plugin(lambda x, t: answer, x_T, process, torch.Generator().manual_seed(1))
+
+    x_0, states = sample()
+    claim(x_0.shape == x_T.shape, f"x_0 has shape {tuple(x_T.shape)}", tuple(x_0.shape))
+    fits = states.ndim == 5 and states.shape[1:] == x_T.shape
+    claim(fits, "the states have shape (S, B, 3, h, w)", tuple(states.shape))
+    claim(torch.equal(states[0], x_T), "the first state is x_T")
+    claim(torch.equal(states[-1], x_0), "the last state is x_0")
+    off = float((x_0 - answer).abs().max())
+    claim(off < 1e-6, "a network that predicts x_0 exactly gives x_0", f"an error of {off:.2g}")
+    claim(torch.equal(sample()[0], x_0), "the same generator gives the same sample")
+
+
+def check_data(plugin: Callable) -> None:
+    """Endless pairs by number, each depending on the seed and its number only."""
+    grid = (2, 1, 1)
+    pairs, same, other = (plugin(grid, PRIMITIVES, seed) for seed in (0, 0, 1))
+    same(3)
+    for index in (0, 10**6):
+        pair = pairs(index)
+        claim_array(pair.geometry, (None, 3), "the geometry")
+        claim_array(pair.polycube, (len(pair.geometry), 3), "the polycube")
+        claim(len(pair.context) == 2, "the context names every cell", pair.context)
+        known = {*PRIMITIVES, None}
+        claim(set(pair.context) <= known, "the context is of known primitives", pair.context)
+        claim(np.array_equal(pair.geometry, same(index).geometry), "pair i depends on i and seed")
+        claim(
+            not np.array_equal(pair.geometry, other(index).geometry), "another seed, another pair"
+        )
+
+
+LEARNING = {
+    "primitive": check_primitive,
+    "schedule": check_schedule,
+    "model": check_model,
+    "sampler": check_sampler,
+    "data": check_data,
+}

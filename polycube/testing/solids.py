@@ -1,0 +1,61 @@
+"""Small parts of which everything is known: a block, and a block with a hole, far off the origin.
+
+Sides are 100, 60 and 40; the polycube is a unit cell and the map to the part is affine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from polycube.geometry.lattice import collapse, lattice
+from polycube.geometry.rough_map import affine_map
+from polycube.geometry.template import template
+from polycube.types import Candidate, HexMesh, Polycube, RoughMap, TriMesh
+
+SIDES = np.array([100.0, 60.0, 40.0])
+PLACE = np.array([1000.0, -500.0, 20.0])
+GRID = (2, 1, 1)  # of the structures asked for
+
+
+def _hole(axis: int) -> np.ndarray:
+    voxels = np.ones((3, 3, 3), bool)
+    np.moveaxis(voxels, axis, 2)[1, 1] = False
+    return voxels
+
+
+PRIMITIVES = {"cube": np.ones((3, 3, 3), bool)} | {f"hole_{'xyz'[i]}": _hole(i) for i in (2, 0, 1)}
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A part with its polycube, the map between them and a good hex mesh."""
+
+    surface: TriMesh
+    polycube: Polycube
+    rough_map: RoughMap
+    hexes: HexMesh
+
+    @property
+    def candidate(self) -> Candidate:
+        """The right structure, as a structure plugin would propose it."""
+        return Candidate("given", self.polycube, self.rough_map, 0.0, "solid")
+
+
+def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
+    """The block of one primitive, meshed with edges of about `size`."""
+    polycube = collapse(lattice((1, 1, 1), (primitive,), PRIMITIVES))
+    rough_map = affine_map(polycube, np.diag(SIDES), PLACE)
+    hexes = template(polycube, rough_map, size)
+    outer, faces = np.unique(hexes.quads[:, [[0, 1, 2], [0, 2, 3]]], return_inverse=True)
+    surface = TriMesh(hexes.vertices[outer], faces.reshape(-1, 3))
+    return Solid(surface, polycube, rough_map, hexes)
+
+
+def swollen(hexes: HexMesh, by: float = 0.05) -> HexMesh:
+    """The mesh a little too large and bent, as a rough map leaves it."""
+    middle = hexes.vertices.mean(0)
+    offset = (hexes.vertices - middle) / SIDES
+    bent = offset * (1 + by) + by * np.roll(offset, 1, axis=1) ** 2
+    return replace(hexes, vertices=middle + bent * SIDES)
