@@ -329,7 +329,7 @@ def test_smooth_must_come_to_the_surface_and_keep_the_hexes() -> None:
 
 def test_optimize_must_not_spoil_a_good_mesh() -> None:
     def shaken(surface, hexes):
-        move = np.random.default_rng(0).uniform(-2.5, 2.5, hexes.vertices.shape)
+        move = np.random.default_rng(0).uniform(-3.3, 3.3, hexes.vertices.shape)
         move[hexes.quads] = 0
         return replace(hexes, vertices=hexes.vertices + move)
 
