@@ -10,7 +10,7 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.geometry import surface as surfaces
-from polycube.geometry.frames import rotations
+from polycube.geometry.frames import rotations, turn
 from polycube.geometry.lattice import collapse, genus, lattice
 from polycube.registry import register
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
@@ -39,18 +39,35 @@ class Given(Reader):
                 f"context {', '.join(map(str, self.context))} has genus {has}, "
                 f"but the surface has genus {wanted}"
             )
-        in_a_row = polycube.grid[1:] == (1, 1)
-        letters = spell(polycube.context, self.primitives) if in_a_row else ""
         found: list[Candidate] = []
         for frame, view in enumerate(self.views(surface)):
-            if letters:
-                turns = _distinct(full, of_row=True)
-                readings = self.readings(view, turns, [Word(letters, (polycube,))])
-                found += [as_candidate(reading, "given", frame) for reading in readings]
-            if not letters or not readings:
+            readings = [
+                reading
+                for solid, letters in self._words(full).items()
+                for reading in self.readings(
+                    view, _distinct(solid, of_row=True), [Word(letters, (collapse(solid),))]
+                )
+            ]
+            found += [as_candidate(reading, "given", frame) for reading in readings]
+            if not readings:
                 found += [_boxed(polycube, view.turned(t), frame) for t in _distinct(full)]
-        logger.info("given: %d placements of %s", len(found), letters or "the context in a box")
+        logger.info("given: %d placements of %s", len(found), ", ".join(map(str, self.context)))
         return sorted(found, key=lambda candidate: candidate.cost)
+
+    def _words(self, full: Polycube) -> dict[Polycube, str]:
+        """The polycube and its word, if it has one; for one cell also those of the cell turned."""
+        if full.grid[1:] != (1, 1):
+            return {}
+        cells = [index for index, name in enumerate(full.context) if name is not None]
+        solids = [full]
+        if len(cells) == 1:
+            own = self.primitives[full.context[cells[0]]]
+            turned = {turn(own, rotation).tobytes() for rotation in rotations()}
+            names = [name for name, cell in self.primitives.items() if cell.tobytes() in turned]
+            rest = (None,) * (len(full.context) - 1)
+            solids = [lattice(self.grid, (name, *rest), self.primitives) for name in names]
+        words = {solid: spell(solid.context, self.primitives) for solid in solids}
+        return {solid: letters for solid, letters in words.items() if letters}
 
     def _polycube(self) -> Polycube:
         n_cells = int(np.prod(self.grid))

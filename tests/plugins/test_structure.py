@@ -112,6 +112,14 @@ def test_given_turns_the_context_to_fit(asked):
     np.testing.assert_allclose(centre, np.array([1.5, 0.5, 0.5]) * np.diag(SCALE), atol=0.5)
 
 
+def test_given_turns_a_single_cell_as_well():
+    ring = part(("hole_x", None), np.diag([4.0, 10, 10]))
+    found = propose(ring, "given", context=["hole_y"])
+    assert found[0].cost < 0.02
+    contexts = {c.polycube.context for c in found if c.cost < 0.2}
+    assert contexts == {("hole_x", None), ("hole_y", None), ("hole_z", None)}
+
+
 def test_given_stretches_what_is_no_row():
     grid = (1, 2, 1)
     rotation = Rotation.random(random_state=1).as_matrix()
