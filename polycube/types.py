@@ -222,6 +222,31 @@ class Spline:
             element_hex=("E", np.int64),
         )
 
+    def element_functions(self) -> ElementFunctions:
+        """Extraction operators of all elements, functions that vanish there left out."""
+        n_functions = self.extraction.shape[1]
+        rows = self.extraction[self.nodes.ravel()].tocoo()
+        element, node = np.divmod(rows.row.astype(np.int64), 64)
+        pairs, row = np.unique(element * n_functions + rows.col, return_inverse=True)
+        element, functions = np.divmod(pairs, n_functions)
+        return ElementFunctions(
+            offsets=np.searchsorted(element, np.arange(len(self.nodes) + 1)),
+            functions=functions,
+            coefficients=csr_matrix((rows.data, (row, node)), (len(pairs), 64)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ElementFunctions:
+    """The spline functions of each element and their Bezier coefficients there.
+
+    Rows offsets[e] to offsets[e + 1] belong to element e, its functions ascending.
+    """
+
+    offsets: np.ndarray  # (E + 1,)
+    functions: np.ndarray  # (R,) into the C control points
+    coefficients: csr_matrix  # (R, 64)
+
 
 @dataclass(frozen=True, eq=False)
 class Modes:

@@ -1,0 +1,140 @@
+"""BEXT v1: Bezier extraction of a cubic spline as text, the form LS-DYNA has read.
+
+    B E X T / type hex / nodeN n / elemN m / n lines "gnode x y z w" / per element
+    "belem f 3 3 3", a line of the f function numbers from 0, and f rows of coefficients:
+    "d c0 ... c63" or "s count index value ...", Bezier index i + 4 j + 16 k.
+
+Numbers have 17 digits: what is read equals what was written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice, pairwise
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.io.atomic import whole
+from polycube.types import Spline
+
+SPARSE = 20  # most coefficients of a row that is written as indices and values
+
+
+def write_bext(path: Path, spline: Spline) -> Path:
+    """Write the spline; 1500 elements take about a second."""
+    functions = spline.element_functions()
+    rows = _rows(functions.coefficients)
+    numbers = list(map(str, functions.functions.tolist()))
+    lines = ["B E X T", "type hex", f"nodeN {len(spline.control)}", f"elemN {len(spline.nodes)}"]
+    lines += [f"gnode {x:.17g} {y:.17g} {z:.17g} 1" for x, y, z in spline.control.tolist()]
+    ends = functions.offsets.tolist()
+    for first, last in pairwise(ends):
+        lines += [f"belem {last - first} 3 3 3", " ".join(numbers[first:last]), *rows[first:last]]
+    with whole(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n")
+    return Path(path)
+
+
+def _rows(coefficients: csr_matrix) -> list[str]:
+    """One line per row; equal values are formatted once."""
+    values, inverse = np.unique(coefficients.data, return_inverse=True)
+    text = np.array([f"{value:.17g}" for value in values.tolist()], dtype=object)[inverse].tolist()
+    index = coefficients.indices.tolist()
+    ends = coefficients.indptr.tolist()
+    lines = []
+    for first, last in pairwise(ends):
+        if last - first <= SPARSE:
+            pairs = map(" ".join, zip(map(str, index[first:last]), text[first:last], strict=True))
+            lines.append(f"s {last - first} {' '.join(pairs)}")
+        else:
+            row = ["0"] * 64
+            for i in range(first, last):
+                row[index[i]] = text[i]
+            lines.append(f"d {' '.join(row)}")
+    return lines
+
+
+def read_bext(path: Path) -> Spline:
+    """The spline of a cubic BEXT v1 file; Bezier nodes with equal rows are one node.
+
+    Element e counts as hex e.  Raises ValueError for another format or degree and a short file.
+    """
+    words = iter(Path(path).read_text().split())
+    try:
+        _expect(words, "B E X T type hex nodeN")
+        n_nodes = int(_take(words, 1)[0])
+        _expect(words, "elemN")
+        n_elements = int(_take(words, 1)[0])
+        control = np.array([_node(words) for _ in range(n_nodes)])
+        rows = [row for e in range(n_elements) for row in _element(words, 64 * e, n_nodes)]
+    except EOFError:
+        raise ValueError(f"{path} ends too early") from None
+    except ValueError as error:
+        raise ValueError(f"{path} is no cubic BEXT v1 file: {error}") from None
+    node, function, value = np.concatenate(rows, axis=1)
+    extraction = csr_matrix(
+        (value, (node.astype(int), function.astype(int))), (64 * n_elements, n_nodes)
+    )
+    distinct, nodes = _share(extraction)
+    return Spline(control, distinct, nodes.reshape(-1, 64), np.arange(n_elements))
+
+
+def _take(words: Iterator[str], count: int) -> list[str]:
+    taken = list(islice(words, count))
+    if len(taken) < count:
+        raise EOFError
+    return taken
+
+
+def _expect(words: Iterator[str], wanted: str) -> None:
+    for want in wanted.split():
+        (word,) = _take(words, 1)
+        if word != want:
+            raise ValueError(f"expected {want!r}, met {word!r}")
+
+
+def _node(words: Iterator[str]) -> list[float]:
+    _expect(words, "gnode")
+    *point, weight = map(float, _take(words, 4))
+    if weight != 1:
+        raise ValueError(f"expected weight 1, met {weight}")
+    return point
+
+
+def _element(words: Iterator[str], first: int, n_nodes: int) -> Iterator[np.ndarray]:
+    """Arrays (3, n) of Bezier node, function and coefficient, nodes counted from `first`."""
+    _expect(words, "belem")
+    count = int(_take(words, 1)[0])
+    _expect(words, "3 3 3")
+    functions = map(int, _take(words, count))
+    for function in functions:
+        if _take(words, 1) == ["d"]:
+            index, values = range(64), _take(words, 64)
+        else:
+            pairs = _take(words, 2 * int(_take(words, 1)[0]))
+            index, values = map(int, pairs[::2]), pairs[1::2]
+        row = [(i, function, float(c)) for i, c in zip(index, values, strict=True) if float(c)]
+        entries = _checked(np.array(row).reshape(-1, 3).T, n_nodes)
+        entries[0] += first
+        yield entries
+
+
+def _checked(row: np.ndarray, n_nodes: int) -> np.ndarray:
+    """The row (3, n) of Bezier indices, functions and coefficients, when all are in range."""
+    for name, numbers, size in (("Bezier index", row[0], 64), ("function", row[1], n_nodes)):
+        if not ((numbers >= 0) & (numbers < size)).all():
+            raise ValueError(f"{name} {numbers.max():.0f} is not in 0 to {size - 1}")
+    return row
+
+
+def _share(rows: csr_matrix) -> tuple[csr_matrix, np.ndarray]:
+    """The distinct rows in order of appearance, and which of them each row is."""
+    rows.sort_indices()
+    ends = pairwise(rows.indptr)
+    contents = [(rows.indices[a:b].tobytes(), rows.data[a:b].tobytes()) for a, b in ends]
+    place: dict[tuple[bytes, bytes], int] = {}
+    nodes = np.array([place.setdefault(row, len(place)) for row in contents])
+    _, first = np.unique(nodes, return_index=True)
+    return rows[first], nodes

@@ -1,0 +1,145 @@
+"""Stiffness and consistent mass of linear elasticity on a volumetric spline.
+
+Per element the gradients g of its functions at Gauss points give S[ai, bj] = int g_ai g_bj, and
+K[ai, bj] = lambda S[ai, bj] + mu S[aj, bi] + mu delta_ij sum_k S[ak, bk].  Elements go through in
+chunks of similar function counts; their blocks are added into one sparse pattern.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
+
+from polycube.errors import MeshingError
+from polycube.spline.bernstein import gauss, tensor, volume_basis
+from polycube.spline.bezier import bezier_points
+from polycube.types import ElementFunctions, Spline
+
+CHUNK = 64  # elements at a time
+
+
+@dataclass(frozen=True)
+class Element:
+    """Integrals over a chunk of elements with f functions each, the absent ones numbered C."""
+
+    functions: np.ndarray  # (n, f)
+    mass: np.ndarray  # (n, f, f) of N_a N_b
+    gradient: np.ndarray  # (n, f, 3, f, 3) of dN_a/dx_i dN_b/dx_j
+
+
+def assemble(
+    spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
+) -> tuple[csr_matrix, csr_matrix]:
+    """Stiffness (3 C, 3 C), displacement i of control point a at 3 a + i, and mass (C, C).
+
+    The mass is the same for the three directions.  n_gauss : Gauss points per direction.
+    Raises MeshingError where det J <= 0 at a Gauss point.
+    """
+    shear = young / (2 * (1 + poisson))
+    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    functions = spline.element_functions()
+    pattern = _Pattern.of(functions, len(spline.control))
+    stiffness = np.zeros((len(pattern.keys), 9))
+    mass = np.zeros(len(pattern.keys))
+    for chunk in integrate(spline, functions, n_gauss):
+        slots = pattern.slots(chunk.functions)
+        stiffness += slots @ _elastic(chunk.gradient, lame, shear)
+        mass += density * (slots @ chunk.mass.ravel())
+    return pattern.blocks(stiffness.reshape(-1, 3, 3)).tocsr(), pattern.matrix(mass)
+
+
+def _elastic(gradient: np.ndarray, lame: float, shear: float) -> np.ndarray:
+    """(n f f, 9) stiffness blocks from the gradient products (n, f, 3, f, 3)."""
+    s = gradient.transpose(0, 1, 3, 2, 4)  # (n, f, f, 3, 3)
+    laplace = np.trace(s, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    return (lame * s + shear * (s.swapaxes(-1, -2) + laplace)).reshape(-1, 9)
+
+
+def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iterator[Element]:
+    """Integrate chunk by chunk, elements with equally many functions together."""
+    t, w = gauss(n_gauss)
+    weights = tensor(w[None], w[None], w[None])[0]
+    values, gradients = volume_basis(t)
+    points = bezier_points(spline)
+    order = np.argsort(np.diff(functions.offsets), kind="stable")
+    for elements in np.array_split(order, len(order) // CHUNK + 1):
+        ids, extraction = _pad(functions, elements, len(spline.control))
+        jacobian = np.einsum("aqm,emi->eqia", gradients, points[elements], optimize=True)
+        scale = np.sqrt(weights * _positive_det(jacobian, elements))  # (n, q)
+        shape = (extraction @ values.T) * scale[:, None]  # (n, f, q)
+        local = np.einsum("efm,aqm->eqfa", extraction, gradients, optimize=True)
+        slope = local @ np.linalg.inv(jacobian) * scale[..., None, None]  # (n, q, f, i)
+        slope = slope.reshape(len(elements), len(weights), -1)
+        f = ids.shape[1]
+        yield Element(
+            functions=ids,
+            mass=shape @ shape.swapaxes(1, 2),
+            gradient=(slope.swapaxes(1, 2) @ slope).reshape(-1, f, 3, f, 3),
+        )
+
+
+def _positive_det(jacobian: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    det = np.linalg.det(jacobian)
+    if det.min() <= 0:
+        element = elements[np.unravel_index(det.argmin(), det.shape)[0]]
+        raise MeshingError(
+            f"analysis needs det J > 0; got {det.min():.3g} at a Gauss point of element {element}"
+        )
+    return det
+
+
+def _pad(
+    functions: ElementFunctions, elements: np.ndarray, absent: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Functions (n, f) and dense extraction (n, f, 64) of some elements, `absent` where fewer."""
+    count = np.diff(functions.offsets)[elements]
+    element, place = np.nonzero(np.arange(count.max()) < count[:, None])
+    rows = functions.offsets[elements][element] + place
+    ids = np.full((len(elements), count.max()), absent)
+    ids[element, place] = functions.functions[rows]
+    extraction = np.zeros((*ids.shape, 64))
+    extraction[element, place] = functions.coefficients[rows].toarray()
+    return ids, extraction
+
+
+@dataclass(frozen=True)
+class _Pattern:
+    """Pairs of functions that share an element, by rows."""
+
+    indptr: np.ndarray  # (C + 1,)
+    indices: np.ndarray  # (Z,)
+    keys: np.ndarray  # (Z,) row (C + 1) + column, ascending
+
+    @classmethod
+    def of(cls, functions: ElementFunctions, size: int) -> _Pattern:
+        """The pattern of all elements, for `size` functions."""
+        has = csr_matrix(
+            (np.ones(len(functions.functions)), functions.functions, functions.offsets),
+            (len(functions.offsets) - 1, size),
+        )
+        pairs = (has.T @ has).tocsr()
+        pairs.sort_indices()
+        rows = np.repeat(np.arange(size), np.diff(pairs.indptr))
+        return cls(pairs.indptr, pairs.indices, rows * (size + 1) + pairs.indices)
+
+    def slots(self, functions: np.ndarray) -> csc_matrix:
+        """(Z, n f f) matrix that adds element blocks (n, f, f) where they belong."""
+        size = len(self.indptr) - 1
+        pair = np.stack(np.broadcast_arrays(functions[:, :, None], functions[:, None]))
+        present = (pair < size).all(axis=0).ravel()
+        slot = np.searchsorted(self.keys, (pair[0] * (size + 1) + pair[1]).ravel()[present])
+        indptr = np.concatenate([[0], np.cumsum(present)])
+        return csc_matrix((np.ones(len(slot)), slot, indptr), (len(self.keys), len(present)))
+
+    def matrix(self, values: np.ndarray) -> csr_matrix:
+        """(C, C) matrix of values (Z,)."""
+        size = len(self.indptr) - 1
+        return csr_matrix((values, self.indices, self.indptr), (size, size))
+
+    def blocks(self, values: np.ndarray) -> bsr_matrix:
+        """(3 C, 3 C) matrix of blocks (Z, 3, 3)."""
+        size = 3 * (len(self.indptr) - 1)
+        return bsr_matrix((values, self.indices, self.indptr), (size, size))

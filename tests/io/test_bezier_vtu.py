@@ -1,0 +1,87 @@
+import csv
+
+import numpy as np
+import pytest
+import pyvista
+from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkCommonDataModel import vtkHigherOrderHexahedron
+
+from polycube.io.bezier import VTK_ORDER, write_bezier_vtu, write_modes_csv, write_modes_vtu
+from polycube.spline.bernstein import bernstein, tensor
+from polycube.spline.bezier import bezier_points
+from polycube.spline.extraction import volumetric_spline
+from polycube.spline.features import single_hex_edges
+from polycube.types import Modes
+from tests.hex_solids import hex_ball, hex_cylinder
+
+
+@pytest.fixture(scope="module")
+def spline():
+    mesh = hex_cylinder(2, 2, 2)
+    return volumetric_spline(mesh, single_hex_edges(mesh))
+
+
+@pytest.fixture
+def modes(spline):
+    shapes = np.random.default_rng(0).standard_normal((8, len(spline.control), 3))
+    values = np.array([-1e-9, 0, 0, 0, 0, 1e-9, 4e4, 9e6]) * np.pi**2
+    return Modes(values, shapes, 1.5, {"frequency": "Hz"})
+
+
+def test_order_is_vtk_s():
+    for place in range(64):
+        i, j, k = place % 4, place // 4 % 4, place // 16
+        number = vtkHigherOrderHexahedron.PointIndexFromIJK(i, j, k, [3, 3, 3, 64])
+        assert VTK_ORDER[number] == place
+
+
+@pytest.mark.parametrize("element", [0, 7, 20])
+def test_vtk_evaluates_the_same_solid(spline, element, tmp_path):
+    grid = pyvista.read(write_bezier_vtu(tmp_path / "spline.vtu", spline))
+    assert (grid.celltypes == 79).all()
+    assert np.array_equal(grid.cell_data["hex"], spline.element_hex)
+    cell = grid.GetCell(element)
+    for place in ([0.0, 0.0, 0.0], [0.2, 0.7, 0.4], [1.0, 0.3, 0.9]):
+        found = [0.0, 0.0, 0.0]
+        cell.EvaluateLocation(reference(0), place, found, [0.0] * 64)
+        basis = tensor(*bernstein(np.array(place))[:, None])
+        assert found == pytest.approx(basis[0] @ bezier_points(spline)[element], abs=1e-12)
+
+
+def test_fields_are_carried_to_the_bezier_points(spline, tmp_path):
+    fields = {"x": spline.control[:, 0], "shift": 2 * spline.control}
+    grid = pyvista.read(write_bezier_vtu(tmp_path / "spline.vtu", spline, fields))
+    assert grid.point_data["x"] == pytest.approx(grid.points[:, 0], abs=1e-14)
+    assert grid.point_data["shift"] == pytest.approx(2 * grid.points, abs=1e-14)
+
+
+def test_mode_shapes_are_named_by_number_and_frequency(spline, modes, tmp_path):
+    grid = pyvista.read(write_modes_vtu(tmp_path / "modes.vtu", spline, modes))
+    assert list(grid.point_data) == [f"mode_{k:02d} 0 Hz" for k in range(1, 6)] + [
+        "mode_06 1.581e-05 Hz",
+        "mode_07 100 Hz",
+        "mode_08 1500 Hz",
+    ]
+    shape = grid.point_data["mode_08 1500 Hz"]
+    direction = spline.extraction @ modes.shapes[7]
+    assert shape / direction == pytest.approx(np.full(shape.shape, (shape / direction)[0, 0]))
+    diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
+    assert 0.02 * diagonal < np.linalg.norm(shape, axis=1).max() <= 0.1 * diagonal
+
+
+def test_modes_csv_holds_every_digit(modes, tmp_path):
+    with open(write_modes_csv(tmp_path / "modes.csv", modes), newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["mode"]) for row in rows] == list(range(1, 9))
+    assert np.array_equal([float(row["omega_squared"]) for row in rows], modes.eigenvalues)
+    assert np.array_equal([float(row["frequency_hz"]) for row in rows], modes.frequency)
+    assert float(rows[6]["frequency_hz"]) == pytest.approx(100)
+
+
+def test_file_does_not_depend_on_the_run(tmp_path):
+    mesh = hex_ball(1)
+    files = [
+        write_bezier_vtu(tmp_path / name, volumetric_spline(mesh, np.zeros((0, 2), int)))
+        for name in "ab"
+    ]
+    assert files[0].read_bytes() == files[1].read_bytes()

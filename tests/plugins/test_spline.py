@@ -1,0 +1,78 @@
+import logging
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from polycube.geometry.hexes import hex_mesh
+from polycube.registry import build, names
+from polycube.spline.bezier import min_detj
+from polycube.spline.features import creases
+from tests.hex_solids import hex_ball, hex_box, hex_cylinder
+
+CONF = Path(__file__).parents[2] / "conf"
+
+
+def h2s(**options):
+    return build("spline", {"plugin": "h2s", **options})
+
+
+def test_config_holds_the_defaults():
+    config = yaml.safe_load((CONF / "spline" / "h2s.yaml").read_text())
+    assert config == {"plugin": "h2s", **asdict(h2s())}
+    assert "h2s" in names("spline")
+
+
+@pytest.mark.parametrize("mesh", [hex_box((3, 3, 3)), hex_cylinder(), hex_ball()])
+def test_gives_a_valid_solid(mesh):
+    spline = h2s()(mesh)
+    assert min_detj(spline).lower_bound > 0
+    assert len(spline.nodes) == len(mesh.hexes)
+
+
+def test_sharp_edges_keep_a_box_a_box():
+    mesh = hex_box((3, 3, 3))
+    assert min_detj(h2s()(mesh)).volume == pytest.approx(1, rel=1e-12)
+    round_box = h2s(sharp="none", single_hex_edges=False)(mesh)
+    assert min_detj(round_box).volume < 0.97
+    assert min_detj(round_box).min_detj == pytest.approx(0, abs=1e-12)
+    assert min_detj(h2s(sharp="none")(mesh)).volume == pytest.approx(1, rel=1e-12)
+
+
+def test_angle_is_in_degrees():
+    mesh = hex_cylinder(2, 2, 2)  # eight sides; rims at 90, sides at 45 degrees
+    rims, sides = (min_detj(h2s(angle=angle)(mesh)).volume for angle in (50, 40))
+    assert sides == pytest.approx(8 * np.sin(np.pi / 4) / 2, rel=1e-12)
+    assert rims < 0.99 * sides
+
+
+def test_stray_creases_stay_smooth():
+    mesh = hex_ball(4)
+    peak = np.argmax(mesh.vertices[:, 2])
+    vertices = mesh.vertices.copy()
+    vertices[peak] *= 1.3  # the edges round it turn by more, and end in the smooth surface
+    peaked = hex_mesh(vertices, mesh.hexes)
+    assert len(creases(peaked, np.radians(30))) > 0
+    stray = h2s(angle=30)(peaked).extraction
+    assert (stray != h2s(sharp="none")(peaked).extraction).nnz == 0
+
+
+def test_logs_the_numbers_that_decide(caplog):
+    with caplog.at_level(logging.INFO):
+        h2s()(hex_box((2, 2, 2)))
+    assert "27 functions, 8 elements, 24 sharp and 0 extraordinary edges, volume 1" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"sharp": "manual"}, "sharp must be auto or none; got 'manual'"),
+        ({"angle": 0}, r"angle must lie in \(0, 180\) degrees; got 0"),
+        ({"angle": 180}, "got 180"),
+    ],
+)
+def test_refuses_options_with_a_reason(options, message):
+    with pytest.raises(ValueError, match=message):
+        h2s(**options)
