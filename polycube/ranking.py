@@ -92,7 +92,7 @@ def _coarse(candidate: Candidate, size: float) -> tuple[HexMesh, np.ndarray]:
 
 def _log(ranked: list[Ranked]) -> None:
     logger.info(
-        "ranking: score, distance to surface, to mesh [%% of diagonal], min Jacobian, volume"
+        "ranking: score, distance to surface, to mesh [% of diagonal], min Jacobian, volume"
     )
     for entry in ranked:
         n = entry.numbers

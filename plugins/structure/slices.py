@@ -47,16 +47,10 @@ class SliceReading(Reader):
             readings = self.readings(view, AXES, fitting)
             found += self._close([as_candidate(r, "slices", frame) for r in readings], limit)
         found = self._close(sorted(found, key=lambda candidate: candidate.cost), len(found))
-        logger.info(
-            "slices: genus %d, %d of %d words fit, %d readings kept, best %s",
-            wanted,
-            len(fitting),
-            len(every),
-            len(found),
-            f"{','.join(filter(None, found[0].polycube.context))} at {found[0].cost:.3f}"
-            if found
-            else "none",
-        )
+        logger.info("slices: genus %d fits %d of %d words", wanted, len(fitting), len(every))
+        for candidate in found[:1]:
+            context = ", ".join(filter(None, candidate.polycube.context))
+            logger.info("slices: %d readings, best %s at %.3f", len(found), context, candidate.cost)
         return found
 
     def _close(self, candidates: list[Candidate], limit: int) -> list[Candidate]:

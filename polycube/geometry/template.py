@@ -36,7 +36,11 @@ def template(
     """
     if size <= 0:
         raise ValueError(f"size must be a positive length; got {size}")
-    return mesh(polycube, rough_map, counts(polycube, rough_map, size, least, most, across))
+    parts = counts(polycube, rough_map, size, least, most, across)
+    found = mesh(polycube, rough_map, parts)
+    sums = [int(n.sum()) for n in parts]
+    logger.info("template: %d hexes, %s parts per axis", len(found.hexes), sums)
+    return found
 
 
 def counts(
@@ -97,7 +101,6 @@ def mesh(
     quads, owner = exposed(hexes)
     patch = _patch_of(polycube, hexes, quads, owner, box)
     cell = cell_at(polycube, places[hexes].mean(axis=1))
-    logger.info("template: %d hexes, %s parts per axis", len(hexes), [int(n.sum()) for n in counts])
     return hex_mesh(evaluate(rough_map, places), hexes, quads, patch, cell)
 
 

@@ -97,7 +97,7 @@ def test_no_row_and_no_genus_propose_nothing(caplog):
     assert "no row of cells" in caplog.text
     three = part(("hole_y",) * 3, SCALE, grid=(3, 1, 1))
     assert propose(three) == []
-    assert "0 of 14 words" in caplog.text
+    assert "genus 3 fits 0 of 14 words" in caplog.text
     assert len(propose(three, grid=(3, 1, 1))[0].polycube.x) == 8
 
 
