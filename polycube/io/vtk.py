@@ -38,13 +38,13 @@ def write_hex_vtu(path: Path, hexes: HexMesh, context: Sequence[str | None] = ()
         "scaled_jacobian": scaled_jacobian(hexes.vertices, hexes.hexes),
         "cell": hexes.cell,
     }
-    field_data: dict[str, Sequence[str]] = {}
+    comment = ""
     if context:
         names, primitive = _primitives(context)
         cell_data["primitive"] = primitive[hexes.cell]
-        field_data["primitive_names"] = names
+        comment = _legend(names)
     return write_cells(
-        path, hexes.vertices, hexes.hexes, HEXAHEDRON, {"boundary": boundary}, cell_data, field_data
+        path, hexes.vertices, hexes.hexes, HEXAHEDRON, {"boundary": boundary}, cell_data, comment
     )
 
 
@@ -60,7 +60,7 @@ def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
     cell = cell_of_box(polycube)
     names, primitive = _primitives(polycube.context)
     cell_data = {"cell": cell, "primitive": primitive[cell]}
-    return write_cells(path, points, hexes, HEXAHEDRON, {}, cell_data, {"primitive_names": names})
+    return write_cells(path, points, hexes, HEXAHEDRON, {}, cell_data, _legend(names))
 
 
 def write_labels_vtp(path: Path, surface: TriMesh, labels: Labels) -> Path:
@@ -83,7 +83,7 @@ def write_cells(
     cell_type: int,
     point_data: Arrays,
     cell_data: Arrays,
-    field_data: Mapping[str, Sequence[str]] | None = None,
+    comment: str = "",
 ) -> Path:
     """Write an unstructured grid of cells of one VTK type, (E, K) into points (N, 3)."""
     offsets = np.arange(1, len(cells) + 1) * cells.shape[1]
@@ -95,13 +95,19 @@ def write_cells(
         + _element("Cells", {"connectivity": cells.ravel(), "offsets": offsets, "types": types})
     )
     counts = f'NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}"'
-    return _write(path, "UnstructuredGrid", counts, body, field_data or {})
+    version = "1.0" if cell_type == HEXAHEDRON else "2.1"  # 2.1: today's order of Bezier points
+    return _write(path, "UnstructuredGrid", counts, body, comment, version)
 
 
 def _primitives(context: Sequence[str | None]) -> tuple[list[str], np.ndarray]:
     """Primitive names, sorted, and the number of each grid cell's primitive (-1 where empty)."""
     names = sorted({name for name in context if name})
     return names, np.array([names.index(name) if name else -1 for name in context])
+
+
+def _legend(names: Sequence[str]) -> str:
+    """What the numbers of `primitive` mean; string arrays stop readers such as meshio."""
+    return f"<!-- primitive: {', '.join(f'{i} {name}' for i, name in enumerate(names))} -->\n"
 
 
 def _element(tag: str, arrays: Arrays) -> str:
@@ -122,28 +128,19 @@ def _array(name: str, array: np.ndarray) -> str:
     )
 
 
-def _strings(name: str, values: Sequence[str]) -> str:
-    codes = " ".join(str(byte) for value in values for byte in (*value.encode(), 0))
-    return (
-        f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(values)}" '
-        f'format="ascii">{codes}</Array>\n'
-    )
-
-
 def _write(
     path: Path,
     dataset: str,
     counts: str,
     body: str,
-    field_data: Mapping[str, Sequence[str]] | None = None,
+    comment: str = "",
+    version: str = "1.0",  # what most other readers know
 ) -> Path:
-    strings = "".join(_strings(name, values) for name, values in (field_data or {}).items())
-    fields = f"<FieldData>\n{strings}</FieldData>\n" if strings else ""
     with whole(path) as temporary:
         temporary.write_text(
-            '<?xml version="1.0"?>\n'
-            f'<VTKFile type="{dataset}" version="2.1" byte_order="LittleEndian" '
-            f'header_type="UInt64">\n<{dataset}>\n{fields}<Piece {counts}>\n'
+            f'<?xml version="1.0"?>\n{comment}'
+            f'<VTKFile type="{dataset}" version="{version}" byte_order="LittleEndian" '
+            f'header_type="UInt64">\n<{dataset}>\n<Piece {counts}>\n'
             f"{body}</Piece>\n</{dataset}>\n</VTKFile>\n"
         )
     return Path(path)

@@ -1,0 +1,187 @@
+"""The files of a run: numbers in `report.json`, meshes, spline, modes, and the page for people.
+
+Keys of `report.json` are a contract with other programs; distances there are fractions of the
+bounding-box diagonal of the input.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from polycube import __version__
+from polycube.geometry import lattice, quality
+from polycube.geometry import surface as topology
+from polycube.io.atomic import whole
+from polycube.registry import build
+from polycube.types import Candidate
+
+logger = logging.getLogger(__name__)
+
+State = Mapping[str, object]
+
+
+def summarize(
+    state: State, seconds: Mapping[str, float], cfg: Mapping[str, object]
+) -> dict[str, object]:
+    """Numbers of a run; parts that were not reached are left out."""
+    parts = {"input": _input, "polycube": _polycube, "hex": _hex, "spline": _spline}
+    parts |= {"modes": _modes}
+    needs = {"input": "surface", "polycube": "ranked", "hex": "hexes"}
+    report = {
+        name: numbers(state) for name, numbers in parts.items() if needs.get(name, name) in state
+    }
+    failure = state.get("failure")
+    report |= {"valid": failure is None, "warnings": state["warnings"], "seed": cfg["seed"]}
+    if failure is not None:
+        report["failure"] = failure
+    report["seconds"] = {stage: round(spent, 3) for stage, spent in seconds.items()}
+    report["version"] = __version__
+    return report
+
+
+def _input(state: State) -> dict[str, object]:
+    surface = state["surface"]
+    return {
+        "path": state["path"],
+        "vertices": len(surface.vertices),
+        "faces": len(surface.faces),
+        "genus": topology.genus(surface),
+        "bbox": [surface.vertices.min(0).tolist(), surface.vertices.max(0).tolist()],
+        "volume": topology.volume(surface),
+    }
+
+
+def _polycube(state: State) -> dict[str, object]:
+    polycube = state["polycube"]
+    numbers = {
+        "grid": list(polycube.grid),
+        "context": list(polycube.context),
+        "cells": sum(name is not None for name in polycube.context),
+        "boxes": int(polycube.occupancy.sum()),
+        "genus": lattice.genus(polycube),
+        "auto": state["auto"],
+        "chosen": state["chosen"],
+        "candidates": [
+            {**_name(entry.candidate), "score": entry.score, **entry.numbers}
+            for entry in state["ranked"]
+        ],
+    }
+    if "points" in state:
+        moved = np.linalg.norm(state["points"] - state["trajectory"][-1], axis=1)
+        numbers["denoised_to_polycube_mean"] = float(moved.mean())
+        numbers["denoised_to_polycube_max"] = float(moved.max())
+    return numbers
+
+
+def _name(candidate: Candidate) -> dict[str, object]:
+    return {
+        "proposal": candidate.proposal,
+        "context": list(candidate.polycube.context),
+        "key": candidate.key,
+        "cost": candidate.cost,
+    }
+
+
+def _hex(state: State) -> dict[str, object]:
+    hexes = state["hexes"]
+    scaled_jacobian = quality.scaled_jacobian(hexes.vertices, hexes.hexes)
+    worst = int(scaled_jacobian.argmin())
+    deviation = quality.deviation(hexes, state["surface"])
+    surface_volume = topology.volume(state["surface"])
+    return {
+        "hexes": len(hexes.hexes),
+        "vertices": len(hexes.vertices),
+        "min_scaled_jacobian": float(scaled_jacobian.min()),
+        "mean_scaled_jacobian": float(scaled_jacobian.mean()),
+        "inverted": int((scaled_jacobian <= 0).sum()),
+        "worst_hex": worst,
+        "worst_hex_center": hexes.vertices[hexes.hexes[worst]].mean(0).tolist(),
+        "vertex_off_surface_max": deviation.vertices,
+        **_distances("mesh_to_surface", deviation.to_surface),
+        **_distances("surface_to_mesh", deviation.to_mesh),
+        "volume": quality.volume(hexes),
+        "volume_error": abs(quality.volume(hexes) / surface_volume - 1),
+    }
+
+
+def _distances(name: str, distances: quality.Distances) -> dict[str, float]:
+    return {
+        f"{name}_max": distances.largest,
+        f"{name}_mean": distances.mean,
+        f"{name}_p99": distances.p99,
+    }
+
+
+def _spline(state: State) -> dict[str, object]:
+    from polycube.spline.bezier import min_detj
+
+    spline = state["spline"]
+    jacobian = min_detj(spline)
+    return {
+        "functions": len(spline.control),
+        "elements": len(spline.nodes),
+        "extraordinary_edges": spline.extraordinary_edges,
+        "min_detj": jacobian.min_detj,
+        "min_detj_bound": jacobian.lower_bound,
+        "min_scaled_detj": jacobian.min_scaled_detj,
+        "min_detj_at": list(jacobian.position),
+        "volume": jacobian.volume,
+    }
+
+
+def _modes(state: State) -> dict[str, object]:
+    modes = state["modes"]
+    return {
+        "omega_squared": modes.eigenvalues.tolist(),
+        "frequency_hz": modes.frequency.tolist(),
+        "mass": modes.mass,
+        "units": dict(modes.units),
+    }
+
+
+def write_results(
+    folder: Path, state: State, report: Mapping[str, object], cfg: Mapping[str, object]
+) -> None:
+    """Write every file of the run; `report.json` comes last, so where it lies all lies."""
+    from polycube.io import vtk
+
+    vtk.write_polycube_vtu(folder / "polycube.vtu", state["polycube"])
+    if "labels" in state:
+        vtk.write_labels_vtp(folder / "labels.vtp", state["surface"], state["labels"])
+    if "hexes" in state:
+        vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], state["polycube"].context)
+        for name in cfg["export"]:
+            build("export", {"plugin": name})(state["hexes"], folder / "hex")
+    if "spline" in state:
+        _write_spline(folder, state)
+    if "trajectory" in state:
+        with whole(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
+            np.savez_compressed(file, states=state["trajectory"], regular=state["points"])
+    if "report" in cfg["order"]:
+        from polycube.report.html import write_report
+
+        write_report(folder, state, {**report, "config": cfg})
+    _write_json(folder / "report.json", report)
+    _write_json(folder / "config.json", cfg)
+
+
+def _write_spline(folder: Path, state: State) -> None:
+    from polycube.io import bext, bezier
+
+    spline = state["spline"]
+    bext.write_bext(folder / "spline.bext", spline)
+    bezier.write_bezier_vtu(folder / "spline.vtu", spline)
+    if "modes" in state:
+        bezier.write_modes_csv(folder / "modes.csv", state["modes"])
+        bezier.write_modes_vtu(folder / "modes.vtu", spline, state["modes"])
+
+
+def _write_json(path: Path, value: Mapping[str, object]) -> None:
+    with whole(path) as temporary:
+        Path(temporary).write_text(json.dumps(value, indent=1), encoding="utf-8")

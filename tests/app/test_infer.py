@@ -1,0 +1,137 @@
+"""The program as a user meets it: one part all the way, refusals, resume, overrides."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+import polycube.search_path  # noqa: F401
+from polycube import HOME
+from polycube.app.infer import _command, infer
+
+FAST = ["meshing.subdivide.size=0.08", "structure=slices"]
+
+
+def config(*overrides: str):
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        return compose("infer", list(overrides))
+
+
+def run(*overrides: str) -> dict:
+    return infer(OmegaConf.to_container(config(*overrides), resolve=True))
+
+
+def tree(folder: Path) -> set[str]:
+    return {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def rod(tmp_path_factory) -> tuple[dict, Path]:
+    folder = tmp_path_factory.mktemp("rod")
+    return run("mesh=example:rod", f"output_dir={folder}", "analysis.modes=10", *FAST), folder
+
+
+def test_one_part_all_the_way(rod):
+    report, folder = rod
+    assert report["valid"]
+    assert report["polycube"]["genus"] == report["input"]["genus"] == 1
+    assert report["hex"]["inverted"] == 0
+    assert report["hex"]["min_scaled_jacobian"] > 0.2
+    assert report["spline"]["min_detj"] > 0
+    assert report == json.loads((folder / "report.json").read_text())
+    files = {"polycube.vtu", "labels.vtp", "hex.vtu", "spline.bext", "spline.vtu", "modes.vtu"}
+    files |= {"modes.csv", "report.html", "report.json", "config.json", "run.log"}
+    assert files <= tree(folder)
+    assert not [name for name in tree(folder) if name.endswith((".tmp", ".partial"))]
+
+
+def test_volume_of_the_spline_is_that_of_the_part(rod):
+    report, _ = rod
+    assert report["spline"]["volume"] == pytest.approx(report["input"]["volume"], rel=0.06)
+
+
+def test_six_rigid_modes_and_then_elastic_ones(rod):
+    report, folder = rod
+    omega_squared = np.array(report["modes"]["omega_squared"])
+    assert np.abs(omega_squared[:6]).max() < 1e-8 * omega_squared[6]
+    rows = list(csv.DictReader((folder / "modes.csv").open()))
+    assert [float(r["frequency_hz"]) for r in rows] == report["modes"]["frequency_hz"]
+
+
+def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
+    first, folder = rod
+    again = run(
+        f"resume={folder}", "from=analysis", f"output_dir={tmp_path}", "analysis.modes=8", *FAST
+    )
+    assert again["hex"] == first["hex"]
+    assert again["modes"]["omega_squared"] == pytest.approx(
+        first["modes"]["omega_squared"][:8], rel=1e-6, abs=1e-6
+    )
+    assert "meshing/optimize" not in again["seconds"]
+
+
+@pytest.mark.slow
+def test_units_and_placement_are_kept(rod, tmp_path):
+    import trimesh
+
+    from polycube.io.examples import example
+
+    surface = example("rod")
+    shift = np.array([5e3, -2e3, 1e3])
+    moved = trimesh.Trimesh(1000 * surface.vertices + shift, surface.faces, process=False)
+    moved.export(tmp_path / "moved.ply")
+    report = run(f"mesh={tmp_path / 'moved.ply'}", f"output_dir={tmp_path / 'out'}", *FAST)
+    low, _ = np.array(report["input"]["bbox"])
+    assert low == pytest.approx(1000 * surface.vertices.min(0) + shift, rel=1e-5)
+    first = rod[0]["hex"]
+    assert report["hex"]["min_scaled_jacobian"] == pytest.approx(
+        first["min_scaled_jacobian"], abs=0.1
+    )
+    assert report["spline"]["volume"] == pytest.approx(1e9 * rod[0]["spline"]["volume"], rel=0.02)
+
+
+@pytest.mark.slow
+def test_context_overrules(tmp_path):
+    report = run("mesh=example:rod", "context=[cube,hole_y]", f"output_dir={tmp_path}", *FAST)
+    assert report["polycube"]["context"] == ["cube", "hole_y"]
+    assert not report["polycube"]["auto"]
+    assert report["valid"]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        (["mesh=nowhere.stl"], "nowhere.stl"),
+        (["mesh=example:nothing"], "rod"),
+        (["mesh=example:rod", "context=[cube,cube]"], "genus"),
+        (["mesh=example:rod", "context=[cube,cone]"], "cone"),
+        (["mesh=example:rod", "spline.plugin=nurbs"], "h2s"),
+        (["mesh=example:rod", "meshing.order=[meshing/smooth]"], "needs hexes"),
+        (["mesh=example:rod", "resume=nowhere", "from=spline"], "holds no result"),
+        ([], "mesh=part.stl"),
+    ],
+)
+def test_refusals_are_one_sentence_with_code_2_and_no_files(
+    overrides, sentence, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    assert _command(config(*overrides, "structure=slices", "quiet=true")) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ") and said.count("\n") == 1
+    assert sentence in said
+    assert tree(tmp_path) == set()
+
+
+def test_command_line_exit_codes(tmp_path):
+    command = [sys.executable, str(HOME / "infer.py")]
+    for override in ("mesh=nowhere.stl", "no_such_option=1"):
+        ended = subprocess.run([*command, override], cwd=tmp_path, capture_output=True, text=True)
+        assert ended.returncode == 2
+        assert "Traceback" not in ended.stderr
+    assert tree(tmp_path) == set()
