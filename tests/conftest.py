@@ -7,6 +7,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 
+collect_ignore = ["acme_polycube"]  # a package of its own; test_packaging runs its tests
+
 
 @pytest.fixture(scope="session")
 def testdata() -> Path:

@@ -1,0 +1,112 @@
+"""A stranger's package, as users meet it: both wheels in a clean environment, and a training run.
+
+Third-party dependencies come from the environment of the tests, our code from the wheel alone.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+ACME = ROOT / "tests" / "acme_polycube"
+
+
+def run(*command: object, cwd: Path, fails: bool = False) -> str:
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "PIP_"))}
+    words = [str(word) for word in command]
+    done = subprocess.run(words, cwd=cwd, env=clean, capture_output=True, text=True, check=False)
+    said = done.stdout + done.stderr
+    assert (done.returncode != 0) is fails, said
+    return said
+
+
+def wheel(project: Path, folder: Path) -> Path:
+    """Build a wheel with the backend of this environment; no network."""
+    options = ("--no-deps", "--no-build-isolation", "--no-index", "-q", "-w", folder)
+    run(sys.executable, "-m", "pip", "wheel", project, *options, cwd=folder)
+    (found,) = folder.glob("*.whl")
+    return found
+
+
+@pytest.fixture(scope="module")
+def wheels(tmp_path_factory) -> list[Path]:
+    pytest.importorskip("hatchling")
+    folders = [tmp_path_factory.mktemp(name) for name in ("ours", "acme")]
+    return [wheel(p, folder) for p, folder in zip((ROOT, ACME), folders, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def python(wheels: list[Path], tmp_path_factory) -> Path:
+    """Interpreter of an environment with both wheels installed."""
+    folder = tmp_path_factory.mktemp("environment")
+    run(sys.executable, "-m", "venv", "--without-pip", folder, cwd=folder)
+    python = folder / "bin" / "python"
+    site = Path(
+        run(python, "-c", "import sysconfig as s; print(s.get_path('purelib'))", cwd=folder).strip()
+    )
+    # a plain path: the .pth files over there, such as that of an editable install, stay unread
+    (site / "shared.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    run(sys.executable, "-m", "pip", "--python", python, "install", "--no-deps", "--no-index", "-q",
+        *wheels, cwd=folder)  # fmt: skip
+    return python
+
+
+def test_wheel_holds_plugins_and_conf_inside_the_package(wheels: list[Path]) -> None:
+    names = set(zipfile.ZipFile(wheels[0]).namelist())
+    folders = {name.split("/")[0] for name in names}
+    assert folders == {"polycube", next(f for f in folders if f.endswith(".dist-info"))}
+    wanted = {"polycube/plugins/schedule.py", "polycube/conf/train.yaml"}
+    wanted |= {"polycube/report/page.html", "polycube/report/page.css"}
+    assert wanted <= names
+    for yaml in (ROOT / "conf").rglob("*.yaml"):
+        assert f"polycube/conf/{yaml.relative_to(ROOT / 'conf').as_posix()}" in names
+
+
+def test_our_code_comes_from_the_wheel(python: Path, tmp_path: Path) -> None:
+    said = run(
+        python, "-c", "import polycube; print(polycube.__file__, polycube.HOME)", cwd=tmp_path
+    )
+    places = [Path(word) for word in said.split()]
+    assert all(python.parents[1] in place.parents for place in places)
+
+
+def test_the_strangers_own_tests_pass(python: Path, tmp_path: Path) -> None:
+    shutil.copytree(ACME / "tests", tmp_path / "tests")  # away from our own pytest settings
+    said = run(python, "-m", "pytest", "tests", cwd=tmp_path)
+    assert "2 passed" in said
+
+
+def test_strangers_and_our_plugins_stand_side_by_side(python: Path, tmp_path: Path) -> None:
+    code = "from polycube.registry import names; print(*names('schedule'), *names('primitive'))"
+    said = run(python, "-c", code, cwd=tmp_path).split()
+    assert said == "cosine linear sigmoid cube hole_x hole_y hole_z notch".split()
+
+
+def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
+    train = python.parent / "polycube-train"
+    chosen = ("schedule=sigmoid", "schedule.steps=77", "primitives=cube_and_notch")
+    said = run(train, "--cfg", "job", *chosen, cwd=tmp_path)
+    assert "plugin: sigmoid" in said and "steps: 77" in said and "- notch" in said
+
+
+def test_a_name_nobody_has_is_refused_with_the_names_there_are(
+    python: Path, tmp_path: Path
+) -> None:
+    train = python.parent / "polycube-train"
+    said = run(train, "--cfg", "job", "schedule=sigmoidal", cwd=tmp_path, fails=True)
+    assert "sigmoidal" in said and "sigmoid" in said and "linear" in said
+
+
+@pytest.mark.slow
+def test_a_short_training_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
+    train = python.parent / "polycube-train"
+    chosen = ("experiment=smoke", "schedule=sigmoid", "primitives=cube_and_notch")
+    small = ("batches_per_epoch=2", "batch_size=4", "held_out=4", "trainer.max_epochs=1")
+    run(train, *chosen, *small, cwd=tmp_path)
+    assert list(tmp_path.rglob("weights.safetensors"))

@@ -1,0 +1,126 @@
+"""Plugins are found, built by name, and a mistake is answered with what would be right."""
+
+import ast
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from polycube import registry
+from polycube.kinds import KINDS
+from polycube.registry import build, names, register
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def own(monkeypatch) -> None:
+    """A registry of our own, put back afterwards."""
+    names("schedule")
+    monkeypatch.setattr(registry, "_classes", dict(registry._classes))
+    monkeypatch.setattr(registry, "_broken", dict(registry._broken))
+
+
+def test_names_are_sorted_and_built_in_plugins_are_there() -> None:
+    found = names("schedule")
+    assert found == sorted(found) and {"cosine", "linear"} <= set(found)
+
+
+def test_build_hands_over_the_options() -> None:
+    plugin = build("schedule", {"plugin": "linear", "steps": 7}, beta_end=0.5)
+    assert (plugin.steps, plugin.beta_end) == (7, 0.5)
+
+
+def test_a_misspelt_name_is_answered_with_the_right_one() -> None:
+    with pytest.raises(LookupError, match=r"named 'liner'; have .*linear.*Did you mean 'linear'\?"):
+        build("schedule", {"plugin": "liner"})
+
+
+def test_a_config_without_plugin_is_answered_with_the_names() -> None:
+    with pytest.raises(LookupError, match="schedule config names no plugin; have cosine, linear"):
+        build("schedule", {"steps": 3})
+
+
+def test_an_unknown_option_is_answered_with_the_options() -> None:
+    with pytest.raises(TypeError, match=r"schedule=linear: .*'stepps'; it takes \(steps"):
+        build("schedule", {"plugin": "linear", "stepps": 3})
+
+
+def test_an_unknown_kind_is_refused() -> None:
+    with pytest.raises(ValueError, match="unknown plugin kind 'scheduler'; kinds are primitive"):
+        register("scheduler", "x")
+
+
+def test_a_name_is_taken_once(own) -> None:
+    @register("schedule", "mine")
+    @dataclass(frozen=True)
+    class First:
+        pass
+
+    assert register("schedule", "mine")(First) is First  # again, as a reload does
+    with pytest.raises(ValueError, match=r"'mine' is registered twice: by .*First and .*Second"):
+
+        @register("schedule", "mine")
+        class Second:
+            pass
+
+
+def test_a_strangers_bug_is_named_only_where_it_matters(own) -> None:
+    registry._broken["acme"] = ImportError("no module named anvil")
+    assert build("schedule", {"plugin": "linear"})
+    with pytest.raises(LookupError, match=r"package 'acme' did not import.*anvil"):
+        build("schedule", {"plugin": "rocket"})
+
+
+def test_a_broken_package_does_not_stop_the_others(tmp_path: Path) -> None:
+    """A distribution whose import fails: ours are found, and its error is told."""
+    (tmp_path / "anvil.py").write_text("raise RuntimeError('too heavy')")
+    info = tmp_path / "anvil-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: anvil\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[polycube.plugins]\nanvil = anvil\n")
+    code = (
+        f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(ROOT)!r}]\n"
+        "from polycube.registry import build, names\n"
+        "assert 'linear' in names('schedule')\n"
+        "try: build('schedule', {'plugin': 'anvil'})\n"
+        "except LookupError as error: print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "'anvil' did not import: RuntimeError('too heavy')" in done.stdout
+
+
+def imports(path: Path) -> list[tuple[int, str]]:
+    """(level, module) of every import in a file, wherever it stands."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [(0, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found.append((node.level, node.module or ""))
+    return found
+
+
+def test_polycube_never_imports_a_plugin() -> None:
+    for path in (ROOT / "polycube").rglob("*.py"):
+        wrong = [m for _, m in imports(path) if m.startswith(("plugins", "polycube.plugins"))]
+        assert not wrong, f"{path.name} imports {wrong}"
+
+
+def test_plugins_import_downwards_and_no_other_kind() -> None:
+    for path in (ROOT / "plugins").rglob("*.py"):
+        for level, module in imports(path):
+            assert module.split(".")[0] != "plugins", f"{path.name} imports {module}"
+            assert not module.startswith(("polycube.app", "polycube.pipeline")), path.name
+            assert level <= 1, f"{path.name} imports another kind"
+
+
+def test_every_plugin_lies_in_the_module_of_its_kind() -> None:
+    for kind in KINDS:
+        for name in names(kind):
+            module = registry._classes[kind, name].__module__
+            if module.startswith("polycube.plugins."):
+                place = module.removeprefix("polycube.plugins.").replace(".", "/")
+                assert place == kind or place.startswith(f"{kind}/"), f"{kind}={name} in {module}"
