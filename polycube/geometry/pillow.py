@@ -37,7 +37,7 @@ def insert(mesh: HexMesh, patches: np.ndarray, depth: float = 0.5) -> HexMesh:
 
     The new vertices take the places of the old ones, which move inwards.
 
-    depth : share of the way to the middle of the adjacent hexes
+    depth : share of the way to the middle of the adjacent hexes (bare quads at a rim)
     """
     quads, owner = exposed(mesh.hexes)
     patch = _patch_of(quads, mesh.quads, mesh.patch)
@@ -46,8 +46,11 @@ def insert(mesh: HexMesh, patches: np.ndarray, depth: float = 0.5) -> HexMesh:
     moved = np.unique(below)
     twin = np.full(len(mesh.vertices), -1)
     twin[moved] = len(mesh.vertices) + np.arange(len(moved))
+    inwards = _mean_middle(mesh.hexes, mesh.vertices)
+    rim = np.intersect1d(moved, quads[~covered])  # stays on the patches left bare
+    inwards[rim] = _mean_middle(quads[~covered], mesh.vertices)[rim]
     old = mesh.vertices.copy()
-    old[moved] += depth * (_middles(mesh)[moved] - old[moved])
+    old[moved] += depth * (inwards[moved] - old[moved])
     hexes = np.vstack([mesh.hexes, np.hstack([below, twin[below]])])
     cell = np.append(mesh.cell, mesh.cell[owner[covered]])
     sides, beside = _rim(quads, covered)
@@ -93,9 +96,9 @@ def _patch_of(quads: np.ndarray, known: np.ndarray, patch: np.ndarray) -> np.nda
     return table[number[len(known) :]]
 
 
-def _middles(mesh: HexMesh) -> np.ndarray:
-    """(V, 3) mean of the middles of the hexes at each vertex."""
-    middle = np.repeat(mesh.vertices[mesh.hexes].mean(axis=1), 8, axis=0)
-    count = np.bincount(mesh.hexes.ravel(), minlength=len(mesh.vertices))
-    total = [np.bincount(mesh.hexes.ravel(), m, minlength=len(mesh.vertices)) for m in middle.T]
-    return np.stack(total, axis=1) / np.maximum(count, 1)[:, None]
+def _mean_middle(cells: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+    """(V, 3) mean of the middles of the cells at each vertex; zero where there is none."""
+    corners, n = cells.ravel(), len(vertices)
+    middle = np.repeat(vertices[cells].mean(axis=1), cells.shape[1], axis=0)
+    total = np.stack([np.bincount(corners, m, minlength=n) for m in middle.T], axis=1)
+    return total / np.maximum(np.bincount(corners, minlength=n), 1)[:, None]

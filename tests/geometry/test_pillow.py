@@ -1,0 +1,96 @@
+"""Layers of hexes under the boundary."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from polycube.geometry import hexes
+from polycube.geometry.pillow import insert, smooth_patches
+from polycube.geometry.quality import scaled_jacobian, volume
+from polycube.geometry.registration import register
+from polycube.geometry.rough_map import identity_map
+from polycube.geometry.target import target
+from polycube.geometry.template import template
+from polycube.types import HexMesh, Polycube, TriMesh
+from tests.geometry.test_template import ring
+
+
+def cube() -> HexMesh:
+    """Unit cube of 4 x 4 x 4 hexes; patches +x, -x, +y, -y, +z, -z."""
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    return template(solid, identity_map(solid), 0.25)
+
+
+def test_layer_under_the_whole_boundary():
+    mesh = insert(cube(), np.arange(6))
+    assert len(mesh.hexes) == 64 + 96
+    assert hexes.genus(mesh) == 0
+    assert volume(mesh) == pytest.approx(1)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0
+    assert np.bincount(mesh.patch).tolist() == [16] * 6
+
+
+def test_every_boundary_hex_has_one_boundary_face_then():
+    mesh = insert(cube(), np.arange(6))
+    _, owner = hexes.exposed(mesh.hexes)
+    assert len(np.unique(owner)) == len(owner)
+
+
+@pytest.mark.parametrize("covered", [[0], [0, 2], [0, 1], [0, 1, 2, 3]])
+def test_layer_leaves_through_the_other_patches(covered):
+    mesh = insert(cube(), np.array(covered))
+    hexes.check_conforming(mesh)
+    assert len(mesh.hexes) == 64 + 16 * len(covered)
+    assert 1 - 1 / 64 < volume(mesh) <= 1 + 1e-12  # edges between bare patches are cut short
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0
+    middle = mesh.vertices[mesh.quads].mean(axis=1)
+    for patch, (axis, side) in enumerate([(0, 1), (0, 0), (1, 1), (1, 0), (2, 1), (2, 0)]):
+        here = middle[mesh.patch == patch][:, axis]
+        assert here == pytest.approx(side, abs=1 / 64)
+    inner, _ = hexes.extraordinary_edges(mesh)
+    assert len(inner) > 0 or len(covered) == 1
+
+
+def test_outer_vertices_keep_their_places():
+    before, after = cube(), insert(cube(), np.arange(6))
+    shown = [np.unique(m.vertices[m.quads].reshape(-1, 3), axis=0) for m in (before, after)]
+    assert np.array_equal(*shown)
+
+
+def test_layers_that_would_only_touch_are_joined():
+    """Two opposite quadrants of a face: at the middle vertex their layers meet in an edge."""
+    mesh = cube()
+    middle = mesh.vertices[mesh.quads].mean(axis=1)
+    up = mesh.patch == 4
+    quadrant = np.where(up, 6 + 2 * (middle[:, 0] > 0.5) + (middle[:, 1] > 0.5), mesh.patch)
+    mesh = HexMesh(mesh.vertices, mesh.hexes, mesh.quads, quadrant, mesh.cell)
+    layered = insert(mesh, np.array([6, 9]))
+    hexes.check_conforming(layered)
+    assert len(layered.hexes) == 64 + 16
+
+
+def test_cells_and_handles_are_kept():
+    mesh = template(ring(), identity_map(ring()), 1 / 6)
+    layered = insert(mesh, np.unique(mesh.patch))
+    assert hexes.genus(layered) == 1
+    assert len(layered.cell) == len(layered.hexes)
+    assert set(layered.patch) == set(mesh.patch)
+
+
+def surface(mesh: trimesh.Trimesh) -> TriMesh:
+    return TriMesh(mesh.vertices, mesh.faces)
+
+
+def test_smooth_patches_of_known_surfaces():
+    box = surface(trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    assert len(smooth_patches(cube(), target(box))) == 0
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.6)
+    ball.apply_translation([0.5, 0.5, 0.5])
+    assert smooth_patches(cube(), target(surface(ball))).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_caps_of_a_cylinder_stay_bare():
+    rod = trimesh.creation.cylinder(radius=0.5 * 2**0.5, height=1, sections=64)
+    rod.apply_translation([0.5, 0.5, 0.5])
+    goal = target(surface(rod))
+    assert smooth_patches(register(cube(), goal, rounds=5), goal).tolist() == [0, 1, 2, 3]
