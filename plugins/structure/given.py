@@ -11,7 +11,7 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.geometry import surface as surfaces
 from polycube.geometry.frames import rotations, turn
-from polycube.geometry.lattice import collapse, genus, lattice
+from polycube.geometry.lattice import collapse, genus, is_manifold, lattice
 from polycube.registry import register
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
@@ -32,13 +32,12 @@ class Given(Reader):
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first; raises InputError when the context cannot fit the surface."""
         full = self._polycube()
-        polycube = collapse(full)
+        polycube, named = collapse(full), ", ".join(map(str, self.context))
+        if not is_manifold(polycube):
+            raise InputError(f"context {named} is no solid in one piece without voids")
         wanted, has = surfaces.genus(surface), genus(polycube)
         if has != wanted:
-            raise InputError(
-                f"context {', '.join(map(str, self.context))} has genus {has}, "
-                f"but the surface has genus {wanted}"
-            )
+            raise InputError(f"context {named} has genus {has}, but the surface has genus {wanted}")
         found: list[Candidate] = []
         for frame, view in enumerate(self.views(surface)):
             readings = [
@@ -51,7 +50,7 @@ class Given(Reader):
             found += [as_candidate(reading, "given", frame) for reading in readings]
             if not readings:
                 found += [_boxed(polycube, view.turned(t), frame) for t in _distinct(full)]
-        logger.info("given: %d placements of %s", len(found), ", ".join(map(str, self.context)))
+        logger.info("given: %d placements of %s", len(found), named)
         return sorted(found, key=lambda candidate: candidate.cost)
 
     def _words(self, full: Polycube) -> dict[Polycube, str]:

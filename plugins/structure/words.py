@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.geometry.lattice import collapse, lattice
+from polycube.geometry.lattice import collapse, is_manifold, lattice
 from polycube.types import Polycube
 
 FULL = np.ones((3, 3), bool)
@@ -52,7 +52,8 @@ def words(grid: tuple[int, int, int], primitives: Mapping[str, np.ndarray]) -> l
             letters = _merge("".join(readable[name] for name in cells))
             context = cells + (None,) * (grid[0] - n_cells)
             polycube = collapse(lattice(grid, context, primitives))
-            spelled.setdefault(letters, []).append(polycube)
+            if is_manifold(polycube):
+                spelled.setdefault(letters, []).append(polycube)
     ordered = sorted(spelled, key=lambda letters: (len(letters), letters))
     return [Word(letters, tuple(spelled[letters])) for letters in ordered]
 

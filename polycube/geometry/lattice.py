@@ -180,20 +180,19 @@ def genus(polycube: Polycube) -> int:
 
 
 def is_manifold(polycube: Polycube) -> bool:
-    """Whether every boundary edge has two quads and the quads at every vertex form one fan."""
+    """Whether the boundary is one closed manifold: no second piece, no void, no pinched place."""
     if not polycube.occupancy.any():
         return False
     quads = boundary(polycube).quads
     pairs, quad, start = _sorted_edges(quads)
     if (np.diff(np.append(start, len(quad))) != 2).any():
         return False
-    vertex = pairs[start]  # (E, 2)
-    fan = [
-        (quads[owner][:, None] == vertex[:, :, None]).argmax(axis=2) + 4 * owner[:, None]
-        for owner in (quad[start], quad[start + 1])
-    ]  # the corner that each of the two quads has at each end of the edge
-    fans = _components(fan[0].ravel(), fan[1].ravel(), quads.size)
-    return int(fans.max()) + 1 == len(np.unique(quads))
+    owners = quad[start], quad[start + 1]
+    ends = pairs[start][:, :, None]  # (E, 2, 1)
+    corner = [4 * o[:, None] + (quads[o][:, None] == ends).argmax(axis=2) for o in owners]
+    fans = _components(corner[0].ravel(), corner[1].ravel(), quads.size)
+    pieces = _components(*owners, len(quads))
+    return pieces.max() == 0 and fans.max() + 1 == len(np.unique(quads))
 
 
 def cell_at(polycube: Polycube, points: np.ndarray) -> np.ndarray:

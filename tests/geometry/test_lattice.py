@@ -115,6 +115,12 @@ def test_boxes_that_touch_in_an_edge_or_vertex_are_no_manifold(other):
     assert not is_manifold(Polycube(occupancy, *knots, ONE, ("cube",)))
 
 
+def test_a_void_or_two_pieces_are_no_manifold():
+    closed = lattice((3, 1, 1), ("cube", "hole_x", "hole_y"), PRIMITIVES)  # the hole has no mouth
+    apart = lattice((3, 1, 1), ("cube", None, "hole_y"), PRIMITIVES)
+    assert not is_manifold(closed) and not is_manifold(apart)
+
+
 def test_nothing_is_no_manifold():
     knots = [np.array([0.0, 1])] * 3
     assert not is_manifold(Polycube(np.zeros((1, 1, 1), bool), *knots, ONE, (None,)))

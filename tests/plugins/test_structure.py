@@ -11,7 +11,7 @@ from polycube.geometry.lattice import boundary, collapse, genus, lattice
 from polycube.geometry.rough_map import evaluate
 from polycube.registry import build
 from polycube.types import Candidate, Polycube, TriMesh
-from tests.polycubes import NAMES, PRIMITIVES, TWO, part
+from tests.polycubes import NAMES, PRIMITIVES, THREE, TWO, part
 
 SCALE = np.diag([20.0, 15.0, 11.0])
 
@@ -63,10 +63,10 @@ def test_the_structure_does_not_depend_on_the_pose(context, seed):
 
 
 def test_a_bent_bar_keeps_its_hole_and_is_followed():
-    straight = part(("cube", "hole_y", "cube"), np.diag([10.0, 8, 8]), grid=(3, 1, 1))
+    straight = part(("cube", "hole_y", "cube"), np.diag([10.0, 8, 8]), grid=THREE)
     x, y, z = straight.vertices.T
     bent = np.stack([(40 - z) * np.sin(x / 40), y, 40 - (40 - z) * np.cos(x / 40)], axis=1)
-    best = propose(TriMesh(bent, straight.faces), grid=(3, 1, 1))[0]
+    best = propose(TriMesh(bent, straight.faces), grid=THREE)[0]
     assert genus(best.polycube) == 1
     middle = best.rough_map.positions.mean(axis=(1, 2))[20:-20]  # the ends are cut askew
     radius = np.linalg.norm(middle - [0, 4, 40], axis=1)
@@ -95,10 +95,10 @@ def test_no_row_and_no_genus_propose_nothing(caplog):
     caplog.set_level(logging.INFO)
     assert propose(part(("cube", None), SCALE), grid=(2, 2, 1)) == []
     assert "no row of cells" in caplog.text
-    three = part(("hole_y",) * 3, SCALE, grid=(3, 1, 1))
+    three = part(("hole_y",) * 3, SCALE, grid=THREE)
     assert propose(three) == []
     assert "genus 3 fits 0 of 14 words" in caplog.text
-    assert len(propose(three, grid=(3, 1, 1))[0].polycube.x) == 8
+    assert len(propose(three, grid=THREE)[0].polycube.x) == 8
 
 
 @pytest.mark.parametrize("asked", [("cube", "hole_z"), ("hole_y", "cube"), ("hole_z", "cube")])
@@ -130,15 +130,17 @@ def test_given_stretches_what_is_no_row():
 
 
 @pytest.mark.parametrize(
-    ("context", "message"),
+    ("grid", "context", "message"),
     [
-        (["hole_y"], "hole_y has genus 1, but the surface has genus 0"),
-        (["cube", "cube", "cube"], "must name 1 to 2 cells of the 2x1x1 grid"),
-        ([], "must name 1 to 2 cells"),
-        ([None, None], "must fill at least one cell"),
-        (["sphere"], "no primitive named 'sphere'"),
+        (TWO, ["hole_y"], "hole_y has genus 1, but the surface has genus 0"),
+        (TWO, ["cube", "cube", "cube"], "must name 1 to 2 cells of the 2x1x1 grid"),
+        (TWO, [], "must name 1 to 2 cells"),
+        (TWO, [None, None], "must fill at least one cell"),
+        (TWO, ["sphere"], "no primitive named 'sphere'"),
+        (THREE, ["cube", None, "cube"], "no solid in one piece"),
+        (THREE, ["cube", "hole_x", "cube"], "no solid in one piece"),
     ],
 )
-def test_given_refuses_a_context_that_cannot_fit(context, message):
+def test_given_refuses_a_context_that_cannot_fit(grid, context, message):
     with pytest.raises(InputError, match=message):
-        propose(part(("cube", None), SCALE), "given", context=context)
+        propose(part(("cube", None), SCALE), "given", grid, context=context)
