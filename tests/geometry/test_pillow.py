@@ -48,7 +48,7 @@ def test_layer_leaves_through_the_other_patches(covered):
         here = middle[mesh.patch == patch][:, axis]
         assert here == pytest.approx(side, abs=1 / 64)
     inner, _ = hexes.extraordinary_edges(mesh)
-    assert len(inner) > 0 or len(covered) == 1
+    assert (len(inner) > 0) == (covered not in ([0], [0, 1]))  # where two layers meet
 
 
 def test_outer_vertices_keep_their_places():

@@ -37,7 +37,7 @@ def template(cylinder):
 
 
 def test_order_is_a_chain_and_portfolio_names_its_options():
-    check_chain(MORPH["order"], ("surface", "polycube", "rough_map"))
+    check_chain(MORPH["order"], ("surface", "polycube", "rough_map", "parametrization"))
     for variant in MORPH["portfolio"]:
         for kind, options in variant.items():
             stage(kind.removeprefix("meshing/"), **options)
