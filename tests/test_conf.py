@@ -1,5 +1,6 @@
 """conf/ and plugins/ agree: every YAML builds its plugin, every plugin has a YAML."""
 
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ RUN = {"structure": {"grid": (2, 1, 1), "primitives": {}}}
 ASKED = {"context": ["cube"]}
 
 
+@cache
 def options(kind: str, name: str) -> dict[str, object]:
     """The YAML as a run sees it, its own defaults composed in."""
     with initialize_config_dir(str(CONF), version_base="1.3"):
