@@ -8,7 +8,7 @@ that explains the points; outliers lose their weight (iteratively reweighted lea
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix
 
 from polycube.types import Polycube, RoughMap
 
@@ -82,7 +82,7 @@ def fit(
     linear, offset = _affine(points, goal, outlier, rounds)
     axes = tuple(_control(knots, spacing) for knots in polycube.knots)
     base = _grid(axes) @ linear.T + offset
-    weights, bending = _weights(axes, points), _bending(axes)
+    weights, bending = _weights(axes, points).toarray(), _bending(axes)
     residual = goal - points @ linear.T - offset
     for stiffness in smoothness * 10.0 ** np.arange(6):
         moved = _robust(weights, bending * stiffness, residual, outlier, rounds)
@@ -141,15 +141,15 @@ def _bending(axes: Axes) -> np.ndarray:
 
 
 def _robust(
-    weights: csr_matrix, energy: np.ndarray, residual: np.ndarray, outlier: float, rounds: int
+    weights: np.ndarray, energy: np.ndarray, residual: np.ndarray, outlier: float, rounds: int
 ) -> np.ndarray:
     """(X*Y*Z, 3) displacement of the control positions that explains the residual."""
     moved = np.zeros((weights.shape[1], 3))
     for step in range(rounds):
         reach = outlier * max(1.0, 3 - 4 * step / rounds)  # wide at first
         trust = _trust(residual - weights @ moved, reach)
-        weighted = weights.T @ diags(trust / trust.sum())
-        moved = np.linalg.solve((weighted @ weights).toarray() + energy, weighted @ residual)
+        weighted = weights.T * (trust / trust.sum())
+        moved = np.linalg.solve(weighted @ weights + energy, weighted @ residual)
     return moved
 
 
