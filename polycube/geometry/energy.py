@@ -20,9 +20,17 @@ from numba import njit
 
 from polycube.geometry.hexes import CORNERS, EDGES, PLACES
 
-_EDGE_ENDS = EDGES.reshape(3, 4, 2)
-# direction of the three edges at each corner
-_DIRECTION = (PLACES[CORNERS[:, 1:]] != PLACES[CORNERS[:, :1]]).argmax(axis=2)
+# frames as edges of the hex (12, 13, 14: mean edge along xi, eta, zeta) with the sign of their
+# determinant, and the direction of each edge
+_EDGE = np.argmax(
+    (np.sort(CORNERS[:, [[0, 1], [0, 2], [0, 3]]])[:, :, None] == np.sort(EDGES)).all(axis=3),
+    axis=2,
+)
+_SIGN = np.append(np.where(EDGES[_EDGE, 0] == CORNERS[:, :1], 1.0, -1.0).prod(axis=1), 1.0)
+_EDGE = np.vstack([_EDGE, [12, 13, 14]])
+_DIRECTION = np.vstack([_EDGE[:8] // 4, [0, 1, 2]])
+_TINY = 1e-30
+_FAST = {"reassoc", "contract", "arcp", "nsz"}  # but infinite values stay what they are
 
 
 class Terms(NamedTuple):
@@ -82,69 +90,57 @@ def energy(
     return value, gradient
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=_FAST)
 def least_determinant(x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray) -> float:
     """Smallest d of all frames."""
     least = np.inf
+    edge = np.zeros((15, 3))
     for h in range(len(hexes)):
+        _load(x, hexes[h], edge)
         scale = 1 / (lengths[h, 0] * lengths[h, 1] * lengths[h, 2])
         for f in range(9):
-            a, b, c = _edges(x, hexes[h], f)
-            least = min(least, _dot(a, _cross(b, c)) * scale)
+            a, b, c = edge[_EDGE[f, 0]], edge[_EDGE[f, 1]], edge[_EDGE[f, 2]]
+            least = min(least, _SIGN[f] * _dot(a, _cross(b, c)) * scale)
     return least
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=_FAST)
 def scaled_jacobian(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     """(H,) smallest scaled Jacobian over corners and centre; -1 where an edge has no length."""
     result = np.ones(len(hexes))
+    edge = np.zeros((15, 3))
     for h in range(len(hexes)):
+        _load(x, hexes[h], edge)
         for f in range(9):
-            a, b, c = _edges(x, hexes[h], f)
+            a, b, c = edge[_EDGE[f, 0]], edge[_EDGE[f, 1]], edge[_EDGE[f, 2]]
             size = np.sqrt(_dot(a, a)) * np.sqrt(_dot(b, b)) * np.sqrt(_dot(c, c))
-            value = _dot(a, _cross(b, c)) / size if size > 0 else -1.0
+            value = _SIGN[f] * _dot(a, _cross(b, c)) / size if size > 0 else -1.0
             result[h] = min(result[h], max(value, -1.0))
     return result
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, fastmath=_FAST, inline="always")
+def _load(x, hex, edge):
+    """The 12 edges of a hex and their means in each direction."""
+    for d in range(3):
+        for k in range(12):
+            edge[k, d] = x[hex[EDGES[k, 1]], d] - x[hex[EDGES[k, 0]], d]
+        for k in range(3):
+            mean = edge[4 * k, d] + edge[4 * k + 1, d] + edge[4 * k + 2, d] + edge[4 * k + 3, d]
+            edge[12 + k, d] = mean / 4
+
+
+@njit(cache=True, fastmath=_FAST, inline="always")
 def _cross(a, b):
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, fastmath=_FAST, inline="always")
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
-def _minus(x, i, j):
-    return (x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2])
-
-
-@njit(cache=True)
-def _mean_edge(x, hex, d):
-    a, b, c = 0.0, 0.0, 0.0
-    for k in range(4):
-        e = _minus(x, hex[_EDGE_ENDS[d, k, 1]], hex[_EDGE_ENDS[d, k, 0]])
-        a, b, c = a + e[0], b + e[1], c + e[2]
-    return (a / 4, b / 4, c / 4)
-
-
-@njit(cache=True)
-def _edges(x, hex, frame):
-    """The three edges of a corner frame (0..7) or of the centre (8)."""
-    if frame == 8:
-        return _mean_edge(x, hex, 0), _mean_edge(x, hex, 1), _mean_edge(x, hex, 2)
-    o = hex[CORNERS[frame, 0]]
-    return (
-        _minus(x, hex[CORNERS[frame, 1]], o),
-        _minus(x, hex[CORNERS[frame, 2]], o),
-        _minus(x, hex[CORNERS[frame, 3]], o),
-    )
-
-
-@njit(cache=True)
+@njit(cache=True, fastmath=_FAST, inline="always")
 def _frame_energy(a2, b2, c2, det, wa, wb, wc, terms):
     """Value, derivative by det, and factors of a, b, c in the gradients by a, b, c."""
     value, by_det, fa, fb, fc = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -153,14 +149,13 @@ def _frame_energy(a2, b2, c2, det, wa, wb, wc, terms):
         d = det * scale
         norm = a2 * wa + b2 * wb + c2 * wc
         root = np.sqrt(terms.eps * terms.eps + d * d)
-        chi = max(0.5 * (d + root), 1e-12)
-        slope = 0.5 * (1 + d / root)
-        third = np.cbrt(chi)
-        power = 1 / (third * third)
-        spread = (d * d + 1) / (2 * chi)
+        inverse = 1 / max(0.5 * (d + root), 1e-12)
+        power = np.cbrt(inverse * inverse)
+        spread = 0.5 * (d * d + 1) * inverse
         value += terms.shape * (norm * power / 3 + terms.barrel * spread)
         by_chi = -2 / 9 * norm * power - terms.barrel * spread
-        by_det += terms.shape * scale * (by_chi * slope + terms.barrel * d) / chi
+        slope = 0.5 * (1 + d / root)
+        by_det += terms.shape * scale * (by_chi * slope + terms.barrel * d) * inverse
         factor = terms.shape * 2 / 3 * power
         fa, fb, fc = factor * wa, factor * wb, factor * wc
     if terms.jacobian > 0:
@@ -173,41 +168,41 @@ def _frame_energy(a2, b2, c2, det, wa, wb, wc, terms):
     return value, by_det, fa, fb, fc
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=_FAST)
 def _hex_energy(x, hexes, lengths, terms, gradient):
+    """Sum over hexes; adds to the gradient, by way of that by the edges of each hex."""
     total = 0.0
-    tiny = 1e-30
+    edge, by_edge = np.zeros((15, 3)), np.zeros((15, 3))
     for h in range(len(hexes)):
-        hex = hexes[h]
+        _load(x, hexes[h], edge)
         w = (lengths[h, 0] ** -2, lengths[h, 1] ** -2, lengths[h, 2] ** -2)
-        scale = np.sqrt(w[0] * w[1] * w[2])
+        floor = terms.floor * lengths[h, 0] * lengths[h, 1] * lengths[h, 2]
+        for k in range(15):
+            by_edge[k, 0] = by_edge[k, 1] = by_edge[k, 2] = 0.0
         for f in range(9):
-            a, b, c = _edges(x, hex, f)
+            i, j, k = _EDGE[f, 0], _EDGE[f, 1], _EDGE[f, 2]
+            a = (edge[i, 0], edge[i, 1], edge[i, 2])
+            b = (edge[j, 0], edge[j, 1], edge[j, 2])
+            c = (edge[k, 0], edge[k, 1], edge[k, 2])
             bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
-            det = _dot(a, bc)
-            if det * scale < terms.floor:
+            det = _SIGN[f] * _dot(a, bc)
+            if det < floor:
                 return np.inf
-            k = (0, 1, 2) if f == 8 else (_DIRECTION[f, 0], _DIRECTION[f, 1], _DIRECTION[f, 2])
-            value, by_det, fa, fb, fc = _frame_energy(
-                _dot(a, a) + tiny, _dot(b, b) + tiny, _dot(c, c) + tiny, det,
-                w[k[0]], w[k[1]], w[k[2]], terms,
-            )  # fmt: skip
-            total += value / 8
+            wa, wb, wc = w[_DIRECTION[f, 0]], w[_DIRECTION[f, 1]], w[_DIRECTION[f, 2]]
+            a2, b2, c2 = _dot(a, a) + _TINY, _dot(b, b) + _TINY, _dot(c, c) + _TINY
+            value, by_det, fa, fb, fc = _frame_energy(a2, b2, c2, det, wa, wb, wc, terms)
+            total += value
+            by_det *= _SIGN[f]
             for d in range(3):
-                ga = (fa * a[d] + by_det * bc[d]) / 8
-                gb = (fb * b[d] + by_det * ca[d]) / 8
-                gc = (fc * c[d] + by_det * ab[d]) / 8
-                if f < 8:
-                    gradient[hex[CORNERS[f, 0]], d] -= ga + gb + gc
-                    gradient[hex[CORNERS[f, 1]], d] += ga
-                    gradient[hex[CORNERS[f, 2]], d] += gb
-                    gradient[hex[CORNERS[f, 3]], d] += gc
-                else:
-                    for e in range(4):
-                        for j, g in ((0, ga), (1, gb), (2, gc)):
-                            gradient[hex[_EDGE_ENDS[j, e, 0]], d] -= g / 4
-                            gradient[hex[_EDGE_ENDS[j, e, 1]], d] += g / 4
-    return total
+                by_edge[i, d] += fa * a[d] + by_det * bc[d]
+                by_edge[j, d] += fb * b[d] + by_det * ca[d]
+                by_edge[k, d] += fc * c[d] + by_det * ab[d]
+        for e in range(12):
+            for d in range(3):
+                g = (by_edge[e, d] + by_edge[12 + e // 4, d] / 4) / 8
+                gradient[hexes[h, EDGES[e, 0]], d] -= g
+                gradient[hexes[h, EDGES[e, 1]], d] += g
+    return total / 8
 
 
 @njit(cache=True)
