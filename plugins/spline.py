@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.registry import register
-from polycube.spline.bezier import min_detj
+from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.extraction import volumetric_spline
 from polycube.spline.features import (
     creases,
@@ -21,6 +21,9 @@ from polycube.types import HexMesh, Spline
 logger = logging.getLogger(__name__)
 
 
+FLOOR = 0.1  # scaled det J below which a crease may not push an element
+
+
 @register("spline", "h2s")
 @dataclass(frozen=True)
 class H2S:
@@ -29,8 +32,8 @@ class H2S:
     C2 across regular faces, C0 round extraordinary edges.  It approximates the vertices: smooth
     boundary lies inside the mesh's.  det J is 0 along a smooth boundary edge with a single hex and
     where a sharp curve follows two edges of one face, so `single_hex_edges` makes the first sharp
-    and the second corners.  Creases that end in the smooth surface are left smooth: their free
-    end would stick out of it.
+    and the second corners.  `sharp: auto` keeps creases too, but for those that end in the smooth
+    surface, whose free end would stick out, and those that would spoil det J, mostly concave ones.
     """
 
     sharp: str = "auto"  # auto: edges, and corners of their curves, turning by more than `angle`
@@ -45,15 +48,7 @@ class H2S:
 
     def __call__(self, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
-        sharp, corners = np.zeros((0, 2), np.int64), np.zeros(0, np.int64)
-        if self.sharp == "auto":
-            sharp = without_dead_ends(creases(hexes, np.radians(self.angle)))
-        if self.single_hex_edges:
-            sharp = union(sharp, single_hex_edges(hexes))
-            corners = folds(hexes, sharp)
-        if self.sharp == "auto":
-            corners = union(corners, kinks(hexes, sharp, np.radians(self.angle)))
-        spline = volumetric_spline(hexes, sharp, corners)
+        sharp, spline = self._sharpened(hexes)
         jacobian = min_detj(spline)
         logger.info(
             "%d functions, %d elements, %d sharp and %d extraordinary edges, volume %.6g, "
@@ -68,3 +63,25 @@ class H2S:
             *jacobian.position,
         )
         return spline
+
+    def _sharpened(self, hexes: HexMesh) -> tuple[np.ndarray, Spline]:
+        """Sharp edges (S, 2) and spline, with as many creases and kinks as leave det J alone."""
+        forced = single_hex_edges(hexes) if self.single_hex_edges else np.zeros((0, 2), np.int64)
+        corners = folds(hexes, forced) if self.single_hex_edges else np.zeros(0, np.int64)
+        plain = volumetric_spline(hexes, forced, corners)
+        if self.sharp == "none":
+            return forced, plain
+        floor = np.minimum(scaled_detj(plain), FLOOR) - 1e-9
+        found, blunt = creases(hexes, np.radians(self.angle)), np.zeros(0, np.int64)
+        while True:
+            kept = found[~np.isin(found, blunt).any(axis=1)]
+            sharp = union(forced, without_dead_ends(union(forced, kept)))
+            tips = np.setdiff1d(kinks(hexes, sharp, np.radians(self.angle)), blunt)
+            corners = folds(hexes, sharp) if self.single_hex_edges else np.zeros(0, np.int64)
+            spline = volumetric_spline(hexes, sharp, union(corners, tips))
+            spoiled = hexes.hexes[scaled_detj(spline) < floor]
+            if len(spoiled) == 0:
+                return sharp, spline
+            if np.isin(spoiled, blunt).all():
+                return forced, plain
+            blunt = union(blunt, spoiled.ravel())

@@ -9,7 +9,8 @@ import yaml
 from polycube.geometry.hexes import hex_mesh
 from polycube.registry import build, names
 from polycube.spline.bezier import min_detj
-from polycube.spline.features import creases
+from polycube.spline.extraction import volumetric_spline
+from polycube.spline.features import creases, kinks
 from tests.hex_solids import hex_ball, hex_box, hex_cylinder
 
 CONF = Path(__file__).parents[2] / "conf"
@@ -57,6 +58,29 @@ def test_stray_creases_stay_smooth():
     assert len(creases(peaked, np.radians(30))) > 0
     stray = h2s(angle=30)(peaked).extraction
     assert (stray != h2s(sharp="none")(peaked).extraction).nnz == 0
+
+
+def bent_bar(height):
+    """Bar with a V-shaped bend: a convex crease and a concave one."""
+    mesh = hex_box((4, 2, 2), (2.0, height, 1.0))
+    lift = 0.5 * abs(mesh.vertices[:, 0] - 1)
+    return hex_mesh(mesh.vertices + lift[:, None] * [0, 1, 0], mesh.hexes)
+
+
+@pytest.mark.parametrize("height", [0.2, 0.5])
+def test_creases_that_would_spoil_det_j_stay_smooth(height):
+    mesh = bent_bar(height)
+    edges = creases(mesh, np.radians(45))
+    corners = kinks(mesh, edges, np.radians(45))
+    assert min_detj(volumetric_spline(mesh, edges, corners)).min_scaled_detj < 1e-9
+    found = min_detj(h2s()(mesh))
+    assert found.min_scaled_detj > 0.8
+    round_bar = min_detj(h2s(sharp="none")(mesh)).volume
+    assert found.volume > 2 * height > round_bar - 1e-9  # convex kept: only the concave is filled
+
+
+def test_harmless_creases_are_kept():
+    assert min_detj(h2s()(bent_bar(1.0))).volume == pytest.approx(2, rel=1e-12)
 
 
 def test_logs_the_numbers_that_decide(caplog):
