@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from polycube.geometry.hexes import CORNERS, EDGES, PLACES
+from polycube.geometry.hexes import CORNERS, EDGES
 
 # frames as edges of the hex (12, 13, 14: mean edge along xi, eta, zeta) with the sign of their
 # determinant, and the direction of each edge
