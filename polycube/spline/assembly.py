@@ -22,8 +22,8 @@ CHUNK = 64  # elements at a time
 
 
 @dataclass(frozen=True)
-class Element:
-    """Integrals over a chunk of elements with f functions each, the absent ones numbered C."""
+class Integrals:
+    """Over a chunk of elements with at most f functions each, the absent ones numbered C."""
 
     functions: np.ndarray  # (n, f)
     mass: np.ndarray  # (n, f, f) of N_a N_b
@@ -38,27 +38,27 @@ def assemble(
     The mass is the same for the three directions.  n_gauss : Gauss points per direction.
     Raises MeshingError where det J <= 0 at a Gauss point.
     """
-    shear = young / (2 * (1 + poisson))
-    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
     functions = spline.element_functions()
     pattern = _Pattern.of(functions, len(spline.control))
-    stiffness = np.zeros((len(pattern.keys), 9))
+    gradient = np.zeros((len(pattern.keys), 9))
     mass = np.zeros(len(pattern.keys))
     for chunk in integrate(spline, functions, n_gauss):
         slots = pattern.slots(chunk.functions)
-        stiffness += slots @ _elastic(chunk.gradient, lame, shear)
+        gradient += slots @ chunk.gradient.transpose(0, 1, 3, 2, 4).reshape(-1, 9)
         mass += density * (slots @ chunk.mass.ravel())
-    return pattern.blocks(stiffness.reshape(-1, 3, 3)).tocsr(), pattern.matrix(mass)
+    stiffness = _elastic(gradient.reshape(-1, 3, 3), young, poisson)
+    return pattern.blocks(stiffness).tocsr(), pattern.matrix(mass)
 
 
-def _elastic(gradient: np.ndarray, lame: float, shear: float) -> np.ndarray:
-    """(n f f, 9) stiffness blocks from the gradient products (n, f, 3, f, 3)."""
-    s = gradient.transpose(0, 1, 3, 2, 4)  # (n, f, f, 3, 3)
-    laplace = np.trace(s, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
-    return (lame * s + shear * (s.swapaxes(-1, -2) + laplace)).reshape(-1, 9)
+def _elastic(gradient: np.ndarray, young: float, poisson: float) -> np.ndarray:
+    """(Z, 3, 3) stiffness from the gradient products S[i, j] of pairs of functions."""
+    shear = young / (2 * (1 + poisson))
+    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    laplace = np.trace(gradient, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    return lame * gradient + shear * (gradient.swapaxes(1, 2) + laplace)
 
 
-def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iterator[Element]:
+def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iterator[Integrals]:
     """Integrate chunk by chunk, elements with equally many functions together."""
     t, w = gauss(n_gauss)
     weights = tensor(w[None], w[None], w[None])[0]
@@ -74,7 +74,7 @@ def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iter
         slope = local @ np.linalg.inv(jacobian) * scale[..., None, None]  # (n, q, f, i)
         slope = slope.reshape(len(elements), len(weights), -1)
         f = ids.shape[1]
-        yield Element(
+        yield Integrals(
             functions=ids,
             mass=shape @ shape.swapaxes(1, 2),
             gradient=(slope.swapaxes(1, 2) @ slope).reshape(-1, f, 3, f, 3),
