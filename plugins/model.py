@@ -31,3 +31,18 @@ class Tiny(PublishedUNet):
     """The same network with few features, for trying things out."""
 
     width: int = 8
+
+
+@register("model", "points")
+@dataclass(frozen=True)
+class Points:
+    """A network on the set of points: perceptrons shared by all, steered by a summary of all."""
+
+    width: int = 96
+    blocks: int = 5
+
+    def __call__(self, channels: int, context_length: int, image: tuple[int, int]) -> nn.Module:
+        """Untrained network; images of any size."""
+        from polycube.diffusion.point_network import PointNetwork
+
+        return PointNetwork(channels, context_length, self.width, self.blocks)

@@ -52,7 +52,7 @@ class Ddim:
 
     def __post_init__(self) -> None:
         if self.steps < 1:
-            raise ValueError(f"sampler=ddim needs steps >= 1; got {self.steps}")
+            raise ValueError(f"steps must be at least 1; got {self.steps}")
 
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator

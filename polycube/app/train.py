@@ -37,7 +37,7 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     data = _build("data", cfg["data"])
     primitives = {name: _build("primitive", {"plugin": name})() for name in _names(cfg)}
     config = _denoiser_config(cfg, pads=data.pads)
-    denoiser = make_denoiser(config, _build)
+    denoiser = _checked(make_denoiser, config, _build)
     learning = _checked(Learning, **cfg["learning"], seed=cfg["seed"])
     module = DDPMPolycube(denoiser, learning, _build("sampler", cfg["sampler"]), config)
 

@@ -16,7 +16,7 @@ class Deformation:
     """How strongly shapes vary; standard deviations unless said, 0 switches a step off."""
 
     rounding: float = 1.0  # largest share of the smoothing that is precomputed, 0 to 1
-    warp: float = 0.5  # log of the widths of the thirds of each cell: hole and cell sizes
+    warp: float = 0.5  # log of the widths of slabs: sizes of holes, and where they lie
     disc: float = 1.0  # largest share of the way from a square section to a round one
     stretch: float = 0.4  # log of the scale along each axis
     profile: float = 0.25  # log of the section's scale along an axis: taper and bulge
@@ -45,13 +45,15 @@ class Deformation:
         return (1 - share) * template.rounded[lower] + share * template.rounded[lower + 1]
 
     def _warped(self, x: np.ndarray, template: Template, rng: np.random.Generator) -> np.ndarray:
-        """Thirds of cells made wider or narrower, smoothly: resizes holes and cells."""
+        """Slabs made wider or narrower, smoothly: resizes holes and what lies beside them."""
         warped = np.empty_like(x)
-        for axis, knots in enumerate(template.polycube.knots):
-            centred = knots - knots[-1] / 2
+        lows, highs = template.vertices.min(axis=0), template.vertices.max(axis=0)
+        for axis, (low, high) in enumerate(zip(lows, highs, strict=True)):
+            knots = template.polycube.knots[axis] - template.polycube.grid[axis] / 2
+            knots = knots[(knots > low - 1e-9) & (knots < high + 1e-9)]
             widths = np.diff(knots) * np.exp(rng.normal(0, self.warp, len(knots) - 1))
-            moved = np.append(0, np.cumsum(widths)) / widths.sum() * knots[-1] - knots[-1] / 2
-            warped[:, axis] = PchipInterpolator(centred, moved)(x[:, axis])
+            moved = low + (high - low) * np.append(0, np.cumsum(widths)) / widths.sum()
+            warped[:, axis] = PchipInterpolator(knots, moved)(x[:, axis])
         return warped
 
     def _disc(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -24,10 +24,13 @@ class Learning:
 
     rate: float = 1e-3  # Adam's learning rate at the start
     decay: str = "linear"  # of the rate over the epochs: constant, linear or paper
-    endpoint: float = 0.5  # share of a batch trained at t = T from the geometry itself
+    endpoint: float = 0.8  # share of a batch trained at t = T from the geometry itself
+    thin: int = 1  # train on every n-th row and column; 1 where the network needs whole images
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if self.thin < 1:
+            raise ValueError(f"learning.thin must be at least 1; got {self.thin}")
         if self.decay not in DECAYS:
             raise ValueError(f"learning.decay must be one of {', '.join(DECAYS)}; got {self.decay}")
         if not 0 <= self.endpoint <= 1:
@@ -68,7 +71,10 @@ class DDPMPolycube(L.LightningModule):
 
         A share of the batch is trained where sampling starts: t = T, x_T = the geometry.
         """
-        geometry, x_0, context = batch
+        geometry, x_0 = (
+            image[..., :: self.learning.thin, :: self.learning.thin] for image in batch[:2]
+        )
+        context = batch[2]
         process, n = self.denoiser.process, len(x_0)
         t = torch.randint(1, process.steps + 1, (n,), generator=generator).to(x_0.device)
         z = torch.randn(x_0.shape, generator=generator).to(x_0)

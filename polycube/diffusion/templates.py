@@ -11,7 +11,7 @@ from scipy.ndimage import label
 from scipy.sparse import coo_matrix, csgraph, identity
 from scipy.sparse.linalg import splu
 
-from polycube.geometry.lattice import boundary, lattice
+from polycube.geometry.lattice import boundary, collapse, lattice
 from polycube.types import Polycube, freeze
 
 Context = tuple[str | None, ...]
@@ -34,7 +34,7 @@ SMOOTHING = (
 class Template:
     """Surface of a polycube, centred on its grid, cell edge 1."""
 
-    polycube: Polycube
+    polycube: Polycube  # collapsed: it has knots only where there is something to see
     vertices: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3) into vertices
     rounded: np.ndarray  # (L, V, 3) vertices after each amount of smoothing, same bounding box
@@ -63,11 +63,11 @@ def template(
     grid: Sequence[int], context: Context, primitives: Mapping[str, np.ndarray]
 ) -> Template:
     """Tessellated, rounded surface of one context."""
-    coarse = lattice(grid, context, primitives)
-    surface = boundary(_refine(coarse, STEPS_PER_VOXEL))
+    voxels = lattice(grid, context, primitives)
+    surface = boundary(_refine(voxels, STEPS_PER_VOXEL))
     vertices = surface.vertices - np.array(grid) / 2
     faces = surface.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    return Template(coarse, vertices, faces, _round(vertices, surface.quads))
+    return Template(collapse(voxels), vertices, faces, _round(vertices, surface.quads))
 
 
 def _refine(polycube: Polycube, n: int) -> Polycube:

@@ -1,0 +1,70 @@
+"""Samplers with predictions whose result is known."""
+
+import pytest
+import torch
+
+from polycube.diffusion.process import DiffusionProcess
+from polycube.registry import build, names
+
+X_0 = torch.randn(2, 3, 4, 4, generator=torch.Generator().manual_seed(1))
+X_T = torch.randn(2, 3, 4, 4, generator=torch.Generator().manual_seed(2))
+
+
+def _process(steps: int = 500, noise_scale: float = 0.25) -> DiffusionProcess:
+    schedule = build("schedule", {"plugin": "linear", "steps": steps})
+    return DiffusionProcess(schedule(), noise_scale)
+
+
+@pytest.mark.parametrize("name", names("sampler"))
+@pytest.mark.parametrize("steps", [3, 500])
+def test_the_right_prediction_is_reached_from_the_geometry(name: str, steps: int) -> None:
+    process, asked = _process(steps), []
+
+    def predict(x_t: torch.Tensor, t: int) -> torch.Tensor:
+        asked.append(t)
+        return X_0
+
+    x_0, states = build("sampler", {"plugin": name})(
+        predict, X_T, process, torch.Generator().manual_seed(0)
+    )
+    assert torch.allclose(x_0, X_0, atol=1e-4)
+    assert torch.equal(states[0], X_T) and torch.equal(states[-1], x_0)
+    assert len(states) == (5 if steps == 500 else 3)
+    assert asked[0] == steps and asked == sorted(asked, reverse=True)
+    assert len(asked) == steps if name == "ddpm" else len(asked) <= 24
+
+
+def test_ddpm_draws_and_its_seed_decides() -> None:
+    def run(seed: int) -> torch.Tensor:
+        sampler = build("sampler", {"plugin": "ddpm"})
+        return sampler(lambda x, t: x / 2, X_T, _process(50), torch.Generator().manual_seed(seed))[
+            1
+        ][1]
+
+    assert torch.equal(run(0), run(0))
+    assert not torch.equal(run(0), run(1))
+
+
+def test_ddpm_adds_the_noise_of_algorithm_2() -> None:
+    """One step from x_T: the spread over draws is s sqrt(beta_T)."""
+    process = _process(noise_scale=0.5)
+    x_T = torch.zeros(1, 3, 64, 64)
+    sampler = build("sampler", {"plugin": "ddpm"})
+    states = sampler(lambda x, t: x, x_T, process, torch.Generator().manual_seed(0))[1]
+    assert states[1].std() == pytest.approx(0.5 * 0.02**0.5, rel=0.02)  # x_{T - 1}
+
+
+def test_without_noise_ddpm_and_ddim_do_not_need_a_generator_seed() -> None:
+    for config in ({"plugin": "ddpm", "noise": 0.0}, {"plugin": "ddim"}):
+        a, b = (
+            build("sampler", config)(
+                lambda x, t: x / 3, X_T, _process(60), torch.Generator().manual_seed(seed)
+            )[0]
+            for seed in (0, 1)
+        )
+        assert torch.equal(a, b)
+
+
+def test_ddim_needs_a_step() -> None:
+    with pytest.raises(ValueError, match="steps must be at least 1; got 0"):
+        build("sampler", {"plugin": "ddim", "steps": 0})

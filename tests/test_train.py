@@ -1,0 +1,155 @@
+"""train.py from the command line: options, files, resuming, refusals."""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from polycube import HOME
+from polycube.app.train import main, train
+from polycube.diffusion.weights import load_denoiser
+from polycube.errors import InputError
+from polycube.registry import build
+
+# torch says this about how Lightning asks it; neither is ours
+pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
+
+SMALL = [
+    "experiment=smoke",
+    "batch_size=4",
+    "batches_per_epoch=2",
+    "held_out=4",
+    "schedule.steps=20",
+    "+trainer.enable_progress_bar=false",
+]
+
+
+def config(*overrides: str) -> dict[str, object]:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", [*SMALL, *overrides])
+    return OmegaConf.to_container(cfg, resolve=True)
+
+
+def command(*arguments: str) -> int:
+    """Exit code of train.py with these arguments."""
+    argv, sys.argv = sys.argv, ["train.py", *arguments]
+    try:
+        main()
+    except SystemExit as end:
+        return end.code
+    finally:
+        sys.argv = argv
+    return 0
+
+
+def options(group: str) -> list[str]:
+    return [f"{group}={path.stem}" for path in sorted((HOME / "conf" / group).glob("*.yaml"))]
+
+
+@pytest.mark.parametrize(
+    "choice", [c for g in ("schedule", "model", "sampler", "data") for c in options(g)]
+)
+def test_every_option_composes_and_builds(choice: str) -> None:
+    group = choice.split("=")[0]
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", [choice])
+    assert build(group, OmegaConf.to_container(cfg[group]))
+
+
+@pytest.mark.parametrize("choice", [*options("trainer"), *options("experiment")])
+def test_every_trainer_and_experiment_composes(choice: str) -> None:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", [choice])
+    assert cfg.trainer._target_ == "lightning.pytorch.Trainer"
+
+
+def test_paper_experiment_is_the_published_setting() -> None:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", ["experiment=paper"])
+    assert (cfg.batch_size, cfg.trainer.max_epochs, cfg.schedule.steps) == (200, 400, 500)
+    assert (cfg.schedule.beta_start, cfg.schedule.beta_end) == (1e-4, 0.02)
+    assert (cfg.learning.rate, cfg.learning.decay, cfg.data.plugin) == (1e-3, "paper", "paper")
+    assert cfg.denoiser == {"target": "noise", "geometry_channels": False, "noise_scale": 1.0}
+
+
+def test_command_writes_weights_checkpoints_and_curves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command(*SMALL, "schedule=cosine", "sampler=ddim") == 0
+    (run,) = (tmp_path / "outputs" / "train").iterdir()
+    assert {p.name for p in (run / "checkpoints").iterdir()} == {"best.ckpt", "last.ckpt"}
+    assert list((run / "tensorboard").glob("events.out.tfevents.*"))
+    metrics = json.loads((run / "weights" / "weights.json").read_text())
+    assert {"loss", "lr", "error", "error_p95", "samples_per_second"} <= metrics.keys()
+    assert (metrics["steps"], metrics["samples"]) == (4, 16)
+    assert load_denoiser(build, run / "weights").process.steps == 20
+
+
+def test_resumed_training_follows_the_same_curve(tmp_path: Path) -> None:
+    """Four epochs at once, and two, then two more: the same weights, bit for bit."""
+    epochs = ["trainer.max_epochs=4", "trainer.check_val_every_n_epoch=2"]
+    train(config(*epochs), tmp_path / "whole")
+    train(config(*epochs, "+trainer.max_steps=4"), tmp_path / "halves" / "first")
+    train(config(*epochs, "ckpt=last"), tmp_path / "halves" / "second")
+    whole, halves = (
+        torch.load(tmp_path / run / "checkpoints" / "last.ckpt", weights_only=True)
+        for run in ("whole", "halves/second")
+    )
+    assert whole["global_step"] == halves["global_step"] == 8
+    for name, tensor in whole["state_dict"].items():
+        assert torch.equal(tensor, halves["state_dict"][name]), name
+
+
+def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) -> None:
+    trained = train(config("trainer.max_epochs=1"), tmp_path / "run")
+    ckpt = tmp_path / "run" / "checkpoints" / "last.ckpt"
+    measured = train(config("fit=false", f"ckpt={ckpt}"), tmp_path / "export")
+    assert measured["error"] == pytest.approx(trained["error"], rel=1e-5)
+    assert measured["steps"] == 2
+    files = [tmp_path / run / "weights" / "weights.safetensors" for run in ("run", "export")]
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [
+        ("sampler.steps=0", "error: sampler=ddim: steps must be at least 1; got 0"),
+        ("learning.decay=steep", "error: learning.decay must be one of"),
+        ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
+        ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
+        ("denoiser.target=mean", "error: target must be x0 or noise"),
+        ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
+        ("ckpt=last", "error: ckpt=last: no run under"),
+    ],
+)
+def test_a_wrong_option_is_one_sentence_and_exit_code_2(
+    argument: str,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command(*SMALL, argument) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert said.startswith(message)
+
+
+def test_an_unknown_choice_is_refused_with_those_that_exist(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command("schedule=steep") == 2
+    assert "cosine" in capsys.readouterr().err
+    assert not os.listdir(tmp_path)
+
+
+def test_missing_checkpoint_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no checkpoint at"):
+        train(config("ckpt=nothing.ckpt"), tmp_path)
