@@ -1,0 +1,52 @@
+# make demo    a made part all the way to its report     make demo MESH=part.stl
+# make test    tests that are not slow                   make test MARK=  for all
+# make train   train the denoiser                        make train ARGS=experiment=smoke
+# make lint    format and lint, changing nothing
+# make doctor  what of this machine can be used
+#
+# The first of them makes .venv from the pinned requirements.
+
+PYTHON ?= python3
+MESH ?= example:rod
+OUTPUT ?= outputs/demo
+MARK ?= not slow
+ARGS ?=
+
+RUN := .venv/bin/python
+PIP := $(RUN) -m pip install
+READY := .venv/ready
+TORCH := $(shell grep '^torch==' requirements.lock)
+CODE := polycube plugins tests train.py infer.py
+
+export MPLBACKEND := Agg
+export PYVISTA_OFF_SCREEN := true
+
+.PHONY: demo test train lint doctor
+
+demo: $(READY)
+	$(RUN) infer.py mesh=$(MESH) output_dir=$(OUTPUT) $(ARGS)
+	@echo "The report is $(OUTPUT)/report.html"
+
+test: $(READY)
+	$(RUN) -m pytest -m "$(MARK)" $(ARGS)
+
+train: $(READY)
+	$(RUN) train.py $(ARGS)
+
+lint: $(READY)
+	$(RUN) -m ruff format --check $(CODE)
+	$(RUN) -m ruff check $(CODE)
+
+doctor: $(READY)
+	$(RUN) -m polycube.doctor
+
+# torch first and by itself, so that the machine's own flavour (CPU or CUDA) is taken
+$(READY): requirements.lock pyproject.toml
+	@bash .ci/system-libraries
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+		{ echo "Python 3.10 or newer is needed: make PYTHON=python3.11 ..."; false; }
+	$(PYTHON) -m venv .venv
+	$(PIP) $(TORCH)
+	$(PIP) $$($(RUN) -c 'import sys; print("-c requirements.lock" * (sys.version_info >= (3, 11)))') \
+		-e '.[dev]'
+	@touch $@
