@@ -52,16 +52,19 @@ class H2S:
         jacobian = min_detj(spline)
         logger.info(
             "%d functions, %d elements, %d sharp and %d extraordinary edges, volume %.6g, "
-            "scaled det J >= %.3g (element %d at %.4g %.4g %.4g)",
+            "det J %.3g at least (element %d at %.4g %.4g %.4g), scaled %.3g",
             len(spline.control),
             len(spline.nodes),
             len(sharp),
             spline.extraordinary_edges,
             jacobian.volume,
-            jacobian.min_scaled_detj,
+            jacobian.min_detj,
             jacobian.element,
             *jacobian.position,
+            jacobian.min_scaled_detj,
         )
+        if jacobian.min_detj <= 0:
+            logger.warning("the spline is not valid: det J is not positive everywhere")
         return spline
 
     def _sharpened(self, hexes: HexMesh) -> tuple[np.ndarray, Spline]:

@@ -57,9 +57,13 @@ def volumetric_spline(
     sharp_edges : (S, 2) ends of boundary edges to keep as curves.  A vertex with two of them lies
         on the curve, with one or more than two it is a corner, and so are `corner_vertices`.
     Elsewhere the surface is smooth, and det J is 0 along a smooth boundary edge with a single hex.
+    Raises ValueError for sharp edges and corners off the boundary and for vertices without a hex.
     """
     corners = mesh.hexes[:, TENSOR]
     nodes, numbers = bezier_nodes(corners)
+    unused = len(mesh.vertices) - numbers[0].max() - 1
+    if unused:
+        raise ValueError(f"hex mesh has {unused} vertices that no hex uses")
     ends, count = np.unique(sharp_edges, return_counts=True)
     tips = np.union1d(ends[count != 2], corner_vertices)
     strata = _strata(corners, nodes, numbers, np.sort(sharp_edges, axis=1), tips)
@@ -110,7 +114,7 @@ def _strata(
     quads = cells(2, *np.nonzero(outside))
     curves = cells(1, *_first(numbers[1], _isin(edge_ends, sharp_edges)))
     points = cells(0, *_first(numbers[0], np.isin(corners, tips)))
-    _check_sharp(sharp_edges, curves, quads)
+    _check_sharp(sharp_edges, tips, curves, quads)
     return [bodies, quads, curves, points]
 
 
@@ -127,8 +131,8 @@ def _first(numbers: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndar
     return hexes[first], local[first]
 
 
-def _check_sharp(sharp_edges: np.ndarray, curves: Cells, quads: Cells) -> None:
-    """Raise ValueError unless every sharp edge is an edge of the boundary, named once."""
+def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads: Cells) -> None:
+    """Raise ValueError unless sharp edges and corners are on the boundary, the edges named once."""
     sides = np.sort(quads.corners[:, [[0, 1], [2, 3], [0, 2], [1, 3]]], axis=-1)
     known = _isin(sharp_edges, sides.reshape(-1, 2))
     if not known.all():
@@ -137,6 +141,9 @@ def _check_sharp(sharp_edges: np.ndarray, curves: Cells, quads: Cells) -> None:
         )
     if len(curves.corners) != len(sharp_edges):
         raise ValueError(f"{len(sharp_edges) - len(curves.corners)} sharp edges are named twice")
+    inside = np.setdiff1d(tips, quads.corners)
+    if len(inside):
+        raise ValueError(f"corner vertex {inside[0]} is not on the boundary")
 
 
 def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matrix:

@@ -84,9 +84,13 @@ def test_harmless_creases_are_kept():
 
 
 def test_logs_the_numbers_that_decide(caplog):
+    mesh = hex_box((2, 2, 2))
     with caplog.at_level(logging.INFO):
-        h2s()(hex_box((2, 2, 2)))
+        h2s()(mesh)
     assert "27 functions, 8 elements, 24 sharp and 0 extraordinary edges, volume 1" in caplog.text
+    assert "not valid" not in caplog.text
+    h2s()(hex_mesh(mesh.vertices * [-1, 1, 1], mesh.hexes))
+    assert "not valid: det J is not positive everywhere" in caplog.text
 
 
 @pytest.mark.parametrize(

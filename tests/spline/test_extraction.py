@@ -2,8 +2,16 @@ from itertools import product
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from polycube.geometry.hexes import edge_valence, extraordinary_edges, hex_mesh, unique_rows
+from polycube.geometry.hexes import (
+    edge_valence,
+    extraordinary_edges,
+    hex_mesh,
+    quad_edges,
+    unique_rows,
+)
 from polycube.spline.bezier import bezier_points
 from polycube.spline.extraction import TENSOR, volumetric_spline
 from polycube.spline.features import creases, single_hex_edges, union
@@ -185,6 +193,28 @@ def test_refuses_sharp_edges_off_the_boundary():
         volumetric_spline(mesh, np.array([[13, 4]]))
     with pytest.raises(ValueError, match="1 sharp edges are named twice"):
         volumetric_spline(mesh, np.array([[0, 1], [1, 0]]))
+    with pytest.raises(ValueError, match="corner vertex 13 is not on the boundary"):
+        volumetric_spline(mesh, NONE, [0, 13])
+
+
+def test_refuses_vertices_without_a_hex():
+    mesh = hex_box((2, 2, 2))
+    with pytest.raises(ValueError, match="hex mesh has 1 vertices that no hex uses"):
+        volumetric_spline(hex_mesh(np.pad(mesh.vertices, ((0, 1), (0, 0))), mesh.hexes), NONE)
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_any_choice_of_sharp_edges_gives_independent_convex_weights(seed):
+    rng = np.random.default_rng(seed)
+    mesh = MESHES["cylinder"]
+    edges, _ = quad_edges(mesh.quads)
+    sharp = edges[rng.random(len(edges)) < rng.random()]
+    tips = rng.choice(np.unique(mesh.quads), 3)
+    rows = volumetric_spline(mesh, sharp, tips).extraction
+    assert rows.min() >= 0
+    assert abs(rows.sum(axis=1) - 1).max() < 1e-15 * 4
+    assert np.linalg.matrix_rank(rows.toarray()) == len(mesh.vertices)
 
 
 def test_control_points_are_the_vertices_and_faces_distinct(mesh):
