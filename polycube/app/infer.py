@@ -48,6 +48,7 @@ def infer(cfg: Mapping[str, object]) -> dict[str, object]:
             run.state["failure"] = str(error)
         report = summarize(run.state, run.clock.seconds, cfg)
         write_results(folder, run.state, report, cfg)
+        _say(report, folder)
         return report
 
 
@@ -85,6 +86,23 @@ def _command(cfg: DictConfig) -> int:
         sys.stderr.write(f"error: {report['failure']}; what was made is kept, marked invalid\n")
         return 3
     return 0
+
+
+def _say(report: Mapping[str, object], folder: Path) -> None:
+    """The outcome in two lines."""
+    if "hex" in report:
+        numbers = report["hex"]
+        logger.info(
+            "%s hex mesh: %d hexes, scaled Jacobian at least %.3f (mean %.3f), "
+            "within %.2f %% of the diagonal",
+            "valid" if numbers["inverted"] == 0 else "INVALID",
+            numbers["hexes"],
+            numbers["min_scaled_jacobian"],
+            numbers["mean_scaled_jacobian"],
+            100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"]),
+        )
+    page = folder / "report.html"
+    logger.info("results: %s", page if page.is_file() else folder)
 
 
 def _folder(cfg: Mapping[str, object]) -> Path:
