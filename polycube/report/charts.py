@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 
 from polycube.report.colours import QUALITY_COLOURS, ramp
-from polycube.report.render import EYE
+from polycube.report.render import view
 
 WIDTH, HEIGHT = 720, 250  # of the histogram, in user units; the page scales it
 _FOOT, _HEAD = 34, 34  # room for the axis below and the marks above
@@ -110,15 +110,13 @@ def _panel(
 def _step(number: int, n_states: int) -> str:
     if number in (0, n_states - 1):
         return "x<sub>T</sub>, the input" if number == 0 else "x<sub>0</sub>, the polycube"
-    return f"{100 * number / (n_states - 1):.0f} % of the way"
+    return f"state {number + 1} of {n_states}"
 
 
 def _project(points: np.ndarray) -> np.ndarray:
     """(..., 3) points as the pictures' eye sees them, (..., 2) right and down."""
-    towards = np.array(EYE) / np.linalg.norm(EYE)
-    right = np.cross([0, 0, 1], towards)
-    right /= np.linalg.norm(right)
-    return np.stack([points @ right, -points @ np.cross(towards, right)], -1)
+    right, up, _ = view()
+    return np.stack([points @ right, -points @ up], -1)
 
 
 def _hex(colour: np.ndarray) -> str:

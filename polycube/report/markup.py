@@ -29,7 +29,7 @@ def show(value: object) -> str:
 def facts(rows: Mapping[str, object]) -> str:
     """A two-column table of names and values; values that are None are left out."""
     cells = (
-        f"<tr><th>{escape(name)}</th><td>{show(value)}</td></tr>"
+        f"<tr><th>{_words(name)}</th><td>{show(value)}</td></tr>"
         for name, value in rows.items()
         if value is not None
     )
@@ -39,7 +39,7 @@ def facts(rows: Mapping[str, object]) -> str:
 def table(rows: Sequence[Mapping[str, object]], chosen: int | None = None) -> str:
     """Rows under the names of their columns; `chosen` is emphasised."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    head = "".join(f"<th>{escape(name)}</th>" for name in columns)
+    head = "".join(f"<th>{_words(name)}</th>" for name in columns)
     body = "".join(
         f"<tr{' class=chosen' if i == chosen else ''}>"
         + "".join(f"<td>{show(row.get(name))}</td>" for name in columns)
@@ -48,6 +48,10 @@ def table(rows: Sequence[Mapping[str, object]], chosen: int | None = None) -> st
     )
     rows_of_table = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
     return f'<div class="scroll"><table>{rows_of_table}</table></div>'
+
+
+def _words(name: str) -> str:
+    return escape(name.replace("_", " "))
 
 
 def figure(png: bytes | None, caption: str, legend: str = "") -> str:

@@ -41,6 +41,8 @@ def pictures(state: State) -> dict[str, bytes]:
         for name, (needs, make) in SCENES.items()
         if all(state.get(key) is not None for key in needs)
     }
+    if "polycube" in found:  # as the model lies, where that is known
+        found["polycube"] = scenes.polycube_faces(state["polycube"], state.get("rough_map"))
     if state.get("spline") is not None and state.get("modes") is not None:
         modes = state["modes"]
         first = scenes.first_elastic(modes)

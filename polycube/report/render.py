@@ -18,7 +18,7 @@ import numpy as np
 from polycube.report.colours import EDGE
 
 EYE = (0.75, -1.0, 0.62)  # from the middle of the model towards the eye; z is up
-LIGHTS = (((-0.35, 1.0, 0.5), 0.75), ((0.1, 0.0, 1.0), 0.75))  # as seen from the eye, at +z
+LIGHTS = (((-0.35, 1.0, 0.5), 0.6), ((0.1, 0.0, 1.0), 0.62))  # as seen from the eye, at +z
 SIZE = (1400, 1050)  # pixels before the empty margin is cut off
 
 
@@ -36,6 +36,14 @@ class Layer:
 
 
 Scene = list[Layer]
+
+
+def view() -> np.ndarray:
+    """(3, 3) rotation from the model to the eye: right, up and towards it."""
+    towards = np.array(EYE) / np.linalg.norm(EYE)
+    right = np.cross([0, 0, 1], towards)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(towards, right), towards])
 
 
 def render(scene: Scene, path: Path) -> None:

@@ -18,7 +18,7 @@ from polycube.report.colours import (
     rgb,
 )
 from polycube.report.render import Layer, Scene
-from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
+from polycube.types import HexMesh, Labels, Modes, Polycube, RoughMap, Spline, TriMesh
 
 SHARP = np.cos(np.radians(30))  # faces that turn by more meet at a drawn line
 
@@ -39,12 +39,28 @@ def labelled(surface: TriMesh, labels: Labels) -> Scene:
     return [Layer(surface.vertices, surface.faces, rgb(AXIS_COLOURS)[labels.axis], border)]
 
 
-def polycube_faces(polycube: Polycube) -> Scene:
-    """The polycube, a colour per axis, with a line around every planar face."""
+def polycube_faces(polycube: Polycube, rough_map: RoughMap | None = None) -> Scene:
+    """The polycube, a colour per axis, with a line around every planar face.
+
+    With its rough map it is turned as the model lies, so that it shows the sides the model shows.
+    """
     faces = boundary(polycube)
     edges, pair = _edges(faces.quads)
     border = edges[faces.patch[pair[:, 0]] != faces.patch[pair[:, 1]]]
-    return [Layer(faces.vertices, faces.quads, rgb(AXIS_COLOURS)[faces.axis], border)]
+    points = faces.vertices if rough_map is None else faces.vertices @ _turn(rough_map).T
+    return [Layer(points, faces.quads, rgb(AXIS_COLOURS)[faces.axis], border)]
+
+
+def _turn(rough_map: RoughMap) -> np.ndarray:
+    """(3, 3) rotation nearest to the linear part of the map."""
+    ends = [np.take(rough_map.positions, [0, -1], axis).mean(_others(axis)) for axis in range(3)]
+    along = np.stack([end[1] - end[0] for end in ends], 1)
+    left, _, right = np.linalg.svd(along / np.linalg.norm(along, axis=0))
+    return left @ right
+
+
+def _others(axis: int) -> tuple[int, int]:
+    return tuple({0, 1, 2} - {axis})
 
 
 def hex_outside(mesh: HexMesh) -> Scene:

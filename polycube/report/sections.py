@@ -15,6 +15,7 @@ from polycube.report import charts
 from polycube.report.colours import AXIS_COLOURS, DISPLACEMENT_COLOURS, QUALITY_COLOURS
 from polycube.report.markup import facts, figure, gradient, grid, section, show, swatches, table
 from polycube.report.scenes import first_elastic
+from polycube.report.viewer import viewer
 from polycube.types import AXES
 
 State = Mapping[str, object]
@@ -71,6 +72,8 @@ def structure(state: State, report: Report, pictures: Pictures) -> str:
     numbers = dict(report.get("polycube", {}))
     candidates = list(numbers.pop("candidates", ()))
     chosen = numbers.pop("chosen", 0)
+    if "grid" in numbers:
+        numbers["grid"] = " × ".join(map(str, numbers["grid"]))
     axes = swatches(AXES, AXIS_COLOURS)
     pictured = grid(
         figure(pictures.get("polycube"), "Polycube; a colour per face direction.", axes),
@@ -122,6 +125,7 @@ def hexes(state: State, report: Report, pictures: Pictures) -> str:
     return section(
         "hexes",
         "Hex mesh",
+        viewer(mesh),
         grid(
             figure(pictures.get("hex"), "Hex mesh, coloured by scaled Jacobian.", QUALITY_BAR),
             figure(pictures.get("cut"), "Cut open: whole hexes behind the plane.", QUALITY_BAR),
@@ -142,15 +146,19 @@ def _distances(state: State, numbers: Mapping[str, object]) -> str:
     if found is None or _deviation(numbers) is None:
         return ""
     diagonal = float(np.linalg.norm(np.ptp(found.vertices, axis=0)))
-    rows = [
-        {
-            "distance": name.replace("_", " "),
-            "% of diagonal": 100 * value,
-            "model units": value * diagonal,
-        }
-        for name, value in numbers.items()
-        if isinstance(value, float) and ("to_surface" in name or "to_mesh" in name)
-    ]
+    ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
+    parts = {"largest": "max", "99 % below": "p99", "mean": "mean"}
+    rows = []
+    for name, way in ways.items():
+        row: dict[str, object] = {"from": name}
+        for title, part in parts.items():
+            value = numbers.get(f"{way}_{part}")
+            if value is not None:
+                row |= {
+                    f"{title}, % of diagonal": 100 * value,
+                    f"{title}, model units": value * diagonal,
+                }
+        rows.append(row)
     return "<h3>Distance between hex mesh and input</h3>" + table(rows)
 
 

@@ -42,5 +42,5 @@ def test_trajectory_shows_first_and_last_state_and_every_point() -> None:
     page = charts.trajectory(states)
     assert page.count("<svg") == 6
     assert page.count("h0") == 6 * 50
-    assert page.index("x<sub>T</sub>") < page.index("60 %") < page.index("x<sub>0</sub>")
+    assert page.index("x<sub>T</sub>") < page.index("state 61 of 101") < page.index("x<sub>0</sub>")
     assert charts.trajectory(states[:2]).count("<svg") == 2

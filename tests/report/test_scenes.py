@@ -5,6 +5,7 @@ import pytest
 
 from polycube.geometry.hexes import hex_mesh
 from polycube.geometry.quality import scaled_jacobian
+from polycube.geometry.rough_map import affine_map
 from polycube.report import scenes
 from polycube.report.bezier import boundary_faces, tessellate
 from polycube.report.colours import QUALITY_COLOURS, ramp, rgb
@@ -114,3 +115,12 @@ def test_first_elastic_mode_follows_the_rigid_ones(run) -> None:
     assert scenes.first_elastic(run["modes"]) == 6
     shapes = np.zeros((2, 1, 3))
     assert scenes.first_elastic(Modes([3.0, 5.0], shapes, 1.0)) == 0  # clamped: none is rigid
+
+
+def test_polycube_is_turned_as_the_model_lies(run) -> None:
+    turn = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
+    polycube = run["polycube"]
+    (plain,) = scenes.polycube_faces(polycube)
+    rough_map = affine_map(polycube, turn @ np.diag([3.0, 1.0, 2.0]), np.array([9.0, 9.0, 9.0]))
+    (turned,) = scenes.polycube_faces(polycube, rough_map)
+    np.testing.assert_allclose(turned.points, plain.points @ turn.T, atol=1e-12)
