@@ -21,7 +21,7 @@ class Project:
 
     def __call__(self, candidate: Candidate, points: np.ndarray) -> np.ndarray:
         """(N, 3) points of the boundary for (N, 3) denoised points, cell edge 1."""
-        regular = project(candidate.polycube, points)
+        regular, _ = project(candidate.polycube, points)
         moved = np.linalg.norm(regular - points, axis=1)
         logger.info(
             "regularize: %d points moved %.3f cells on average, %.3f at most",

@@ -2,7 +2,8 @@
 
 With earlier candidates, the best of each structure are denoised in their own frames.  Alone, the
 contexts of the surface's genus are tried in all orientations, in one batch, and ranked by the
-residual: the distance of x_0 from the polycube plus the misfit of a rough map through the points.
+residual: how far x_0 is from the polycube, and how much the faces it lands on look elsewhere than
+the surface does.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from polycube.geometry import rough_map
 from polycube.geometry.frames import frames, rotations
 from polycube.geometry.lattice import collapse, genus, lattice
 from polycube.geometry.projection import project
-from polycube.geometry.surface import face_areas
+from polycube.geometry.surface import face_areas, face_normals
 from polycube.geometry.surface import genus as surface_genus
 from polycube.registry import build, register
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
@@ -49,7 +50,8 @@ class Diffusion:
     primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
     weights: str | None = None  # safetensors file or its folder; None: the shipped ones
     sampler: Mapping[str, object] = field(default_factory=lambda: {"plugin": "ddim", "steps": 10})
-    samples: int = 4  # candidates returned at most
+    samples: int = 4  # earlier candidates denoised at most
+    kept: int = 12  # candidates returned at most when nothing was proposed before
     tried: int = 48  # contexts and orientations tried at most when nothing was proposed before
     frames: int = 2  # frames tried when nothing was proposed before
     seed: int = 0
@@ -72,7 +74,7 @@ class Diffusion:
             return []
         guesses = self._proposed(candidates) if candidates else self._enumerated(surface)
         found = self._denoised(denoiser, surface, guesses) if guesses else []
-        found = sorted(found, key=lambda candidate: candidate.cost)[: self.samples]
+        found = sorted(found, key=lambda candidate: candidate.cost)[: self.kept]
         logger.info(
             "diffusion: %d structures denoised, %d kept, residual %s",
             len(guesses),
@@ -120,25 +122,26 @@ class Diffusion:
         counts = [denoiser.n_points(guess.polycube.context) for guess in guesses]
         for count in sorted(set(counts)):
             batch = [g for g, n in zip(guesses, counts, strict=True) if n == count]
-            model = _sample(surface, count, np.random.default_rng(self.seed))
-            placed = [learning_frame(surface.vertices, g.rotation).apply(model) for g in batch]
+            points, normals = _sample(surface, count, np.random.default_rng(self.seed))
+            placed = [learning_frame(surface.vertices, g.rotation).apply(points) for g in batch]
             contexts = [guess.polycube.context for guess in batch]
             _, trajectory = denoiser.denoise(np.stack(placed), contexts, sampler, self.seed)
             states = trajectory.transpose(1, 0, 2, 3)  # (B, S, N, 3)
-            found += [_candidate(g, model, s) for g, s in zip(batch, states, strict=True)]
+            found += [_candidate(g, points, normals, s) for g, s in zip(batch, states, strict=True)]
         return found
 
 
-def _candidate(guess: Guess, model: np.ndarray, trajectory: np.ndarray) -> Candidate:
+def _candidate(
+    guess: Guess, points: np.ndarray, normals: np.ndarray, trajectory: np.ndarray
+) -> Candidate:
     """Candidate from (N, 3) points of the model and their way (S, N, 3) to the polycube."""
     x_0 = trajectory[-1].astype(np.float64)
-    regular = project(guess.polycube, x_0)
-    fitted = rough_map.fit(regular, model, guess.polycube)
-    misfit = rough_map.evaluate(fitted, regular) - model
-    size = np.linalg.norm(np.ptp(model, axis=0)) / np.linalg.norm(_extent(guess.polycube))
-    cost = np.linalg.norm(x_0 - regular, axis=1).mean()
-    cost += np.linalg.norm(misfit, axis=1).mean() / size  # both in cells
-    return Candidate("diffusion", guess.polycube, fitted, float(cost), guess.key, trajectory)
+    regular, axis = project(guess.polycube, x_0)
+    outward = np.concatenate([np.eye(3), -np.eye(3)])[axis % 2 * 3 + axis // 2]  # (N, 3)
+    elsewhere = 1 - (outward * (normals @ guess.rotation.T)).sum(axis=1)
+    residual = np.linalg.norm(x_0 - regular, axis=1).mean() + elsewhere.mean()
+    fitted = rough_map.fit(regular, points, guess.polycube)
+    return Candidate("diffusion", guess.polycube, fitted, float(residual), guess.key, trajectory)
 
 
 def _rotation(rough: RoughMap, polycube: Polycube) -> np.ndarray:
@@ -153,21 +156,21 @@ def _rotation(rough: RoughMap, polycube: Polycube) -> np.ndarray:
 
 def _extent(polycube: Polycube) -> np.ndarray:
     """(3,) size of the solid, in cells."""
-    filled = np.argwhere(polycube.occupancy)
-    low, high = filled.min(axis=0), filled.max(axis=0) + 1
-    knots = polycube.knots
-    return np.array([k[b] - k[a] for k, a, b in zip(knots, low, high, strict=True)])
+    return np.array([knots[-1] - knots[0] for knots in polycube.knots])
 
 
 def _starts_at_corner(polycube: Polycube) -> bool:
     """Whether the solid touches the grid's three lower faces: others are the same, moved."""
-    return bool((np.argwhere(polycube.occupancy).min(axis=0) == 0).all())
+    return all(knots[0] == 0 for knots in polycube.knots)
 
 
-def _sample(surface: TriMesh, n_points: int, rng: np.random.Generator) -> np.ndarray:
-    """(N, 3) random points of the surface, uniform by area."""
+def _sample(
+    surface: TriMesh, n_points: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Random points (N, 3) of the surface, uniform by area, and its normals (N, 3) there."""
     area = face_areas(surface).cumsum()
     face = np.searchsorted(area, rng.uniform(0, area[-1], n_points))
     root, v = np.sqrt(rng.random(n_points)), rng.random(n_points)
     weights = np.stack([1 - root, root * (1 - v), root * v], axis=1)
-    return np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[face]])
+    points = np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[face]])
+    return points, face_normals(surface)[face]

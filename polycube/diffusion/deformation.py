@@ -47,12 +47,11 @@ class Deformation:
     def _warped(self, x: np.ndarray, template: Template, rng: np.random.Generator) -> np.ndarray:
         """Slabs made wider or narrower, smoothly: resizes holes and what lies beside them."""
         warped = np.empty_like(x)
-        lows, highs = template.vertices.min(axis=0), template.vertices.max(axis=0)
-        for axis, (low, high) in enumerate(zip(lows, highs, strict=True)):
-            knots = template.polycube.knots[axis] - template.polycube.grid[axis] / 2
-            knots = knots[(knots > low - 1e-9) & (knots < high + 1e-9)]
+        for axis, n_cells in enumerate(template.polycube.grid):
+            knots = template.polycube.knots[axis] - n_cells / 2
             widths = np.diff(knots) * np.exp(rng.normal(0, self.warp, len(knots) - 1))
-            moved = low + (high - low) * np.append(0, np.cumsum(widths)) / widths.sum()
+            share = np.append(0, np.cumsum(widths)) / widths.sum()
+            moved = knots[0] + (knots[-1] - knots[0]) * share
             warped[:, axis] = PchipInterpolator(knots, moved)(x[:, axis])
         return warped
 
