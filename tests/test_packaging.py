@@ -62,7 +62,9 @@ def test_wheel_holds_plugins_and_conf_inside_the_package(wheels: list[Path]) -> 
     folders = {name.split("/")[0] for name in names}
     assert folders == {"polycube", next(f for f in folders if f.endswith(".dist-info"))}
     wanted = {"polycube/plugins/schedule.py", "polycube/conf/train.yaml"}
-    wanted |= {"polycube/report/page.html", "polycube/report/page.css"}
+    wanted |= {
+        f"polycube/report/{n}" for n in ("page.html", "page.css", "viewer.html", "viewer.js")
+    }
     assert wanted <= names
     for yaml in (ROOT / "conf").rglob("*.yaml"):
         assert f"polycube/conf/{yaml.relative_to(ROOT / 'conf').as_posix()}" in names

@@ -15,8 +15,9 @@ def show(value: object) -> str:
         return "–"
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
-    if isinstance(value, int | np.integer):
-        return f"{value:,}".replace(",", "\u202f")
+    large = isinstance(value, float | np.floating) and 1e4 <= abs(value) < 1e9
+    if large or isinstance(value, int | np.integer):
+        return f"{value:,.0f}".replace(",", "\u202f")
     if isinstance(value, float | np.floating):
         return f"{value:.4g}"
     if isinstance(value, Mapping):

@@ -19,7 +19,7 @@ from polycube.report.colours import EDGE
 
 EYE = (0.75, -1.0, 0.62)  # from the middle of the model towards the eye; z is up
 LIGHTS = (((-0.35, 1.0, 0.5), 0.6), ((0.1, 0.0, 1.0), 0.62))  # as seen from the eye, at +z
-SIZE = (1400, 1050)  # pixels before the empty margin is cut off
+SIZE = (1120, 840)  # pixels before the empty margin is cut off
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def _add(plotter: object, layer: Layer) -> None:
     )
     if len(layer.lines):
         lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))
-        plotter.add_mesh(lines, color=EDGE, line_width=5)
+        plotter.add_mesh(lines, color=EDGE, line_width=4)
 
 
 def _counted(cells: np.ndarray) -> np.ndarray:

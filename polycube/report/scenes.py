@@ -17,7 +17,7 @@ from polycube.report.colours import (
     ramp,
     rgb,
 )
-from polycube.report.render import Layer, Scene
+from polycube.report.render import EYE, Layer, Scene
 from polycube.types import HexMesh, Labels, Modes, Polycube, RoughMap, Spline, TriMesh
 
 SHARP = np.cos(np.radians(30))  # faces that turn by more meet at a drawn line
@@ -77,7 +77,8 @@ def hex_cut(mesh: HexMesh) -> Scene:
     middle = (mesh.vertices.max(0) + mesh.vertices.min(0))[axis] / 2
     centre = mesh.vertices[mesh.hexes].mean(1)[:, axis]
     slack = 1e-9 * np.ptp(mesh.vertices)
-    behind = centre >= middle - slack if axis == 1 else centre <= middle + slack
+    sign = np.sign(EYE[axis])
+    behind = sign * centre <= sign * middle + slack
     return [_quality_skin(mesh, np.flatnonzero(behind))]
 
 

@@ -191,7 +191,7 @@ def modes(state: State, report: Report, pictures: Pictures) -> str:
     pictured = [
         figure(
             pictures.get(f"mode_{i}"),
-            f"Mode {i + 1}: {found.frequency[i]:.4g} {units.get('frequency', '')}".strip(),
+            f"Mode {i + 1}: {show(found.frequency[i])} {units.get('frequency', '')}".strip(),
             gradient(DISPLACEMENT_COLOURS, "at rest", "largest"),
         )
         for i in range(len(rows))
@@ -217,7 +217,7 @@ def _first_frequency(numbers: Mapping[str, object]) -> str | None:
     large = max(map(abs, squares), default=0)
     elastic = [f for w, f in zip(squares, frequency, strict=True) if w > 1e-6 * large]
     unit = numbers.get("units", {}).get("frequency", "")
-    return f"{elastic[0]:.4g} {unit}".strip() if elastic else None
+    return f"{show(elastic[0])} {unit}".strip() if elastic else None
 
 
 def _percent(value: float | None) -> str | None:

@@ -33,7 +33,7 @@
   }
   function faces() {
     const axis = ["x", "y", "z"].indexOf(control("axis").value);
-    const side = control("flip").checked ? -1 : 1;
+    const side = control("flip").checked === given.view[2][axis] > 0 ? -1 : 1; // away from the eye
     const at = axis < 0 ? 0 : given.low[axis] + control("cut").value * (given.high[axis] - given.low[axis]);
     const most = +control("most").value;
     const kept = new Uint8Array(H);
@@ -89,9 +89,9 @@
     uniform float plain; varying vec3 shown;
     void main() {
       vec3 p = turn * place, n = turn * normal;
-      float light = 0.42 + 0.45 * max(n.z, 0.0) + 0.25 * max(dot(n, vec3(-0.35, 0.8, 0.45)), 0.0);
+      float light = 0.5 + 0.45 * max(n.z, 0.0) + 0.25 * max(dot(n, vec3(-0.35, 0.8, 0.45)), 0.0);
       shown = mix(tint * light, vec3(0.10, 0.14, 0.18), plain);
-      gl_Position = vec4(p.xy * scale + shift, -p.z * 0.4, 1.0);
+      gl_Position = vec4(p.xy * scale + shift, -0.4 * p.z - 0.002 * plain, 1.0);
     }`));
   gl.attachShader(program, shader(gl.FRAGMENT_SHADER,
     "precision mediump float; varying vec3 shown; void main() { gl_FragColor = vec4(shown, 1.0); }"));

@@ -127,6 +127,7 @@ def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
 def test_values_are_shown_for_people() -> None:
     assert show(12345) == "12\u202f345"
     assert show(np.float64(0.314159)) == "0.3142"
+    assert show(304180.2) == "304\u202f180" and show(1e12) == "1e+12"
     assert show(True) == "yes" and show(None) == "–"
     assert show(("cube", None)) == "cube, –"
     assert show({"length": "m<m"}) == "length m&lt;m"
