@@ -26,6 +26,7 @@ from polycube.geometry.surface import (
 from polycube.types import TriMesh
 
 WELD = 1e-6  # of the diagonal: corners this near are one
+COLLAPSE = 0.1  # of the faces: welding that costs more is refused
 FLAT = 1e-12  # of the diagonal squared: a face no larger has no area
 DIAGONALS = 1e-60, 1e60  # whose fourth power is still a float64
 MAX_FACES = 100_000  # up to here crossing faces are looked for
@@ -88,6 +89,13 @@ def _weld_near(surface: TriMesh) -> Step:
         return surface, []
     gaps = np.linalg.norm(np.subtract(*surface.vertices[near.T]), axis=1)
     welded, notes = _merge(surface, connected(near[:, 0], near[:, 1], len(surface.vertices)))
+    n_lost = len(surface.faces) - len(welded.faces)
+    if n_lost > COLLAPSE * len(surface.faces):
+        far = np.abs(surface.vertices - np.median(surface.vertices, axis=0)).max(axis=1).argmax()
+        raise InputError(
+            f"{n_lost} of its {len(surface.faces)} faces are below {WELD:g} of its diagonal, "
+            f"{scale:.3g}; does the vertex at {place(surface, surface.vertices[far])} belong to it?"
+        )
     n_welded = len(surface.vertices) - len(welded.vertices)
     return welded, [f"welded corners: {n_welded}, up to {gaps.max():.2g} apart", *notes]
 

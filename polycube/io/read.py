@@ -80,7 +80,11 @@ def _read_fbx(path: Path) -> Soup:
             f"FBX needs open3d, which does not load ({error}); on Debian or Ubuntu: "
             "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
         ) from error
-    mesh = open3d.io.read_triangle_mesh(str(path))
+    silence = open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error)
+    with silence:  # it writes to the standard output
+        mesh = open3d.io.read_triangle_mesh(str(path))
+    if not mesh.has_triangles():
+        raise InputError("not a whole FBX file, or one without triangles")
     return np.array(mesh.vertices), np.array(mesh.triangles, dtype=np.int64)
 
 

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from polycube.errors import InputError
-from polycube.geometry.surface import genus, volume
+from polycube.geometry.surface import check_surface, genus, volume
 from polycube.io.clean import clean
 from polycube.io.read import read_surface
 from tests.solids import box, torus
@@ -194,6 +194,30 @@ def test_corners_are_welded_by_the_size_of_the_part():
         surface, warnings = clean(noisy, np.arange(len(soup)).reshape(-1, 3))
         assert len(surface.vertices) == len(torus().vertices) and genus(surface) == 1
         assert len(warnings) == 1 and warnings[0].startswith("welded corners")
+
+
+def test_vertex_thrown_far_away_is_named():
+    soup = torus().vertices[torus().faces].reshape(-1, 3)
+    soup[7] = 1e12
+    with pytest.raises(InputError, match=r"at \(1e\+12, 1e\+12, 1e\+12\) belong"):
+        clean(soup, np.arange(len(soup)).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("kind", ["stl", "obj", "ply", "off", "glb"])
+def test_damaged_files_are_read_or_refused(tmp_path, kind):
+    path = written(tmp_path, kind, torus(8, 5))
+    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    for _ in range(40):
+        damaged = bytearray(whole)
+        at = rng.integers(len(whole))
+        damaged[at : at + rng.integers(20)] = rng.bytes(rng.integers(20))
+        path.write_bytes(damaged[: rng.integers(2, 4) * len(damaged) // 3])
+        try:
+            surface, _ = read_surface(path)
+        except InputError as error:
+            assert "\n" not in str(error)
+        else:
+            check_surface(surface)
 
 
 def test_touching_vertices_of_a_closed_mesh_stay_apart():
