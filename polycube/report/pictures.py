@@ -23,32 +23,38 @@ State = Mapping[str, object]
 N_MODES = 4  # drawn
 
 # picture -> what of the state it needs, and how it is made
-SCENES: dict[str, tuple[tuple[str, ...], Callable[..., Scene]]] = {
-    "input": (("surface",), scenes.input_surface),
-    "polycube": (("polycube",), scenes.polycube_faces),
-    "labels": (("surface", "labels"), scenes.labelled),
-    "hex": (("hexes",), scenes.hex_outside),
-    "cut": (("hexes",), scenes.hex_cut),
-    "worst": (("hexes",), scenes.worst_hex),
-    "spline": (("spline",), scenes.spline_boundary),
+SCENES: dict[str, tuple[tuple[str, ...], Callable[[State], Scene]]] = {
+    "input": (("surface",), lambda s: scenes.input_surface(s["surface"])),
+    "polycube": (
+        ("polycube",),
+        lambda s: scenes.polycube_faces(s["polycube"], s.get("rough_map")),
+    ),
+    "labels": (("surface", "labels"), lambda s: scenes.labelled(s["surface"], s["labels"])),
+    "hex": (("hexes",), lambda s: scenes.hex_outside(s["hexes"])),
+    "cut": (("hexes",), lambda s: scenes.hex_cut(s["hexes"])),
+    "worst": (("hexes",), lambda s: scenes.worst_hex(s["hexes"])),
+    "spline": (("spline",), lambda s: scenes.spline_boundary(s["spline"])),
 }
 
 
 def pictures(state: State) -> dict[str, bytes]:
     """PNG of everything in the state that can be shown; `mode_<number>` for elastic modes."""
-    found = {
-        name: make(*(state[key] for key in needs))
-        for name, (needs, make) in SCENES.items()
-        if all(state.get(key) is not None for key in needs)
-    }
-    if "polycube" in found:  # as the model lies, where that is known
-        found["polycube"] = scenes.polycube_faces(state["polycube"], state.get("rough_map"))
-    if state.get("spline") is not None and state.get("modes") is not None:
-        modes = state["modes"]
-        first = scenes.first_elastic(modes)
-        for number in range(first, min(first + N_MODES, len(modes.eigenvalues))):
-            found[f"mode_{number}"] = scenes.mode(state["spline"], modes, number)
+    makers = {name: make for name, (needs, make) in SCENES.items() if _has(state, needs)}
+    if _has(state, ("spline", "modes")):
+        first = scenes.first_elastic(state["modes"])
+        for n in range(first, min(first + N_MODES, len(state["modes"].eigenvalues))):
+            makers[f"mode_{n}"] = lambda s, n=n: scenes.mode(s["spline"], s["modes"], n)
+    found = {}
+    for name, make in makers.items():
+        try:
+            found[name] = make(state)
+        except Exception as error:
+            logger.warning("no picture of %s: %s", name, error)
     return draw(found)
+
+
+def _has(state: State, names: tuple[str, ...]) -> bool:
+    return all(state.get(name) is not None for name in names)
 
 
 def draw(found: Mapping[str, Scene], seconds: float = 120) -> dict[str, bytes]:

@@ -10,6 +10,7 @@ import pytest
 from polycube.report import scenes
 from polycube.report.pictures import draw, pictures
 from polycube.report.render import Layer
+from polycube.types import Modes
 
 
 def pixels(png: bytes) -> np.ndarray:
@@ -69,3 +70,13 @@ def test_a_scene_that_cannot_be_drawn_is_named(run, caplog) -> None:
         drawn = draw({"good": good, "nothing": nothing})
     assert set(drawn) == {"good"}
     assert "no picture of nothing" in caplog.text
+
+
+def test_a_state_that_makes_no_scene_costs_that_picture_only(run, caplog) -> None:
+    pytest.importorskip("pyvista")
+    spline = run["spline"]
+    other = Modes(run["modes"].eigenvalues, run["modes"].shapes[:, :-1], 1.0)  # of another spline
+    with caplog.at_level(logging.WARNING):
+        drawn = pictures({"spline": spline, "modes": other})
+    assert set(drawn) == {"spline"}
+    assert "no picture of mode_6" in caplog.text
