@@ -1,9 +1,9 @@
 """The paper's way: denoise the part in the frame of a context, and see whether it fits.
 
 With earlier candidates, the best of each structure are denoised in their own frames.  Alone, the
-contexts of the surface's genus are tried in all orientations, in one batch, and ranked by the
-residual: how far x_0 is from the polycube, and how much the faces it lands on look elsewhere than
-the surface does.
+contexts of the surface's genus are tried in all orientations, in one batch, and ranked by a
+residual: how far the part and the polycube placed on it are from each other, and how much the
+faces that points land on look elsewhere than the surface does.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from polycube.diffusion.encoding import learning_frame
 from polycube.geometry import rough_map
 from polycube.geometry.frames import frames, rotations
-from polycube.geometry.lattice import collapse, genus, lattice
+from polycube.geometry.lattice import boundary, collapse, genus, lattice
 from polycube.geometry.projection import project
 from polycube.geometry.surface import face_areas, face_normals
 from polycube.geometry.surface import genus as surface_genus
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
 
 logger = logging.getLogger(__name__)
+
+LOOK = 0.3  # cells that a face looking square to the surface counts for in the residual
 
 
 class Guess(NamedTuple):
@@ -137,11 +140,22 @@ def _candidate(
     """Candidate from (N, 3) points of the model and their way (S, N, 3) to the polycube."""
     x_0 = trajectory[-1].astype(np.float64)
     regular, axis = project(guess.polycube, x_0)
-    outward = np.concatenate([np.eye(3), -np.eye(3)])[axis % 2 * 3 + axis // 2]  # (N, 3)
-    elsewhere = 1 - (outward * (normals @ guess.rotation.T)).sum(axis=1)
-    residual = np.linalg.norm(x_0 - regular, axis=1).mean() + elsewhere.mean()
     fitted = rough_map.fit(regular, points, guess.polycube)
-    return Candidate("diffusion", guess.polycube, fitted, float(residual), guess.key, trajectory)
+    residual = _gap(guess.polycube, fitted, regular, points)
+    outward = np.concatenate([np.eye(3), -np.eye(3)])[axis % 2 * 3 + axis // 2]  # (N, 3)
+    residual += LOOK * (1 - (outward * (normals @ guess.rotation.T)).sum(axis=1).mean())
+    return Candidate("diffusion", guess.polycube, fitted, residual, guess.key, trajectory)
+
+
+def _gap(polycube: Polycube, fitted: RoughMap, regular: np.ndarray, points: np.ndarray) -> float:
+    """Mean distance from the part to the placed polycube and back, in cells."""
+    faces = boundary(polycube)
+    surface = TriMesh(faces.vertices, faces.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
+    everywhere, _ = _sample(surface, len(points), np.random.default_rng(0))
+    there = np.linalg.norm(rough_map.evaluate(fitted, regular) - points, axis=1).mean()
+    back = cKDTree(points).query(rough_map.evaluate(fitted, everywhere))[0].mean()
+    cell = np.linalg.norm(np.ptp(points, axis=0)) / np.linalg.norm(_extent(polycube))
+    return float((there + back) / cell)
 
 
 def _rotation(rough: RoughMap, polycube: Polycube) -> np.ndarray:
