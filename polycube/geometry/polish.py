@@ -23,6 +23,7 @@ logger = logging.getLogger(__name__)
 
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
 ON_SURFACE = 1e-3  # distance from the goal that costs nothing, in diagonals
+PATIENCE = 8  # rounds without a better mesh that end a phase
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +75,7 @@ def _soft(body: Body, x: np.ndarray, matching: Matching, best: State, rounds: in
     jacobian = body.scaled_jacobian(x)
     trust = np.where(body.touching(jacobian < 0.2), 0.1, 1.0)
     hold = np.ones(len(x))
+    found = rounds // 3  # round of the best
     for k, step in enumerate(np.linspace(0, 1, rounds)):
         beta, weight = 5 * 5**step, 10 * 30 ** min(1.0, 1.5 * step)
         at = _goals(body, x, matching, np.ones(len(x)))
@@ -93,14 +95,19 @@ def _soft(body: Body, x: np.ndarray, matching: Matching, best: State, rounds: in
         hold = _relaxed(hold, body.touching(jacobian < 0.15), 1.5)
         if k >= rounds // 3:
             at = _goals(body, x, matching, trust)
-            best = max(best, _snap(body, x, at, min(0.35, jacobian.min()), trust), key=_score)
+            new = _snap(body, x, at, min(0.35, jacobian.min()), trust)
+            if new.score > best.score:
+                best, found = new, k
+            elif k - found > PATIENCE:
+                break
     return best
 
 
 def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
     """Best snapped state of rounds that hold the boundary stiffly, from the best one given."""
     x, trust = best.x, best.trust
-    for step in np.linspace(0, 1, rounds):
+    found = 0  # round of the best
+    for k, step in enumerate(np.linspace(0, 1, rounds)):
         at = _goals(body, x, matching, trust)
         size = body.size(x)
         free = ~np.isin(body.outer, np.append(at.curve, at.corner))
@@ -118,13 +125,12 @@ def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
         x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 25)
         least = max(min(best.score - 0.02, 0.6), 0.02)
         new = _snap(body, x, _goals(body, x, matching, trust), least, trust)
+        if new.score > best.score:
+            best, found = new, k
+        elif k - found > PATIENCE:
+            break
         x = new.x if new.score > best.score - 0.15 else best.x
-        best = max(best, new, key=_score)
     return best
-
-
-def _score(state: State) -> float:
-    return state.score
 
 
 def _goals(body: Body, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
