@@ -1,8 +1,10 @@
-"""The hex mesh in the formats of other programs, plain text, coordinates to the last bit.
+"""The hex mesh in the formats of other programs, plain text.
+
+Coordinates are exact to the last bit, in Nastran and LS-DYNA to ten digits: their columns end.
 
 `patch` numbers the faces of the polycube: they become node sets, surfaces, physical groups or
 references, so that loads and supports can be put on them.  The order of the nodes of a
-hexahedron is VTK's in all four formats.
+hexahedron is VTK's in all formats.
 """
 
 from __future__ import annotations
@@ -63,8 +65,7 @@ class Abaqus:
         owner, side = _sides(hexes)
         parts = ["*HEADING\nhex mesh of polycube, lengths in the units of the input\n*NODE\n"]
         parts += [_numbered(hexes.vertices), f"*ELEMENT, TYPE={self.element}, ELSET=ALL\n"]
-        numbers = np.arange(1, len(hexes.hexes) + 1)[:, None]
-        parts.append(_integers(np.hstack([numbers, hexes.hexes + 1]), ", "))
+        parts.append(_integers(_count(hexes.hexes + 1), ", "))
         for cell in np.unique(hexes.cell):
             parts += [f"*ELSET, ELSET=CELL_{cell}\n", _list(np.flatnonzero(hexes.cell == cell))]
         for patch in np.unique(hexes.patch):
@@ -120,6 +121,41 @@ class Medit:
         )
 
 
+@register("export", "nastran")
+@dataclass(frozen=True)
+class Nastran:
+    """Nastran bulk data, `.bdf`: CHEXA whose property is the grid cell, from one."""
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        grid = "GRID*   %16d                %16.9E%16.9E\n*       %16.9E"
+        first, last = "CHEXA   " + 8 * "%8d", "\n+       " + 2 * "%8d"
+        return _write(
+            path.with_suffix(".bdf"),
+            "BEGIN BULK\n",
+            _text(_count(hexes.vertices), grid),
+            _text(_count(np.column_stack([hexes.cell + 1, hexes.hexes + 1])), first + last),
+            *(f"PSOLID  {cell + 1:8d}       1\n" for cell in np.unique(hexes.cell)),
+            "ENDDATA\n",
+        )
+
+
+@register("export", "lsdyna")
+@dataclass(frozen=True)
+class LsDyna:
+    """LS-DYNA keywords, `.k`: part is the grid cell, segment set the patch, both from one."""
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        elements = _count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
+        parts = ["*KEYWORD\n*NODE\n", _text(_count(hexes.vertices), "%8d" + 3 * "%16.9E")]
+        parts += ["*ELEMENT_SOLID\n", _text(elements, 10 * "%8d")]
+        for patch in np.unique(hexes.patch):
+            parts.append(f"*SET_SEGMENT\n{patch + 1:10d}\n")
+            parts.append(_text(hexes.quads[hexes.patch == patch] + 1, 4 * "%10d"))
+        return _write(path.with_suffix(".k"), *parts, "*END\n")
+
+
 def _sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     """The hex of each boundary quad (Q,), and which of its faces it is (Q,)."""
     faces = mesh.hexes[:, FACES].reshape(-1, 4)
@@ -137,8 +173,13 @@ def _elements(kind: int, group: np.ndarray, nodes: np.ndarray, first: int) -> np
     return np.column_stack([tags, group + 1, group + 1, nodes + 1])
 
 
+def _count(rows: np.ndarray) -> np.ndarray:
+    """Rows with their number, from one, in front."""
+    return np.column_stack([np.arange(1, len(rows) + 1), rows])
+
+
 def _floats(values: np.ndarray) -> str:
-    return _text(values, "%.17g", " ")
+    return _text(values, "%.17g")
 
 
 def _integers(values: np.ndarray, between: str = " ") -> str:
@@ -146,11 +187,10 @@ def _integers(values: np.ndarray, between: str = " ") -> str:
 
 
 def _numbered(points: np.ndarray, between: str = ", ") -> str:
-    numbers = np.arange(1, len(points) + 1)
-    return _text(np.column_stack([numbers, points]), ["%d"] + 3 * ["%.17g"], between)
+    return _text(_count(points), ["%d"] + 3 * ["%.17g"], between)
 
 
-def _text(values: np.ndarray, form: str | list[str], between: str) -> str:
+def _text(values: np.ndarray, form: str | list[str], between: str = " ") -> str:
     text = StringIO()
     np.savetxt(text, values, form, between)
     return text.getvalue()

@@ -41,7 +41,7 @@ KINDS = {
     "spline": Kind("volumetric spline on the hexes", ("hexes",), "spline"),
     "analysis": Kind("solve on the spline", ("spline",), "modes"),
     # what comes out
-    "export": Kind("write the hex mesh in a solver's format: (hexes, path) -> None"),
+    "export": Kind("write the hex mesh in a solver's format: (hexes, path) -> the file"),
 }
 
 

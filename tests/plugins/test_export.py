@@ -1,6 +1,7 @@
 """Each format is read back by a reader that is not ours: points, node order, groups."""
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -111,3 +112,34 @@ def test_no_line_of_an_abaqus_set_is_too_long(mesh: HexMesh, tmp_path: Path) -> 
 def test_an_element_that_is_no_hexahedron_is_refused() -> None:
     with pytest.raises(ValueError, match="C3D8 or a variant of it; got 'C3D4'"):
         build("export", {"plugin": "abaqus", "element": "C3D4"})
+
+
+def test_nastran_to_ten_digits(mesh: HexMesh, tmp_path: Path) -> None:
+    found = read(build("export", {"plugin": "nastran"})(mesh, tmp_path / "hex"))
+    np.testing.assert_allclose(found.points, mesh.vertices, rtol=1e-9)
+    np.testing.assert_array_equal(found.cells_dict["hexahedron"], mesh.hexes)
+    np.testing.assert_array_equal(found.cell_data["nastran:ref"][0], mesh.cell + 1)
+
+
+def test_lsdyna_columns(mesh: HexMesh, tmp_path: Path) -> None:
+    """Read by the widths of the manual: 8 for numbers, 16 for coordinates, 10 in a set."""
+    text = build("export", {"plugin": "lsdyna"})(mesh, tmp_path / "hex").read_text()
+    blocks = re.split(r"^\*(\w+)\n", text, flags=re.MULTILINE)
+    found = list(zip(blocks[1::2], blocks[2::2], strict=True))
+
+    def columns(block: str, *widths: int) -> np.ndarray:
+        ends = np.cumsum((0, *widths))
+        return np.array(
+            [[float(line[a:b]) for a, b in pairwise(ends)] for line in block.splitlines()]
+        )
+
+    nodes = columns(dict(found)["NODE"], 8, 16, 16, 16)
+    np.testing.assert_allclose(nodes[:, 1:], mesh.vertices, rtol=1e-9)
+    elements = columns(dict(found)["ELEMENT_SOLID"], *10 * [8])
+    np.testing.assert_array_equal(elements[:, 2:], mesh.hexes + 1)
+    np.testing.assert_array_equal(elements[:, 1], mesh.cell + 1)
+    sets = [block.split("\n", 1) for name, block in found if name == "SET_SEGMENT"]
+    assert [int(number) for number, _ in sets] == [1, 2, 3, 4, 5, 6]
+    quads = columns(sets[3][1], *4 * [10])
+    np.testing.assert_array_equal(quads, mesh.quads[mesh.patch == 3] + 1)
+    assert text.startswith("*KEYWORD\n") and text.endswith("*END\n")
