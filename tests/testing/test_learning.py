@@ -1,0 +1,160 @@
+"""Every broken promise of the learning half is noticed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from polycube.testing import check
+from tests.testing.broken import broken, says, voxels
+
+
+@pytest.mark.parametrize(
+    ("alpha_bar", "message"),
+    [
+        ([1.0, 0.5], "numpy array; got list"),
+        (np.ones((2, 2)), r"shape \(any\); got \(2, 2\)"),
+        (np.array([1.0, np.nan]), "finite"),
+        (np.array([1.0]), "T . 1 >= 2 entries; got 1"),
+        (np.array([0.9, 0.5]), "starts at 1; got 0.9"),
+        (np.array([1.0, 0.5, 0.0]), "stays above 0"),
+        (np.array([1.0, 0.5, 0.5]), r"falls at every step; got no fall at \[1\]"),
+    ],
+)
+def test_schedule(alpha_bar, message: str) -> None:
+    says("schedule", lambda: alpha_bar, message)
+
+
+def test_schedule_has_as_many_entries_as_steps() -> None:
+    @dataclass(frozen=True)
+    class Short:
+        steps: int = 5
+
+        def __call__(self) -> np.ndarray:
+            return np.array([1.0, 0.5])
+
+    with pytest.raises(AssertionError, match=r"steps \+ 1 entries; got 2"):
+        check("schedule", Short())
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        (np.ones((3, 3), bool), "shape"),
+        (np.ones((3, 3, 3)), "bool; got float64"),
+        (np.zeros((3, 3, 3), bool), "one solid"),
+        (voxels(*[(1, j, k) for j in range(3) for k in range(3)]), "one solid"),
+        (voxels((1, 1, 1)), "no voids"),
+        (voxels(*[(i, j, k) for k in range(3) for i, j in ((0, 0), (1, 1))]), "manifold"),
+    ],
+)
+def test_primitive(shape: np.ndarray, message: str) -> None:
+    says("primitive", lambda: shape, message)
+
+
+def test_primitive_that_changes() -> None:
+    shapes = iter([voxels(), voxels((0, 0, 0))])
+    says("primitive", lambda: next(shapes), "the same every time")
+
+
+def test_model() -> None:
+    torch = pytest.importorskip("torch")
+
+    class Network(torch.nn.Module):
+        def __init__(self, channels: int, context_length: int) -> None:
+            super().__init__()
+            self.mix = torch.nn.Conv2d(channels, 3, 1)
+            self.bend = torch.nn.Linear(context_length, 3)
+
+        def forward(self, x, t, context):
+            side = self.bend(context) + t[:, None]
+            return self.mix(x) + side[..., None, None]
+
+    class Wide(Network):
+        def forward(self, x, t, context):
+            return super().forward(x, t, context)[:, :2]
+
+    class Infinite(Network):
+        def forward(self, x, t, context):
+            return super().forward(x, t, context) / 0
+
+    class Idle(Network):
+        def forward(self, x, t, context):
+            return self.mix(x) + t[:, None, None, None]
+
+    class Blind(Network):
+        def forward(self, x, t, context):
+            seen = super().forward(torch.zeros_like(x), t, context)
+            return seen + 0 * x[:, :3]
+
+    class Random(Network):
+        def forward(self, x, t, context):
+            return super().forward(x, t, context) + torch.rand(())
+
+    class Timeless(Network):
+        def forward(self, x, t, context):
+            return super().forward(x, 0 * t, context)
+
+    def plugin(network: type) -> object:
+        return broken(lambda channels, context_length, image: network(channels, context_length))
+
+    check("model", plugin(Network))
+    for network, message in [
+        (Wide, r"shape \(4, 3, 32, 32\); got \(4, 2, 32, 32\)"),
+        (Infinite, "output is finite"),
+        (Idle, "every parameter; got none at bend.weight"),
+        (Blind, "depends on the image"),
+        (Random, "same input gives the same output"),
+        (Timeless, "depends on t"),
+    ]:
+        with pytest.raises(AssertionError, match=message):
+            check("model", plugin(network))
+
+
+def test_sampler() -> None:
+    torch = pytest.importorskip("torch")
+
+    def jump(predict, x_T, process, generator):
+        x_0 = predict(x_T, process.steps)
+        return x_0, torch.stack([x_T, x_0])
+
+    check("sampler", broken(jump))
+    says("sampler", lambda p, x, *_: (x[:1], torch.stack([x, x])), r"x_0 has shape")
+    says("sampler", lambda p, x, *_: (x, x), "states have shape")
+    says("sampler", lambda p, x, *_: (p(x, 1), torch.stack([p(x, 1)] * 2)), "first state is x_T")
+    says("sampler", lambda p, x, *_: (p(x, 1), torch.stack([x, x])), "last state is x_0")
+    says("sampler", lambda p, x, *_: (x, torch.stack([x, x])), "predicts x_0 exactly")
+
+    def careless(predict, x_T, process, generator):
+        x_0 = predict(x_T, 1) + 1e-9 * torch.rand(x_T.shape)
+        return x_0, torch.stack([x_T, x_0])
+
+    says("sampler", careless, "same generator")
+
+
+@dataclass(frozen=True)
+class Pair:
+    geometry: np.ndarray
+    polycube: np.ndarray
+    context: tuple
+
+
+def test_data() -> None:
+    def stream(polycube=(8, 3), context=("cube", None), seeded=True, lucky=False):
+        def start(grid, primitives, seed):
+            state = np.random.default_rng(seed)
+
+            def pair(index: int) -> Pair:
+                rng = state if lucky else np.random.default_rng([seed * seeded, index])
+                return Pair(rng.normal(size=(8, 3)), np.zeros(polycube), context)
+
+            return pair
+
+        return start
+
+    check("data", broken(stream()))
+    says("data", stream(polycube=(7, 3)), r"polycube has shape \(8, 3\); got \(7, 3\)")
+    says("data", stream(context=("cube",)), "names every cell")
+    says("data", stream(context=("cube", "ball")), "known primitives")
+    says("data", stream(seeded=False), "another seed")
+    says("data", stream(lucky=True), "depends on i and seed")

@@ -1,0 +1,212 @@
+"""Every broken promise of a stage is noticed."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polycube.errors import InputError
+from polycube.geometry.lattice import boundary, lattice
+from polycube.registry import build
+from polycube.testing import check
+from polycube.testing.solids import PLACE, SIDES, solid
+from polycube.types import Labels
+from tests.testing.broken import broken, says, voxels
+
+
+def test_structure() -> None:
+    def proposes(change: Callable) -> Callable:
+        return lambda surface, candidates: [change(solid().candidate)]
+
+    hole = solid("hole_z").candidate.polycube
+    says("structure", proposes(lambda c: replace(c, polycube=hole)), "genus 0; got 1")
+    says("structure", proposes(lambda c: replace(c, key="")), "has a key")
+    says("structure", proposes(lambda c: replace(c, cost=np.inf)), "cost is finite")
+
+    def mirrored(c):
+        return replace(c, rough_map=replace(c.rough_map, positions=-c.rough_map.positions))
+
+    says("structure", proposes(mirrored), "keeps orientation")
+    says("structure", lambda surface, candidates: [], "something is proposed")
+
+    def refuses(surface, candidates):
+        raise InputError("never")
+
+    says("structure", refuses, "something is proposed")
+
+
+def test_structure_of_touching_edges() -> None:
+    pits = voxels((0, 0, 0), (0, 0, 1), (1, 1, 1), (1, 1, 2))  # they meet along an edge
+    touching = lattice((1, 1, 1), ("it",), {"it": pits})
+    candidate = replace(solid().candidate, polycube=touching)
+    says("structure", lambda surface, candidates: [candidate], "manifold boundary")
+
+
+def test_regularize() -> None:
+    def snapped(candidate, points):
+        middle = points - 0.5
+        return 0.5 + middle / np.abs(middle).max(1, keepdims=True) / 2
+
+    check("regularize", broken(snapped))
+    says("regularize", lambda c, p: p[:10], r"shape \(500, 3\)")
+    says("regularize", lambda c, p: p, "lie on the polycube")
+    says("regularize", lambda c, p: 1 - snapped(c, p), "stay where they belong")
+
+
+def test_segment() -> None:
+    own = build("meshing/segment", {"plugin": "nearest"})
+
+    def changed(change: Callable) -> Callable:
+        return lambda *given: change(own(*given))
+
+    says("meshing/segment", changed(lambda found: found.axis), "Labels; got ndarray")
+    says(
+        "meshing/segment",
+        changed(lambda found: Labels(found.axis[1:], found.patch[1:])),
+        "faces have a label",
+    )
+    says("meshing/segment", changed(lambda f: Labels(f.axis, f.patch + 99)), "polycube face")
+
+    def first(surface, polycube, parametrization):
+        faces, n = boundary(polycube), len(surface.faces)
+        return Labels(np.full(n, faces.axis[0]), np.full(n, faces.patch[0]))
+
+    says("meshing/segment", first, "axis of its normal")
+
+
+def subdivides(change: Callable) -> Callable:
+    def plugin(surface, polycube, rough_map):
+        name = "cube" if polycube.occupancy.size == 1 else "hole_z"
+        return change(solid(name).hexes)
+
+    return plugin
+
+
+def test_subdivide() -> None:
+    check("meshing/subdivide", broken(subdivides(lambda h: h)))
+    says("meshing/subdivide", subdivides(lambda h: h.vertices), "HexMesh; got ndarray")
+    says("meshing/subdivide", lambda *_: solid("hole_z").hexes, "genus 0; got 1")
+    noise = iter(np.linspace(0, 1, 9))
+    says(
+        "meshing/subdivide",
+        subdivides(lambda h: replace(h, vertices=h.vertices + next(noise))),
+        "equal input gives equal hexes",
+    )
+    says("meshing/subdivide", subdivides(lambda h: replace(h, cell=h.cell + 1)), "grid cell")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda h: replace(h, hexes=h.hexes[1:], cell=h.cell[1:]),
+            "meet in whole faces; got: quads are not",
+        ),
+        (lambda h: replace(h, hexes=h.hexes[:, [4, 5, 6, 7, 0, 1, 2, 3]]), "no hex is inverted"),
+        (lambda h: replace(h, vertices=h.vertices / 25.4), "keeps units and placement"),
+        (lambda h: replace(h, vertices=h.vertices - PLACE), "keeps units and placement"),
+        (lambda h: replace(h, vertices=PLACE + 1.1 * (h.vertices - PLACE)), "keeps units"),
+        (lambda h: replace(h, patch=h.patch + 50), "patches are those of the polycube"),
+        (lambda h: replace(h, vertices=np.where(SIDES < 0, 0, np.nan) + h.vertices), "finite"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["meshing/subdivide", "meshing/pillow"])
+def test_hexes(kind: str, change: Callable, message: str) -> None:
+    plugin = subdivides(change) if kind.endswith("subdivide") else lambda s, h: change(h)
+    says(kind, plugin, message)
+
+
+def test_smooth_must_come_to_the_surface_and_keep_the_hexes() -> None:
+    says("meshing/smooth", lambda surface, hexes: hexes, "keeps units and placement")
+
+    def finer(surface, hexes):
+        return solid("hole_z" if len(hexes.quads) > 200 else "cube", 12.0).hexes
+
+    says("meshing/smooth", finer, "genus|leaves the hexes")
+
+
+def test_optimize_must_not_spoil_a_good_mesh() -> None:
+    def shaken(surface, hexes):
+        move = np.random.default_rng(0).uniform(-3.3, 3.3, hexes.vertices.shape)
+        move[hexes.quads] = 0
+        return replace(hexes, vertices=hexes.vertices + move)
+
+    says("meshing/optimize", shaken, "stays good")
+    check("meshing/optimize", broken(lambda surface, hexes: hexes))
+
+
+def test_spline() -> None:
+    own = build("spline", {"plugin": "h2s"})
+
+    def changed(**changes: Callable) -> Callable:
+        def plugin(hexes):
+            spline = own(hexes)
+            return replace(spline, **{k: change(spline) for k, change in changes.items()})
+
+        return plugin
+
+    says("spline", lambda hexes: hexes, "Spline; got HexMesh")
+    says("spline", changed(extraction=lambda s: 0.9 * s.extraction), "partition of unity")
+    says("spline", changed(control=lambda s: s.control[1:]), "the extraction is")
+    says("spline", changed(nodes=lambda s: s.nodes + 10**7), "nodes number")
+    says("spline", changed(element_hex=lambda s: 0 * s.element_hex), "every hex has an element")
+    says("spline", changed(control=lambda s: s.control / 2), "sides of the mesh")
+    says("spline", changed(nodes=lambda s: s.nodes[:, ::-1]), "right-handed")
+
+
+def test_analysis() -> None:
+    own = build("analysis", {"plugin": "modal", "modes": 8})
+
+    def changed(**changes: Callable) -> Callable:
+        def plugin(spline):
+            modes = own(spline)
+            return replace(modes, **{k: change(modes) for k, change in changes.items()})
+
+        return plugin
+
+    says("analysis", lambda spline: 0, "Modes; got int")
+    says("analysis", changed(shapes=lambda m: m.shapes[:, 1:]), "shapes has shape|shapes have")
+    says("analysis", changed(eigenvalues=lambda m: m.eigenvalues[::-1]), "ascend")
+    says("analysis", changed(mass=lambda m: -1.0), "mass is positive")
+    says(
+        "analysis",
+        changed(eigenvalues=lambda m: m.eigenvalues[:6], shapes=lambda m: m.shapes[:6]),
+        "modes beyond the six rigid ones",
+    )
+    says("analysis", changed(eigenvalues=lambda m: m.eigenvalues + 1e12), "six rigid motions")
+
+
+def test_export() -> None:
+    own = build("export", {"plugin": "medit"})
+
+    def other_order(hexes, path: Path) -> Path:
+        return own(replace(hexes, hexes=hexes.hexes[:, [0, 3, 2, 1, 4, 7, 6, 5]]), path)
+
+    def metres(hexes, path: Path) -> Path:
+        return own(replace(hexes, vertices=hexes.vertices / 1000), path)
+
+    def elsewhere(hexes, path: Path) -> Path:
+        (path.parent / "sub").mkdir(exist_ok=True)
+        return own(hexes, path.parent / "sub" / "hex")
+
+    def litter(hexes, path: Path) -> Path:
+        (path.parent / "log.txt").write_text("")
+        return own(hexes, path)
+
+    count = iter(range(9))
+
+    def dated(hexes, path: Path) -> Path:
+        path = path.with_suffix(".dated")
+        path.write_text(str(next(count)))
+        return path
+
+    says("export", lambda hexes, path: path, "the path written is returned")
+    says("export", elsewhere, "lies in the folder asked for")
+    says("export", lambda hexes, path: own(hexes, path.with_name("x")), "name is kept")
+    says("export", litter, "nothing else is left")
+    says("export", dated, "equal input, equal bytes")
+    pytest.importorskip("meshio")
+    says("export", metres, "points come back")
+    says("export", other_order, "VTK's order of nodes")
