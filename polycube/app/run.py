@@ -55,7 +55,7 @@ class Run:
             path = str(self.cfg["mesh"])
             surface, warnings = self.clock.run("read", lambda: read_surface(path))
         for warning in warnings:
-            logger.warning("%s", warning)
+            logger.warning("warning: %s", warning)
         self.state |= {"surface": surface, "path": path, "warnings": list(warnings)}
 
     def structure(self) -> None:
