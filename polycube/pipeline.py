@@ -71,10 +71,12 @@ def run_portfolio(
     state: State,
     clock: Clock,
     score: Callable[[State], float],
+    enough: float = float("inf"),
 ) -> tuple[State, list[object]]:
     """Run the stages once per variant, from the first stage the variants change; keep the best.
 
     portfolio : options to replace, by stage; an empty one means the stages as they are.
+    enough : score that ends the search
     Returns the best final state and the results of the stages on the way to it.
     """
     changed = {kind for variant in portfolio for kind in variant}
@@ -90,6 +92,8 @@ def run_portfolio(
         logger.info("variant %s: score %.3f", dict(variant), value)
         if best is None or value > best[0]:
             best = (value, end, path)
+        if value >= enough:
+            break
     return best[1], best[2]
 
 

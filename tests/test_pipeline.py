@@ -64,6 +64,18 @@ def test_portfolio_keeps_the_best_and_runs_equal_work_once():
     assert state["hexes"].vertices.max() == 1
 
 
+def test_portfolio_ends_with_what_is_good_enough():
+    CALLS.clear()
+    stages = [Stage("meshing/optimize", Scale(3.0))]
+    portfolio = [{"meshing/optimize": {"factor": f}} for f in (3.0, 5.0, 9.0)]
+    state = {"surface": None, "hexes": cube()}
+    end, _ = run_portfolio(
+        stages, portfolio, state, Clock(), lambda s: s["hexes"].vertices.max(), enough=5.0
+    )
+    assert end["hexes"].vertices.max() == 5
+    assert CALLS == [3.0, 5.0]
+
+
 def test_a_stage_that_breaks_is_named():
     def broken() -> None:
         raise ZeroDivisionError("by zero")

@@ -12,7 +12,7 @@ from pathlib import Path
 from polycube.errors import InputError, MeshingError
 from polycube.geometry import surface as topology
 from polycube.geometry.parametrization import pull_back
-from polycube.geometry.quality import accept, scaled_jacobian, score
+from polycube.geometry.quality import BEST_SCORE, accept, scaled_jacobian, score
 from polycube.io.read import read_surface
 from polycube.kinds import KINDS, check_chain
 from polycube.pipeline import (
@@ -43,6 +43,11 @@ class Run:
         self.folder: Path | None = None  # set when the input is known to be good
         self.meshing = _meshing_stages(cfg["meshing"])
         self.solving = build_stages([k for k in ("spline", "analysis") if k in cfg["order"]], cfg)
+        self.regularize = build("regularize", cfg["regularize"])
+        self.exports = [
+            build("export", {"plugin": config} if isinstance(config, str) else config)
+            for config in cfg["export"]
+        ]
         self.names = ["read", "structure", *(s.kind for s in self.meshing + self.solving)]
         if cfg["resume"] and cfg["from"] not in self.names:
             raise InputError(f"from={cfg['from']} is no stage; have {', '.join(self.names)}")
@@ -116,9 +121,8 @@ class Run:
         denoised = [r.candidate for r in self.state["ranked"] if r.candidate.trajectory is not None]
         same = [c for c in denoised if c.key == chosen.key] or denoised
         if same:
-            regularize = build("regularize", self.cfg["regularize"])
             points = self.clock.run(
-                "regularize", lambda: regularize(same[0], same[0].trajectory[-1])
+                "regularize", lambda: self.regularize(same[0], same[0].trajectory[-1])
             )
             self.state |= {"trajectory": same[0].trajectory, "points": points}
 
@@ -186,6 +190,7 @@ class Run:
                 self.state,
                 self.clock,
                 lambda end: score(end["hexes"], surface),
+                BEST_SCORE,
             )
             value = score(end["hexes"], surface)
             if best is None or value > best[0]:

@@ -24,6 +24,9 @@ logger = logging.getLogger(__name__)
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
 ON_SURFACE = 1e-3  # distance from the goal that costs nothing, in diagonals
 PATIENCE = 8  # rounds without a better mesh that end a phase
+PASSES = 3  # of both phases, while the score is not good and a pass still gains
+GOOD = 0.6
+GAIN = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +63,13 @@ def polish(
     x = target.to_unit(mesh.vertices)
     matching = match(body, x) if features else no_features()
     best = _state(body, x, _goals(body, x, matching, np.ones(len(x))), np.ones(len(x)))
-    best = _soft(body, x, matching, best, soft_rounds)
-    best = _hard(body, matching, best, hard_rounds)
+    for _ in range(PASSES):
+        before = best
+        best = _soft(body, x, matching, best, soft_rounds)
+        best = _hard(body, matching, best, hard_rounds)
+        if best.score > GOOD or best.score < before.score + GAIN:
+            break
+        x = best.x
     logger.info(
         "polish: least scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
         best.jacobian,

@@ -15,6 +15,8 @@ from polycube.geometry import surface as surfaces
 from polycube.geometry.target import target
 from polycube.types import HexMesh, TriMesh
 
+BEST_SCORE = 0.6  # no mesh has more
+
 _GRID = np.array([1, 3, 5]) / 6
 # shares of the corners of a quad: 9 points inside, then the corners
 SHARES = np.concatenate(
@@ -121,7 +123,7 @@ def score(mesh: HexMesh, surface: TriMesh) -> float:
     q = quality(mesh, surface)
     miss = max(q.deviation.to_surface.p99, q.deviation.to_mesh.p99)
     return (
-        min(q.scaled_jacobian, 0.6)
+        min(q.scaled_jacobian, BEST_SCORE)
         - 20 * max(0, q.deviation.vertices - 0.001)
         - 5 * max(0, miss - 0.01)
         - 4 * max(0, abs(q.volume_ratio - 1) - 0.03)
