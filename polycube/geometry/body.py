@@ -33,9 +33,9 @@ class Body:
         self._side_mean = diags(1 / np.maximum(degree, 1)) @ sides  # (V, E)
         self._alike = _alike(mesh.hexes)
         points, normals = target.samples(samples)
-        vertices = target.surface.vertices[: 2 * samples]
-        self.points = np.concatenate([points, vertices])
-        self.point_normals = np.concatenate([normals, target.vertex_normals[: len(vertices)]])
+        some = slice(None, None, 1 + len(target.surface.vertices) // (2 * samples))
+        self.points = np.concatenate([points, target.surface.vertices[some]])
+        self.point_normals = np.concatenate([normals, target.vertex_normals[some]])
         self._face = np.zeros(len(self.outer), np.int64)
         self._triangle = np.zeros(len(self.points), np.int64)
 
