@@ -40,14 +40,14 @@ def infer(cfg: Mapping[str, object]) -> dict[str, object]:
         log_to(folder / "run.log")
         run.keep_input(folder)
         try:
+            run.denoise()
             if "meshing" in cfg["order"]:
                 run.mesh()
                 run.solve()
-            run.denoise()
         except MeshingError as error:
             run.state["failure"] = str(error)
         report = summarize(run.state, run.clock.seconds, cfg)
-        write_results(folder, run.state, report, cfg)
+        write_results(folder, run.state, report, run.exports, cfg)
         _say(report, folder)
         return report
 

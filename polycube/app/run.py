@@ -44,10 +44,7 @@ class Run:
         self.meshing = _meshing_stages(cfg["meshing"])
         self.solving = build_stages([k for k in ("spline", "analysis") if k in cfg["order"]], cfg)
         self.regularize = build("regularize", cfg["regularize"])
-        self.exports = [
-            build("export", {"plugin": config} if isinstance(config, str) else config)
-            for config in cfg["export"]
-        ]
+        self.exports = [build("export", config) for config in cfg.get("export", {}).values()]
         self.names = ["read", "structure", *(s.kind for s in self.meshing + self.solving)]
         if cfg["resume"] and cfg["from"] not in self.names:
             raise InputError(f"from={cfg['from']} is no stage; have {', '.join(self.names)}")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +17,7 @@ from polycube import __version__
 from polycube.geometry import lattice, quality
 from polycube.geometry import surface as topology
 from polycube.io.atomic import whole
-from polycube.registry import build
-from polycube.types import Candidate
+from polycube.types import Candidate, HexMesh
 
 logger = logging.getLogger(__name__)
 
@@ -145,9 +144,13 @@ def _modes(state: State) -> dict[str, object]:
 
 
 def write_results(
-    folder: Path, state: State, report: Mapping[str, object], cfg: Mapping[str, object]
+    folder: Path,
+    state: State,
+    report: Mapping[str, object],
+    exports: Sequence[Callable[[HexMesh, Path], Path]],
+    cfg: Mapping[str, object],
 ) -> None:
-    """Write every file of the run; `report.json` comes last, so where it lies all lies."""
+    """Write every file of the run; where `report.json` lies, all but the page lie too."""
     from polycube.io import vtk
 
     vtk.write_polycube_vtu(folder / "polycube.vtu", state["polycube"])
@@ -155,19 +158,19 @@ def write_results(
         vtk.write_labels_vtp(folder / "labels.vtp", state["surface"], state["labels"])
     if "hexes" in state:
         vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], state["polycube"].context)
-        for name in cfg["export"]:
-            build("export", {"plugin": name})(state["hexes"], folder / "hex")
+        for export in exports:
+            export(state["hexes"], folder / "hex")
     if "spline" in state:
         _write_spline(folder, state)
     if "trajectory" in state:
         with whole(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
             np.savez_compressed(file, states=state["trajectory"], regular=state["points"])
+    _write_json(folder / "config.json", cfg)
+    _write_json(folder / "report.json", report)
     if "report" in cfg["order"]:
         from polycube.report.html import write_report
 
         write_report(folder, state, {**report, "config": cfg})
-    _write_json(folder / "report.json", report)
-    _write_json(folder / "config.json", cfg)
 
 
 def _write_spline(folder: Path, state: State) -> None:

@@ -34,7 +34,9 @@ def tree(folder: Path) -> set[str]:
 @pytest.fixture(scope="module")
 def rod(tmp_path_factory) -> tuple[dict, Path]:
     folder = tmp_path_factory.mktemp("rod")
-    return run("mesh=example:rod", f"output_dir={folder}", "analysis.modes=10", *FAST), folder
+    return run(
+        "mesh=example:rod", f"output_dir={folder}", "analysis.modes=10", "export=[vtk]", *FAST
+    ), folder
 
 
 def test_one_part_all_the_way(rod):
@@ -46,7 +48,7 @@ def test_one_part_all_the_way(rod):
     assert report["spline"]["min_detj"] > 0
     assert report == json.loads((folder / "report.json").read_text())
     files = {"polycube.vtu", "labels.vtp", "hex.vtu", "spline.bext", "spline.vtu", "modes.vtu"}
-    files |= {"modes.csv", "report.html", "report.json", "config.json", "run.log"}
+    files |= {"modes.csv", "report.html", "report.json", "config.json", "run.log", "hex.vtk"}
     assert files <= tree(folder)
     assert not [name for name in tree(folder) if name.endswith((".tmp", ".partial"))]
 
@@ -112,6 +114,7 @@ def test_context_overrules(tmp_path):
         (["mesh=example:rod", "context=[cube,cube]"], "genus"),
         (["mesh=example:rod", "context=[cube,cone]"], "cone"),
         (["mesh=example:rod", "spline.plugin=nurbs"], "h2s"),
+        (["mesh=example:rod", "export=[abaqus]", "export.abaqus.element=C4"], "C3D8"),
         (["mesh=example:rod", "meshing.order=[meshing/smooth]"], "needs hexes"),
         (["mesh=example:rod", "resume=nowhere", "from=spline"], "holds no result"),
         ([], "mesh=part.stl"),
