@@ -1,4 +1,4 @@
-"""From a closed surface to polycube, hex mesh, spline, modes and report: `infer.py mesh=part.stl`."""
+"""From a closed surface to hex mesh, spline, modes and report: `infer.py mesh=part.stl`."""
 
 from polycube.app import infer_command
 
