@@ -48,7 +48,7 @@ class Ddpm:
 class Ddim:
     """A few deterministic steps: the same noise, less of it (the mean, where DDPM draws)."""
 
-    steps: int = 20
+    steps: int = 4
 
     def __post_init__(self) -> None:
         if self.steps < 1:

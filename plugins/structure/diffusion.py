@@ -52,7 +52,7 @@ class Diffusion:
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
     weights: str | None = None  # safetensors file or its folder; None: the shipped ones
-    sampler: Mapping[str, object] = field(default_factory=lambda: {"plugin": "ddim", "steps": 10})
+    sampler: Mapping[str, object] = field(default_factory=lambda: {"plugin": "ddim", "steps": 1})
     samples: int = 4  # earlier candidates denoised at most
     kept: int = 12  # candidates returned at most when nothing was proposed before
     tried: int = 48  # contexts and orientations tried at most when nothing was proposed before
