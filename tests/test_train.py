@@ -2,6 +2,7 @@
 
 import json
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -153,3 +154,16 @@ def test_an_unknown_choice_is_refused_with_those_that_exist(
 def test_missing_checkpoint_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no checkpoint at"):
         train(config("ckpt=nothing.ckpt"), tmp_path)
+
+
+def test_training_imports_no_meshing_libraries() -> None:
+    """It runs on a machine without a display, open3d, VTK or igl."""
+    code = (
+        "import sys, polycube.app.train; from polycube.registry import names; names('model');"
+        "print(sorted({'open3d', 'vtkmodules', 'pyvista', 'igl', 'trimesh'}"
+        " & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=HOME, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"

@@ -60,10 +60,10 @@ def load_denoiser(build: Build, path: str | Path | None = None) -> Denoiser:
     for needed in (path, path.with_suffix(".yaml")):
         if not needed.is_file():
             raise InputError(f"no weights at {needed}; train.py writes them")
-    denoiser = make_denoiser(yaml.safe_load(path.with_suffix(".yaml").read_text()), build)
     try:
+        denoiser = make_denoiser(yaml.safe_load(path.with_suffix(".yaml").read_text()), build)
         denoiser.load_state_dict(load_file(path))
-    except Exception as error:  # safetensors and torch have an exception class for each way to fail
+    except Exception as error:  # each library has its own exception for each way to be wrong
         reason = str(error).splitlines()[0]
         raise InputError(f"{path} does not hold the network of its YAML: {reason}") from error
     return denoiser.eval()

@@ -48,6 +48,12 @@ def test_files_that_are_not_there_or_do_not_fit_are_refused(
     path.with_suffix(".yaml").write_text(yaml.safe_dump(other))
     with pytest.raises(InputError, match="does not hold the network of its YAML"):
         load_denoiser(build, path)
+    path.with_suffix(".yaml").write_text(
+        yaml.safe_dump(config | {"model": {"plugin": "elsewhere"}})
+    )
+    with pytest.raises(InputError, match="no model plugin named 'elsewhere'"):
+        load_denoiser(build, path)
+    path.with_suffix(".yaml").write_text(yaml.safe_dump(config))
     path.write_bytes(b"no tensors")
     with pytest.raises(InputError, match="does not hold the network of its YAML"):
         load_denoiser(build, path)
