@@ -22,6 +22,12 @@ def test_volume_of_a_ball_converges_with_the_square_of_the_cell():
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2, abs=0.3)
 
 
+def test_sharp_edges_are_kept():
+    box = implicit.box((0.03, 0.02, 0.01), (1.0, 0.83, 0.71))
+    found = volume(contour(box, -REACH, REACH, 0.2)) / (8 * 0.83 * 0.71)
+    assert found == pytest.approx(1, abs=0.01)  # 0.045 off with edges cut by the grid
+
+
 @pytest.mark.parametrize("axis", range(3))
 def test_torus_has_a_handle_and_its_vertices_lie_on_it(axis):
     field = implicit.torus((0, 0, 0), axis, 1.0, 0.3)
