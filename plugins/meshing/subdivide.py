@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from polycube.geometry.cascade import cascade
 from polycube.geometry.surface import diagonal
-from polycube.geometry.template import template
+from polycube.geometry.target import target
+from polycube.geometry.template import counts, mesh
 from polycube.registry import register
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 
@@ -13,14 +15,27 @@ from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 @register("meshing/subdivide", "template")
 @dataclass(frozen=True)
 class Template:
-    """Cut every interval of the polycube's lattice into equal parts about `size` long."""
+    """Cut every interval of the polycube's lattice into equal parts about `size` long.
+
+    Fine hexes are placed by a cascade of coarser ones that were registered first.
+    """
 
     size: float = 0.05
+    finer: float = 1.0
+    coarse: float = 0.05
     least: int = 2
-    most: int = 20
+    most: int = 40
     across: int = 4
 
     def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
         """Conforming hexes, still off the surface; `patch` names the polycube's faces."""
-        size = self.size * diagonal(surface)
-        return template(polycube, rough_map, size, self.least, self.most, self.across)
+        size = self.size / self.finer * diagonal(surface)
+        parts = counts(polycube, rough_map, size, self.least, self.most, self.across)
+        coarse = self.coarse * diagonal(surface)
+        placed = cascade(polycube, rough_map, target(surface), size, coarse)
+        return mesh(polycube, placed, parts)
+
+    def __post_init__(self) -> None:
+        for name in ("size", "finer", "coarse"):
+            if getattr(self, name) <= 0:
+                raise ValueError(f"{name} must be positive; got {getattr(self, name)}")

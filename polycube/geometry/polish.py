@@ -16,6 +16,7 @@ import numpy as np
 from polycube.geometry.body import Body
 from polycube.geometry.energy import Terms, pull
 from polycube.geometry.features import Goals, Matching, goals, match, no_features
+from polycube.geometry.quality import INVALID
 from polycube.geometry.target import Target
 from polycube.types import HexMesh
 
@@ -41,7 +42,8 @@ class State:
     @property
     def score(self) -> float:
         """Larger is better."""
-        return self.jacobian - 20 * max(0.0, self.residual - ON_SURFACE)
+        off = 20 * max(0.0, self.residual - ON_SURFACE)
+        return self.jacobian - off - INVALID * (self.jacobian <= 0)
 
 
 def polish(
@@ -60,7 +62,7 @@ def polish(
     samples : points of the surface that look for the mesh
     """
     body = Body(mesh, target, samples)
-    x = target.to_unit(mesh.vertices)
+    x = _untangled(body, target.to_unit(mesh.vertices))
     matching = match(body, x) if features else no_features()
     best = _state(body, x, _goals(body, x, matching, np.ones(len(x))), np.ones(len(x)))
     for _ in range(PASSES):
@@ -76,6 +78,21 @@ def polish(
         100 * best.residual,
     )
     return replace(mesh, vertices=target.to_model(best.x))
+
+
+def _untangled(body: Body, x: np.ndarray) -> np.ndarray:
+    """The same positions where all hexes are valid, else moved until they are.
+
+    The boundary is held at its place ever more weakly.
+    """
+    place = x[body.outer]
+    for weight in 0.3 ** np.arange(12):
+        if body.scaled_jacobian(x).min() > 0:
+            break
+        every = weight / body.size(x)[body.outer] ** 2
+        springs = pull(body.outer, place, np.zeros_like(place), 0 * every, every)
+        x = body.relax(x, body.lengths(x, 3, 0.1), Terms(), [springs], 50)
+    return x
 
 
 def _soft(body: Body, x: np.ndarray, matching: Matching, best: State, rounds: int) -> State:

@@ -16,6 +16,7 @@ from polycube.geometry.target import target
 from polycube.types import HexMesh, TriMesh
 
 BEST_SCORE = 0.6  # no mesh has more
+INVALID = 1e6  # what an inverted hex costs: any valid mesh is better
 
 _GRID = np.array([1, 3, 5]) / 6
 # shares of the corners of a quad: 9 points inside, then the corners
@@ -124,6 +125,7 @@ def score(mesh: HexMesh, surface: TriMesh) -> float:
     miss = max(q.deviation.to_surface.p99, q.deviation.to_mesh.p99)
     return (
         min(q.scaled_jacobian, BEST_SCORE)
+        - INVALID * (q.scaled_jacobian <= 0)
         - 20 * max(0, q.deviation.vertices - 0.001)
         - 5 * max(0, miss - 0.01)
         - 4 * max(0, abs(q.volume_ratio - 1) - 0.03)

@@ -25,7 +25,7 @@ def template(
     rough_map: RoughMap,
     size: float,
     least: int = 2,
-    most: int = 20,
+    most: int = 40,
     across: int = 4,
 ) -> HexMesh:
     """Hexes of the polycube where the rough map puts them, edges about `size` long.
@@ -48,7 +48,7 @@ def counts(
     rough_map: RoughMap,
     size: float,
     least: int = 2,
-    most: int = 20,
+    most: int = 40,
     across: int = 4,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Number of parts of each lattice interval, per axis."""
@@ -85,7 +85,7 @@ def mesh(
     polycube: Polycube, rough_map: RoughMap, counts: tuple[np.ndarray, np.ndarray, np.ndarray]
 ) -> HexMesh:
     """Hexes of the polycube with the given number of parts of each interval."""
-    lines = [np.interp(*_parts(n), k) for n, k in zip(counts, polycube.knots, strict=True)]
+    lines = grid_lines(polycube, counts)
     slab = [np.repeat(np.arange(len(n)), n) for n in counts]
     cells = np.argwhere(polycube.occupancy[np.ix_(*slab)])  # (H, 3)
     shape = tuple(len(line) for line in lines)
@@ -104,10 +104,17 @@ def mesh(
     return hex_mesh(evaluate(rough_map, places), hexes, quads, patch, cell)
 
 
-def _parts(number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lattice coordinates of the mesh lines, and of the knots."""
-    lines = np.concatenate([i + np.arange(n) / n for i, n in enumerate(number)] + [[len(number)]])
-    return lines, np.arange(len(number) + 1)
+def grid_lines(
+    polycube: Polycube, counts: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> list[np.ndarray]:
+    """Polycube coordinates of the mesh lines along each axis."""
+    lines = []
+    for number, knots in zip(counts, polycube.knots, strict=True):
+        parts = [i + np.arange(n) / n for i, n in enumerate(number)]
+        lines.append(
+            np.interp(np.append(np.concatenate(parts), len(number)), range(len(knots)), knots)
+        )
+    return lines
 
 
 def _patch_of(

@@ -65,11 +65,18 @@ def test_never_worse_than_before():
     assert worst(polish(mesh, goal, soft_rounds=2, hard_rounds=2)) == pytest.approx(1)
 
 
-def test_invalid_and_far_away_does_not_get_worse():
+def test_what_comes_tangled_leaves_valid():
     rng = np.random.default_rng(3)
     start = cube(3)
     tangled = hex_mesh(start.vertices + 0.3 * rng.normal(size=start.vertices.shape), start.hexes)
-    assert worst(polish(tangled, target(sphere()), soft_rounds=3, hard_rounds=3)) >= worst(tangled)
+    assert worst(tangled) < 0
+    assert worst(polish(tangled, target(sphere()), soft_rounds=3, hard_rounds=3)) > 0
+
+
+def test_a_valid_state_beats_every_other():
+    x, trust = np.zeros((1, 3)), np.ones(1)
+    valid, close = module.State(x, 0.01, 0.5, trust), module.State(x, -0.01, 0.0, trust)
+    assert valid.score > close.score
 
 
 def test_snap_backs_off_where_a_hex_would_suffer():

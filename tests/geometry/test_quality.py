@@ -125,6 +125,14 @@ def test_deviation_equals_igl_on_a_sphere():
     )
 
 
+def test_any_valid_mesh_beats_an_inverted_one():
+    vertices, cubes = box(2, 2, 2)
+    far = hex_mesh(vertices * 3, cubes)
+    inner = vertices + np.outer((vertices == 1).all(axis=1), [1.2, 1.2, 1.2])
+    inverted = hex_mesh(inner, cubes)  # the boundary fits exactly
+    assert quality.score(far, cube_surface()) > quality.score(inverted, cube_surface())
+
+
 @pytest.mark.parametrize(
     "change",
     [

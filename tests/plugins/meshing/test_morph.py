@@ -68,6 +68,17 @@ def test_pillow_refuses_other_words():
         stage("pillow", patches="some")
 
 
+def test_subdivide_cuts_finer_and_refuses_no_size(cylinder):
+    bar = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    rough_map = affine_map(bar, np.diag([2.0, 2.0, 3.0]), np.array([-1.0, -1.0, -1.5]))
+    coarse = stage("subdivide", size=0.1)(cylinder, bar, rough_map)
+    fine = stage("subdivide", size=0.1, finer=2.0)(cylinder, bar, rough_map)
+    assert (len(coarse.hexes), len(fine.hexes)) == (5 * 5 * 7, 10 * 10 * 15)
+    for name in ("size", "finer", "coarse"):
+        with pytest.raises(ValueError, match=f"{name} must be positive; got 0"):
+            stage("subdivide", **{name: 0})
+
+
 @pytest.mark.slow
 def test_parts_keep_their_quality(testdata):
     """A box of hexes round a real part gives a valid mesh of it."""
