@@ -26,8 +26,8 @@ STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the s
 ON_SURFACE = 1e-3  # distance from the goal that costs nothing, in diagonals
 PATIENCE = 8  # rounds without a better mesh that end a phase
 PASSES = 3  # of both phases, while the score is not good and a pass still gains
-GOOD = 0.6
-GAIN = 0.01
+GOOD = 0.6  # score that needs no further pass
+GAIN = 0.01  # least gain of a pass worth another
 
 
 @dataclass(frozen=True, eq=False)
