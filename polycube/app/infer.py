@@ -101,6 +101,8 @@ def _say(report: Mapping[str, object], folder: Path) -> None:
             numbers["mean_scaled_jacobian"],
             100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"]),
         )
+    for doubt in report.get("doubts", ()):
+        logger.warning("warning: look at the mesh before you use it: %s", doubt)
     page = folder / "report.html"
     logger.info("results: %s", page if page.is_file() else folder)
 

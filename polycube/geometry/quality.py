@@ -28,6 +28,13 @@ SHARES = np.concatenate(
 )
 
 
+# a mesh beyond one of these is doubted
+LEAST_JACOBIAN = 0.2
+OFF_SURFACE = 0.005  # of the diagonal, for boundary vertices
+APART = 0.045  # of the diagonal, for all sampled points, both ways
+VOLUME_OFF = 0.04  # of the surface's volume
+
+
 @dataclass(frozen=True)
 class Distances:
     """Of sampled points of one surface from another, as fractions of the diagonal."""
@@ -132,16 +139,26 @@ def score(mesh: HexMesh, surface: TriMesh) -> float:
     )
 
 
-def accept(mesh: HexMesh, surface: TriMesh, tolerance: float = 0.045) -> bool:
-    """Whether the mesh may be used without a look.
-
-    Scaled Jacobian at least 0.2, boundary vertices within 0.5 % of the diagonal, all sampled
-    points within `tolerance` of the diagonal both ways, volume within 4 %.
-    """
+def doubts(mesh: HexMesh, surface: TriMesh) -> list[str]:
+    """Why the mesh should not be used without a look, a sentence each; none where it may be."""
     q = quality(mesh, surface)
-    return (
-        q.scaled_jacobian >= 0.2
-        and q.deviation.vertices < 0.005
-        and max(q.deviation.to_surface.largest, q.deviation.to_mesh.largest) < tolerance
-        and abs(q.volume_ratio - 1) < 0.04
-    )
+    farthest = max(q.deviation.to_surface.largest, q.deviation.to_mesh.largest)
+    findings = {
+        f"the smallest scaled Jacobian is {q.scaled_jacobian:.3f}, below {LEAST_JACOBIAN}": (
+            q.scaled_jacobian < LEAST_JACOBIAN
+        ),
+        f"boundary vertices lie up to {q.deviation.vertices:.2%} of the diagonal off the surface, "
+        f"more than {OFF_SURFACE:.1%}": q.deviation.vertices >= OFF_SURFACE,
+        f"mesh and surface are up to {farthest:.1%} of the diagonal apart, more than "
+        f"{APART:.1%}": farthest >= APART,
+        f"the volume is {q.volume_ratio:.1%} of the surface's, more than {VOLUME_OFF:.0%} off": abs(
+            q.volume_ratio - 1
+        )
+        >= VOLUME_OFF,
+    }
+    return [sentence for sentence, holds in findings.items() if holds]
+
+
+def accept(mesh: HexMesh, surface: TriMesh) -> bool:
+    """Whether the mesh may be used without a look."""
+    return not doubts(mesh, surface)

@@ -56,13 +56,24 @@ def render(scene: Scene, path: Path) -> None:
         plotter.add_light(light)
     for layer in scene:
         _add(plotter, layer)
-    plotter.enable_parallel_projection()
-    plotter.view_vector(EYE, viewup=(0, 0, 1))
-    plotter.camera.zoom(1.15)
+    _look(plotter, np.concatenate([layer.points for layer in scene]))
     plotter.enable_anti_aliasing("ssaa")
     image = plotter.screenshot(None, transparent_background=True, return_img=True)
     plotter.close()
     _save(image, path)
+
+
+def _look(plotter: object, points: np.ndarray) -> None:
+    """Parallel view along `EYE` in which all points just fit."""
+    seen = points @ view().T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    middle = (low + high) / 2 @ view()
+    distance = 2 * np.linalg.norm(high - low)
+    plotter.enable_parallel_projection()
+    plotter.camera_position = [middle + distance * view()[2], middle, (0, 0, 1)]
+    width, height = (high - low)[:2]
+    plotter.camera.parallel_scale = 0.52 * max(height, width * SIZE[1] / SIZE[0])
+    plotter.renderer.ResetCameraClippingRange()
 
 
 def _add(plotter: object, layer: Layer) -> None:

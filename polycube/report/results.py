@@ -38,6 +38,8 @@ def summarize(
     report |= {"valid": failure is None, "warnings": state["warnings"], "seed": cfg["seed"]}
     if failure is not None:
         report["failure"] = failure
+    if "hexes" in state:
+        report["doubts"] = quality.doubts(state["hexes"], state["surface"])
     report["seconds"] = {stage: round(spent, 3) for stage, spent in seconds.items()}
     report["version"] = __version__
     return report

@@ -42,10 +42,14 @@ def verdict(report: Report) -> str:
         for name, value in tiles.items()
         if value is not None
     )
-    good = bool(report.get("valid"))
-    words = "Valid hex mesh" if good else "No valid result"
-    why = f"<p class=why>{show(report['failure'])}</p>" if report.get("failure") else ""
-    mark = f'<p class="verdict {"good" if good else "bad"}">{words}</p>'
+    reasons = [report["failure"]] if report.get("failure") else report.get("doubts", [])
+    why = "".join(f"<p class=why>{show(reason)}</p>" for reason in reasons)
+    if not report.get("valid"):
+        mark = '<p class="verdict bad">No valid result</p>'
+    elif reasons:
+        mark = '<p class="verdict doubtful">Valid hex mesh, to be looked at</p>'
+    else:
+        mark = '<p class="verdict good">Valid hex mesh</p>'
     return f'{mark}{why}<div class="tiles">{cells}</div>'
 
 

@@ -111,8 +111,9 @@
     canvas.height = canvas.clientHeight * ratio;
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const least = Math.min(canvas.width, 1.5 * canvas.height);
-    const fit = [2, 2].map((s, k) => (s * zoom * least) / [canvas.width, canvas.height][k]);
+    const size = [canvas.width, canvas.height];
+    const pixels = 0.94 * zoom * Math.min(...size.map((s, k) => s / given.extent[k]));
+    const fit = size.map((s) => pixels / s);
     const columns = [0, 1, 2].flatMap((j) => [0, 1, 2].map((i) => turn[i][j]));
     gl.uniformMatrix3fv(uniform("turn"), false, columns);
     gl.uniform2fv(uniform("scale"), fit);

@@ -40,6 +40,7 @@ def viewer(mesh: HexMesh) -> str:
         "low": places.min(0).tolist(),
         "high": places.max(0).tolist(),
         "view": view().tolist(),
+        "extent": np.abs(places @ view().T).max(0).tolist(),
         "colours": rgb(QUALITY_COLOURS).tolist(),
         "data": base64.b64encode(packed).decode(),
     }

@@ -134,15 +134,18 @@ def test_any_valid_mesh_beats_an_inverted_one():
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("change", "said"),
     [
-        lambda v: v * [1, 1, 1.05],  # too big, and off the surface
-        lambda v: v + np.array([0.2, 0, 0]),  # off the surface
-        lambda v: v + np.outer((v == 1).all(axis=1), [0.95, 0.95, 0.95]),  # a flat hex
+        (lambda v: v * [1, 1, 1.05], ["off the surface", "volume is 105.0%"]),
+        (lambda v: v + np.array([0.2, 0, 0]), ["off the surface", "5.8% of the diagonal apart"]),
+        (lambda v: v + np.outer((v == 1).all(axis=1), [0.95] * 3), ["scaled Jacobian is "]),
     ],
 )
-def test_accept_refuses(change):
+def test_accept_refuses_and_doubts_say_why(change, said):
     vertices, cubes = box(2, 2, 2)
     mesh = hex_mesh(change(vertices), cubes)
+    doubts = quality.doubts(mesh, cube_surface())
+    assert len(doubts) == len(said)
+    assert all(part in doubt for part, doubt in zip(said, doubts, strict=True))
     assert not quality.accept(mesh, cube_surface())
     assert quality.score(mesh, cube_surface()) < 0.6

@@ -120,6 +120,13 @@ def test_a_run_that_failed_half_way_says_where(run, tmp_path: Path) -> None:
     assert not {"hexes", "spline", "modes"} & set(outline.sections)
 
 
+def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
+    report = {"valid": True, "doubts": ["the volume is 93% of the surface's"]}
+    page = write_report(tmp_path, {}, report).read_text(encoding="utf-8")
+    assert "Valid hex mesh, to be looked at" in page
+    assert "the volume is 93% of the surface" in page
+
+
 def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
     Outline(write_report(tmp_path, {}, {}).read_text(encoding="utf-8"))
 
