@@ -15,14 +15,23 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib.metadata import entry_points
+from numbers import Integral, Real
 from types import ModuleType
 
 from polycube.errors import BadOption, UnknownPlugin
 from polycube.kinds import KINDS
 
 GROUP = "polycube.plugins"  # entry-point group, and the name `plugins/` is imported under
+
+PLAIN = {  # annotations that are checked: what they admit, in code and in words
+    "bool": (bool, "true or false"),
+    "int": (Integral, "a whole number"),
+    "float": (Real, "a number"),
+    "str": (str, "a word"),
+}
 
 _classes: dict[tuple[str, str], type] = {}
 _broken: dict[str, Exception] = {}  # entry point -> why it did not import
@@ -71,10 +80,23 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> object:
         inspect.signature(cls).bind(**options)
     except TypeError as error:
         raise BadOption(f"{kind}={name}: {error}; it takes {inspect.signature(cls)}") from None
+    _check_types(f"{kind}={name}", cls, options)
     try:
         return cls(**options)
     except (TypeError, ValueError) as error:
         raise BadOption(f"{kind}={name}: {error}") from error
+
+
+def _check_types(plugin: str, cls: type, options: Mapping[str, object]) -> None:
+    """Raise BadOption for an option of a plain type that is given something else."""
+    types = {field.name: field.type for field in fields(cls)} if is_dataclass(cls) else {}
+    for name, value in options.items():
+        annotation = types.get(name)  # a word, where its module postpones annotations
+        plain = getattr(annotation, "__name__", annotation)
+        admitted, words = PLAIN.get(plain, (object, ""))
+        truth = isinstance(value, bool) and plain != "bool"  # which Python counts as a number
+        if not isinstance(value, admitted) or (truth and plain in PLAIN):
+            raise BadOption(f"{plugin}: {name} must be {words}; got {value!r}")
 
 
 @cache

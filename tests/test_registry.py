@@ -47,6 +47,25 @@ def test_an_unknown_option_is_answered_with_the_options() -> None:
         build("schedule", {"plugin": "linear", "stepps": 3})
 
 
+@pytest.mark.parametrize(
+    ("kind", "config", "sentence"),
+    [
+        ("schedule", {"plugin": "linear", "steps": 2.5}, "steps must be a whole number; got 2.5"),
+        ("schedule", {"plugin": "linear", "steps": True}, "steps must be a whole number; got True"),
+        ("schedule", {"plugin": "linear", "beta_end": "x"}, "beta_end must be a number; got 'x'"),
+        ("spline", {"plugin": "h2s", "single_hex_edges": 1}, "must be true or false; got 1"),
+        ("analysis", {"plugin": "modal", "units": 5}, "units must be a word; got 5"),
+    ],
+)
+def test_an_option_of_the_wrong_type_is_refused(kind: str, config: dict, sentence: str) -> None:
+    with pytest.raises(TypeError, match=sentence):
+        build(kind, config)
+
+
+def test_a_whole_number_is_a_number() -> None:
+    assert build("schedule", {"plugin": "linear", "beta_end": 1}).beta_end == 1
+
+
 def test_an_unknown_kind_is_refused() -> None:
     with pytest.raises(ValueError, match="unknown plugin kind 'scheduler'; kinds are primitive"):
         register("scheduler", "x")
