@@ -30,6 +30,7 @@ from polycube.types import Candidate
 
 logger = logging.getLogger(__name__)
 
+HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
 PLACED = ("surface", "polycube", "rough_map", "parametrization")  # what meshing starts from
 
 
@@ -37,6 +38,7 @@ class Run:
     """State, clock and folder of one part; the stages are built, and checked, at the start."""
 
     def __init__(self, cfg: Mapping[str, object]) -> None:
+        _check_settings(cfg)
         self.cfg = cfg
         self.clock = Clock()
         self.state: State = {}
@@ -47,7 +49,10 @@ class Run:
         self.exports = [build("export", config) for config in cfg.get("export", {}).values()]
         self.names = ["read", "structure", *(s.kind for s in self.meshing + self.solving)]
         if cfg["resume"] and cfg["from"] not in self.names:
-            raise InputError(f"from={cfg['from']} is no stage; have {', '.join(self.names)}")
+            raise InputError(
+                f"resume needs the first stage to run again, from=STAGE; got {cfg['from']}, "
+                f"have {', '.join(self.names)}"
+            )
 
     def read(self) -> None:
         """The surface, checked; raises InputError."""
@@ -200,8 +205,25 @@ class Run:
             save_stage(self.folder, stage.kind, result)
 
 
+def _check_settings(cfg: Mapping[str, object]) -> None:
+    """Raise InputError for a run-wide setting that makes no sense."""
+    order = cfg["order"]
+    chain = [name for name in order if name != "report"] if isinstance(order, list) else ["?"]
+    if chain != list(HALVES[: len(chain)]):
+        raise InputError(
+            f"order is a list that begins as [{', '.join(HALVES)}] does, with report where the "
+            f"page is wanted; got {order}"
+        )
+    for name, least in {"tries": 1, "seed": 0}.items():
+        value = cfg[name]
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
+    if not isinstance(cfg["quiet"], bool):
+        raise InputError(f"quiet must be true or false; got {cfg['quiet']!r}")
+
+
 def _meshing_stages(meshing: Mapping[str, object]) -> list[Stage]:
     """Stages of the backend in its order, the chain checked."""
-    check_chain(meshing["order"], PLACED)
+    check_chain([*meshing["order"], "spline"], PLACED)
     short = {kind: meshing[kind.removeprefix("meshing/")] for kind in meshing["order"]}
     return build_stages(meshing["order"], short)

@@ -117,6 +117,15 @@ def test_context_overrules(tmp_path):
         (["mesh=example:rod", "export=[abaqus]", "export.abaqus.element=C4"], "C3D8"),
         (["mesh=example:rod", "meshing.order=[meshing/smooth]"], "needs hexes"),
         (["mesh=example:rod", "resume=nowhere", "from=spline"], "holds no result"),
+        (["mesh=example:rod", "meshing.order=[]"], "meshing/subdivide before it"),
+        (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
+        (["mesh=example:rod", "order=meshing"], "order is a list"),
+        (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
+        (["mesh=example:rod", "tries=0"], "tries must be a whole number, 1 or more; got 0"),
+        (["mesh=example:rod", "seed=x"], "seed must be a whole number, 0 or more; got 'x'"),
+        (["mesh=example:rod", "quiet=maybe"], "quiet must be true or false; got 'maybe'"),
+        (["mesh=example:rod", "meshing.subdivide.size=fine"], "size must be a number; got 'fine'"),
+        (["resume=nowhere"], "from=STAGE"),
         ([], "mesh=part.stl"),
     ],
 )
@@ -124,7 +133,7 @@ def test_refusals_are_one_sentence_with_code_2_and_no_files(
     overrides, sentence, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    assert _command(config(*overrides, "structure=slices", "quiet=true")) == 2
+    assert _command(config("quiet=true", "structure=slices", *overrides)) == 2
     said = capsys.readouterr().err
     assert said.startswith("error: ") and said.count("\n") == 1
     assert sentence in said
