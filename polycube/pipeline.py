@@ -133,5 +133,11 @@ def load_stage(folder: Path, kind: str) -> object:
     return artifacts.load(path)
 
 
+def clear_stages(folder: Path) -> None:
+    """Remove what an earlier run kept."""
+    for path in (folder / "stages").glob("*.npz"):
+        path.unlink()
+
+
 def _stage_file(folder: Path, kind: str) -> Path:
     return folder / "stages" / f"{kind.replace('/', '.')}.npz"

@@ -25,6 +25,8 @@ from polycube.report.results import summarize, write_results
 
 logger = logging.getLogger(__name__)
 
+INTERRUPTED = 130  # as shells say it
+
 
 def infer(cfg: Mapping[str, object]) -> dict[str, object]:
     """Do the whole run and write its folder; returns the numbers of `report.json`.
@@ -54,18 +56,21 @@ def infer(cfg: Mapping[str, object]) -> dict[str, object]:
 
 def main() -> None:
     """Command line: Hydra composes the config, `infer` runs, the exit code says how it went."""
-    started = []
+    codes = []
 
     @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name="infer")
     def compose_and_run(cfg: DictConfig) -> None:
-        started.append(True)
-        sys.exit(_command(cfg))
+        codes.append(1)  # of a bug, which Hydra prints
+        codes[-1] = _command(cfg)
+        if codes[-1] == INTERRUPTED:
+            sys.exit(INTERRUPTED)
 
     try:
         compose_and_run()
     except SystemExit as end:
-        refused = not started and end.code  # Hydra has said what is wrong with the overrides
+        refused = not codes and end.code  # Hydra has said what is wrong with the overrides
         sys.exit(2 if refused else end.code)
+    sys.exit(max(codes, default=0))  # of several runs (-m) the worst
 
 
 def _command(cfg: DictConfig) -> int:
@@ -81,7 +86,7 @@ def _command(cfg: DictConfig) -> int:
         return 3
     except KeyboardInterrupt:
         sys.stderr.write("error: interrupted; stages that had finished are kept\n")
-        return 130
+        return INTERRUPTED
     if not report["valid"]:
         sys.stderr.write(f"error: {report['failure']}; what was made is kept, marked invalid\n")
         return 3
@@ -116,6 +121,7 @@ def _folder(cfg: Mapping[str, object]) -> Path:
         folder = Path("outputs") / part / time.strftime("%Y%m%d-%H%M%S")
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        (folder / "run.log").open("a").close()
     except OSError as error:
         raise InputError(f"cannot write results to {folder}: {error.strerror}") from None
     return folder

@@ -20,12 +20,14 @@ from polycube.pipeline import (
     Stage,
     State,
     build_stages,
+    clear_stages,
     load_stage,
     run_portfolio,
     save_stage,
 )
 from polycube.ranking import Ranked, rank
 from polycube.registry import build
+from polycube.report.results import clear_results
 from polycube.types import Candidate
 
 logger = logging.getLogger(__name__)
@@ -80,8 +82,14 @@ class Run:
         self._choose(chosen)
 
     def keep_input(self, folder: Path) -> None:
-        """Start the results folder: from here on, what is made is kept."""
+        """Start the results folder: from here on, what is made is kept.
+
+        A run from the beginning removes the results that an earlier one left there.
+        """
         self.folder = folder
+        if not self.cfg["resume"]:
+            clear_results(folder)
+            clear_stages(folder)
         kept = [self.state["surface"], self.state["path"], self.state["warnings"]]
         save_stage(folder, "read", kept)
         save_stage(folder, "structure", [self.state["ranked"], self.state["chosen"]])

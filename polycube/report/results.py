@@ -145,6 +145,14 @@ def _modes(state: State) -> dict[str, object]:
     }
 
 
+def clear_results(folder: Path) -> None:
+    """Remove the results of an earlier run, so that a folder tells of one part; its log stays."""
+    from polycube.report.html import FILES
+
+    for name in {*FILES, "report.html"} - {"run.log"}:
+        (folder / name).unlink(missing_ok=True)
+
+
 def write_results(
     folder: Path,
     state: State,

@@ -147,3 +147,42 @@ def test_command_line_exit_codes(tmp_path):
         assert ended.returncode == 2
         assert "Traceback" not in ended.stderr
     assert tree(tmp_path) == set()
+
+
+def test_several_runs_are_all_done_and_the_worst_code_counts(tmp_path):
+    command = [sys.executable, str(HOME / "infer.py"), "-m", "quiet=true", "order=[]"]
+    parts = "mesh=example:ring,nowhere.stl,example:dice"
+    ended = subprocess.run(
+        [*command, parts, "structure=slices"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert ended.returncode == 2
+    assert ended.stderr.count("error: nowhere.stl") == 1
+    assert len(list(tmp_path.glob("outputs/ring/*/report.json"))) == 1
+    assert len(list(tmp_path.glob("outputs/dice/*/report.json"))) == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"outputs"}
+
+
+def test_a_new_run_leaves_no_results_of_another_in_the_folder(tmp_path):
+    (tmp_path / "stages").mkdir()
+    for name in ("hex.vtu", "report.html", "modes.csv", "stages/spline.npz", "mine.txt"):
+        (tmp_path / name).write_text("of another part")
+    run("mesh=example:dice", f"output_dir={tmp_path}", "order=[]", "structure=slices")
+    kept = tree(tmp_path)
+    assert {"mine.txt", "report.json", "stages/read.npz"} <= kept
+    assert not {"hex.vtu", "report.html", "modes.csv", "stages/spline.npz"} & kept
+
+
+def test_a_folder_that_can_not_be_written_is_refused(tmp_path, capsys):
+    (tmp_path / "run.log").mkdir()
+    overrides = ("mesh=example:dice", f"output_dir={tmp_path}", "structure=slices", "quiet=true")
+    assert _command(config(*overrides)) == 2
+    (tmp_path / "file").touch()
+    assert _command(config(*overrides, f"output_dir={tmp_path / 'file'}")) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 2 and all("cannot write results to" in line for line in said)
+
+
+def test_help_shows_how_to_begin():
+    command = [sys.executable, str(HOME / "infer.py"), "--help"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "python infer.py mesh=part.stl" in ended.stdout
