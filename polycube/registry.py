@@ -26,6 +26,7 @@ from polycube.kinds import KINDS
 
 GROUP = "polycube.plugins"  # entry-point group, and the name `plugins/` is imported under
 
+MISSING = "???"  # what the YAML says where there is no default
 PLAIN = {  # annotations that are checked: what they admit, in code and in words
     "bool": (bool, "true or false"),
     "int": (Integral, "a whole number"),
@@ -91,6 +92,8 @@ def _check_types(plugin: str, cls: type, options: Mapping[str, object]) -> None:
     """Raise BadOption for an option of a plain type that is given something else."""
     types = {field.name: field.type for field in fields(cls)} if is_dataclass(cls) else {}
     for name, value in options.items():
+        if isinstance(value, str) and value == MISSING:
+            raise BadOption(f"{plugin}: {name} must be given")
         annotation = types.get(name)  # a word, where its module postpones annotations
         plain = getattr(annotation, "__name__", annotation)
         admitted, words = PLAIN.get(plain, (object, ""))

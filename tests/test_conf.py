@@ -24,7 +24,7 @@ def options(kind: str, name: str) -> dict[str, object]:
     """The YAML as a run sees it, its own defaults composed in."""
     with initialize_config_dir(str(CONF), version_base="1.3"):
         config = compose(f"{kind}/{name}")
-    found = OmegaConf.to_container(OmegaConf.select(config, kind.replace("/", ".")))
+    found = OmegaConf.to_container(OmegaConf.select(config, kind.replace("/", ".")), resolve=True)
     found = found.get(name, found)  # of some kinds, such as export, a run takes several
     return {key: ASKED[key] if value == "???" else value for key, value in found.items()}
 

@@ -62,6 +62,11 @@ def test_an_option_of_the_wrong_type_is_refused(kind: str, config: dict, sentenc
         build(kind, config)
 
 
+def test_an_option_left_open_is_asked_for() -> None:
+    with pytest.raises(TypeError, match="structure=given: context must be given"):
+        build("structure", {"plugin": "given", "context": "???"}, grid=(2, 1, 1), primitives={})
+
+
 def test_a_whole_number_is_a_number() -> None:
     assert build("schedule", {"plugin": "linear", "beta_end": 1}).beta_end == 1
 

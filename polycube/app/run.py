@@ -151,8 +151,8 @@ class Run:
         }
         configs = dict(cfg["structure"].get("proposals") or {"structure": cfg["structure"]})
         if cfg["context"]:
-            configs.pop("slices", None)
-            configs = {"given": {"plugin": "given", "context": cfg["context"]}, **configs}
+            denoisers = {n: c for n, c in configs.items() if c["plugin"] not in ("slices", "given")}
+            configs = {"given": {"plugin": "given", "context": cfg["context"]}, **denoisers}
         for name, config in configs.items():
             plugin = build("structure", config, grid=grid, primitives=primitives)
             made = self.clock.run(

@@ -149,6 +149,19 @@ def test_command_line_exit_codes(tmp_path):
     assert tree(tmp_path) == set()
 
 
+@pytest.mark.parametrize("structure", ["given", "slices"])
+def test_a_context_is_the_only_one_that_is_ranked(structure, tmp_path):
+    report = run(
+        "mesh=example:rod",
+        "context=[cube,hole_z]",
+        f"structure={structure}",
+        f"output_dir={tmp_path}",
+        "order=[]",
+    )
+    found = report["polycube"]["candidates"]
+    assert found and {tuple(entry["context"]) for entry in found} == {("cube", "hole_z")}
+
+
 def test_several_runs_are_all_done_and_the_worst_code_counts(tmp_path):
     command = [sys.executable, str(HOME / "infer.py"), "-m", "quiet=true", "order=[]"]
     parts = "mesh=example:ring,nowhere.stl,example:dice"
@@ -186,3 +199,10 @@ def test_help_shows_how_to_begin():
     command = [sys.executable, str(HOME / "infer.py"), "--help"]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "python infer.py mesh=part.stl" in ended.stdout
+
+
+def test_the_seed_of_the_run_is_that_of_the_denoising():
+    cfg = OmegaConf.to_container(config("mesh=example:rod", "seed=7"), resolve=True)
+    assert cfg["structure"]["proposals"]["diffusion"]["seed"] == 7
+    alone = config("mesh=example:rod", "seed=7", "structure=diffusion")
+    assert OmegaConf.to_container(alone, resolve=True)["structure"]["seed"] == 7
