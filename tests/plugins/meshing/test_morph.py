@@ -6,6 +6,7 @@ import trimesh
 import yaml
 
 from polycube import HOME
+from polycube.errors import MeshingError
 from polycube.geometry.hexes import check_conforming
 from polycube.geometry.quality import accept, deviation, scaled_jacobian
 from polycube.geometry.rough_map import affine_map
@@ -80,6 +81,13 @@ def test_subdivide_cuts_finer_and_refuses_no_size(cylinder):
 
 
 @pytest.mark.slow
+def test_subdivide_counts_before_it_begins(cylinder):
+    cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    box = affine_map(cube, np.diag([2.0, 2.0, 2.0]), -np.ones(3))
+    with pytest.raises(MeshingError, match=r"size 1e-07 asks for .* more than max_hexes 100000"):
+        stage("subdivide", size=1e-7)(cylinder, cube, box)
+
+
 def test_parts_keep_their_quality(testdata):
     """A box of hexes round a real part gives a valid mesh of it."""
     part = trimesh.load(testdata / "surfaces" / "ddpm_dice.obj")
