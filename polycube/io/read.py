@@ -47,6 +47,8 @@ def read_surface(path: str | Path) -> tuple[TriMesh, list[str]]:
 
 def _reader(path: Path) -> Callable[[Path], Soup]:
     suffix = path.suffix.lower()
+    if path.is_dir():
+        raise InputError("this is a folder; give one file")
     if suffix in CAD:
         raise InputError(
             f"CAD files ({suffix}) can not be read yet; convert it to STL with a CAD program"

@@ -174,7 +174,7 @@ def test_garbage_is_refused_in_every_format(tmp_path, kind):
 
 
 def test_folder_is_refused(tmp_path):
-    with pytest.raises(InputError, match="can not be read"):
+    with pytest.raises(InputError, match="this is a folder; give one file"):
         (tmp_path / "a.stl").mkdir()
         read_surface(tmp_path / "a.stl")
 
