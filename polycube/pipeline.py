@@ -84,12 +84,12 @@ def run_portfolio(
     head, trail, memo = dict(state), [], {}
     _advance(stages[:first], head, trail, clock, memo)
     best = None
-    for variant in portfolio or [{}]:
+    for number, variant in enumerate(portfolio or [{}], start=1):
         end, path = dict(head), list(trail)
         tail = [Stage(s.kind, replace(s.plugin, **variant.get(s.kind, {}))) for s in stages[first:]]
         _advance(tail, end, path, clock, memo)
         value = score(end)
-        logger.info("variant %s: score %.3f", dict(variant), value)
+        logger.info("variant %d of %d: score %.3f", number, len(portfolio) or 1, value)
         if best is None or value > best[0]:
             best = (value, end, path)
         if value >= enough:

@@ -104,6 +104,7 @@ class Run:
         for stage in kept:
             value = load_stage(Path(self.cfg["resume"]), stage.kind)
             self.state[KINDS[stage.kind].gives] = value
+            save_stage(self.folder, stage.kind, value)
         if first is not None:
             choices = [self.state["chosen"]] if kept else self._worth_a_try()
             self._mesh_choices(choices, self.meshing[first:])
@@ -123,7 +124,7 @@ class Run:
                 self.state[gives] = load_stage(Path(self.cfg["resume"]), stage.kind)
             else:
                 self.state[gives] = self.clock.run(stage.kind, lambda s=stage: s(self.state))
-                save_stage(self.folder, stage.kind, self.state[gives])
+            save_stage(self.folder, stage.kind, self.state[gives])
 
     def denoise(self) -> None:
         """The points the diffusion model moved for the chosen structure, made regular."""
@@ -149,7 +150,8 @@ class Run:
         primitives = {
             name: build("primitive", {"plugin": name})() for name in cfg["primitives"]["use"]
         }
-        configs = dict(cfg["structure"].get("proposals") or {"structure": cfg["structure"]})
+        alone = {cfg["structure"].get("plugin"): cfg["structure"]}
+        configs = dict(cfg["structure"].get("proposals") or alone)
         if cfg["context"]:
             denoisers = {n: c for n, c in configs.items() if c["plugin"] not in ("slices", "given")}
             configs = {"given": {"plugin": "given", "context": cfg["context"]}, **denoisers}
@@ -165,7 +167,7 @@ class Run:
         return (
             f"no polycube of {', '.join(self.cfg['primitives']['use'])} on a "
             f"{'x'.join(map(str, self.cfg['grid']['shape']))} grid fits this surface of genus "
-            f"{topology.genus(self.state['surface'])}; try a longer grid, such as grid=3x1"
+            f"{topology.genus(self.state['surface'])}; try another grid or more primitives"
         )
 
     def _choose(self, index: int) -> Ranked:

@@ -25,6 +25,7 @@ FILES = {
     "hex.vtu": "hex mesh",
     "spline.bext": "volumetric spline, Bezier extraction",
     "spline.vtu": "volumetric spline, Bezier hexahedra",
+    "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
     "modes.vtu": "eigenmodes",
     "modes.csv": "frequencies",
     "trajectory.npz": "denoising, all states",

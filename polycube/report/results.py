@@ -23,6 +23,8 @@ logger = logging.getLogger(__name__)
 
 State = Mapping[str, object]
 
+CSR = ("data", "indices", "indptr")  # of the extraction matrix, in spline.npz
+
 
 def summarize(
     state: State, seconds: Mapping[str, float], cfg: Mapping[str, object]
@@ -92,7 +94,7 @@ def _hex(state: State) -> dict[str, object]:
     hexes = state["hexes"]
     scaled_jacobian = quality.scaled_jacobian(hexes.vertices, hexes.hexes)
     worst = int(scaled_jacobian.argmin())
-    deviation = quality.deviation(hexes, state["surface"])
+    deviation = quality.deviation(hexes, state["surface"], samples=40_000)
     surface_volume = topology.volume(state["surface"])
     return {
         "hexes": len(hexes.hexes),
@@ -189,6 +191,9 @@ def _write_spline(folder: Path, state: State) -> None:
     spline = state["spline"]
     bext.write_bext(folder / "spline.bext", spline)
     bezier.write_bezier_vtu(folder / "spline.vtu", spline)
+    with whole(folder / "spline.npz") as temporary, open(temporary, "wb") as file:
+        matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
+        np.savez_compressed(file, control=spline.control, nodes=spline.nodes, **matrix)
     if "modes" in state:
         bezier.write_modes_csv(folder / "modes.csv", state["modes"])
         bezier.write_modes_vtu(folder / "modes.vtu", spline, state["modes"])

@@ -48,14 +48,27 @@ def test_one_part_all_the_way(rod):
     assert report["spline"]["min_detj"] > 0
     assert report == json.loads((folder / "report.json").read_text())
     files = {"polycube.vtu", "labels.vtp", "hex.vtu", "spline.bext", "spline.vtu", "modes.vtu"}
-    files |= {"modes.csv", "report.html", "report.json", "config.json", "run.log", "hex.vtk"}
+    files |= {
+        "modes.csv",
+        "report.html",
+        "report.json",
+        "config.json",
+        "run.log",
+        "hex.vtk",
+        "spline.npz",
+    }
     assert files <= tree(folder)
     assert not [name for name in tree(folder) if name.endswith((".tmp", ".partial"))]
 
 
-def test_volume_of_the_spline_is_that_of_the_part(rod):
-    report, _ = rod
-    assert report["spline"]["volume"] == pytest.approx(report["input"]["volume"], rel=0.06)
+def test_volumes_of_part_mesh_and_spline(rod):
+    report, folder = rod
+    part, mesh, spline = (report[name]["volume"] for name in ("input", "hex", "spline"))
+    assert mesh == pytest.approx(part, rel=0.03)
+    assert 0.9 * mesh < spline < mesh  # its control points are the mesh's vertices: it lies inside
+    with np.load(folder / "spline.npz") as arrays:
+        assert len(arrays["nodes"]) == report["spline"]["elements"]
+        assert len(arrays["control"]) == report["spline"]["functions"]
 
 
 def test_six_rigid_modes_and_then_elastic_ones(rod):
