@@ -77,23 +77,31 @@ def run_portfolio(
 
     portfolio : options to replace, by stage; an empty one means the stages as they are.
     enough : score that ends the search
-    Returns the best final state and the results of the stages on the way to it.
+    Returns the best final state and the results of the stages on the way to it.  A variant that
+    fails is passed over; raises MeshingError where all do.
     """
     changed = {kind for variant in portfolio for kind in variant}
     first = min((i for i, s in enumerate(stages) if s.kind in changed), default=len(stages))
     head, trail, memo = dict(state), [], {}
     _advance(stages[:first], head, trail, clock, memo)
-    best = None
+    best = failure = None
     for number, variant in enumerate(portfolio or [{}], start=1):
         end, path = dict(head), list(trail)
         tail = [Stage(s.kind, replace(s.plugin, **variant.get(s.kind, {}))) for s in stages[first:]]
-        _advance(tail, end, path, clock, memo)
+        try:
+            _advance(tail, end, path, clock, memo)
+        except MeshingError as error:
+            failure = failure or error
+            logger.info("variant %d of %d: %s", number, len(portfolio) or 1, error)
+            continue
         value = score(end)
         logger.info("variant %d of %d: score %.3f", number, len(portfolio) or 1, value)
         if best is None or value > best[0]:
             best = (value, end, path)
         if value >= enough:
             break
+    if best is None:
+        raise failure
     return best[1], best[2]
 
 

@@ -26,6 +26,8 @@ class Scale:
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         CALLS.append(self.factor)
+        if self.factor == np.inf:
+            raise ValueError("factor inf")
         return HexMesh(
             self.factor * hexes.vertices, hexes.hexes, hexes.quads, hexes.patch, hexes.cell
         )
@@ -74,6 +76,20 @@ def test_portfolio_ends_with_what_is_good_enough():
     )
     assert end["hexes"].vertices.max() == 5
     assert CALLS == [3.0, 5.0]
+
+
+def test_portfolio_passes_over_a_variant_that_fails_unless_all_do():
+    stages = [Stage("meshing/optimize", Scale(1.0))]
+    portfolio = [{"meshing/optimize": {"factor": f}} for f in (np.inf, 2.0)]
+    state = {"surface": None, "hexes": cube()}
+
+    def score(end):
+        return end["hexes"].vertices.max()
+
+    end, _ = run_portfolio(stages, portfolio, state, Clock(), score)
+    assert end["hexes"].vertices.max() == 2
+    with pytest.raises(MeshingError, match="factor inf"):
+        run_portfolio(stages, portfolio[:1], state, Clock(), score)
 
 
 def test_a_stage_that_breaks_is_named():

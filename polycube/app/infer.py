@@ -42,7 +42,6 @@ def infer(cfg: Mapping[str, object]) -> dict[str, object]:
         log_to(folder / "run.log")
         run.keep_input(folder)
         try:
-            run.denoise()
             if "meshing" in cfg["order"]:
                 run.mesh()
                 run.solve()

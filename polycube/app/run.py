@@ -126,17 +126,6 @@ class Run:
                 self.state[gives] = self.clock.run(stage.kind, lambda s=stage: s(self.state))
             save_stage(self.folder, stage.kind, self.state[gives])
 
-    def denoise(self) -> None:
-        """The points the diffusion model moved for the chosen structure, made regular."""
-        chosen = self.state["ranked"][self.state["chosen"]].candidate
-        denoised = [r.candidate for r in self.state["ranked"] if r.candidate.trajectory is not None]
-        same = [c for c in denoised if c.key == chosen.key] or denoised
-        if same:
-            points = self.clock.run(
-                "regularize", lambda: self.regularize(same[0], same[0].trajectory[-1])
-            )
-            self.state |= {"trajectory": same[0].trajectory, "points": points}
-
     def _kept(self, stage: str) -> bool:
         """Whether an earlier run's result of this stage is taken."""
         return bool(self.cfg["resume"]) and (
@@ -179,8 +168,19 @@ class Run:
             "polycube": candidate.polycube,
             "rough_map": candidate.rough_map,
             "parametrization": pull_back(self.state["surface"], entry.hexes, entry.positions),
+            **self._denoised(candidate.key),
         }
         return entry
+
+    def _denoised(self, key: str) -> State:
+        """Where the diffusion model moved points for this structure, and these made regular."""
+        for candidate in (entry.candidate for entry in self.state["ranked"]):
+            if candidate.key == key and candidate.trajectory is not None:
+                points = self.clock.run(
+                    "regularize", lambda c=candidate: self.regularize(c, c.trajectory[-1])
+                )
+                return {"trajectory": candidate.trajectory, "points": points}
+        return {"trajectory": None, "points": None}
 
     def _worth_a_try(self) -> list[int]:
         """The best structure of each kind, as long as its score is within twice the best's."""
@@ -192,23 +192,30 @@ class Run:
         return choices[: self.cfg["tries"]]
 
     def _mesh_choices(self, choices: list[int], stages: list[Stage]) -> None:
-        surface, best = self.state["surface"], None
+        surface, best, failure = self.state["surface"], None, None
         for index in choices:
             entry = self._choose(index)
             logger.info("meshing structure %d: %s", index, entry.candidate.polycube.context)
-            end, path = run_portfolio(
-                stages,
-                self.cfg["meshing"]["portfolio"],
-                self.state,
-                self.clock,
-                lambda end: score(end["hexes"], surface),
-                BEST_SCORE,
-            )
+            try:
+                end, path = run_portfolio(
+                    stages,
+                    self.cfg["meshing"]["portfolio"],
+                    self.state,
+                    self.clock,
+                    lambda end: score(end["hexes"], surface),
+                    BEST_SCORE,
+                )
+            except MeshingError as error:
+                failure = failure or error
+                logger.info("structure %d: %s", index, error)
+                continue
             value = score(end["hexes"], surface)
             if best is None or value > best[0]:
                 best = (value, end, path)
             if accept(end["hexes"], surface):
                 break
+        if best is None:
+            raise failure
         _, self.state, path = best
         save_stage(self.folder, "structure", [self.state["ranked"], self.state["chosen"]])
         for stage, result in zip(stages, path, strict=True):

@@ -74,7 +74,7 @@ def _polycube(state: State) -> dict[str, object]:
             for entry in state["ranked"]
         ],
     }
-    if "points" in state:
+    if state["points"] is not None:
         moved = np.linalg.norm(state["points"] - state["trajectory"][-1], axis=1)
         numbers["denoised_to_polycube_mean"] = float(moved.mean())
         numbers["denoised_to_polycube_max"] = float(moved.max())
@@ -174,7 +174,7 @@ def write_results(
             export(state["hexes"], folder / "hex")
     if "spline" in state:
         _write_spline(folder, state)
-    if "trajectory" in state:
+    if state["trajectory"] is not None:
         with whole(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
             np.savez_compressed(file, states=state["trajectory"], regular=state["points"])
     _write_json(folder / "config.json", cfg)
