@@ -159,7 +159,7 @@ class Run:
             f"{topology.genus(self.state['surface'])}; try another grid or more primitives"
         )
 
-    def _choose(self, index: int) -> Ranked:
+    def _choose(self, index: int) -> None:
         """Make the ranked structure `index` the one that is meshed."""
         entry: Ranked = self.state["ranked"][index]
         candidate = entry.candidate
@@ -170,7 +170,6 @@ class Run:
             "parametrization": pull_back(self.state["surface"], entry.hexes, entry.positions),
             **self._denoised(candidate.key),
         }
-        return entry
 
     def _denoised(self, key: str) -> State:
         """Where the diffusion model moved points for this structure, and these made regular."""
@@ -194,8 +193,9 @@ class Run:
     def _mesh_choices(self, choices: list[int], stages: list[Stage]) -> None:
         surface, best, failure = self.state["surface"], None, None
         for index in choices:
-            entry = self._choose(index)
-            logger.info("meshing structure %d: %s", index, entry.candidate.polycube.context)
+            if index != self.state["chosen"]:
+                self._choose(index)
+            logger.info("meshing structure %d: %s", index, self.state["polycube"].context)
             try:
                 end, path = run_portfolio(
                     stages,
