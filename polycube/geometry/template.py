@@ -6,8 +6,6 @@ hexes meet in whole faces.  The number follows from the length of the interval i
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
 
 from polycube.geometry.hexes import FACES, PLACES, exposed, hex_mesh
@@ -15,32 +13,7 @@ from polycube.geometry.lattice import boundary, cell_at
 from polycube.geometry.rough_map import evaluate
 from polycube.types import HexMesh, Polycube, RoughMap
 
-logger = logging.getLogger(__name__)
-
 _AXIS_OF_FACE = np.array([1, 0, 3, 2, 5, 4])  # axis label of each local face of a hex
-
-
-def template(
-    polycube: Polycube,
-    rough_map: RoughMap,
-    size: float,
-    least: int = 2,
-    most: int = 40,
-    across: int = 4,
-) -> HexMesh:
-    """Hexes of the polycube where the rough map puts them, edges about `size` long.
-
-    size : wanted edge length in model units
-    least, most : bounds on the number of parts of one lattice interval
-    across : least number of parts along each axis of the whole lattice
-    """
-    if size <= 0:
-        raise ValueError(f"size must be a positive length; got {size}")
-    parts = counts(polycube, rough_map, size, least, most, across)
-    found = mesh(polycube, rough_map, parts)
-    sums = [int(n.sum()) for n in parts]
-    logger.info("template: %d hexes, %s parts per axis", len(found.hexes), sums)
-    return found
 
 
 def counts(
@@ -51,7 +24,14 @@ def counts(
     most: int = 40,
     across: int = 4,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Number of parts of each lattice interval, per axis."""
+    """Number of parts of each lattice interval, per axis.
+
+    size : wanted edge length in model units
+    least, most : bounds on the number of parts of one lattice interval
+    across : least number of parts along each axis of the whole lattice
+    """
+    if size <= 0:
+        raise ValueError(f"size must be a positive length; got {size}")
     found = []
     for axis in range(3):
         length = interval_lengths(polycube, rough_map, axis)

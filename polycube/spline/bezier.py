@@ -7,6 +7,7 @@ coefficients bound it from below, the corner ones are values, their mean is the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -45,10 +46,12 @@ def scaled_detj(spline: Spline) -> np.ndarray:
     return _scaled(*_detj(bezier_points(spline)))
 
 
+@lru_cache(maxsize=2)
 def min_detj(spline: Spline) -> Jacobian:
     """Smallest det J of the spline, where it is, and a bound that no point goes below.
 
     Samples 9^3 points per element, then halves the boxes whose bound lies below the least value.
+    Kept, for plugin and report ask alike.
     """
     coefficients, values = _detj(bezier_points(spline))
     volumes = coefficients.mean(axis=1)

@@ -11,7 +11,7 @@ import numpy as np
 
 from polycube.geometry.lattice import collapse, lattice
 from polycube.geometry.rough_map import affine_map
-from polycube.geometry.template import template
+from polycube.geometry.template import counts, mesh
 from polycube.types import Candidate, HexMesh, Polycube, RoughMap, TriMesh
 
 SIDES = np.array([100.0, 60.0, 40.0])
@@ -47,7 +47,7 @@ def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
     """The block of one primitive, meshed with edges of about `size`."""
     polycube = collapse(lattice((1, 1, 1), (primitive,), PRIMITIVES))
     rough_map = affine_map(polycube, np.diag(SIDES), PLACE)
-    hexes = template(polycube, rough_map, size)
+    hexes = mesh(polycube, rough_map, counts(polycube, rough_map, size))
     outer, faces = np.unique(hexes.quads[:, [[0, 1, 2], [0, 2, 3]]], return_inverse=True)
     surface = TriMesh(hexes.vertices[outer], faces.reshape(-1, 3))
     return Solid(surface, polycube, rough_map, hexes)

@@ -7,18 +7,16 @@ import trimesh
 from polycube.geometry.body import Body
 from polycube.geometry.features import chains, goals, match, no_features, sharpness
 from polycube.geometry.lattice import boundary, edges
-from polycube.geometry.rough_map import identity_map
 from polycube.geometry.target import target
-from polycube.geometry.template import template
 from polycube.types import Polycube, TriMesh
-from tests.geometry.test_template import ring
+from tests.geometry.test_template import cut, ring
 
 
 def cube_body(surface: trimesh.Trimesh, turn: float = 0.0) -> tuple[Body, np.ndarray]:
     """A unit cube of hexes, at the unit scale of the surface; turned about z by an angle."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     goal = target(TriMesh(surface.vertices, surface.faces))
-    body = Body(template(cube, identity_map(cube), 0.25), goal, 100)
+    body = Body(cut(cube, 0.25), goal, 100)
     c, s = np.cos(turn), np.sin(turn)
     x = (body.mesh.vertices - 0.5) @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     return body, x / goal.scale
@@ -30,7 +28,7 @@ def unit_box() -> trimesh.Trimesh:
 
 def test_chains_are_the_edges_of_the_polycube():
     goal = target(TriMesh(unit_box().vertices, unit_box().faces))
-    mesh = template(ring(), identity_map(ring()), 1 / 6)
+    mesh = cut(ring(), 1 / 6)
     found = chains(Body(mesh, goal, 10))
     ends, patches = edges(boundary(ring()))
     assert len(found.patches) == len(ends) == 24

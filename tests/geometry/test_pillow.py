@@ -8,17 +8,15 @@ from polycube.geometry import hexes
 from polycube.geometry.pillow import insert, smooth_patches
 from polycube.geometry.quality import scaled_jacobian, volume
 from polycube.geometry.registration import register
-from polycube.geometry.rough_map import identity_map
 from polycube.geometry.target import target
-from polycube.geometry.template import template
 from polycube.types import HexMesh, Polycube, TriMesh
-from tests.geometry.test_template import ring
+from tests.geometry.test_template import cut, ring
 
 
 def cube() -> HexMesh:
     """Unit cube of 4 x 4 x 4 hexes; patches +x, -x, +y, -y, +z, -z."""
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
-    return template(solid, identity_map(solid), 0.25)
+    return cut(solid, 0.25)
 
 
 def test_layer_under_the_whole_boundary():
@@ -70,7 +68,7 @@ def test_layers_that_would_only_touch_are_joined():
 
 
 def test_cells_and_handles_are_kept():
-    mesh = template(ring(), identity_map(ring()), 1 / 6)
+    mesh = cut(ring(), 1 / 6)
     layered = insert(mesh, np.unique(mesh.patch))
     assert hexes.genus(layered) == 1
     assert len(layered.cell) == len(layered.hexes)

@@ -6,7 +6,7 @@ import pytest
 from polycube.geometry import hexes, lattice, template
 from polycube.geometry.quality import scaled_jacobian, volume
 from polycube.geometry.rough_map import affine_map, identity_map
-from polycube.types import Polycube
+from polycube.types import HexMesh, Polycube
 
 
 def ring() -> Polycube:
@@ -20,6 +20,12 @@ def ring() -> Polycube:
 def bar() -> Polycube:
     """Two cells side by side, merged."""
     return Polycube(np.ones((1, 1, 1)), [0, 2], [0, 1], [0, 1], (2, 1, 1), ("cube", "cube"))
+
+
+def cut(polycube: Polycube, size: float) -> HexMesh:
+    """The polycube itself, in hexes about so large."""
+    where = identity_map(polycube)
+    return template.mesh(polycube, where, template.counts(polycube, where, size))
 
 
 def test_numbers_follow_the_lengths_in_the_model():
@@ -41,7 +47,7 @@ def test_lengths_follow_the_bend_and_ignore_empty_boxes():
 
 
 def test_mesh_of_a_ring():
-    mesh = template.template(ring(), identity_map(ring()), 1 / 6)
+    mesh = cut(ring(), 1 / 6)
     assert len(mesh.hexes) == 8 * 4 * 6
     assert hexes.genus(mesh) == 1
     assert volume(mesh) == pytest.approx(8 / 9)
@@ -49,7 +55,7 @@ def test_mesh_of_a_ring():
 
 
 def test_patches_are_those_of_the_polycube():
-    mesh = template.template(ring(), identity_map(ring()), 1 / 6)
+    mesh = cut(ring(), 1 / 6)
     faces = lattice.boundary(ring())
     assert set(mesh.patch) == set(faces.patch) == set(range(10))
     middle = mesh.vertices[mesh.quads].mean(axis=1)
@@ -65,11 +71,11 @@ def test_patches_are_those_of_the_polycube():
 
 
 def test_cells_are_numbered_x_slowest():
-    mesh = template.template(bar(), identity_map(bar()), 0.25)
+    mesh = cut(bar(), 0.25)
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     assert np.array_equal(mesh.cell, middle[:, 0] > 1)
 
 
 def test_size_must_be_positive():
     with pytest.raises(ValueError, match="size must be a positive length; got 0"):
-        template.template(bar(), identity_map(bar()), 0)
+        cut(bar(), 0)
