@@ -66,6 +66,21 @@ class DiffusionProcess:
         signal, noise, drift = self._at(t, x_t)
         return (x_t - noise * z - drift * q) / signal
 
+    def velocity(self, x_0: Tensor, z: Tensor, t: Tensor) -> Tensor:
+        """v_t = sqrt(alpha_bar_t) s z - sqrt(1 - alpha_bar_t) x_0 (Salimans and Ho, 2022).
+
+        Without its drift, x'_t = x_t - c_t q = sqrt(alpha_bar_t) x_0 + sqrt(1 - alpha_bar_t) s z
+        turns from x_0 to the noise s z by an angle; v_t is its derivative by that angle.  The
+        drift is known with the geometry, so it is no part of what a network has to say.
+        """
+        signal, noise, _ = self._at(t, x_0)
+        return signal * self.noise_scale * z - noise / self.noise_scale * x_0
+
+    def origin_of_velocity(self, x_t: Tensor, v: Tensor, q: Tensor, t: Tensor) -> Tensor:
+        """x_0 = sqrt(alpha_bar_t) (x_t - c_t q) - sqrt(1 - alpha_bar_t) v_t, turned back."""
+        signal, noise, drift = self._at(t, x_t)
+        return signal * (x_t - drift * q) - noise / self.noise_scale * v
+
     def reverse_mean(self, x_t: Tensor, z: Tensor, q: Tensor, t: int) -> Tensor:
         """mu'_t = (x'_t - beta_t / sqrt(1 - alpha_bar_t) (s z + q'_t)) / sqrt(alpha_t) (eq. 5).
 

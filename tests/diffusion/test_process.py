@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from polycube.diffusion.process import DiffusionProcess, kept_steps
 
@@ -64,6 +66,40 @@ def test_noise_and_origin_undo_forward(process: DiffusionProcess, images: torch.
     x_t = process.forward(x_0, z, q, t)
     assert torch.allclose(process.noise(x_t, x_0, q, t), z, atol=1e-9)
     assert torch.allclose(process.origin(x_t, z, q, t), x_0, atol=1e-9)
+
+
+@settings(derandomize=True, max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), t=st.integers(1, 500), s=st.floats(0.01, 10))
+def test_velocity_leads_back_to_x_0_and_the_noise(seed: int, t: int, s: float) -> None:
+    """At every step, for every noise scale: x'_t and v_t are x_0 and s z, turned."""
+    process, steps = DiffusionProcess(ALPHA_BAR, s), torch.tensor([t, 500])
+    draw = torch.Generator().manual_seed(seed)
+    x_0, z, q = torch.randn(3, 2, 3, 4, 4, generator=draw, dtype=torch.float64)
+    v, x_t = process.velocity(x_0, z, steps), process.forward(x_0, z, q, steps)
+    origin = process.origin_of_velocity(x_t, v, q, steps)
+    assert torch.allclose(origin, x_0, atol=1e-11)
+    assert torch.allclose(process.noise(x_t, origin, q, steps), z, atol=1e-8)
+    free = process.forward(x_0, z, torch.zeros_like(q), steps)  # x'_t
+    assert torch.allclose(free**2 + v**2, x_0**2 + (s * z) ** 2, atol=1e-9)
+
+
+def test_velocity_is_the_derivative_by_the_angle(images: torch.Tensor) -> None:
+    """A schedule with alpha_bar = cos^2 at equal angles: central differences of x'_t."""
+    h = 1e-4
+    angles = torch.tensor([0, 0.7 - h, 0.7, 0.7 + h], dtype=torch.float64)
+    process = DiffusionProcess(angles.cos().square().numpy(), noise_scale=0.5)
+    x_0, z, q = images
+    before, here, after = (torch.full((2,), t) for t in (1, 2, 3))
+    free = [process.forward(x_0, z, torch.zeros_like(q), t) for t in (before, after)]
+    assert torch.allclose((free[1] - free[0]) / (2 * h), process.velocity(x_0, z, here), atol=1e-7)
+
+
+def test_velocity_starts_as_the_noise_and_ends_as_minus_x_0(images: torch.Tensor) -> None:
+    x_0, z, _ = images
+    process = DiffusionProcess(np.array([1, 0.5, 1e-12]), noise_scale=0.5)
+    start, end = torch.tensor([0, 0]), torch.tensor([2, 2])
+    assert torch.equal(process.velocity(x_0, z, start), 0.5 * z)
+    assert torch.allclose(process.velocity(x_0, z, end), -x_0, atol=1e-5)
 
 
 def test_first_reverse_step_gives_x_0_exactly(
