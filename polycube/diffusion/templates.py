@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
-from scipy.ndimage import label
 from scipy.sparse import coo_matrix, csgraph, identity
 from scipy.sparse.linalg import splu
 
-from polycube.geometry.lattice import boundary, collapse, lattice
+from polycube.geometry.lattice import Boundary, boundary, collapse, is_manifold, lattice
 from polycube.types import Polycube, freeze
 
 Context = tuple[str | None, ...]
 
+ENUMERATED = 5000  # fillings of a grid that are all looked at; of more, some are drawn
 STEPS_PER_VOXEL = 4
 SMOOTHING = (
     0.0,
@@ -37,37 +37,74 @@ class Template:
     polycube: Polycube  # collapsed: it has knots only where there is something to see
     vertices: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3) into vertices
-    rounded: np.ndarray  # (L, V, 3) vertices after each amount of smoothing, same bounding box
+    rounded: np.ndarray  # (L, V, 3) float32 after each amount of smoothing, same bounding box
+    axis: np.ndarray  # (F,) 0..5, outward, of the polycube face it lies in, see types.AXES
+    cell: np.ndarray  # (F,) grid cell it belongs to, x slowest
+    wall: np.ndarray  # (F,) 1: of a hole, which lies in an occupied cell; 0: outer wall
 
     def __post_init__(self) -> None:
         freeze(
             self,
             vertices=("V 3", np.float64),
             faces=("F 3", np.int64),
-            rounded=("L V 3", np.float64),
+            rounded=("L V 3", np.float32),
+            axis=("F", np.int64),
+            cell=("F", np.int64),
+            wall=("F", np.int64),
         )
 
 
-def contexts(grid: Sequence[int], primitives: Mapping[str, np.ndarray]) -> list[Context]:
-    """Every filling of the grid that is one solid without closed voids: 24 for the paper's 2x1."""
-    fillings = product((*primitives, None), repeat=int(np.prod(grid)))
-    return [c for c in fillings if _is_one_solid(lattice(grid, c, primitives).occupancy)]
+def contexts(
+    grid: Sequence[int], primitives: Mapping[str, np.ndarray], limit: int = 2000
+) -> list[Context]:
+    """Fillings of the grid that are one manifold solid without voids: 24 for the paper's 2x1.
+
+    All of them if the grid has few fillings, else at most `limit`, the same ones every time.
+    """
+    names = (*primitives, None)
+    n_cells = int(np.prod(grid))
+    if len(names) ** n_cells <= ENUMERATED:
+        return [c for c in product(names, repeat=n_cells) if _is_solid(grid, c, primitives)]
+    drawn = dict.fromkeys(islice(_fillings(names, n_cells), 50 * limit))
+    return list(islice((c for c in drawn if _is_solid(grid, c, primitives)), limit))
 
 
-def _is_one_solid(occupancy: np.ndarray) -> bool:
-    """Whether the solid and the space around it are each connected through voxel faces."""
-    return label(occupancy)[1] == 1 and label(~np.pad(occupancy, 1))[1] == 1
+def _fillings(names: Sequence[str | None], n_cells: int) -> Iterator[Context]:
+    """Random fillings without end, each of few kinds of cells, as those of parts are."""
+    rng = np.random.default_rng(0)
+    while True:
+        share = rng.dirichlet(np.full(len(names), 0.2))
+        yield tuple(names[i] for i in rng.choice(len(names), n_cells, p=share))
+
+
+def _is_solid(grid: Sequence[int], context: Context, primitives: Mapping[str, np.ndarray]) -> bool:
+    return any(context) and is_manifold(collapse(lattice(grid, context, primitives)))
 
 
 def template(
     grid: Sequence[int], context: Context, primitives: Mapping[str, np.ndarray]
 ) -> Template:
-    """Tessellated, rounded surface of one context."""
+    """Tessellated, rounded, labelled surface of one context."""
     voxels = lattice(grid, context, primitives)
-    surface = boundary(_refine(voxels, STEPS_PER_VOXEL))
+    refined = _refine(voxels, STEPS_PER_VOXEL)
+    surface = boundary(refined)
     vertices = surface.vertices - np.array(grid) / 2
     faces = surface.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    return Template(collapse(voxels), vertices, faces, _round(vertices, surface.quads))
+    rounded = _round(vertices, surface.quads)
+    labels = np.stack([surface.axis, *_cell_and_wall(refined, surface)])
+    return Template(collapse(voxels), vertices, faces, rounded, *labels.repeat(2, axis=1))
+
+
+def _cell_and_wall(voxels: Polycube, surface: Boundary) -> np.ndarray:
+    """(2, Q) grid cell of each face, and whether what it looks into is an occupied cell."""
+    grid = np.array(voxels.grid)
+    size = voxels.occupancy.shape // grid  # voxels per cell
+    inside = np.argwhere(voxels.occupancy)[surface.box]  # (Q, 3)
+    outward = np.concatenate([np.eye(3, dtype=int), -np.eye(3, dtype=int)])
+    outside = inside + outward[surface.axis % 2 * 3 + surface.axis // 2]
+    filled = np.array([name is not None for name in voxels.context]).reshape(grid)
+    into = np.pad(filled, 1)[tuple((outside // size + 1).T)]
+    return np.stack([np.ravel_multi_index((inside // size).T, grid), into])
 
 
 def _refine(polycube: Polycube, n: int) -> Polycube:
