@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import expit
 
 from polycube.registry import register
 
@@ -35,4 +36,35 @@ class Cosine:
         """alpha_bar, (T + 1,), from 1 down."""
         time = np.linspace(0, 1, self.steps + 1)
         f = np.cos((time + self.offset) / (1 + self.offset) * np.pi / 2) ** 2
-        return np.append(1.0, np.cumprod(np.maximum(f[1:] / f[:-1], 1 - self.beta_max)))
+        return _stepwise(f, self.beta_max)
+
+
+@register("schedule", "sigmoid")
+@dataclass(frozen=True)
+class Sigmoid:
+    """alpha_bar_t = (g(1) - g(t / T)) / (g(1) - g(0)), slow at both ends (Jabri et al., 2022).
+
+    g(u) = 1 / (1 + exp(-(start + u (end - start)) / tau))
+    """
+
+    steps: int = 500
+    start: float = -3.0
+    end: float = 3.0
+    tau: float = 1.0
+    beta_max: float = 0.999  # keeps alpha_bar_T above zero
+
+    def __post_init__(self) -> None:
+        if not self.start < self.end:
+            raise ValueError(f"start must be below end; got {self.start} and {self.end}")
+        if not self.tau > 0:
+            raise ValueError(f"tau must be positive; got {self.tau}")
+
+    def __call__(self) -> np.ndarray:
+        """alpha_bar, (T + 1,), from 1 down."""
+        g = expit(np.linspace(self.start, self.end, self.steps + 1) / self.tau)
+        return _stepwise((g[-1] - g) / (g[-1] - g[0]), self.beta_max)
+
+
+def _stepwise(f: np.ndarray, beta_max: float) -> np.ndarray:
+    """alpha_bar = f / f_0, with beta_t no larger than beta_max at any step."""
+    return np.append(1.0, np.cumprod(np.maximum(f[1:] / f[:-1], 1 - beta_max)))

@@ -87,28 +87,28 @@ def test_the_strangers_own_tests_pass(python: Path, tmp_path: Path) -> None:
 def test_strangers_and_our_plugins_stand_side_by_side(python: Path, tmp_path: Path) -> None:
     code = "from polycube.registry import names; print(*names('schedule'), *names('primitive'))"
     said = run(python, "-c", code, cwd=tmp_path).split()
-    assert said == "cosine linear sigmoid cube hole_x hole_y hole_z notch".split()
+    assert said == "cosine linear quadratic sigmoid cube hole_x hole_y hole_z notch".split()
 
 
 def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
     train = python.parent / "polycube-train"
-    chosen = ("schedule=sigmoid", "schedule.steps=77", "primitives=cube_and_notch")
+    chosen = ("schedule=quadratic", "schedule.steps=77", "primitives=cube_and_notch")
     said = run(train, "--cfg", "job", *chosen, cwd=tmp_path)
-    assert "plugin: sigmoid" in said and "steps: 77" in said and "- notch" in said
+    assert "plugin: quadratic" in said and "steps: 77" in said and "- notch" in said
 
 
 def test_a_name_nobody_has_is_refused_with_the_names_there_are(
     python: Path, tmp_path: Path
 ) -> None:
     train = python.parent / "polycube-train"
-    said = run(train, "--cfg", "job", "schedule=sigmoidal", cwd=tmp_path, fails=True)
-    assert "sigmoidal" in said and "sigmoid" in said and "linear" in said
+    said = run(train, "--cfg", "job", "schedule=squared", cwd=tmp_path, fails=True)
+    assert "squared" in said and "quadratic" in said and "linear" in said
 
 
 @pytest.mark.slow
 def test_a_short_training_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
     train = python.parent / "polycube-train"
-    chosen = ("experiment=smoke", "schedule=sigmoid", "primitives=cube_and_notch")
+    chosen = ("experiment=smoke", "schedule=quadratic", "primitives=cube_and_notch")
     small = ("batches_per_epoch=2", "batch_size=4", "held_out=4", "trainer.max_epochs=1")
     run(train, *chosen, *small, cwd=tmp_path)
     assert list(tmp_path.rglob("weights.safetensors"))

@@ -2,8 +2,8 @@
 
     from polycube.testing import check_plugin
 
-    def test_sigmoid():
-        check_plugin("schedule", {"plugin": "sigmoid", "steps": 100, "slope": 6.0})
+    def test_quadratic():
+        check_plugin("schedule", {"plugin": "quadratic", "steps": 100})
 
 A promise that is broken raises AssertionError with the kind and what was found.
 """

@@ -26,3 +26,32 @@ def test_cosine_follows_its_formula_until_the_last_steps() -> None:
     alpha_bar = build("schedule", {"plugin": "cosine"})()
     f = np.cos((np.arange(501) / 500 + 0.008) / 1.008 * np.pi / 2) ** 2
     assert alpha_bar[:490] == pytest.approx((f / f[0])[:490])
+
+
+def test_sigmoid_follows_its_formula_until_the_last_step() -> None:
+    """With start = -end half is left half-way, and what is lost is left as long before the end."""
+    schedule = build("schedule", {"plugin": "sigmoid", "start": -2.0, "end": 2.0, "tau": 0.5})
+    alpha_bar = schedule()
+    assert alpha_bar[250] == pytest.approx(0.5, abs=1e-12)
+    assert alpha_bar[1:500] + alpha_bar[499:0:-1] == pytest.approx(np.ones(499), abs=1e-12)
+    low, high = 1 / (1 + np.exp(4)), 1 / (1 + np.exp(-4))
+    here = 1 / (1 + np.exp(-(-2 + 4 * 100 / 500) / 0.5))
+    assert alpha_bar[100] == pytest.approx((high - here) / (high - low), rel=1e-12)
+    assert alpha_bar[500] == pytest.approx(alpha_bar[499] * 0.001)
+
+
+def test_a_hot_sigmoid_is_a_straight_line() -> None:
+    alpha_bar = build("schedule", {"plugin": "sigmoid", "tau": 1e4})()
+    assert alpha_bar[:500] == pytest.approx(1 - np.arange(500) / 500, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"start": 3.0, "end": 3.0}, "start must be below end; got 3.0 and 3.0"),
+        ({"tau": 0.0}, "tau must be positive; got 0.0"),
+    ],
+)
+def test_a_sigmoid_without_a_rise_is_refused(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        build("schedule", {"plugin": "sigmoid", **options})

@@ -7,18 +7,17 @@ import numpy as np
 from polycube.registry import register
 
 
-@register("schedule", "sigmoid")
+@register("schedule", "quadratic")
 @dataclass(frozen=True)
-class Sigmoid:
-    """beta_t rises along a sigmoid: slow at both ends, fast in the middle."""
+class Quadratic:
+    """beta_t grows with the square of t: slow while most of the polycube is left."""
 
     steps: int = 500
-    slope: float = 6.0
     beta_start: float = 1e-4
-    beta_end: float = 0.02
+    beta_end: float = 0.03
 
     def __call__(self) -> np.ndarray:
         """alpha_bar, (T + 1,), from 1 down."""
-        rise = 1 / (1 + np.exp(-np.linspace(-self.slope, self.slope, self.steps)))
-        beta = self.beta_start + (self.beta_end - self.beta_start) * rise
+        time = np.linspace(0, 1, self.steps)
+        beta = self.beta_start + (self.beta_end - self.beta_start) * time**2
         return np.append(1.0, np.cumprod(1 - beta))

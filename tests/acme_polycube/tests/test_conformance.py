@@ -3,8 +3,8 @@
 from polycube.testing import check_plugin
 
 
-def test_sigmoid() -> None:
-    check_plugin("schedule", {"plugin": "sigmoid", "steps": 50, "slope": 4.0})
+def test_quadratic() -> None:
+    check_plugin("schedule", {"plugin": "quadratic", "steps": 50})
 
 
 def test_notch() -> None:
