@@ -56,8 +56,9 @@ class Sigmoid:
     def __post_init__(self) -> None:
         if not self.start < self.end:
             raise ValueError(f"start must be below end; got {self.start} and {self.end}")
-        if not self.tau > 0:
-            raise ValueError(f"tau must be positive; got {self.tau}")
+        least = max(abs(self.start), abs(self.end)) / 30  # below, the ends are flat in float64
+        if not self.tau >= least:
+            raise ValueError(f"tau must be at least {least:g} with this range; got {self.tau}")
 
     def __call__(self) -> np.ndarray:
         """alpha_bar, (T + 1,), from 1 down."""

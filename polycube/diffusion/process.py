@@ -30,7 +30,7 @@ class DiffusionProcess:
         alpha_bar = np.asarray(alpha_bar, dtype=np.float64)
         if alpha_bar.ndim != 1 or len(alpha_bar) < 2 or alpha_bar[0] != 1 or alpha_bar[-1] <= 0:
             raise ValueError(f"alpha_bar must go from 1 to above 0; got {alpha_bar}")
-        if (np.diff(alpha_bar) >= 0).any():
+        if not (np.diff(alpha_bar) < 0).all():
             raise ValueError("alpha_bar must fall at every step")
         if noise_scale <= 0:
             raise ValueError(f"noise_scale must be positive; got {noise_scale}")

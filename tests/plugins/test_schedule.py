@@ -45,11 +45,16 @@ def test_a_hot_sigmoid_is_a_straight_line() -> None:
     assert alpha_bar[:500] == pytest.approx(1 - np.arange(500) / 500, abs=1e-7)
 
 
+def test_the_coldest_sigmoid_still_falls_at_every_step() -> None:
+    alpha_bar = build("schedule", {"plugin": "sigmoid", "tau": 0.1, "steps": 1000})()
+    assert DiffusionProcess(alpha_bar).steps == 1000
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"start": 3.0, "end": 3.0}, "start must be below end; got 3.0 and 3.0"),
-        ({"tau": 0.0}, "tau must be positive; got 0.0"),
+        ({"tau": 0.05}, "tau must be at least 0.1 with this range; got 0.05"),
     ],
 )
 def test_a_sigmoid_without_a_rise_is_refused(options: dict, message: str) -> None:
