@@ -17,9 +17,18 @@ if TYPE_CHECKING:
 @register("sampler", "ddpm")
 @dataclass(frozen=True)
 class Ddpm:
-    """Every step, with new noise: x_{t-1} = mu'_t + sigma_t z (Algorithm 2)."""
+    """Every step, with new noise: x_{t-1} = mu'_t + sigma_t z (Algorithm 2).
 
-    noise: float = 1.0  # factor of sigma_t = s sqrt(beta_t)
+    sigma_t^2 is s^2 beta_t, as published, exact if x_0 is noise of variance s^2; or the variance
+    of q(x_{t-1} | x_t, x_0), exact if x_0 is known (Ho et al., 2020).
+    """
+
+    variance: str = "beta"  # or posterior
+    noise: float = 1.0  # factor of sigma_t
+
+    def __post_init__(self) -> None:
+        if self.variance not in ("beta", "posterior"):
+            raise ValueError(f"variance must be beta or posterior; got {self.variance!r}")
 
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
@@ -36,11 +45,16 @@ class Ddpm:
             z = process.noise(x_t, predict(x_t, t), q, step)
             x_t = process.reverse_mean(x_t, z, q, t)
             if t > 1:
-                sigma = self.noise * process.noise_scale * float(process.beta[t]) ** 0.5
-                x_t = x_t + sigma * torch.randn(x_t.shape, generator=generator).to(x_t)
+                sigma = self._variance(process, t) ** 0.5
+                x_t = x_t + self.noise * sigma * torch.randn(x_t.shape, generator=generator).to(x_t)
             if t - 1 in kept:
                 states.append(x_t)
         return x_t, torch.stack(states)
+
+    def _variance(self, process: DiffusionProcess, t: int) -> float:
+        if self.variance == "posterior":
+            return process.posterior_variance(t)
+        return process.noise_scale**2 * float(process.beta[t])
 
 
 @register("sampler", "ddim")

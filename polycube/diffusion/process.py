@@ -91,6 +91,15 @@ class DiffusionProcess:
         share = (1 - alpha) / (1 - alpha_bar) ** 0.5
         return (x_t - share * (self.noise_scale * z + q_prime)) / alpha**0.5
 
+    def posterior_variance(self, t: int) -> float:
+        """s^2 beta_t (1 - alpha_bar_{t-1}) / (1 - alpha_bar_t), of q(x_{t-1} | x_t, x_0).
+
+        `reverse_mean` with the z that x_0 implies is its mean: x'_t = x_t - c_t q takes the steps
+        of a process without drift, so q moves the mean only.
+        """
+        share = (1 - self.alpha_bar[t - 1]) / (1 - self.alpha_bar[t])
+        return self.noise_scale**2 * float(self.beta[t] * share)
+
     def _at(self, t: Tensor, like: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Factors of x_0, z and q at steps t, shaped to multiply images like the given ones."""
         alpha_bar, drift = self.alpha_bar[t.cpu()], self.drift[t.cpu()]

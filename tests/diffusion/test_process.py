@@ -135,6 +135,28 @@ def test_reverse_mean_is_the_posterior_mean(
     gain = variance * a.sqrt() / (a * variance + step)
     mean = prior + gain * (x_t - a.sqrt() * prior - step.sqrt() * q)
     assert torch.allclose(process.reverse_mean(x_t, z, q, t), mean, atol=1e-10)
+    spread = float(variance * step / (a * variance + step))
+    assert process.posterior_variance(t) == pytest.approx(0.5**2 * spread, rel=1e-12)
+
+
+def test_the_posterior_leads_from_each_marginal_to_the_one_before(
+    process: DiffusionProcess, images: torch.Tensor
+) -> None:
+    """A Gaussian of eq. 2 at t, a step back, is that at t - 1: mean and variance, at every t."""
+    x_0, z, q = images[:, :1]
+    zero = torch.zeros_like(x_0)
+    for t in range(1, 501):
+        here = torch.tensor([t])
+
+        def back(x_t: torch.Tensor, here: torch.Tensor = here) -> torch.Tensor:
+            noise = process.noise(x_t, x_0, q, here)
+            return process.reverse_mean(x_t, noise, q, int(here))
+
+        mean = back(process.forward(x_0, zero, q, here))
+        assert torch.allclose(mean, process.forward(x_0, zero, q, here - 1), atol=1e-10)
+        gain = float(((back(mean + z) - back(mean)) / z).mean())
+        variance = gain**2 * 0.25 * (1 - process.alpha_bar[t]) + process.posterior_variance(t)
+        assert float(variance) == pytest.approx(0.25 * (1 - float(process.alpha_bar[t - 1])))
 
 
 def test_kept_steps_are_those_of_the_figure() -> None:

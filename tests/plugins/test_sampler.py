@@ -54,6 +54,46 @@ def test_ddpm_adds_the_noise_of_algorithm_2() -> None:
     assert states[1].std() == pytest.approx(0.5 * 0.02**0.5, rel=0.02)  # x_{T - 1}
 
 
+@pytest.mark.parametrize("variance", ["beta", "posterior"])
+def test_marginals_of_ddpm_when_x_0_is_known(variance: str) -> None:
+    """12,288 equal pixels from x_T to x_t: mean and variance within three standard errors.
+
+    With the posterior variance they are those of the forward process between x_0 and x_T; with
+    beta the mean is the same, the variance what the steps add up to, which shows near t = 0 only.
+    """
+    process, seen = _process(noise_scale=0.5), {}
+    alpha_bar, c, s = process.alpha_bar.numpy(), process.drift.numpy(), process.noise_scale
+    origin, end, n = 0.7, -0.4, 3 * 64 * 64
+
+    def predict(x_t: torch.Tensor, t: int) -> torch.Tensor:
+        seen[t] = x_t
+        return torch.full_like(x_t, origin)
+
+    x_T = torch.full((1, 3, 64, 64), end, dtype=torch.float64)
+    sampler = build("sampler", {"plugin": "ddpm", "variance": variance})
+    sampler(predict, x_T, process, torch.Generator().manual_seed(0))
+
+    spread = 0.0  # variance the steps add up to
+    for t in range(500, 1, -1):
+        gain = (1 - process.beta[t]) ** 0.5 * (1 - alpha_bar[t - 1]) / (1 - alpha_bar[t])
+        spread = float(gain**2 * spread + s**2 * process.beta[t])
+        if t - 1 not in (450, 250, 3):
+            continue
+        a, left = alpha_bar[t - 1], alpha_bar[500] / alpha_bar[t - 1]
+        known = left**0.5 * (1 - a) / (1 - alpha_bar[500])  # what x_T says about x_t
+        mean = (a**0.5 - known * alpha_bar[500] ** 0.5) * origin + c[t - 1] * end / c[500]
+        bridge = s**2 * (1 - a) * (1 - left) / (1 - alpha_bar[500])
+        assert 1 < spread / bridge < 1.01 if t > 4 else spread / bridge > 1.3
+        expected = bridge if variance == "posterior" else spread
+        assert abs(seen[t - 1].mean() - mean) < 3 * (expected / n) ** 0.5
+        assert abs(seen[t - 1].var() - expected) < 3 * expected * (2 / n) ** 0.5
+
+
+def test_an_unknown_variance_is_refused() -> None:
+    with pytest.raises(ValueError, match="variance must be beta or posterior; got 'none'"):
+        build("sampler", {"plugin": "ddpm", "variance": "none"})
+
+
 def test_without_noise_ddpm_and_ddim_do_not_need_a_generator_seed() -> None:
     for config in ({"plugin": "ddpm", "noise": 0.0}, {"plugin": "ddim"}):
         a, b = (
