@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class Ddpm:
     """Every step, with new noise: x_{t-1} = mu'_t + sigma_t z (Algorithm 2).
 
-    sigma_t^2 is s^2 beta_t, as published, exact if x_0 is noise of variance s^2; or the variance
-    of q(x_{t-1} | x_t, x_0), exact if x_0 is known (Ho et al., 2020).
+    sigma_t^2 is s^2 beta_t, as in Algorithm 2, exact if x_0 is noise of variance s^2; or the
+    variance of q(x_{t-1} | x_t, x_0), as below eq. 3, exact if x_0 is known (Ho et al., 2020).
     """
 
     variance: str = "beta"  # or posterior
@@ -60,9 +60,12 @@ class Ddpm:
 @register("sampler", "ddim")
 @dataclass(frozen=True)
 class Ddim:
-    """A few deterministic steps: the same noise, less of it (the mean, where DDPM draws)."""
+    """A few deterministic steps: the same noise, less of it (the mean, where DDPM draws).
 
-    steps: int = 4
+    Kept states between two steps lie on the way from one to the other.
+    """
+
+    steps: int = 4  # network evaluations
 
     def __post_init__(self) -> None:
         if self.steps < 1:
@@ -77,14 +80,14 @@ class Ddim:
         from polycube.diffusion.process import kept_steps
 
         T = process.steps
-        kept = kept_steps(T)
-        even = {round(T * i / self.steps) for i in range(self.steps + 1)}
-        times = sorted(even | set(kept), reverse=True)
+        times = sorted({round(T * i / self.steps) for i in range(self.steps + 1)}, reverse=True)
         q, x_t, states = process.adjustment(x_T), x_T, [x_T]
         for t, after in pairwise(times):
             x_0 = predict(x_t, t)
             z = process.noise(x_t, x_0, q, torch.full((len(x_T),), t))
-            x_t = process.forward(x_0, z, q, torch.full((len(x_T),), after))
-            if after in kept:
-                states.append(x_t)
+            seen = [step for step in kept_steps(T) if after <= step < t]
+            *way, x_t = (
+                process.forward(x_0, z, q, torch.full((len(x_T),), step)) for step in [*seen, after]
+            )
+            states += way
         return x_t, torch.stack(states)

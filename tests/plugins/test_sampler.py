@@ -31,7 +31,7 @@ def test_the_right_prediction_is_reached_from_the_geometry(name: str, steps: int
     assert torch.equal(states[0], X_T) and torch.equal(states[-1], x_0)
     assert len(states) == (5 if steps == 500 else 3)
     assert asked[0] == steps and asked == sorted(asked, reverse=True)
-    assert len(asked) == steps if name == "ddpm" else len(asked) <= 8
+    assert len(asked) == (steps if name == "ddpm" else min(steps, 4))
 
 
 def test_ddpm_draws_and_its_seed_decides() -> None:
@@ -103,6 +103,33 @@ def test_without_noise_ddpm_and_ddim_do_not_need_a_generator_seed() -> None:
             for seed in (0, 1)
         )
         assert torch.equal(a, b)
+
+
+@pytest.mark.parametrize("steps", [1, 4, 7, 60, 100])
+def test_ddim_asks_as_often_as_it_is_told(steps: int) -> None:
+    asked = []
+
+    def predict(x_t: torch.Tensor, t: int) -> torch.Tensor:
+        asked.append(t)
+        return x_t / 2
+
+    sampler = build("sampler", {"plugin": "ddim", "steps": steps})
+    sampler(predict, X_T, _process(60), torch.Generator())
+    assert len(asked) == min(steps, 60)
+    assert torch.tensor(asked).diff().unique().numel() <= 2  # evenly
+
+
+def test_states_between_two_steps_of_ddim_are_of_one_noise() -> None:
+    """One step: x_0 as predicted from x_T, the other states from it and the noise it implies."""
+    process = _process()
+    x_0, states = build("sampler", {"plugin": "ddim", "steps": 1})(
+        lambda x, t: x / 3, X_T, process, torch.Generator()
+    )
+    q = process.adjustment(X_T)
+    z = process.noise(X_T, X_T / 3, q, torch.tensor([500, 500]))
+    assert torch.allclose(x_0, X_T / 3, atol=1e-6)
+    for t, state in zip((500, 499, 479, 19, 0), states, strict=True):
+        assert torch.allclose(state, process.forward(x_0, z, q, torch.tensor([t, t])), atol=1e-5)
 
 
 def test_ddim_needs_a_step() -> None:
