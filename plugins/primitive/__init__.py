@@ -1,0 +1,1 @@
+"""Unit cells that a polycube is put together from."""

@@ -1,0 +1,51 @@
+"""A cube with square through holes along two or three axes, which cross in its middle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.registry import register
+
+
+@dataclass(frozen=True)
+class Cross:
+    """A cell with a through hole along each of `axes`: two make genus 3, three genus 5."""
+
+    axes = (0, 1, 2)
+
+    def __call__(self) -> np.ndarray:
+        """(3, 3, 3) bool voxels."""
+        voxels = np.ones((3, 3, 3), bool)
+        for axis in self.axes:
+            np.moveaxis(voxels, axis, 2)[1, 1] = False
+        return voxels
+
+
+@register("primitive", "cross_xy")
+class CrossXY(Cross):
+    """Holes along x and y."""
+
+    axes = (0, 1)
+
+
+@register("primitive", "cross_xz")
+class CrossXZ(Cross):
+    """Holes along x and z."""
+
+    axes = (0, 2)
+
+
+@register("primitive", "cross_yz")
+class CrossYZ(Cross):
+    """Holes along y and z."""
+
+    axes = (1, 2)
+
+
+@register("primitive", "cross_xyz")
+class CrossXYZ(Cross):
+    """Holes along all three axes: the frame of a cube."""
+
+    axes = (0, 1, 2)
