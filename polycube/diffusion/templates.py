@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csgraph, identity
 from scipy.sparse.linalg import splu
 
-from polycube.geometry.lattice import Boundary, boundary, collapse, is_manifold, lattice
+from polycube.geometry.lattice import boundary, cell_and_wall, collapse, is_manifold, lattice
 from polycube.types import Polycube, freeze
 
 Context = tuple[str | None, ...]
@@ -91,20 +91,8 @@ def template(
     vertices = surface.vertices - np.array(grid) / 2
     faces = surface.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     rounded = _round(vertices, surface.quads)
-    labels = np.stack([surface.axis, *_cell_and_wall(refined, surface)])
+    labels = np.stack([surface.axis, *cell_and_wall(refined, surface)])
     return Template(collapse(voxels), vertices, faces, rounded, *labels.repeat(2, axis=1))
-
-
-def _cell_and_wall(voxels: Polycube, surface: Boundary) -> np.ndarray:
-    """(2, Q) grid cell of each face, and whether what it looks into is an occupied cell."""
-    grid = np.array(voxels.grid)
-    size = voxels.occupancy.shape // grid  # voxels per cell
-    inside = np.argwhere(voxels.occupancy)[surface.box]  # (Q, 3)
-    outward = np.concatenate([np.eye(3, dtype=int), -np.eye(3, dtype=int)])
-    outside = inside + outward[surface.axis % 2 * 3 + surface.axis // 2]
-    filled = np.array([name is not None for name in voxels.context]).reshape(grid)
-    into = np.pad(filled, 1)[tuple((outside // size + 1).T)]
-    return np.stack([np.ravel_multi_index((inside // size).T, grid), into])
 
 
 def _refine(polycube: Polycube, n: int) -> Polycube:

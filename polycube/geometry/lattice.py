@@ -206,3 +206,22 @@ def cell_of_box(polycube: Polycube) -> np.ndarray:
     middle = [(knots[1:] + knots[:-1]) / 2 for knots in polycube.knots]
     boxes = np.argwhere(polycube.occupancy)
     return cell_at(polycube, np.stack([m[i] for m, i in zip(middle, boxes.T, strict=True)], 1))
+
+
+def cell_and_wall(polycube: Polycube, surface: Boundary) -> np.ndarray:
+    """(2, Q) grid cell of each boundary face, and 1 where it is a hole's, 0 where it is outer.
+
+    A hole's face looks into an occupied cell.  Every cell needs as many boxes, as `lattice` makes
+    them; raises ValueError for a collapsed polycube, whose faces may reach over several cells.
+    """
+    grid = np.array(polycube.grid)
+    size = polycube.occupancy.shape // grid  # boxes per cell
+    for knots, n_cells, step in zip(polycube.knots, grid, size, strict=True):
+        if step == 0 or not np.array_equal(knots[::step], np.arange(n_cells + 1)):
+            raise ValueError(f"cells of a collapsed polycube cannot be told; knots {knots}")
+    inside = np.argwhere(polycube.occupancy)[surface.box]  # (Q, 3)
+    outward = np.concatenate([np.eye(3, dtype=int), -np.eye(3, dtype=int)])
+    outside = inside + outward[surface.axis % 2 * 3 + surface.axis // 2]
+    filled = np.array([name is not None for name in polycube.context]).reshape(grid)
+    into = np.pad(filled, 1)[tuple((outside // size + 1).T)]
+    return np.stack([np.ravel_multi_index((inside // size).T, grid), into])
