@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from polycube.registry import register
+from polycube.registry import build, register
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -91,3 +92,35 @@ class Ddim:
             )
             states += way
         return x_t, torch.stack(states)
+
+
+@register("sampler", "mean")
+@dataclass(frozen=True, eq=False)
+class Mean:
+    """The mean of k draws of another sampler: nearer to the truth than each, less sharp.
+
+    All states are means, so that they are one way from x_T to x_0, with less noise than a draw's.
+    """
+
+    of: Mapping[str, object] = field(default_factory=lambda: {"plugin": "ddpm"})
+    k: int = 8  # draws
+
+    def __post_init__(self) -> None:
+        if self.k < 1:
+            raise ValueError(f"k must be at least 1; got {self.k}")
+        if not isinstance(self.of, Mapping):
+            raise TypeError(
+                f"of must be a sampler's config such as {{plugin: ddpm}}; got {self.of!r}"
+            )
+        build("sampler", self.of)
+
+    def __call__(
+        self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
+    ) -> tuple[Tensor, Tensor]:
+        """x_0 and the states kept on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        sampler = build("sampler", self.of)
+        _, states = sampler(predict, x_T, process, generator)
+        for draws in range(2, self.k + 1):
+            _, more = sampler(predict, x_T, process, generator)
+            states = states + (more - states) / draws
+        return states[-1], states
