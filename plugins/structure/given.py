@@ -13,9 +13,9 @@ from polycube.geometry import surface as surfaces
 from polycube.geometry.frames import rotations, turn
 from polycube.geometry.lattice import collapse, genus, is_manifold, lattice
 from polycube.registry import register
-from polycube.types import Candidate, Polycube, RoughMap, TriMesh
+from polycube.types import Candidate, Polycube, TriMesh
 
-from .read import View
+from .boxes import boxed
 from .reader import Reader, as_candidate, structure_key
 from .words import Word, spell
 
@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 @register("structure", "given")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Given(Reader):
-    """Place one context on the part: by its slices if it is a row of known slabs, else by a box."""
+    """Place one context on the part: by its slices if it is a row of known slabs, else by boxes."""
 
     context: Sequence[str | None]  # per grid cell, x slowest; the last ones may be left out
 
@@ -49,7 +49,7 @@ class Given(Reader):
             ]
             found += [as_candidate(reading, "given", frame) for reading in readings]
             if not readings:
-                found += [_boxed(polycube, view.turned(t), frame) for t in _distinct(full)]
+                found += boxed(polycube, view, _distinct(polycube), frame)
         logger.info("given: %d placements of %s", len(found), named)
         return sorted(found, key=lambda candidate: candidate.cost)
 
@@ -91,19 +91,3 @@ def _distinct(polycube: Polycube, of_row: bool = False) -> list[np.ndarray]:
         axis = int(np.abs(rotation[0]).argmax()) if of_row else 0
         found.setdefault((axis, structure_key(polycube, rotation, 0)), rotation)
     return list(found.values())
-
-
-def _boxed(polycube: Polycube, view: View, frame: int) -> Candidate:
-    """The polycube stretched to the bounding box; its cost is the share of volume it misses."""
-    solid = view.voxels.solid[1:-1, 1:-1, 1:-1]
-    spans = [(knots - knots[0]) / (knots[-1] - knots[0]) for knots in polycube.knots]
-    at = [
-        np.searchsorted(span, (np.arange(n) + 0.5) / n) - 1
-        for span, n in zip(spans, solid.shape, strict=True)
-    ]
-    cost = float((polycube.occupancy[np.ix_(*at)] != solid).sum() / max(1, solid.sum()))
-    corners = np.stack(np.meshgrid(*[(1, n + 1) for n in solid.shape], indexing="ij"), axis=-1)
-    ends = [knots[[0, -1]] for knots in polycube.knots]
-    rough_map = RoughMap(*ends, view.to_model(corners))
-    key = structure_key(polycube, view.turn, frame)
-    return Candidate("given", polycube, rough_map, cost, key)

@@ -7,7 +7,7 @@ monotone cut for every word.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,7 +125,9 @@ def _arrangement(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return apart, offset[:, ::-1] / (offset.sum(axis=1, keepdims=True) + 1e-9)
 
 
-def cut(letters: str, emission: dict[str, np.ndarray], shortest: int) -> tuple[float, np.ndarray]:
+def cut(
+    letters: Sequence[Hashable], emission: Mapping[Hashable, np.ndarray], shortest: int
+) -> tuple[float, np.ndarray]:
     """Least cost of cutting X slices into the letters in order, and where each one begins.
 
     A full letter at an end may be a single slice; infinite when there are too few slices.

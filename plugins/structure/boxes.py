@@ -1,0 +1,97 @@
+"""Place any polycube on a part: its bounding box on the part's, its inner knots where they fit.
+
+How many voxels the part and the placed polycube do not share is, with the knots of two axes held,
+a sum over slices along the third; the best knots there are the cheapest cut of the slices into the
+polycube's slabs, by dynamic programme.  The axes take turns until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from polycube.geometry.frames import turn
+from polycube.types import Candidate, Polycube, RoughMap
+
+from .read import View, cut
+from .reader import structure_key
+
+STARTS = 8  # random ones, beside that of equal slabs
+ROUNDS = 10  # of all three axes at most; two or three are the rule
+
+
+def boxed(
+    polycube: Polycube, view: View, turns: Iterable[np.ndarray], frame: int
+) -> list[Candidate]:
+    """The polycube on the part in each turn (3, 3) from the view to its axes.
+
+    The cost is the volume that only one of the two fills, as a share of the part's.  A turn in
+    which the part has fewer voxels than the polycube has slabs is left out.
+    """
+    solid = view.voxels.solid[1:-1, 1:-1, 1:-1]
+    counts = cumulative(solid)
+    found = []
+    for rotation in turns:
+        slabs = turn(polycube.occupancy, rotation.T)
+        if (np.array(slabs.shape) > solid.shape).any():
+            continue
+        knots, misfit = fit_knots(slabs, counts)
+        corners = np.meshgrid(*[k + 1 for k in knots], indexing="ij")
+        at = np.stack([turn(corner, rotation) for corner in corners], axis=-1)
+        rough_map = RoughMap(*polycube.knots, view.to_model(at))
+        key = structure_key(polycube, rotation, frame)
+        found.append(Candidate("given", polycube, rough_map, misfit / solid.sum(), key))
+    return found
+
+
+def cumulative(solid: np.ndarray) -> np.ndarray:
+    """(X + 1, Y + 1, Z + 1) number of solid voxels below each lattice point."""
+    counts = np.pad(solid.astype(np.int64), ((1, 0), (1, 0), (1, 0)))
+    for axis in range(3):
+        np.cumsum(counts, axis=axis, out=counts)
+    return counts
+
+
+def fit_knots(slabs: np.ndarray, counts: np.ndarray) -> tuple[list[np.ndarray], int]:
+    """Voxels at which the knots of (I, J, K) boxes fit best, and how many voxels then misfit.
+
+    counts : `cumulative` voxels, which the boxes fill from end to end
+
+    A descent that starts with a hole beside the part's loses the hole, hence several starts.
+    """
+    rng = np.random.default_rng(0)
+    widths = [[np.full(n, 1 / n) for n in slabs.shape]]
+    widths += [[rng.dirichlet(np.full(n, 2.0)) for n in slabs.shape] for _ in range(STARTS)]
+    found = [_descend(slabs, counts, shares) for shares in widths]
+    return min(found, key=lambda pair: pair[1])
+
+
+def _descend(
+    slabs: np.ndarray, counts: np.ndarray, shares: list[np.ndarray]
+) -> tuple[list[np.ndarray], int]:
+    """Knots and misfit from slabs that have the given shares of each axis."""
+    knots = [
+        np.append(0, share.cumsum() * (n - 1)).round().astype(int)
+        for share, n in zip(shares, counts.shape, strict=True)
+    ]
+    before = misfit = counts[-1, -1, -1] + 1
+    for _ in range(ROUNDS):
+        for axis in range(3):
+            others = [k for other, k in enumerate(knots) if other != axis]
+            cost = _slice_costs(np.moveaxis(slabs, axis, 0), np.moveaxis(counts, axis, 0), *others)
+            misfit, knots[axis] = cut(range(len(cost)), dict(enumerate(cost)), shortest=1)
+        if misfit == before:
+            break
+        before = misfit
+    return knots, int(misfit)
+
+
+def _slice_costs(slabs: np.ndarray, counts: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """(I, X) voxels of each slice along the first axis that misfit each slab."""
+    filled = np.diff(np.diff(np.diff(counts[:, y][:, :, z], axis=0), axis=1), axis=2)  # (X, J, K)
+    area = np.diff(y)[:, None] * np.diff(z)
+    if_empty = filled.reshape(len(filled), -1)
+    if_full = (area - filled).reshape(len(filled), -1)
+    full = slabs.reshape(len(slabs), -1).astype(int)
+    return full @ if_full.T + (1 - full) @ if_empty.T
