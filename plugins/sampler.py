@@ -66,7 +66,7 @@ class Ddim:
     Kept states between two steps lie on the way from one to the other.
     """
 
-    steps: int = 4  # network evaluations
+    steps: int = 1  # network evaluations
 
     def __post_init__(self) -> None:
         if self.steps < 1:

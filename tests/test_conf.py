@@ -64,5 +64,14 @@ def test_every_option_has_a_comment(path: Path) -> None:
     assert not bare, f"{path.name}: no comment at {bare}"
 
 
+@pytest.mark.parametrize("sampler", names("sampler"))
+def test_a_structure_takes_any_sampler(sampler: str) -> None:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose("structure/diffusion", [f"sampler@structure.sampler={sampler}"])
+    chosen = OmegaConf.to_container(config.structure.sampler, resolve=True)
+    assert chosen["plugin"] == sampler
+    build("sampler", chosen)
+
+
 def test_there_is_something_to_test() -> None:
     assert len(PLUGINS) > 15 and len(FILES) >= len(PLUGINS)

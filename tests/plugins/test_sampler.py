@@ -24,9 +24,9 @@ def test_the_right_prediction_is_reached_from_the_geometry(name: str, steps: int
         asked.append(t)
         return X_0
 
-    x_0, states = build("sampler", {"plugin": name})(
-        predict, X_T, process, torch.Generator().manual_seed(0)
-    )
+    options = {"steps": 4} if name == "ddim" else {}
+    sampler = build("sampler", {"plugin": name, **options})
+    x_0, states = sampler(predict, X_T, process, torch.Generator().manual_seed(0))
     assert torch.allclose(x_0, X_0, atol=1e-4)
     assert torch.equal(states[0], X_T) and torch.equal(states[-1], x_0)
     assert len(states) == (5 if steps == 500 else 3)
