@@ -10,8 +10,10 @@ import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import torch
 import yaml
 from safetensors.torch import load_file, save_file
+from torch import Tensor
 
 from polycube import HOME
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
@@ -54,16 +56,31 @@ def save_denoiser(
 
 
 def load_denoiser(build: Build, path: str | Path | None = None) -> Denoiser:
-    """Trained denoiser from a safetensors file or its folder; without one, the shipped weights."""
+    """Trained denoiser from a safetensors file or its folder; without one, the shipped weights.
+
+    A checkpoint of a training (.ckpt) will do as well: its averaged weights.
+    """
     path = Path(path or SHIPPED)
     path = path / "weights.safetensors" if path.is_dir() else path
-    for needed in (path, path.with_suffix(".yaml")):
+    for needed in (path,) if path.suffix == ".ckpt" else (path, path.with_suffix(".yaml")):
         if not needed.is_file():
             raise InputError(f"no weights at {needed}; train.py writes them")
     try:
-        denoiser = make_denoiser(yaml.safe_load(path.with_suffix(".yaml").read_text()), build)
-        denoiser.load_state_dict(load_file(path))
+        config, tensors = _read_checkpoint(path) if path.suffix == ".ckpt" else _read(path)
+        denoiser = make_denoiser(config, build)
+        denoiser.load_state_dict(tensors)
     except Exception as error:  # each library has its own exception for each way to be wrong
         reason = str(error).splitlines()[0]
-        raise InputError(f"{path} does not hold the network of its YAML: {reason}") from error
+        raise InputError(f"{path} does not hold the network of its config: {reason}") from error
     return denoiser.eval()
+
+
+def _read(path: Path) -> tuple[dict[str, object], dict[str, Tensor]]:
+    return yaml.safe_load(path.with_suffix(".yaml").read_text()), load_file(path)
+
+
+def _read_checkpoint(path: Path) -> tuple[dict[str, object], dict[str, Tensor]]:
+    checkpoint = torch.load(path, map_location="cpu", weights_only=True)  # nothing is run
+    own = {n: t for n, t in checkpoint["state_dict"].items() if n.startswith("denoiser.")}
+    tensors = {name.removeprefix("denoiser."): tensor for name, tensor in own.items()}
+    return checkpoint["hyper_parameters"]["config"], tensors
