@@ -145,6 +145,8 @@ class Candidate:
     cost: float  # the proposal's own, smaller is better; comparable within one proposal
     key: str  # equal for equal structures in equal orientation
     trajectory: np.ndarray | None = None  # (S, N, 3) x_T ... x_0 of a denoising, polycube units
+    probability: float | None = None  # of the structure, in its frame, by a trained classifier
+    steps: tuple[int, ...] = ()  # (S,) t of each state of the trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -120,6 +120,8 @@ class Diffusion:
         self, denoiser: Denoiser, surface: TriMesh, guesses: list[Guess]
     ) -> list[Candidate]:
         """A candidate of every guess; those with equally many sample points in one batch."""
+        from polycube.diffusion.process import kept_steps
+
         sampler = build("sampler", self.sampler)
         found = []
         counts = [denoiser.n_points(guess.polycube.context) for guess in guesses]
@@ -131,7 +133,8 @@ class Diffusion:
             _, trajectory = denoiser.denoise(np.stack(placed), contexts, sampler, self.seed)
             states = trajectory.transpose(1, 0, 2, 3)  # (B, S, N, 3)
             found += [_candidate(g, points, normals, s) for g, s in zip(batch, states, strict=True)]
-        return found
+        steps = tuple(kept_steps(denoiser.process.steps))
+        return [replace(candidate, steps=steps) for candidate in found]
 
 
 def _candidate(

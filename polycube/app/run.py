@@ -178,8 +178,12 @@ class Run:
                 points = self.clock.run(
                     "regularize", lambda c=candidate: self.regularize(c, c.trajectory[-1])
                 )
-                return {"trajectory": candidate.trajectory, "points": points}
-        return {"trajectory": None, "points": None}
+                return {
+                    "trajectory": candidate.trajectory,
+                    "steps": candidate.steps,
+                    "points": points,
+                }
+        return {"trajectory": None, "steps": (), "points": None}
 
     def _worth_a_try(self) -> list[int]:
         """The best structure of each kind, as long as its score is within twice the best's."""

@@ -8,12 +8,9 @@ from html import escape
 import numpy as np
 
 from polycube.report.colours import QUALITY_COLOURS, ramp
-from polycube.report.render import view
 
 WIDTH, HEIGHT = 720, 250  # of the histogram, in user units; the page scales it
 _FOOT, _HEAD = 34, 34  # room for the axis below and the marks above
-_N_TINTS = 12  # colours of the trajectory points
-TINTS = ("#c8443c", "#d99a2b", "#3f8f4f", "#2f6db3", "#7b4fa6")
 
 
 def histogram(quality: np.ndarray, bins: int = 40) -> str:
@@ -73,50 +70,6 @@ def bars(seconds: Mapping[str, float]) -> str:
         for name, spent in seconds.items()
     ]
     return f'<div class="bars">{"".join(rows)}</div>'
-
-
-def trajectory(states: np.ndarray, panels: int = 6) -> str:
-    """Points of a denoising (S, N, 3), from noise to polycube, each in one colour throughout."""
-    chosen = np.unique(np.linspace(0, len(states) - 1, panels).round().astype(int))
-    flat = _project(states[chosen].astype(np.float64))
-    low, high = flat.min((0, 1)), flat.max((0, 1))
-    size = 230
-    flat = (flat - (low + high) / 2) * (size - 20) / max((high - low).max(), 1e-300)
-    tall = int(np.ceil(np.ptp(flat[..., 1]))) + 20
-    rank = np.argsort(np.argsort(states[-1][:, 0], kind="stable"), kind="stable")
-    tint = rank * _N_TINTS // len(rank)
-    colours = [_hex(c) for c in ramp((np.arange(_N_TINTS) + 0.5) / _N_TINTS, TINTS)]
-    return "".join(
-        _panel(points, tint, colours, (size, tall), _step(number, len(states)))
-        for points, number in zip(flat, chosen, strict=True)
-    )
-
-
-def _panel(
-    points: np.ndarray, tint: np.ndarray, colours: list[str], size: tuple[int, int], name: str
-) -> str:
-    """Dots are strokes of no length with round ends: a few bytes each."""
-    where = points + np.array(size) / 2
-    dots = []
-    for k, colour in enumerate(colours):
-        moves = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in where[tint == k])
-        dots.append(f'<path stroke="{colour}" d="{moves}"/>')
-    return (
-        f'<figure class="panel"><svg class="dots" viewBox="0 0 {size[0]} {size[1]}" role="img">'
-        f"{''.join(dots)}</svg><figcaption>{name}</figcaption></figure>"
-    )
-
-
-def _step(number: int, n_states: int) -> str:
-    if number in (0, n_states - 1):
-        return "x<sub>T</sub>, the input" if number == 0 else "x<sub>0</sub>, the polycube"
-    return f"state {number + 1} of {n_states}"
-
-
-def _project(points: np.ndarray) -> np.ndarray:
-    """(..., 3) points as the pictures' eye sees them, (..., 2) right and down."""
-    right, up, _ = view()
-    return np.stack([points @ right, -points @ up], -1)
 
 
 def _hex(colour: np.ndarray) -> str:

@@ -12,6 +12,8 @@ WORST = "#d6206a"
 QUALITY_COLOURS = ("#a3152b", "#e8743b", "#f5d67b", "#63b8b4", "#3d78bd")
 # displacement 0 .. largest
 DISPLACEMENT_COLOURS = ("#26365c", "#3b7ea1", "#6cc3a0", "#f0e27a", "#e2703a")
+# where a point lies along the polycube, from end to end
+PLACES = ("#c0322f", "#ee7d3c", "#ecc044", "#45a86f", "#2f7fc4", "#7b4fb0")
 
 
 def rgb(colours: tuple[str, ...]) -> np.ndarray:

@@ -11,7 +11,7 @@ from string import Template
 from polycube.io.atomic import whole
 from polycube.report import sections
 from polycube.report.markup import section
-from polycube.report.pictures import pictures
+from polycube.report.pictures import denoising, pictures
 
 _HERE = Path(__file__).parent
 
@@ -28,22 +28,31 @@ FILES = {
     "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
     "modes.vtu": "eigenmodes",
     "modes.csv": "frequencies",
-    "trajectory.npz": "denoising, all states",
+    "trajectory.npz": "denoising, all states: points and their steps",
+    "trajectory.png": "denoising, a picture of each state",
+    "trajectory.gif": "denoising, animation",
 }
 
 
 def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str, object]) -> Path:
     """Write `folder/report.html`; a run that stopped half way is told as far as it went.
 
-    state : surface, polycube, labels, hexes, spline, modes, trajectory, as far as they were made
+    state : surface, polycube, labels, hexes, spline, modes, and trajectory with steps and points,
+        as far as they were made
     report : the numbers of `report.json`, and the settings under "config"
+
+    A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
     """
     drawn = pictures(state)
+    moving = denoising(state)
+    for name, image in moving.items():
+        with whole(folder / name) as temporary:
+            temporary.write_bytes(image)
     parts = [
         sections.warnings(report),
         sections.surface(state, report, drawn),
         sections.structure(state, report, drawn),
-        sections.denoising(state, report, drawn),
+        sections.denoising(report, moving),
         sections.hexes(state, report, drawn),
         sections.spline(state, report, drawn),
         sections.modes(state, report, drawn),

@@ -55,14 +55,20 @@ def _words(name: str) -> str:
     return escape(name.replace("_", " "))
 
 
-def figure(png: bytes | None, caption: str, legend: str = "") -> str:
-    """A picture inside the page; nothing where there is none.  caption : plain text"""
-    if png is None:
+def figure(picture: bytes | None, caption: str, legend: str = "", wide: bool = False) -> str:
+    """A PNG or GIF inside the page; nothing where there is none.
+
+    caption : plain text
+    wide : as wide as the page, however low that makes it
+    """
+    if picture is None:
         return ""
-    data = base64.b64encode(png).decode()
+    data = base64.b64encode(picture).decode()
+    kind = "gif" if picture.startswith(b"GIF") else "png"
     text = escape(caption)
     return (
-        f'<figure><img alt="{text}" src="data:image/png;base64,{data}">{legend}'
+        f"<figure{' class=wide' * wide}>"
+        f'<img alt="{text}" src="data:image/{kind};base64,{data}">{legend}'
         f"<figcaption>{text}</figcaption></figure>"
     )
 

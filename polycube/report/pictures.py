@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from polycube.report import scenes
+from polycube.report import scenes, trajectory
 from polycube.report.render import Scene
 
 logger = logging.getLogger(__name__)
@@ -51,6 +51,23 @@ def pictures(state: State) -> dict[str, bytes]:
         except Exception as error:
             logger.warning("no picture of %s: %s", name, error)
     return draw(found)
+
+
+def denoising(state: State) -> dict[str, bytes]:
+    """`trajectory.png` and `trajectory.gif` where the diffusion model was asked, else nothing."""
+    if not _has(state, ("polycube", "trajectory", "points")):
+        return {}
+    try:
+        shown = trajectory.Trajectory(
+            state["trajectory"], state["points"], state["polycube"], state["steps"]
+        )
+        return {
+            "trajectory.png": trajectory.strip(shown),
+            "trajectory.gif": trajectory.animation(shown),
+        }
+    except Exception as error:
+        logger.warning("no picture of the denoising: %s", error)
+        return {}
 
 
 def _has(state: State, names: tuple[str, ...]) -> bool:

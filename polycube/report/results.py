@@ -176,7 +176,8 @@ def write_results(
         _write_spline(folder, state)
     if state["trajectory"] is not None:
         with whole(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
-            np.savez_compressed(file, states=state["trajectory"], regular=state["points"])
+            names = {"states": "trajectory", "steps": "steps", "regular": "points"}
+            np.savez_compressed(file, **{name: state[key] for name, key in names.items()})
     _write_json(folder / "config.json", cfg)
     _write_json(folder / "report.json", report)
     if "report" in cfg["order"]:

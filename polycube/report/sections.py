@@ -98,14 +98,28 @@ def structure(state: State, report: Report, pictures: Pictures) -> str:
     return section("structure", "Structure", pictured, facts(numbers) if numbers else "", ranking)
 
 
-def denoising(state: State, report: Report, pictures: Pictures) -> str:
+def denoising(report: Report, moving: Pictures) -> str:
     """The points of the diffusion model on their way, where it was asked."""
-    states = state.get("trajectory")
-    if states is None or len(states) < 2:
+    if not moving:
         return ""
-    strip = f'<div class="strip">{charts.trajectory(np.asarray(states))}</div>'
-    text = "<p>Points of the input carried to the polycube by the diffusion model.</p>"
-    return section("denoising", "Denoising", text, strip)
+    moved = report.get("polycube", {}).get("denoised_to_polycube_mean")
+    most = report.get("polycube", {}).get("denoised_to_polycube_max")
+    last = "" if moved is None else f" To become regular they moved {moved:.3f} cells on average"
+    last += "" if most is None else f", {most:.3f} at most."
+    text = (
+        "Points of the input, x_T, carried to the polycube, x_0, by the diffusion model; each "
+        "has the colour of its place on the polycube, pale on sides that look away." + last
+    )
+    between = (
+        "The kept states one after the other, joined by straight lines. With sampler=ddim, the "
+        "default, no noise is drawn on the way; with ddpm it is."
+    )
+    return section(
+        "denoising",
+        "Denoising",
+        figure(moving["trajectory.png"], text, wide=True),
+        figure(moving["trajectory.gif"], between),
+    )
 
 
 def hexes(state: State, report: Report, pictures: Pictures) -> str:

@@ -6,6 +6,7 @@ from scipy.sparse import identity
 
 from polycube.geometry.hexes import hex_mesh
 from polycube.geometry.lattice import boundary, cell_of_box, lattice
+from polycube.geometry.projection import project
 from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
 
 CORNERS = np.array(
@@ -79,4 +80,6 @@ def run() -> dict[str, object]:
         "spline": spline,
         "modes": Modes(np.array(values), np.array(shapes), 1.5, units),
         "trajectory": line + noise * np.linspace(0.3, 0, 5)[:, None, None],
+        "steps": (500, 499, 479, 19, 0),
+        "points": project(polycube, line)[0],
     }

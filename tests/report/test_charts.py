@@ -35,12 +35,3 @@ def test_bars_are_proportional_to_time() -> None:
     page = charts.bars({"read": 1.0, "meshing/smooth": 4.0})
     assert re.findall(r"width:([\d.]+)%", page) == ["25.0", "100.0"]
     assert "4.0 s" in page
-
-
-def test_trajectory_shows_first_and_last_state_and_every_point() -> None:
-    states = np.random.default_rng(0).normal(size=(101, 50, 3))
-    page = charts.trajectory(states)
-    assert page.count("<svg") == 6
-    assert page.count("h0") == 6 * 50
-    assert page.index("x<sub>T</sub>") < page.index("state 61 of 101") < page.index("x<sub>0</sub>")
-    assert charts.trajectory(states[:2]).count("<svg") == 2

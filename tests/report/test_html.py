@@ -1,5 +1,6 @@
 """The page: well-formed, alone, complete, and told as far as a run went."""
 
+import base64
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -72,8 +73,12 @@ def report(run) -> dict[str, object]:
 
 
 @pytest.fixture(scope="module")
-def page(run, report, tmp_path_factory) -> str:
-    folder = tmp_path_factory.mktemp("run")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("run")
+
+
+@pytest.fixture(scope="module")
+def page(run, report, folder: Path) -> str:
     (folder / "hex.vtu").write_text("")
     return write_report(folder, run, report).read_text(encoding="utf-8")
 
@@ -85,7 +90,7 @@ def test_all_sections_in_order(page: str) -> None:
 
 def test_page_stands_alone(page: str) -> None:
     addresses = Outline(page).addresses
-    assert all(a.startswith("data:image/png;base64,") or "/" not in a for a in addresses)
+    assert all(re.match("data:image/(png|gif);base64,", a) or "/" not in a for a in addresses)
     assert "http:" not in page.replace("http://www.w3.org", "") and "https:" not in page
 
 
@@ -144,3 +149,10 @@ def test_table_has_every_column_any_row_has() -> None:
     rows = table([{"a": 1}, {"a": 2, "b": 3}], chosen=1)
     assert rows.count("<th>") == 2 and rows.count("<td>") == 4
     assert rows.index("class=chosen") > rows.index("<td>1</td>")
+
+
+def test_a_denoising_is_in_the_page_and_beside_it(page: str, folder: Path) -> None:
+    for name, kind in (("trajectory.png", "png"), ("trajectory.gif", "gif")):
+        image = base64.b64encode((folder / name).read_bytes()).decode()
+        assert f"data:image/{kind};base64,{image}" in page
+        assert f'<a href="{name}">' in page
