@@ -1,97 +1,122 @@
-"""Place any polycube on a part: its bounding box on the part's, its inner knots where they fit.
+"""Fit boxes to the voxels of a part: any context of any grid, empty cells and all.
 
-How many voxels the part and the placed polycube do not share is, with the knots of two axes held,
-a sum over slices along the third; the best knots there are the cheapest cut of the slices into the
-polycube's slabs, by dynamic programme.  The axes take turns until nothing changes.
+A polycube is placed with its bounding box on the part's and its inner knots where they fit best.
+The shapes that the grid can hold are tried in all their turns on few voxels; the best of these
+are fitted again, with care.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import logging
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.geometry.frames import turn
-from polycube.types import Candidate, Polycube, RoughMap
+from polycube.diffusion.templates import contexts
+from polycube.geometry import surface as surfaces
+from polycube.geometry.frames import frames, rotations, turn
+from polycube.geometry.lattice import collapse, genus, lattice
+from polycube.geometry.voxels import voxels
+from polycube.registry import register
+from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
-from .read import View, cut
-from .reader import structure_key
+from .knots import cumulative, fit_knots
+from .read import View
+from .reader import distinct_turns, structure_key
 
-STARTS = 8  # random ones, beside that of equal slabs
-ROUNDS = 10  # of all three axes at most; two or three are the rule
+logger = logging.getLogger(__name__)
+
+Way = tuple[Polycube, np.ndarray, int]  # shape, turn (3, 3) from the frame to its axes, frame
+
+STARTS = 9  # of a careful search for knots
+
+
+@register("structure", "boxes")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BoxFitting:
+    """Propose the contexts whose boxes share most voxels with the part."""
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
+    resolution: int = 96  # voxels along the longest side
+    rough: int = 32  # voxels along the longest side at first
+    frames: int = 2  # frames tried at most
+    tried: int = 40  # shapes tried at most, those of the fewest boxes
+    knot: float = 0.01  # cost of an inner knot, as a share of the volume
+    kept: int = 6  # candidates returned at most
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """Candidates, cheapest first; none when no context has the surface's genus."""
+        every = frames(surface, self.frames)
+        ways = [
+            (shape, rotation, frame)
+            for shape in self._shapes(surfaces.genus(surface))
+            for rotation in distinct_turns(shape)
+            for frame in range(len(every))
+        ]
+        rough, fine = (
+            [View(frame, np.eye(3), voxels(surface, frame, resolution)) for frame in every]
+            for resolution in (self.rough, self.resolution)
+        )
+        looks = self._fitted(rough, ways, 1)
+        found = self._fitted(fine, [way for _, way in looks[: 2 * self.kept]], STARTS)
+        logger.info("boxes: %d placements tried, %d with care", len(looks), len(found))
+        return [candidate for candidate, _ in found[: self.kept]]
+
+    def _shapes(self, wanted: int) -> list[Polycube]:
+        """Polycubes of a genus that differ in all turns, of fewest boxes, named by fewest cells."""
+        named = sorted(contexts(self.grid, self.primitives), key=lambda c: -c.count(None))
+        solids = [collapse(lattice(self.grid, context, self.primitives)) for context in named]
+        solids.sort(key=lambda solid: solid.occupancy.size)
+        unlike: dict[str, Polycube] = {}
+        for solid in solids:
+            if len(unlike) < self.tried and genus(solid) == wanted:
+                unlike.setdefault(min(structure_key(solid, r, 0) for r in rotations()), solid)
+        return list(unlike.values())
+
+    def _fitted(
+        self, views: list[View], ways: list[Way], starts: int
+    ) -> list[tuple[Candidate, Way]]:
+        """Candidates of the ways that are possible, cheapest first."""
+        found = [
+            (candidate, (shape, rotation, frame))
+            for shape, rotation, frame in ways
+            for candidate in boxed(
+                shape, views[frame], [rotation], frame, "boxes", starts, self.knot
+            )
+        ]
+        return sorted(found, key=lambda pair: pair[0].cost)
 
 
 def boxed(
-    polycube: Polycube, view: View, turns: Iterable[np.ndarray], frame: int
+    polycube: Polycube,
+    view: View,
+    turns: Iterable[np.ndarray],
+    frame: int,
+    proposal: str,
+    starts: int = STARTS,
+    knot: float = 0.0,
 ) -> list[Candidate]:
     """The polycube on the part in each turn (3, 3) from the view to its axes.
 
-    The cost is the volume that only one of the two fills, as a share of the part's.  A turn in
-    which the part has fewer voxels than the polycube has slabs is left out.
+    The cost is the volume that only one of the two fills, as a share of the part's, and `knot` for
+    each inner knot.  A turn in which the part has fewer voxels than the polycube has slabs is left
+    out.
     """
     solid = view.voxels.solid[1:-1, 1:-1, 1:-1]
     counts = cumulative(solid)
+    inner = sum(polycube.occupancy.shape) - 3
     found = []
     for rotation in turns:
         slabs = turn(polycube.occupancy, rotation.T)
         if (np.array(slabs.shape) > solid.shape).any():
             continue
-        knots, misfit = fit_knots(slabs, counts)
+        knots, misfit = fit_knots(slabs, counts, starts)
         corners = np.meshgrid(*[k + 1 for k in knots], indexing="ij")
         at = np.stack([turn(corner, rotation) for corner in corners], axis=-1)
         rough_map = RoughMap(*polycube.knots, view.to_model(at))
+        cost = float(misfit / solid.sum()) + knot * inner
         key = structure_key(polycube, rotation, frame)
-        found.append(Candidate("given", polycube, rough_map, misfit / solid.sum(), key))
+        found.append(Candidate(proposal, polycube, rough_map, cost, key))
     return found
-
-
-def cumulative(solid: np.ndarray) -> np.ndarray:
-    """(X + 1, Y + 1, Z + 1) number of solid voxels below each lattice point."""
-    counts = np.pad(solid.astype(np.int64), ((1, 0), (1, 0), (1, 0)))
-    for axis in range(3):
-        np.cumsum(counts, axis=axis, out=counts)
-    return counts
-
-
-def fit_knots(slabs: np.ndarray, counts: np.ndarray) -> tuple[list[np.ndarray], int]:
-    """Voxels at which the knots of (I, J, K) boxes fit best, and how many voxels then misfit.
-
-    counts : `cumulative` voxels, which the boxes fill from end to end
-
-    A descent that starts with a hole beside the part's loses the hole, hence several starts.
-    """
-    rng = np.random.default_rng(0)
-    widths = [[np.full(n, 1 / n) for n in slabs.shape]]
-    widths += [[rng.dirichlet(np.full(n, 2.0)) for n in slabs.shape] for _ in range(STARTS)]
-    found = [_descend(slabs, counts, shares) for shares in widths]
-    return min(found, key=lambda pair: pair[1])
-
-
-def _descend(
-    slabs: np.ndarray, counts: np.ndarray, shares: list[np.ndarray]
-) -> tuple[list[np.ndarray], int]:
-    """Knots and misfit from slabs that have the given shares of each axis."""
-    knots = [
-        np.append(0, share.cumsum() * (n - 1)).round().astype(int)
-        for share, n in zip(shares, counts.shape, strict=True)
-    ]
-    before = misfit = counts[-1, -1, -1] + 1
-    for _ in range(ROUNDS):
-        for axis in range(3):
-            others = [k for other, k in enumerate(knots) if other != axis]
-            cost = _slice_costs(np.moveaxis(slabs, axis, 0), np.moveaxis(counts, axis, 0), *others)
-            misfit, knots[axis] = cut(range(len(cost)), dict(enumerate(cost)), shortest=1)
-        if misfit == before:
-            break
-        before = misfit
-    return knots, int(misfit)
-
-
-def _slice_costs(slabs: np.ndarray, counts: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(I, X) voxels of each slice along the first axis that misfit each slab."""
-    filled = np.diff(np.diff(np.diff(counts[:, y][:, :, z], axis=0), axis=1), axis=2)  # (X, J, K)
-    area = np.diff(y)[:, None] * np.diff(z)
-    if_empty = filled.reshape(len(filled), -1)
-    if_full = (area - filled).reshape(len(filled), -1)
-    full = slabs.reshape(len(slabs), -1).astype(int)
-    return full @ if_full.T + (1 - full) @ if_empty.T

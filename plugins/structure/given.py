@@ -16,7 +16,7 @@ from polycube.registry import register
 from polycube.types import Candidate, Polycube, TriMesh
 
 from .boxes import boxed
-from .reader import Reader, as_candidate, structure_key
+from .reader import Reader, as_candidate, distinct_turns
 from .words import Word, spell
 
 logger = logging.getLogger(__name__)
@@ -44,12 +44,12 @@ class Given(Reader):
                 reading
                 for solid, letters in self._words(full).items()
                 for reading in self.readings(
-                    view, _distinct(solid, of_row=True), [Word(letters, (collapse(solid),))]
+                    view, distinct_turns(solid, of_row=True), [Word(letters, (collapse(solid),))]
                 )
             ]
             found += [as_candidate(reading, "given", frame) for reading in readings]
             if not readings:
-                found += boxed(polycube, view, _distinct(polycube), frame)
+                found += boxed(polycube, view, distinct_turns(polycube), frame, "given")
         logger.info("given: %d placements of %s", len(found), named)
         return sorted(found, key=lambda candidate: candidate.cost)
 
@@ -82,12 +82,3 @@ class Given(Reader):
             return lattice(self.grid, context, self.primitives)
         except LookupError as error:
             raise InputError(f"context: {error.args[0]}") from None
-
-
-def _distinct(polycube: Polycube, of_row: bool = False) -> list[np.ndarray]:
-    """Turns (3, 3) in which a polycube lies differently; of a row also those that move its axis."""
-    found = {}
-    for rotation in rotations():
-        axis = int(np.abs(rotation[0]).argmax()) if of_row else 0
-        found.setdefault((axis, structure_key(polycube, rotation, 0)), rotation)
-    return list(found.values())

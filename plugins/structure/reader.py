@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.geometry.frames import frames, turn
+from polycube.geometry.frames import frames, rotations, turn
 from polycube.geometry.voxels import voxels
 from polycube.types import Candidate, Polycube, TriMesh
 
@@ -59,3 +59,12 @@ def structure_key(polycube: Polycube, view: np.ndarray, frame: int) -> str:
     boxes = turn(polycube.occupancy, view.T)
     bits = "".join("01"[int(full)] for full in boxes.ravel())
     return f"frame {frame}, {'x'.join(map(str, boxes.shape))} boxes {bits}"
+
+
+def distinct_turns(polycube: Polycube, of_row: bool = False) -> list[np.ndarray]:
+    """Turns (3, 3) in which a polycube lies differently; of a row also those that move its axis."""
+    found = {}
+    for rotation in rotations():
+        axis = int(np.abs(rotation[0]).argmax()) if of_row else 0
+        found.setdefault((axis, structure_key(polycube, rotation, 0)), rotation)
+    return list(found.values())

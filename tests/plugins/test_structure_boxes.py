@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from polycube.geometry.frames import rotations, turn
 from polycube.geometry.lattice import boundary, collapse, lattice
 from polycube.geometry.rough_map import evaluate
-from polycube.plugins.structure.boxes import cumulative, fit_knots
+from polycube.plugins.structure.knots import cumulative, fit_knots
 from polycube.registry import build
-from polycube.types import TriMesh
-from tests.polycubes import PRIMITIVES
+from polycube.types import Candidate, Polycube, TriMesh
+from tests.polycubes import NAMES, PRIMITIVES
 
 L = ("cube", "cube", "cube", None)
 T = ("cube", None, "cube", "cube", "cube", None)
@@ -43,7 +44,7 @@ def test_knots_are_found_where_they_are(grid, context):
             np.append(0, np.cumsum(1 + rng.multinomial(m - n, rng.dirichlet(np.full(n, 4.0)))))
             for n, m in zip(slabs.shape, (30, 24, 20), strict=True)
         ]
-        knots, misfit = fit_knots(slabs, cumulative(voxels(slabs, true)))
+        knots, misfit = fit_knots(slabs, cumulative(voxels(slabs, true)), 9)
         assert misfit == 0
         for found, wanted in zip(knots, true, strict=True):
             np.testing.assert_array_equal(found, wanted)
@@ -56,7 +57,7 @@ def test_no_other_knots_fit_better(seed):
     rng = np.random.default_rng(seed)
     true = [np.array([0, rng.integers(1, 7), 7]), np.array([0, rng.integers(1, 6), 6]), [0, 3]]
     solid = voxels(slabs, true) ^ (rng.random((7, 6, 3)) < 0.15)
-    knots, misfit = fit_knots(slabs, cumulative(solid))
+    knots, misfit = fit_knots(slabs, cumulative(solid), 9)
     assert misfit == (voxels(slabs, knots) != solid).sum()
     least = min(
         (voxels(slabs, [[0, x, 7], [0, y, 6], [0, 3]]) != solid).sum()
@@ -65,22 +66,63 @@ def test_no_other_knots_fit_better(seed):
     assert misfit == least
 
 
+def uneven_part(grid: tuple, context: tuple) -> tuple[TriMesh, np.ndarray]:
+    """A turned part whose cells grow from 13 to 19 to 25, and the corners of its polycube on it."""
+    rotation = Rotation.random(random_state=3).as_matrix()
+    outside = boundary(lattice(grid, context, PRIMITIVES))
+    corners = boundary(collapse(lattice(grid, context, PRIMITIVES))).vertices
+    triangles = outside.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    whole, ends = ((10 * v + 3 * v**2) @ rotation.T for v in (outside.vertices, corners))
+    return TriMesh(whole, triangles), ends
+
+
+def corner_gap(candidate: Candidate, corners: np.ndarray) -> float:
+    """Largest distance between corners of the part and of the candidate, either way."""
+    found = evaluate(candidate.rough_map, boundary(candidate.polycube).vertices)
+    gap = np.linalg.norm(found[:, None] - corners, axis=2)
+    return max(gap.min(axis=0).max(), gap.min(axis=1).max())
+
+
+def shapes(polycube: Polycube) -> set:
+    """The boxes in all turns."""
+    turned = [turn(collapse(polycube).occupancy, rotation) for rotation in rotations()]
+    return {(boxes.shape, boxes.tobytes()) for boxes in turned}
+
+
 @pytest.mark.parametrize(("grid", "context"), CASES)
 def test_given_places_corners_on_the_part(grid, context):
-    """An uneven, turned part: every corner of the polycube lies within a voxel of its own."""
-    polycube = collapse(lattice(grid, context, PRIMITIVES))
-    outside = boundary(lattice(grid, context, PRIMITIVES))
-    uneven = 10 * outside.vertices + 3 * outside.vertices**2  # cells grow from 13 to 19, 25
-    rotation = Rotation.random(random_state=3).as_matrix()
-    triangles = outside.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    surface = TriMesh(uneven @ rotation.T, triangles)
+    """Every corner of the polycube lies within a voxel of its own."""
+    surface, corners = uneven_part(grid, context)
     config = {"plugin": "given", "context": list(context)}
-    found = build("structure", config, grid=grid, primitives=PRIMITIVES)(surface, ())
-    assert found[0].cost < 0.05 and found[0].proposal == "given"
-    corners = boundary(polycube).vertices
-    true = (10 * corners + 3 * corners**2) @ rotation.T
-    gap = np.linalg.norm(evaluate(found[0].rough_map, corners)[:, None] - true, axis=2)
-    voxel = np.ptp(uneven, axis=0).max() / 96
-    assert max(gap.min(axis=0).max(), gap.min(axis=1).max()) < 3**0.5 * voxel
-    ends = evaluate(found[0].rough_map, np.concatenate([np.zeros((1, 3)), np.eye(3)]))
+    best = build("structure", config, grid=grid, primitives=PRIMITIVES)(surface, ())[0]
+    assert best.cost < 0.05 and best.proposal == "given"
+    assert corner_gap(best, corners) < 3**0.5 * 44 / 96
+    ends = evaluate(best.rough_map, np.concatenate([np.zeros((1, 3)), np.eye(3)]))
     assert np.linalg.det(ends[1:] - ends[0]) > 0
+
+
+@pytest.mark.parametrize(
+    ("grid", "context", "use"),
+    [
+        ((2, 2, 1), L, NAMES),
+        ((2, 2, 1), HOLED_L, NAMES),
+        ((3, 2, 1), T, ["cube"]),
+        ((3, 2, 1), U, ["cube"]),
+        ((2, 2, 2), CORNER, ["cube"]),
+        ((2, 1, 1), ("cube", "hole_y"), NAMES),
+    ],
+)
+def test_boxes_find_the_shape(grid, context, use):
+    surface, corners = uneven_part(grid, context)
+    primitives = {name: PRIMITIVES[name] for name in use}
+    found = build("structure", {"plugin": "boxes"}, grid=grid, primitives=primitives)(surface, ())
+    assert shapes(found[0].polycube) == shapes(lattice(grid, context, PRIMITIVES))
+    assert found[0].proposal == "boxes" and len(found) <= 6
+    assert [c.cost for c in found] == sorted(c.cost for c in found)
+    assert corner_gap(found[0], corners) < 3**0.5 * 44 / 96
+
+
+def test_boxes_propose_nothing_of_another_genus():
+    surface, _ = uneven_part((3, 1, 1), ("hole_y",) * 3)
+    propose = build("structure", {"plugin": "boxes"}, grid=(2, 1, 1), primitives=PRIMITIVES)
+    assert propose(surface, ()) == []

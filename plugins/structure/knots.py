@@ -1,0 +1,67 @@
+"""Knots of boxes that fit a voxel solid best.
+
+How many voxels a solid and a placed polycube do not share is, with the knots of two axes held, a
+sum over slices along the third; the best knots there are the cheapest cut of the slices into the
+polycube's slabs, by dynamic programme.  The axes take turns until nothing changes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .read import cut
+
+ROUNDS = 10  # of all three axes at most; two or three are the rule
+
+
+def cumulative(solid: np.ndarray) -> np.ndarray:
+    """(X + 1, Y + 1, Z + 1) number of solid voxels below each lattice point."""
+    counts = np.pad(solid.astype(np.int64), ((1, 0), (1, 0), (1, 0)))
+    for axis in range(3):
+        np.cumsum(counts, axis=axis, out=counts)
+    return counts
+
+
+def fit_knots(slabs: np.ndarray, counts: np.ndarray, starts: int) -> tuple[list[np.ndarray], int]:
+    """Voxels at which the knots of (I, J, K) boxes fit best, and how many voxels then misfit.
+
+    counts : `cumulative` voxels, which the boxes fill from end to end
+    starts : of the descent; the first has equal slabs, the others random ones
+
+    A descent that starts with a hole beside the part's loses the hole, hence several.
+    """
+    rng = np.random.default_rng(0)
+    widths = [[np.full(n, 1 / n) for n in slabs.shape]]
+    widths += [[rng.dirichlet(np.full(n, 2.0)) for n in slabs.shape] for _ in range(starts - 1)]
+    found = [_descend(slabs, counts, shares) for shares in widths]
+    return min(found, key=lambda pair: pair[1])
+
+
+def _descend(
+    slabs: np.ndarray, counts: np.ndarray, shares: list[np.ndarray]
+) -> tuple[list[np.ndarray], int]:
+    """Knots and misfit from slabs that have the given shares of each axis."""
+    knots = [
+        np.append(0, share.cumsum() * (n - 1)).round().astype(int)
+        for share, n in zip(shares, counts.shape, strict=True)
+    ]
+    before = misfit = counts[-1, -1, -1] + 1
+    for _ in range(ROUNDS):
+        for axis in range(3):
+            others = [k for other, k in enumerate(knots) if other != axis]
+            cost = _slice_costs(np.moveaxis(slabs, axis, 0), np.moveaxis(counts, axis, 0), *others)
+            misfit, knots[axis] = cut(range(len(cost)), dict(enumerate(cost)), shortest=1)
+        if misfit == before:
+            break
+        before = misfit
+    return knots, int(misfit)
+
+
+def _slice_costs(slabs: np.ndarray, counts: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """(I, X) voxels of each slice along the first axis that misfit each slab."""
+    filled = np.diff(np.diff(np.diff(counts[:, y][:, :, z], axis=0), axis=1), axis=2)  # (X, J, K)
+    area = np.diff(y)[:, None] * np.diff(z)
+    if_empty = filled.reshape(len(filled), -1)
+    if_full = (area - filled).reshape(len(filled), -1)
+    full = slabs.reshape(len(slabs), -1).astype(int)
+    return full @ if_full.T + (1 - full) @ if_empty.T
