@@ -3,28 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from polycube.diffusion.deformation import Deformation
 from polycube.diffusion.pairs import Pairs
-from polycube.diffusion.templates import contexts
+from polycube.diffusion.templates import Context, contexts
 from polycube.registry import register
+
+Grid = Sequence[int]
+Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
+
+TYPES = ("all", "published")
+SHAPES = {field.name for field in fields(Deformation)} - {"roughness"}
+
+
+def published(grid: Grid, primitives: Primitives) -> list[Context]:
+    """Contexts of the published set: each primitive alone in each cell, the first in all cells.
+
+    Nine of the 24 contexts of the 2x1 grid with four primitives.
+    """
+    n_cells = int(np.prod(grid))
+    single = [
+        tuple(name if cell == here else None for cell in range(n_cells))
+        for name in primitives
+        for here in range(n_cells)
+    ]
+    return single if n_cells == 1 else [*single, (next(iter(primitives)),) * n_cells]
 
 
 @register("data", "paired")
 @dataclass(frozen=True)
 class Paired(Deformation):
-    """Every context of the grid, deformed into something like a part; options: how strongly."""
+    """Contexts of the grid, deformed into something like a part; options: how strongly."""
+
+    types: str = "all"  # contexts: all, or those of the published set
 
     pads = False  # each geometry fills the image, whatever its context
 
-    def __call__(
-        self, grid: Sequence[int], primitives: Mapping[str, np.ndarray], seed: int
-    ) -> Pairs:
-        """Pairs by number; primitives: name -> (3, 3, 3) bool."""
-        return Pairs(grid, primitives, contexts(grid, primitives), self, seed)
+    def __post_init__(self) -> None:
+        if self.types not in TYPES:
+            raise ValueError(f"types must be {' or '.join(TYPES)}; got {self.types!r}")
+
+    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs:
+        """Pairs by number."""
+        chosen = {"all": contexts, "published": published}[self.types](grid, primitives)
+        return Pairs(grid, primitives, chosen, self, seed)
 
 
 @register("data", "paper")
@@ -39,19 +64,7 @@ class Published:
 
     pads = True
 
-    def __call__(
-        self, grid: Sequence[int], primitives: Mapping[str, np.ndarray], seed: int
-    ) -> Pairs:
-        """Pairs by number; nine contexts for the 2x1 grid with four primitives."""
-        n_cells = int(np.prod(grid))
-        single = [
-            tuple(name if cell == here else None for cell in range(n_cells))
-            for name in primitives
-            for here in range(n_cells)
-        ]
-        chosen = single if n_cells == 1 else [*single, (next(iter(primitives)),) * n_cells]
-        noise = Deformation(**dict.fromkeys(_SHAPES, 0.0), roughness=self.jitter)
-        return Pairs(grid, primitives, chosen, noise, seed, pads=True)
-
-
-_SHAPES = ("rounding", "warp", "disc", "stretch", "profile", "waves", "bend", "twist", "rotation")
+    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs:
+        """Pairs by number."""
+        noise = Deformation(**dict.fromkeys(SHAPES, 0.0), roughness=self.jitter)
+        return Pairs(grid, primitives, published(grid, primitives), noise, seed, pads=True)

@@ -23,9 +23,9 @@ KINDS = {
     # the learning half
     "primitive": Kind("voxels of a unit cell: () -> (3, 3, 3) bool"),
     "schedule": Kind("noise schedule: () -> alpha_bar (T + 1,), from 1 down"),
-    "model": Kind("network: (channels, context_length) -> torch module"),
+    "model": Kind("network: (channels, outputs, context_length, image) -> torch module"),
     "sampler": Kind("reverse diffusion: x_T -> x_0, with the states kept for the trajectory"),
-    "data": Kind("training pairs: endless, seeded (geometry, polycube, context)"),
+    "data": Kind("training pairs: endless, seeded (geometry, polycube, labels, context)"),
     # the stages of a run, in their natural order
     "structure": Kind("propose polycubes", ("surface", "candidates"), "candidates"),
     "regularize": Kind("a regular polycube from noisy points", ("candidate", "points"), "points"),

@@ -3,36 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from polycube.diffusion.encoding import context_vector, image_size, to_pixels, x_order
+from polycube.diffusion.encoding import context_vector, image_size, point_order, to_pixels
 from polycube.diffusion.pairs import Pair, Pairs
 
-Batch = tuple[Tensor, Tensor, Tensor]  # geometry and polycube (B, 3, h, w), contexts (B, K)
+
+class Batch(NamedTuple):
+    """Pairs as images, pixel by pixel; a single pair lacks the first dimension."""
+
+    geometry: Tensor  # (B, 6, h, w) points and outward unit normals, 0 where padded
+    polycube: Tensor  # (B, 3, h, w) x_0
+    context: Tensor  # (B, K) context vectors
+    labels: Tensor  # (B, 3, h, w) int64: axis, cell and wall of `Pair.labels`, -1 where padded
+    number: Tensor  # (B,) int64 number of the pair in its stream
 
 
 class PairImages(Dataset):
-    """Pair `index` as images of geometry and polycube, sorted by the geometry's x, and context."""
+    """Pair `index` of a stream as images, its points in the given order."""
 
-    def __init__(self, pairs: Pairs, primitives: tuple[str, ...]) -> None:
-        self.pairs, self.primitives = pairs, primitives
+    def __init__(self, pairs: Pairs, primitives: tuple[str, ...], order: str = "x") -> None:
+        self.pairs, self.primitives, self.order = pairs, primitives, order
 
     def __getitem__(self, index: int) -> Batch:
         pair = self.pairs(index)
-        return images(pair, self.pairs.grid, self.primitives)
+        made = images(pair, self.pairs.grid, self.primitives, self.order)
+        return Batch(*made, torch.tensor(index))
 
 
-def images(pair: Pair, grid: tuple[int, ...], primitives: tuple[str, ...]) -> Batch:
-    """Images (3, h, w) of geometry and polycube and the context vector (K,), float32."""
-    order, size = x_order(pair.geometry), image_size(grid)
+def images(
+    pair: Pair, grid: tuple[int, ...], primitives: tuple[str, ...], by: str
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Geometry (6, h, w), polycube (3, h, w), context vector (K,) and labels (3, h, w)."""
+    order, size = point_order(pair.geometry, by), image_size(grid)
+    points, normals, polycube, labels = (
+        to_pixels(rows, order, size)
+        for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
+    )
     arrays = (
-        to_pixels(pair.geometry, order, size),
-        to_pixels(pair.polycube, order, size),
+        np.concatenate([points, normals]),
+        polycube,
         context_vector(pair.context, primitives, int(np.prod(grid))),
+        labels.astype(np.int64) - 1,
     )
     return tuple(map(torch.from_numpy, arrays))
 

@@ -25,6 +25,7 @@ class Deformation:
     twist: float = 0.2  # radians from end to end
     rotation: float = 0.12  # radians about each axis
     roughness: float = 0.004  # largest noise of the sample points, learning frame
+    tilt: float = 0.1  # largest noise of the unit normals
 
     def deform(self, template: Template, rng: np.random.Generator) -> np.ndarray:
         """(V, 3) vertices of the template, deformed."""

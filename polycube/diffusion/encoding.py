@@ -82,20 +82,20 @@ def point_order(geometry: np.ndarray, by: str) -> np.ndarray:
 
 
 def to_pixels(points: np.ndarray, order: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """(..., 3, height, width) float32 image of (..., N, 3) points; pixels without one are 0."""
+    """(..., C, height, width) float32 image of (..., N, C) rows; pixels without a point are 0."""
     height, width = size
     n_points = order.shape[-1]
     if n_points > height * width:
         raise ValueError(f"{n_points} points do not fit an image of {height} x {width}")
-    pixels = np.zeros((*points.shape[:-2], height * width, 3), np.float32)
+    pixels = np.zeros((*points.shape[:-2], height * width, points.shape[-1]), np.float32)
     pixels[..., :n_points, :] = np.take_along_axis(points, order[..., None], axis=-2)
-    return np.moveaxis(pixels, -1, -2).reshape(*points.shape[:-2], 3, height, width)
+    return np.moveaxis(pixels, -1, -2).reshape(*points.shape[:-2], -1, height, width)
 
 
 def to_points(pixels: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """(..., N, 3) points of (..., 3, height, width) images, in the order before the sort."""
+    """(..., N, C) rows of (..., C, height, width) images, in the order before the sort."""
     flat = np.moveaxis(pixels.reshape(*pixels.shape[:-2], -1), -1, -2)
-    points = np.empty((*order.shape, 3), pixels.dtype)
+    points = np.empty((*order.shape, flat.shape[-1]), pixels.dtype)
     np.put_along_axis(points, order[..., None], flat[..., : order.shape[-1], :], axis=-2)
     return points
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from polycube.diffusion.deformation import Deformation
 from polycube.diffusion.encoding import POINTS_PER_CELL, learning_frame
-from polycube.diffusion.templates import Context, Template, template
+from polycube.diffusion.templates import Context, template
 from polycube.types import freeze
 
 
@@ -23,11 +23,19 @@ class Pair:
     """Corresponding points of a geometry and of its polycube, both in the learning frame."""
 
     geometry: np.ndarray  # (N, 3)
+    normals: np.ndarray  # (N, 3) outward unit normals of the geometry
     polycube: np.ndarray  # (N, 3)
+    labels: np.ndarray  # (N, 3) of the polycube's face there: outward axis, cell, 1 in a hole
     context: Context
 
     def __post_init__(self) -> None:
-        freeze(self, geometry=("N 3", np.float64), polycube=("N 3", np.float64))
+        freeze(
+            self,
+            geometry=("N 3", np.float64),
+            normals=("N 3", np.float64),
+            polycube=("N 3", np.float64),
+            labels=("N 3", np.int64),
+        )
 
 
 class Pairs:
@@ -53,10 +61,20 @@ class Pairs:
         shape = self._template(context)
         deformed = self.deformation.deform(shape, rng)
         deformed = learning_frame(deformed).apply(deformed)
-        n_points = n_sample_points(context, self.pads)
-        geometry, polycube = sample(shape, deformed, n_points, rng)
-        noise = rng.uniform(0, self.deformation.roughness)
-        return Pair(geometry + rng.normal(0, noise, geometry.shape), polycube, context)
+        face, weights = sample(shape.faces, deformed, n_sample_points(context, self.pads), rng)
+        geometry, polycube = (
+            np.einsum("nk,nkd->nd", weights, x[shape.faces[face]])
+            for x in (deformed, shape.vertices)
+        )
+        a, b, c = deformed[shape.faces[face]].transpose(1, 0, 2)
+        noise, tilt = rng.uniform(0, [self.deformation.roughness, self.deformation.tilt])
+        return Pair(
+            geometry + rng.normal(0, noise, geometry.shape),
+            _unit(_unit(np.cross(b - a, c - a)) + rng.normal(0, tilt, geometry.shape)),
+            polycube,
+            np.stack([shape.axis, shape.cell, shape.wall], axis=1)[face],
+            context,
+        )
 
 
 def n_sample_points(context: Context, pads: bool) -> int:
@@ -65,13 +83,15 @@ def n_sample_points(context: Context, pads: bool) -> int:
 
 
 def sample(
-    shape: Template, deformed: np.ndarray, n_points: int, rng: np.random.Generator
+    faces: np.ndarray, vertices: np.ndarray, n_points: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same N random points on the deformed surface (uniform there) and on the polycube."""
-    a, b, c = deformed[shape.faces].transpose(1, 0, 2)
+    """Random points of triangles, uniform by area: face (N,) and barycentric weights (N, 3)."""
+    a, b, c = vertices[faces].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1).cumsum()
     face = np.searchsorted(area, rng.uniform(0, area[-1], n_points))
     root, v = np.sqrt(rng.random(n_points)), rng.random(n_points)
-    weights = np.stack([1 - root, root * (1 - v), root * v], axis=1)
-    corners = shape.faces[face]
-    return tuple(np.einsum("nk,nkd->nd", weights, x[corners]) for x in (deformed, shape.vertices))
+    return face, np.stack([1 - root, root * (1 - v), root * v], axis=1)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

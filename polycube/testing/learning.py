@@ -12,6 +12,7 @@ from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PRIMITIVES
 
 CONTEXT = 13  # length for a 1x1 grid with two primitives, as good as any
+OUTPUTS = 5
 IMAGE = (32, 32)
 
 
@@ -41,17 +42,17 @@ def check_schedule(plugin: Callable) -> None:
 
 
 def check_model(plugin: Callable) -> None:
-    """(x (B, channels, h, w), t (B,), context (B, K)) -> (B, 3, h, w), all of it learning."""
+    """(x (B, channels, h, w), t (B,), context (B, K)) -> (B, outputs, h, w), all of it learning."""
     import torch
 
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        network = plugin(channels=6, context_length=CONTEXT, image=IMAGE)
+        network = plugin(channels=6, outputs=OUTPUTS, context_length=CONTEXT, image=IMAGE)
         x = torch.randn(4, 6, *IMAGE, requires_grad=True)
         context = torch.rand(4, CONTEXT, requires_grad=True)
         time = torch.rand(4)
     y = network(x, time, context)
-    shape = (4, 3, *IMAGE)
+    shape = (4, OUTPUTS, *IMAGE)
     claim(tuple(y.shape) == shape, f"the output has shape {shape}", tuple(y.shape))
     claim(bool(torch.isfinite(y).all()), "the output is finite")
     y.square().mean().backward()
@@ -100,7 +101,12 @@ def check_data(plugin: Callable) -> None:
     for index in (0, 10**6):
         pair = pairs(index)
         claim_array(pair.geometry, (None, 3), "the geometry")
-        claim_array(pair.polycube, (len(pair.geometry), 3), "the polycube")
+        for name in ("normals", "polycube", "labels"):
+            claim_array(getattr(pair, name), (len(pair.geometry), 3), f"the {name}")
+        lengths = np.linalg.norm(pair.normals, axis=1)
+        claim(np.allclose(lengths, 1), "the normals have unit length", lengths.max())
+        low, high = pair.labels.min(axis=0), pair.labels.max(axis=0)
+        claim((low >= 0).all() and (high < [6, 2, 2]).all(), "labels: axis, cell, wall", high)
         claim(len(pair.context) == 2, "the context names every cell", pair.context)
         known = {*PRIMITIVES, None}
         claim(set(pair.context) <= known, "the context is of known primitives", pair.context)

@@ -1,22 +1,42 @@
 """Pairs as batches: what an image holds, and that nothing is seen twice."""
 
 import numpy as np
+import pytest
 import torch
 
 from polycube.diffusion.dataset import Onwards, PairImages, training_loader, validation_loader
-from polycube.diffusion.encoding import to_points, x_order
+from polycube.diffusion.encoding import point_order, to_points
 from polycube.diffusion.pairs import Pairs
+from polycube.registry import build
 
 
-def test_images_show_the_pair_sorted_by_the_geometrys_x(pairs: Pairs, primitives: dict) -> None:
+@pytest.mark.parametrize("order", ["x", "morton", "hilbert"])
+def test_images_show_the_pair_in_the_chosen_order(
+    order: str, pairs: Pairs, primitives: dict
+) -> None:
     pair = pairs(7)
-    geometry, polycube, context = PairImages(pairs, tuple(primitives))[7]
-    assert geometry.dtype == polycube.dtype == context.dtype == torch.float32
-    order = x_order(pair.geometry)
-    assert np.allclose(to_points(geometry.numpy(), order), pair.geometry, atol=1e-6)
-    assert np.allclose(to_points(polycube.numpy(), order), pair.polycube, atol=1e-6)
-    assert (np.diff(geometry[0].ravel()) >= 0).all()
-    assert context.sum() == sum(name is not None for name in pair.context)
+    shown = PairImages(pairs, tuple(primitives), order)[7]
+    assert shown.geometry.dtype == shown.polycube.dtype == shown.context.dtype == torch.float32
+    along = point_order(pair.geometry, order)
+    both = np.hstack([pair.geometry, pair.normals])
+    assert np.allclose(to_points(shown.geometry.numpy(), along), both, atol=1e-6)
+    assert np.allclose(to_points(shown.polycube.numpy(), along), pair.polycube, atol=1e-6)
+    assert np.array_equal(to_points(shown.labels.numpy(), along), pair.labels)
+    assert shown.context.sum() == sum(name is not None for name in pair.context)
+    assert shown.number == 7
+
+
+def test_the_papers_order_is_by_x(pairs: Pairs, primitives: dict) -> None:
+    shown = PairImages(pairs, tuple(primitives))[7]
+    assert (np.diff(shown.geometry[0].ravel()) >= 0).all()
+
+
+def test_padded_pixels_are_zero_and_have_no_label(primitives: dict) -> None:
+    published = build("data", {"plugin": "paper"})((2, 1, 1), primitives, seed=0)
+    shown = PairImages(published, tuple(primitives))[0]  # one cell: 512 points
+    padded = torch.arange(1024).reshape(32, 32) >= 512
+    assert (shown.geometry[:, padded] == 0).all() and (shown.polycube[:, padded] == 0).all()
+    assert (shown.labels[:, padded] == -1).all() and (shown.labels[:, ~padded] >= 0).all()
 
 
 def test_epochs_follow_one_another() -> None:
@@ -38,5 +58,5 @@ def test_batches_do_not_depend_on_the_number_of_workers(pairs: Pairs, primitives
 def test_held_out_pairs_are_the_first_of_their_stream(pairs: Pairs, primitives: dict) -> None:
     dataset = PairImages(pairs, tuple(primitives))
     batches = list(validation_loader(dataset, 5, 2))
-    assert [len(b[0]) for b in batches] == [2, 2, 1]
-    assert torch.equal(batches[2][0][0], dataset[4][0])
+    assert [batch.number.tolist() for batch in batches] == [[0, 1], [2, 3], [4]]
+    assert torch.equal(batches[2].geometry[0], dataset[4].geometry)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.diffusion.templates import contexts
+from polycube.errors import InputError
 from polycube.registry import build, names
 
 
@@ -26,6 +27,15 @@ def test_every_stream_is_seeded_and_endless(name: str, primitives: dict) -> None
 def test_paired_takes_every_context_in_turn(primitives: dict) -> None:
     stream = build("data", {"plugin": "paired"})((2, 1, 1), primitives, seed=0)
     assert [stream(i).context for i in range(24)] == contexts((2, 1, 1), primitives)
+
+
+def test_paired_with_the_published_types_only(primitives: dict) -> None:
+    """The same shapes of the nine types; another word is refused."""
+    stream = build("data", {"plugin": "paired", "types": "published"})((2, 1, 1), primitives, 0)
+    assert [c.count(None) for c in stream.contexts] == [1] * 8 + [0]
+    assert np.abs(stream(8).geometry - stream(8).polycube).max() > 0.1
+    with pytest.raises(InputError, match="types must be all or published; got 'few'"):
+        build("data", {"plugin": "paired", "types": "few"})
 
 
 def test_paper_has_the_nine_types_with_512_points_a_cell(primitives: dict) -> None:

@@ -61,16 +61,16 @@ def test_model() -> None:
     torch = pytest.importorskip("torch")
 
     class Network(torch.nn.Module):
-        def __init__(self, channels: int, context_length: int) -> None:
+        def __init__(self, channels: int, outputs: int, context_length: int) -> None:
             super().__init__()
-            self.mix = torch.nn.Conv2d(channels, 3, 1)
-            self.bend = torch.nn.Linear(context_length, 3)
+            self.mix = torch.nn.Conv2d(channels, outputs, 1)
+            self.bend = torch.nn.Linear(context_length, outputs)
 
         def forward(self, x, t, context):
             side = self.bend(context) + t[:, None]
             return self.mix(x) + side[..., None, None]
 
-    class Wide(Network):
+    class Narrow(Network):
         def forward(self, x, t, context):
             return super().forward(x, t, context)[:, :2]
 
@@ -85,7 +85,7 @@ def test_model() -> None:
     class Blind(Network):
         def forward(self, x, t, context):
             seen = super().forward(torch.zeros_like(x), t, context)
-            return seen + 0 * x[:, :3]
+            return seen + 0 * x[:, :1]
 
     class Random(Network):
         def forward(self, x, t, context):
@@ -96,11 +96,15 @@ def test_model() -> None:
             return super().forward(x, 0 * t, context)
 
     def plugin(network: type) -> object:
-        return broken(lambda channels, context_length, image: network(channels, context_length))
+        return broken(
+            lambda channels, outputs, context_length, image: network(
+                channels, outputs, context_length
+            )
+        )
 
     check("model", plugin(Network))
     for network, message in [
-        (Wide, r"shape \(4, 3, 32, 32\); got \(4, 2, 32, 32\)"),
+        (Narrow, r"shape \(4, 5, 32, 32\); got \(4, 2, 32, 32\)"),
         (Infinite, "output is finite"),
         (Idle, "every parameter; got none at bend.weight"),
         (Blind, "depends on the image"),
@@ -135,18 +139,31 @@ def test_sampler() -> None:
 @dataclass(frozen=True)
 class Pair:
     geometry: np.ndarray
+    normals: np.ndarray
     polycube: np.ndarray
+    labels: np.ndarray
     context: tuple
 
 
+NORMALS = np.tile([0.0, 0.6, 0.8], (8, 1))
+
+
 def test_data() -> None:
-    def stream(polycube=(8, 3), context=("cube", None), seeded=True, lucky=False):
+    def stream(
+        polycube=(8, 3),
+        context=("cube", None),
+        seeded=True,
+        lucky=False,
+        normals=NORMALS,
+        labels=(5, 1, 1),
+    ):
         def start(grid, primitives, seed):
             state = np.random.default_rng(seed)
 
             def pair(index: int) -> Pair:
                 rng = state if lucky else np.random.default_rng([seed * seeded, index])
-                return Pair(rng.normal(size=(8, 3)), np.zeros(polycube), context)
+                geometry, said = rng.normal(size=(8, 3)), np.tile(labels, (8, 1))
+                return Pair(geometry, normals, np.zeros(polycube), said, context)
 
             return pair
 
@@ -154,6 +171,11 @@ def test_data() -> None:
 
     check("data", broken(stream()))
     says("data", stream(polycube=(7, 3)), r"polycube has shape \(8, 3\); got \(7, 3\)")
+    says("data", stream(normals=NORMALS[:7]), r"normals has shape \(8, 3\); got \(7, 3\)")
+    says("data", stream(normals=2 * NORMALS), "normals have unit length; got 2")
+    says("data", stream(labels=(6, 0, 0)), r"labels: axis, cell, wall; got \[6 0 0\]")
+    says("data", stream(labels=(0, 2, 0)), "labels: axis, cell, wall")
+    says("data", stream(labels=(0, 0, -1)), "labels: axis, cell, wall")
     says("data", stream(context=("cube",)), "names every cell")
     says("data", stream(context=("cube", "ball")), "known primitives")
     says("data", stream(seeded=False), "another seed")
