@@ -1,4 +1,4 @@
-"""Networks: torch modules (x (B, channels, h, w), t in [0, 1], context) -> (B, 3, h, w)."""
+"""Networks: torch modules (x (B, channels, h, w), t in [0, 1], context) -> (B, outputs, h, w)."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ class PublishedUNet:
 
     width: int = 64
 
-    def __call__(self, channels: int, context_length: int, image: tuple[int, int]) -> nn.Module:
+    def __call__(
+        self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
+    ) -> nn.Module:
         """Untrained network for images of the given (height, width)."""
         from polycube.diffusion.unet import UNet  # torch is heavy
 
-        return UNet(channels, context_length, self.width, image)
+        return UNet(channels, outputs, context_length, self.width, image)
 
 
 @register("model", "tiny")
@@ -38,11 +40,14 @@ class Tiny(PublishedUNet):
 class Points:
     """A network on the set of points: perceptrons shared by all, steered by a summary of all."""
 
-    width: int = 96
-    blocks: int = 5
+    width: int = 128
+    blocks: int = 6
+    slots: int = 32
 
-    def __call__(self, channels: int, context_length: int, image: tuple[int, int]) -> nn.Module:
+    def __call__(
+        self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
+    ) -> nn.Module:
         """Untrained network; images of any size."""
         from polycube.diffusion.point_network import PointNetwork
 
-        return PointNetwork(channels, context_length, self.width, self.blocks)
+        return PointNetwork(channels, outputs, context_length, self.width, self.blocks, self.slots)

@@ -68,13 +68,18 @@ class Embedding(nn.Sequential):
 
 
 class UNet(nn.Module):
-    """(x (B, channels, h, w), t in [0, 1] (B,), context (B, K)) -> (B, 3, h, w).
+    """(x (B, channels, h, w), t in [0, 1] (B,), context (B, K)) -> (B, outputs, h, w).
 
     Height and width are multiples of 4; `width` is the number of features at full resolution.
     """
 
     def __init__(
-        self, channels: int, context_length: int, width: int = 64, image: tuple[int, int] = (32, 32)
+        self,
+        channels: int,
+        outputs: int,
+        context_length: int,
+        width: int = 64,
+        image: tuple[int, int] = (32, 32),
     ) -> None:
         super().__init__()
         bottom = (image[0] // 4, image[1] // 4)
@@ -96,11 +101,11 @@ class UNet(nn.Module):
             nn.Conv2d(2 * width, width, 3, padding=1),
             nn.GroupNorm(8, width),
             nn.ReLU(),
-            nn.Conv2d(width, 3, 3, padding=1),
+            nn.Conv2d(width, outputs, 3, padding=1),
         )
 
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
-        """Predicted noise or x_0, whichever the network is trained for."""
+        """Whatever the network is trained for, per pixel."""
         t = t[:, None].to(x)
         entered = self.enter(x)  # (B, width, h, w)
         down1 = self.down1(entered)  # (B, width, h / 2, w / 2)
