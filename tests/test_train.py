@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,8 @@ from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.app.train import main, train
+from polycube.diffusion.denoiser import DenoiserOptions
+from polycube.diffusion.module import Learning
 from polycube.diffusion.weights import load_denoiser
 from polycube.errors import InputError
 from polycube.registry import build
@@ -69,13 +72,30 @@ def test_every_trainer_and_experiment_composes(choice: str) -> None:
     assert cfg.trainer._target_ == "lightning.pytorch.Trainer"
 
 
+def test_every_option_of_learning_and_denoiser_is_in_the_yaml() -> None:
+    cfg = config()
+    assert {*cfg["learning"], "seed"} == {field.name for field in fields(Learning)}
+    assert {*cfg["denoiser"], "pads"} == {field.name for field in fields(DenoiserOptions)}
+
+
 def test_paper_experiment_is_the_published_setting() -> None:
     with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
         cfg = compose("train", ["experiment=paper"])
     assert (cfg.batch_size, cfg.trainer.max_epochs, cfg.schedule.steps) == (200, 400, 500)
     assert (cfg.schedule.beta_start, cfg.schedule.beta_end) == (1e-4, 0.02)
     assert (cfg.learning.rate, cfg.learning.decay, cfg.data.plugin) == (1e-3, "paper", "paper")
-    assert cfg.denoiser == {"target": "noise", "geometry_channels": False, "noise_scale": 1.0}
+    assert (cfg.learning.loss, cfg.learning.endpoint, cfg.learning.thin) == ("mse", 0, 1)
+    assert (cfg.model.plugin, cfg.model.width, cfg.sampler.plugin) == ("unet", 64, "ddpm")
+    assert (cfg.ema, cfg.trainer.gradient_clip_val) == (0, None)
+    assert cfg.denoiser == {
+        "target": "noise",
+        "geometry_channels": False,
+        "normals": False,
+        "labels": False,
+        "classifier": False,
+        "noise_scale": 1.0,
+        "order": "x",
+    }
 
 
 def test_command_writes_weights_checkpoints_and_curves(
@@ -87,7 +107,17 @@ def test_command_writes_weights_checkpoints_and_curves(
     assert {p.name for p in (run / "checkpoints").iterdir()} == {"best.ckpt", "last.ckpt"}
     assert list((run / "tensorboard").glob("events.out.tfevents.*"))
     metrics = json.loads((run / "weights" / "weights.json").read_text())
-    assert {"loss", "lr", "error", "error_p95", "samples_per_second"} <= metrics.keys()
+    assert {
+        "loss",
+        "loss_points",
+        "loss_labels",
+        "loss_context",
+        "lr",
+        "error",
+        "error_p95",
+        "right_context",
+        "samples_per_second",
+    } <= metrics.keys()
     assert (metrics["steps"], metrics["samples"]) == (4, 16)
     assert load_denoiser(build, run / "weights").process.steps == 20
 
@@ -124,7 +154,9 @@ def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) 
         ("learning.decay=steep", "error: learning.decay must be one of"),
         ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
         ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
-        ("denoiser.target=mean", "error: target must be x0 or noise"),
+        ("denoiser.target=mean", "error: denoiser.target must be one of x0, noise, v; got mean"),
+        ("denoiser.order=zigzag", "error: denoiser.order must be one of x, morton, hilbert"),
+        ("ema=1", "error: ema must lie between 0 and 1; got 1"),
         ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
         ("ckpt=last", "error: ckpt=last: no run under"),
     ],

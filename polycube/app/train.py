@@ -13,7 +13,7 @@ from pathlib import Path
 import hydra
 import lightning.pytorch as L
 from hydra.core.hydra_config import HydraConfig
-from lightning.pytorch.callbacks import ModelCheckpoint
+from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
@@ -21,8 +21,9 @@ from omegaconf.errors import OmegaConfBaseException
 import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
 from polycube import HOME, registry
 from polycube.diffusion.dataset import PairImages, training_loader, validation_loader
-from polycube.diffusion.module import DDPMPolycube, Learning
+from polycube.diffusion.module import DDPMPolycube, Learning, moving_average
 from polycube.diffusion.pictures import Pictures
+from polycube.diffusion.shapes import turned_contexts
 from polycube.diffusion.weights import make_denoiser, save_denoiser
 from polycube.errors import InputError
 
@@ -39,13 +40,18 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     config = _denoiser_config(cfg, pads=data.pads)
     denoiser = _checked(make_denoiser, config, _build)
     learning = _checked(Learning, **cfg["learning"], seed=cfg["seed"])
-    module = DDPMPolycube(denoiser, learning, _build("sampler", cfg["sampler"]), config)
+    grid, order = cfg["grid"]["shape"], denoiser.options.order
 
     def images(seed: int) -> PairImages:
-        return PairImages(data(cfg["grid"]["shape"], primitives, seed), tuple(primitives))
+        return PairImages(data(grid, primitives, seed), tuple(primitives), order)
 
-    size = cfg["batch_size"]
-    training = training_loader(images(cfg["seed"]), size, cfg["batches_per_epoch"], cfg["workers"])
+    training_images, size = images(cfg["seed"]), cfg["batch_size"]
+    turned = None
+    if denoiser.options.classifier:
+        turned = turned_contexts(training_images.pairs.contexts, grid, primitives)
+    sampler = _build("sampler", cfg["sampler"])
+    module = DDPMPolycube(denoiser, learning, sampler, config, turned)
+    training = training_loader(training_images, size, cfg["batches_per_epoch"], cfg["workers"])
     held_out = validation_loader(images(cfg["seed"] + HELD_OUT), cfg["held_out"], size)
     trainer = _trainer(cfg, folder)
     checkpoint = _checkpoint(cfg["ckpt"], folder)
@@ -53,7 +59,8 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
         trainer.fit(module, training, held_out, ckpt_path=checkpoint)
     else:
         trainer.validate(module, held_out, ckpt_path=checkpoint, verbose=False)
-    metrics = {name: float(value) for name, value in trainer.callback_metrics.items()}
+    metrics = trainer.callback_metrics.items()
+    metrics = {name.replace("/", "_"): float(value) for name, value in metrics}
     metrics |= {"steps": module.steps_done, "samples": module.steps_done * size}
     path = save_denoiser(denoiser, config, metrics, folder / "weights")
     logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
@@ -97,7 +104,7 @@ def _denoiser_config(cfg: Mapping[str, object], pads: bool) -> dict[str, object]
 
 
 def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
-    """Lightning's trainer, with checkpoints (last and best), TensorBoard and pictures."""
+    """Lightning's trainer, with checkpoints, averaged weights, TensorBoard and pictures."""
     best = ModelCheckpoint(
         folder / "checkpoints",
         "best",
@@ -106,9 +113,12 @@ def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
         auto_insert_metric_name=False,
     )
     logger = TensorBoardLogger(folder, name="tensorboard", version="")
+    averaged = []
+    if cfg["fit"] and cfg["ema"]:
+        averaged.append(WeightAveraging(avg_fn=_checked(moving_average, cfg["ema"])))
     return hydra.utils.instantiate(
         cfg["trainer"],
-        callbacks=[best, Pictures()],
+        callbacks=[best, Pictures(), *averaged],
         logger=logger,
         limit_train_batches=cfg["batches_per_epoch"],
         default_root_dir=str(folder),

@@ -9,13 +9,15 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from polycube.diffusion.classifier import ContextClassifier
 from polycube.diffusion.encoding import (
+    CURVES,
     context_length,
     context_vector,
     image_size,
+    point_order,
     to_pixels,
     to_points,
-    x_order,
 )
 from polycube.diffusion.pairs import n_sample_points
 from polycube.diffusion.process import DiffusionProcess, Predict
@@ -24,30 +26,54 @@ from polycube.diffusion.templates import Context
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the kept states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
 
+TARGETS = ("x0", "noise", "v")
+ORDERS = ("x", *CURVES)
+
 
 @dataclass(frozen=True)
 class DenoiserOptions:
-    """What a network was trained to see and to say."""
+    """What a network was trained to see and to say; the paper's has none of the additions."""
 
-    target: str = "x0"  # what the network predicts: x0 or noise
-    geometry_channels: bool = True  # the geometry beside x_t as three more channels
+    target: str = "x0"  # what the network predicts: x0, noise or v
+    geometry_channels: bool = True  # the geometry's points beside x_t as three more channels
+    normals: bool = True  # and its unit normals as three more
+    labels: bool = True  # also says of each point its polycube face: axis, cell, wall
+    classifier: bool = True  # a second network says the context
     noise_scale: float = 0.25  # s, in learning-frame units; the paper has 1
+    order: str = "x"  # of the points in the image: x (the paper's), morton, hilbert
     pads: bool = False  # single cells have 512 points and zeros, as published
 
     def __post_init__(self) -> None:
-        if self.target not in ("x0", "noise"):
-            raise ValueError(f"target must be x0 or noise; got {self.target!r}")
+        for name, choices in (("target", TARGETS), ("order", ORDERS)):
+            if getattr(self, name) not in choices:
+                raise ValueError(
+                    f"denoiser.{name} must be one of {', '.join(choices)}; "
+                    f"got {getattr(self, name)}"
+                )
+
+
+@dataclass(frozen=True, eq=False)
+class Denoised:
+    """Where points of geometries lie on their polycubes; cell edge 1, origin at the grid's corner.
+
+    log_labels : log-probabilities (B, N, 6) of the face's axis, (B, N, cells) of its grid cell,
+        (B, N, 2) of its being an outer wall or that of a hole; none if the network says no labels
+    """
+
+    points: np.ndarray  # (B, N, 3)
+    trajectory: np.ndarray  # (S, B, N, 3) kept states from x_T to x_0
+    log_labels: tuple[np.ndarray, ...] = ()
 
 
 class Denoiser(nn.Module):
     """A network with its process, its grid and the contexts it knows.
 
-    network : (channels, context_length, image) -> module, as a model plugin makes it
+    network : (channels, outputs, context_length, image) -> module, as a model plugin makes it
     """
 
     def __init__(
         self,
-        network: Callable[[int, int, tuple[int, int]], nn.Module],
+        network: Callable[[int, int, int, tuple[int, int]], nn.Module],
         alpha_bar: np.ndarray,
         grid: Sequence[int],
         primitives: Sequence[str],
@@ -58,25 +84,45 @@ class Denoiser(nn.Module):
         self.process = DiffusionProcess(alpha_bar, options.noise_scale)
         self.image = image_size(grid)
         n_cells = int(np.prod(grid))
-        channels = 6 if options.geometry_channels else 3
+        self.classes = (6, n_cells, 2) if options.labels else ()  # of axis, cell and wall
+        channels = 3 * (1 + options.geometry_channels + options.normals)
         length = context_length(len(self.primitives), n_cells)
-        self.network = network(channels, length, self.image)
+        self.network = network(channels, 3 + sum(self.classes), length, self.image)
+        if options.classifier:
+            self.classifier = ContextClassifier(
+                3 * (1 + options.normals), n_cells, len(self.primitives)
+            )
 
     def forward(self, x_t: Tensor, geometry: Tensor, t: Tensor, context: Tensor) -> Tensor:
-        """What the network says about x_t (B, 3, h, w) at steps t (B,): x_0 or noise."""
-        x = torch.cat([x_t, geometry], dim=1) if self.options.geometry_channels else x_t
-        return self.network(x, t.float() / self.process.steps, context)
+        """What the network says about x_t (B, 3, h, w) at steps t (B,): target and label logits.
+
+        geometry : (B, 6, h, w) points and normals of which it sees what it was trained to see
+        """
+        seen = [x_t]
+        seen += [geometry[:, :3]] if self.options.geometry_channels else []
+        seen += [geometry[:, 3:]] if self.options.normals else []
+        return self.network(torch.cat(seen, dim=1), t.float() / self.process.steps, context)
 
     def predict(self, geometry: Tensor, context: Tensor) -> Predict:
         """x_0 predicted from (x_t, t) for images of a geometry and their context vectors."""
-        q = self.process.adjustment(geometry)
+        q = self.process.adjustment(geometry[:, :3])
+        read = {
+            "x0": lambda x_t, said, steps: said,
+            "noise": lambda x_t, said, steps: self.process.origin(x_t, said, q, steps),
+            "v": lambda x_t, said, steps: self.process.origin_of_velocity(x_t, said, q, steps),
+        }[self.options.target]
 
         def x_0(x_t: Tensor, t: int) -> Tensor:
             steps = torch.full((len(x_t),), t, device=x_t.device)
-            said = self(x_t, geometry, steps, context).float()
-            return said if self.options.target == "x0" else self.process.origin(x_t, said, q, steps)
+            return read(x_t, self(x_t, geometry, steps, context)[:, :3].float(), steps)
 
         return x_0
+
+    def log_labels(self, geometry: Tensor, context: Tensor) -> tuple[Tensor, ...]:
+        """Log-probabilities (B, classes, h, w) of axis, cell and wall of each point at t = T."""
+        steps = torch.full((len(geometry),), self.process.steps, device=geometry.device)
+        said = self(geometry[:, :3], geometry, steps, context)[:, 3:].float()
+        return tuple(logits.log_softmax(dim=1) for logits in said.split(self.classes, dim=1))
 
     def n_points(self, context: Context) -> int:
         """Sample points of a geometry of this context."""
@@ -90,20 +136,60 @@ class Denoiser(nn.Module):
 
     @torch.no_grad()
     def denoise(
-        self, points: np.ndarray, contexts: Sequence[Context], sampler: Sampler, seed: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Polycube points for (B, N, 3) points of geometries in the learning frame.
+        self,
+        points: np.ndarray,
+        normals: np.ndarray,
+        contexts: Sequence[Context],
+        sampler: Sampler,
+        seed: int,
+    ) -> Denoised:
+        """Polycube points for (B, N, 3) points and normals of geometries in the learning frame."""
+        self.eval()
+        order = point_order(points, self.options.order)
+        geometry, context = self._images(points, normals, order), self.vectors(contexts)
+        predict = self.predict(geometry, context)
+        draw = torch.Generator().manual_seed(seed)
+        x_0, states = sampler(predict, geometry[:, :3], self.process, draw)
+        labels = self.log_labels(geometry, context) if self.classes else ()
+        origin = np.array(self.grid) / 2
+        return Denoised(
+            to_points(x_0.numpy(), order) + origin,
+            np.stack([to_points(s.numpy(), order) for s in states]) + origin,
+            tuple(to_points(log_p.numpy(), order) for log_p in labels),
+        )
 
-        Returns
-        -------
-        points : (B, N, 3) on the polycube, cell edge 1, origin at the grid's lowest corner
-        trajectory : (S, B, N, 3) kept states from x_T to x_0, shifted likewise
+    @torch.no_grad()
+    def log_likelihood(
+        self, points: np.ndarray, normals: np.ndarray, contexts: Sequence[Context]
+    ) -> np.ndarray:
+        """(B, C) log-probability that geometries lie along the grid and have these contexts.
+
+        points, normals : (B, N, 3) in the learning frame; needs options.classifier.
+        Of contexts of equal shape only the canonical one is likely (`shapes.turned_contexts`).
         """
         self.eval()
-        order = x_order(points)
-        x_T = torch.from_numpy(to_pixels(points, order, self.image))
-        predict = self.predict(x_T, self.vectors(contexts))
-        x_0, states = sampler(predict, x_T, self.process, torch.Generator().manual_seed(seed))
-        origin = np.array(self.grid) / 2
-        trajectory = np.stack([to_points(s.numpy(), order) for s in states])
-        return to_points(x_0.numpy(), order) + origin, trajectory + origin
+        geometry = self._images(points, normals, point_order(points, self.options.order))
+        return self.classifier.log_likelihood(geometry, self.classes_of(contexts)).numpy()
+
+    @torch.no_grad()
+    def log_cells(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Log-probability of what fills each cell, and of the geometry lying along the grid.
+
+        points, normals : (B, N, 3) in the learning frame; needs options.classifier.
+        (B, n_cells, primitives + 1), empty last, and (B,); their sum is `log_likelihood`
+        """
+        self.eval()
+        geometry = self._images(points, normals, point_order(points, self.options.order))
+        logits, fits = self.classifier(geometry)
+        log_along = nn.functional.logsigmoid(fits.float())
+        return logits.float().log_softmax(dim=2).numpy(), log_along.numpy()
+
+    def classes_of(self, contexts: Sequence[Context]) -> Tensor:
+        """(C, n_cells) int64 number of each cell's primitive; that of empty comes last."""
+        number = {name: i for i, name in enumerate((*self.primitives, None))}
+        return torch.tensor([[number[name] for name in context] for context in contexts])
+
+    def _images(self, points: np.ndarray, normals: np.ndarray, order: np.ndarray) -> Tensor:
+        """(B, 6, h, w)"""
+        both = [to_pixels(rows, order, self.image) for rows in (points, normals)]
+        return torch.from_numpy(np.concatenate(both, axis=1))

@@ -14,7 +14,7 @@ CONFIG = {
     "primitives": list(PRIMITIVES),
     "schedule": {"plugin": "linear", "steps": 50},
     "model": {"plugin": "tiny"},
-    "options": {"target": "x0", "geometry_channels": True, "noise_scale": 0.25, "pads": False},
+    "options": {"target": "x0", "noise_scale": 0.25, "pads": False},
 }
 
 

@@ -6,91 +6,138 @@ import torch
 from torch import Tensor, nn
 
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
-from polycube.diffusion.encoding import x_order
+from polycube.diffusion.encoding import point_order
 from polycube.registry import build
 
 ALPHA_BAR = build("schedule", {"plugin": "linear", "steps": 30})()
+FOUR = ("cube", "a", "b", "c")
 
 
 class Halved(nn.Module):
-    """Knows the polycube of its geometry: half of it."""
+    """Knows the polycube of its geometry: half of it.  Its labels follow from the normals."""
 
-    def __init__(self, channels: int, context_length: int, image: tuple[int, int]) -> None:
+    def __init__(
+        self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
+    ) -> None:
         super().__init__()
-        assert (channels, context_length, image) == (6, 29, (32, 32))
+        assert (channels, outputs, context_length, image) == (9, 3 + 6 + 2 + 2, 29, (32, 32))
 
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
-        return x[:, 3:] / 2
+        points, normals = x[:, 3:6], x[:, 6:]
+        return torch.cat([points / 2, normals, -normals, points[:, :2], 0 * points[:, :2]], dim=1)
 
 
-def known(target: str) -> Denoiser:
-    return Denoiser(
-        Halved, ALPHA_BAR, (2, 1, 1), ("cube", "a", "b", "c"), DenoiserOptions(target=target)
-    )
+def known(**options: object) -> Denoiser:
+    return Denoiser(Halved, ALPHA_BAR, (2, 1, 1), FOUR, DenoiserOptions(**options))
 
 
+def cloud(n: int = 1024, batch: int = 2) -> tuple[np.ndarray, np.ndarray]:
+    """Random points, and vectors that pass for normals."""
+    rng = np.random.default_rng(0)
+    return rng.uniform(-1, 1, (batch, n, 3)), rng.uniform(-1, 1, (batch, n, 3))
+
+
+@pytest.mark.parametrize("order", ["x", "morton", "hilbert"])
 @pytest.mark.parametrize("sampler", ["ddpm", "ddim"])
-def test_points_keep_their_order_and_get_the_grids_origin(sampler: str) -> None:
-    points = np.random.default_rng(0).uniform(-1, 1, (2, 1024, 3))
+def test_points_keep_their_order_and_get_the_grids_origin(sampler: str, order: str) -> None:
+    points, normals = cloud()
     contexts = [("cube", None), ("cube", "cube")]
-    x_0, trajectory = known("x0").denoise(
-        points, contexts, build("sampler", {"plugin": sampler}), 0
-    )
+    sampler = build("sampler", {"plugin": sampler})
+    denoised = known(order=order).denoise(points, normals, contexts, sampler, 0)
     origin = np.array([1, 0.5, 0.5])
-    assert x_0 == pytest.approx(points / 2 + origin, abs=1e-5)
-    assert trajectory.shape == (5, 2, 1024, 3)
-    assert trajectory[0] == pytest.approx(points + origin, abs=1e-6)
-    assert np.array_equal(trajectory[-1], x_0)
+    assert denoised.points == pytest.approx(points / 2 + origin, abs=1e-5)
+    assert denoised.trajectory.shape == (5, 2, 1024, 3)
+    assert denoised.trajectory[0] == pytest.approx(points + origin, abs=1e-6)
+    assert np.array_equal(denoised.trajectory[-1], denoised.points)
 
 
-def test_predicted_noise_means_the_same_as_predicted_x_0() -> None:
-    """x_0 from noise z: (x_t - sqrt(1 - alpha_bar) s z - c_t q) / sqrt(alpha_bar)."""
-    denoiser = known("noise")
-    geometry = torch.randn(1, 3, 32, 32, generator=torch.Generator().manual_seed(0))
-    x_0 = torch.zeros_like(geometry)
-    q, t = denoiser.process.adjustment(geometry), torch.tensor([12])
-    x_t = denoiser.process.forward(x_0, geometry / 2, q, t)  # its noise is what Halved says
+@pytest.mark.parametrize("order", ["x", "hilbert"])
+def test_labels_are_those_of_each_point(order: str) -> None:
+    """Log-softmax of what the network says of axis, cell and wall, in the points' own order."""
+    points, normals = cloud()
+    sampler = build("sampler", {"plugin": "ddim", "steps": 1})
+    denoiser = known(order=order)
+    axis, cell, wall = denoiser.denoise(points, normals, [FOUR[:2]] * 2, sampler, 0).log_labels
+    logits = np.concatenate([normals, -normals], axis=2)
+    assert axis == pytest.approx(logits - np.log(np.exp(logits).sum(2, keepdims=True)), abs=1e-5)
+    assert np.array_equal(cell.argmax(axis=2), points[:, :, :2].argmax(axis=2))
+    assert wall == pytest.approx(np.full((2, 1024, 2), np.log(0.5)))
+
+
+@pytest.mark.parametrize("target", ["noise", "v"])
+def test_predicted_noise_or_velocity_means_the_same_as_predicted_x_0(target: str) -> None:
+    """A network that says what leads to x_t leads back to the x_0 it came from."""
+    geometry, x_0, z = torch.randn(3, 1, 6, 32, 32, generator=torch.Generator().manual_seed(0))
+    x_0, z = x_0[:, :3], z[:, :3]
+    denoiser, t = known(target=target), torch.tensor([12])
+    process = denoiser.process
+    x_t = process.forward(x_0, z, process.adjustment(geometry[:, :3]), t)
+    says = {"noise": z, "v": process.velocity(x_0, z, t)}[target]
+    denoiser.network.register_forward_hook(lambda *_: says)
     predicted = denoiser.predict(geometry, torch.zeros(1, 29))(x_t, 12)
     assert torch.allclose(predicted, x_0, atol=1e-5)
 
 
-def test_without_geometry_channels_the_network_sees_x_t_only() -> None:
+@pytest.mark.parametrize("points", [False, True])
+@pytest.mark.parametrize("normals", [False, True])
+def test_the_network_sees_what_it_is_meant_to_see(points: bool, normals: bool) -> None:
     seen = []
 
     class Spy(nn.Module):
-        def __init__(self, channels: int, context_length: int, image: tuple[int, int]) -> None:
+        def __init__(
+            self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
+        ) -> None:
             super().__init__()
             seen.append(channels)
 
         def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
-            seen.append(x.shape[1])
+            seen.append(x)
             return x
 
-    options = DenoiserOptions(geometry_channels=False)
+    options = DenoiserOptions(geometry_channels=points, normals=normals)
     denoiser = Denoiser(Spy, ALPHA_BAR, (2, 1, 1), ("cube",), options)
-    image = torch.zeros(1, 3, 32, 32)
-    denoiser.predict(image, torch.zeros(1, 5))(image, 30)
-    assert seen == [3, 3]
+    x_t, geometry = torch.full((1, 3, 32, 32), 7.0), torch.arange(6.0)[:, None, None]
+    geometry = geometry.expand(1, 6, 32, 32)
+    denoiser.predict(geometry, torch.zeros(1, 5))(x_t, 30)
+    expected = [7, 7, 7] + [0, 1, 2] * points + [3, 4, 5] * normals
+    assert seen[0] == len(expected)
+    assert seen[1][0, :, 0, 0].tolist() == expected
 
 
 def test_sample_points_of_a_context(denoiser: Denoiser) -> None:
     assert denoiser.n_points(("cube", None)) == 1024
-    published = Denoiser(Halved, ALPHA_BAR, (2, 1, 1), ("c", *"xyz"), DenoiserOptions(pads=True))
+    published = known(pads=True)
     assert published.n_points(("c", None)) == 512
     assert published.n_points(("c", "c")) == 1024
 
 
 def test_padded_images_are_denoised_too(denoiser: Denoiser) -> None:
-    points = np.random.default_rng(0).uniform(-1, 1, (1, 512, 3))
+    points, normals = cloud(512, 1)
     sampler = build("sampler", {"plugin": "ddim", "steps": 2})
-    x_0, trajectory = denoiser.denoise(points, [("cube", None)], sampler, 0)
-    assert x_0.shape == (1, 512, 3)
-    order = x_order(trajectory[0])
-    assert np.array_equal(order, x_order(points.astype(np.float32)))
+    denoised = denoiser.denoise(points, normals, [("cube", None)], sampler, 0)
+    assert denoised.points.shape == (1, 512, 3)
+    assert [log_p.shape for log_p in denoised.log_labels] == [(1, 512, n) for n in (6, 2, 2)]
+    order = point_order(denoised.trajectory[0], "x")
+    assert np.array_equal(order, point_order(points.astype(np.float32), "x"))
+
+
+def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> None:
+    """The last class is empty; without a classifier there is no such module."""
+    contexts = [("cube", "hole_y"), ("hole_x", None)]
+    assert denoiser.classes_of(contexts).tolist() == [[0, 3], [2, 4]]
+    points, normals = cloud()
+    found = denoiser.log_likelihood(points, normals, contexts)
+    both = np.concatenate([points, normals], axis=2).astype(np.float32)
+    geometry = torch.from_numpy(both).transpose(1, 2).reshape(2, 6, 32, 32)  # in any order
+    expected = denoiser.classifier.log_likelihood(geometry, torch.tensor([[0, 3], [2, 4]]))
+    assert found == pytest.approx(expected.detach().numpy(), abs=1e-5)
+    assert not hasattr(known(classifier=False), "classifier")
 
 
 def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
-    with pytest.raises(ValueError, match="target must be x0 or noise; got 'mean'"):
+    with pytest.raises(ValueError, match=r"denoiser\.target must be one of x0, noise, v; got mean"):
         DenoiserOptions(target="mean")
+    with pytest.raises(ValueError, match=r"denoiser\.order must be one of x, morton, hilbert; got"):
+        DenoiserOptions(order="zigzag")
     with pytest.raises(LookupError, match="no primitive named 'cone'"):
         denoiser.vectors([("cone", None)])
