@@ -7,22 +7,49 @@ model and options to build the network again, `weights.json` the measured errors
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import torch
 import yaml
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import Tensor
 
 from polycube import HOME
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.errors import InputError
+from polycube.io.atomic import whole
 
-SHIPPED = HOME / "plugins" / "weights" / "weights.safetensors"
+SHIPPED = HOME / "plugins" / "weights"  # a folder for each grid, such as 2x1
+PAPERS = (2, 1, 1)  # the grid of the paper
 
 # (kind, config) -> plugin: `polycube.registry.build`, handed in because it lies above this layer
 Build = Callable[[str, Mapping[str, object]], Callable]
+
+
+def shipped_grids() -> list[tuple[int, ...]]:
+    """Grids whose weights ship, smallest first."""
+    names = [path.parent.name for path in SHIPPED.glob("*/weights.safetensors")]
+    grids = [tuple(map(int, (name + "x1").split("x")[:3])) for name in names]
+    return sorted(grids, key=lambda grid: (math.prod(grid), grid))
+
+
+def shipped(grid: Sequence[int] = PAPERS) -> Path:
+    """Folder of the weights that ship for a grid; raises InputError if none do."""
+    folder = SHIPPED / _name(grid)
+    if not (folder / "weights.safetensors").is_file():
+        known = ", ".join(map(_name, shipped_grids())) or "none"
+        raise InputError(
+            f"no weights ship for grid {_name(grid)}, only for {known}; "
+            f"train.py grid={_name(grid)} makes some"
+        )
+    return folder
+
+
+def _name(grid: Sequence[int]) -> str:
+    """2x1 for (2, 1, 1), 2x2x2 for (2, 2, 2)."""
+    return "x".join(map(str, grid if grid[2] > 1 else grid[:2]))
 
 
 def make_denoiser(config: Mapping[str, object], build: Build) -> Denoiser:
@@ -44,23 +71,31 @@ def save_denoiser(
 ) -> Path:
     """Write the three files, single precision halved; returns the safetensors file."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "weights.safetensors"
     tensors = {
         name: (tensor.half() if tensor.is_floating_point() else tensor).contiguous().cpu()
         for name, tensor in denoiser.state_dict().items()
     }
-    save_file(tensors, path)
-    path.with_suffix(".yaml").write_text(yaml.safe_dump(dict(config), sort_keys=False))
-    path.with_suffix(".json").write_text(json.dumps(dict(metrics), indent=1) + "\n")
+    texts = {
+        ".yaml": yaml.safe_dump(dict(config), sort_keys=False),
+        ".json": json.dumps(dict(metrics), indent=1) + "\n",
+    }
+    path = folder / "weights.safetensors"
+    with whole(path) as temporary:
+        temporary.write_bytes(save(tensors))
+    for suffix, text in texts.items():
+        with whole(path.with_suffix(suffix)) as temporary:
+            temporary.write_text(text)
     return path
 
 
-def load_denoiser(build: Build, path: str | Path | None = None) -> Denoiser:
-    """Trained denoiser from a safetensors file or its folder; without one, the shipped weights.
+def load_denoiser(
+    build: Build, path: str | Path | None = None, grid: Sequence[int] = PAPERS
+) -> Denoiser:
+    """Trained denoiser from a safetensors file or its folder; without one, that of a grid.
 
     A checkpoint of a training (.ckpt) will do as well: its averaged weights.
     """
-    path = Path(path or SHIPPED)
+    path = Path(path or shipped(grid))
     path = path / "weights.safetensors" if path.is_dir() else path
     for needed in (path,) if path.suffix == ".ckpt" else (path, path.with_suffix(".yaml")):
         if not needed.is_file():

@@ -8,15 +8,16 @@ import torch
 import yaml
 
 from polycube.diffusion.denoiser import Denoiser
-from polycube.diffusion.weights import SHIPPED, load_denoiser, save_denoiser
+from polycube.diffusion.weights import SHIPPED, load_denoiser, save_denoiser, shipped, shipped_grids
 from polycube.errors import InputError
 from polycube.registry import build
 
 
 def _answer(denoiser: Denoiser) -> torch.Tensor:
-    image = torch.randn(1, 3, 32, 32, generator=torch.Generator().manual_seed(0))
+    image = torch.randn(1, 6, 32, 32, generator=torch.Generator().manual_seed(0))
     with torch.no_grad():
-        return denoiser.eval().predict(image, denoiser.vectors([("cube", "hole_z")]))(image, 40)
+        predict = denoiser.eval().predict(image, denoiser.vectors([("cube", "hole_z")]))
+        return predict(image[:, :3], 40)
 
 
 def test_loading_gives_the_saved_network(denoiser: Denoiser, config: dict, tmp_path: Path) -> None:
@@ -31,11 +32,35 @@ def test_loading_gives_the_saved_network(denoiser: Denoiser, config: dict, tmp_p
     assert yaml.safe_load(path.with_suffix(".yaml").read_text()) == config
 
 
-def test_shipped_weights_know_the_papers_grid_and_are_small() -> None:
-    denoiser = load_denoiser(build)
-    assert denoiser.grid == (2, 1, 1)
-    assert denoiser.primitives == ("cube", "hole_z", "hole_x", "hole_y")
-    assert SHIPPED.stat().st_size < 20e6
+@pytest.mark.parametrize("grid", shipped_grids())
+def test_shipped_weights_know_their_grid_and_are_small(grid: tuple[int, ...]) -> None:
+    denoiser = load_denoiser(build, grid=grid)
+    assert denoiser.grid == grid
+    assert {"cube", "hole_z", "hole_x", "hole_y"} <= set(denoiser.primitives)
+    assert (shipped(grid) / "weights.safetensors").stat().st_size < 20e6
+
+
+def test_the_papers_grid_ships_and_is_the_default() -> None:
+    assert (2, 1, 1) in shipped_grids()
+    assert shipped() == shipped((2, 1, 1)) == SHIPPED / "2x1"
+    assert load_denoiser(build).primitives == ("cube", "hole_z", "hole_x", "hole_y")
+
+
+def test_a_grid_without_weights_is_refused_with_those_that_have_some() -> None:
+    with pytest.raises(InputError, match=r"for grid 7x1, only for .*2x1.*; train.py grid=7x1"):
+        load_denoiser(build, grid=(7, 1, 1))
+    with pytest.raises(InputError, match="for grid 7x2x3, only"):
+        shipped((7, 2, 3))
+
+
+def test_grids_are_read_off_the_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("polycube.diffusion.weights.SHIPPED", tmp_path)
+    for name in ("3x2", "2x1", "2x2x2", "1x1", "without"):
+        (tmp_path / name).mkdir()
+        if name != "without":
+            (tmp_path / name / "weights.safetensors").touch()
+    assert shipped_grids() == [(1, 1, 1), (2, 1, 1), (3, 2, 1), (2, 2, 2)]
+    assert shipped((2, 2, 2)) == tmp_path / "2x2x2"
 
 
 def test_files_that_are_not_there_or_do_not_fit_are_refused(
