@@ -9,12 +9,14 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from polycube import artifacts
 from polycube.errors import InputError, MeshingError
+from polycube.geometry.descent import counted
 from polycube.kinds import KINDS
 from polycube.registry import build
 
@@ -37,24 +39,30 @@ class Stage:
 
 @dataclass
 class Clock:
-    """Seconds spent per stage, summed over repeats."""
+    """Seconds, and effort of descent (`counted`), spent per stage, summed over repeats."""
 
     seconds: dict[str, float] = field(default_factory=dict)
+    effort: dict[str, Counter[str]] = field(default_factory=dict)
 
     def run(self, name: str, call: Callable[[], object]) -> object:
         """Call, time, log one line; a bug or a failed computation names the stage it came from."""
         begin = time.perf_counter()
-        try:
-            return call()
-        except (InputError, MeshingError):
-            raise
-        except Exception as error:
-            logger.debug("stage %s failed", name, exc_info=True)
-            raise MeshingError(f"stage {name} failed: {type(error).__name__}: {error}") from error
-        finally:
-            spent = time.perf_counter() - begin
-            self.seconds[name] = self.seconds.get(name, 0.0) + spent
-            logger.info("%-18s %6.1f s", name, spent)
+        with counted() as effort:
+            try:
+                return call()
+            except (InputError, MeshingError):
+                raise
+            except Exception as error:
+                logger.debug("stage %s failed", name, exc_info=True)
+                raise MeshingError(
+                    f"stage {name} failed: {type(error).__name__}: {error}"
+                ) from error
+            finally:
+                spent = time.perf_counter() - begin
+                self.seconds[name] = self.seconds.get(name, 0.0) + spent
+                self.effort[name] = self.effort.get(name, Counter()) + effort
+                numbers = [f"{spent:6.1f} s", *(f"{n} {what}" for what, n in effort.items())]
+                logger.info("%-18s %s", name, ", ".join(numbers))
 
 
 def build_stages(order: Sequence[str], configs: Mapping[str, Mapping[str, object]]) -> list[Stage]:

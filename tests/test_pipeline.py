@@ -8,6 +8,7 @@ from scipy.sparse import csr_matrix
 
 from polycube import artifacts
 from polycube.errors import InputError, MeshingError
+from polycube.geometry.descent import descend
 from polycube.kinds import check_chain
 from polycube.pipeline import Clock, Stage, load_stage, run_portfolio, save_stage
 from polycube.types import HexMesh, Spline, TriMesh
@@ -98,6 +99,20 @@ def test_a_stage_that_breaks_is_named():
 
     with pytest.raises(MeshingError, match="stage meshing/smooth failed: ZeroDivisionError"):
         Clock().run("meshing/smooth", broken)
+
+
+def test_the_clock_sums_the_effort_of_repeats():
+    def bowl() -> np.ndarray:
+        return descend(lambda x: (float(x @ x), 2 * x), np.ones(2), 1)
+
+    clock = Clock()
+    for name in ("meshing/smooth", "meshing/optimize", "meshing/smooth"):
+        clock.run(name, bowl)
+    clock.run("spline", lambda: None)
+    once = {"steps": 1, "evaluations": 2}
+    twice = {"steps": 2, "evaluations": 4}
+    assert clock.effort == {"meshing/smooth": twice, "meshing/optimize": once, "spline": {}}
+    assert set(clock.seconds) == set(clock.effort)
 
 
 def test_stage_results_come_back(tmp_path):

@@ -47,7 +47,7 @@ def infer(cfg: Mapping[str, object]) -> dict[str, object]:
                 run.solve()
         except MeshingError as error:
             run.state["failure"] = str(error)
-        report = summarize(run.state, run.clock.seconds, cfg)
+        report = summarize(run.state, run.clock.seconds, run.clock.effort, cfg)
         write_results(folder, run.state, report, run.exports, cfg)
         _say(report, folder)
         return report

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 import numpy as np
 
@@ -11,6 +13,18 @@ MEMORY = 8  # pairs of steps and gradient changes
 STALL = 1e-9  # relative decrease that ends the search
 
 Function = Callable[[np.ndarray], tuple[float, np.ndarray]]
+_EFFORTS: ContextVar[tuple[Counter[str], ...]] = ContextVar("efforts", default=())
+
+
+@contextmanager
+def counted() -> Iterator[Counter[str]]:
+    """Number of accepted `steps`, and of `evaluations`, of all descents inside; may be nested."""
+    effort: Counter[str] = Counter()
+    token = _EFFORTS.set((*_EFFORTS.get(), effort))
+    try:
+        yield effort
+    finally:
+        _EFFORTS.reset(token)
 
 
 def descend(function: Function, x: np.ndarray, iterations: int, step: float = 1e-4) -> np.ndarray:
@@ -19,7 +33,12 @@ def descend(function: Function, x: np.ndarray, iterations: int, step: float = 1e
     function : x -> (value, gradient); values may be infinite, except at the start
     step : largest change of a coordinate in a first, unscaled step
     """
-    value, gradient = function(x)
+
+    def evaluate(place: np.ndarray) -> tuple[float, np.ndarray]:
+        _count("evaluations")
+        return function(place)
+
+    value, gradient = evaluate(x)
     pairs: deque[tuple[np.ndarray, np.ndarray, float]] = deque(maxlen=MEMORY)
     for _ in range(iterations):
         direction = _direction(gradient, pairs, step)
@@ -28,7 +47,7 @@ def descend(function: Function, x: np.ndarray, iterations: int, step: float = 1e
             pairs.clear()
             direction = _direction(gradient, pairs, step)
             slope = -_dot(gradient, direction)
-        found = _backtrack(function, x, value, direction, slope)
+        found = _backtrack(evaluate, x, value, direction, slope)
         if found is None:
             if not pairs:
                 break
@@ -39,11 +58,17 @@ def descend(function: Function, x: np.ndarray, iterations: int, step: float = 1e
         curvature = _dot(change, bend)
         if curvature > 1e-14 * np.sqrt(_dot(change, change) * _dot(bend, bend)):
             pairs.append((change, bend, 1 / curvature))
+        _count("steps")
         decrease = value - lower
         x, value, gradient = moved, lower, turned
         if decrease < STALL * (abs(value) + 1e-12):
             break
     return x
+
+
+def _count(what: str) -> None:
+    for effort in _EFFORTS.get():
+        effort[what] += 1
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> float:

@@ -27,9 +27,15 @@ CSR = ("data", "indices", "indptr")  # of the extraction matrix, in spline.npz
 
 
 def summarize(
-    state: State, seconds: Mapping[str, float], cfg: Mapping[str, object]
+    state: State,
+    seconds: Mapping[str, float],
+    effort: Mapping[str, Mapping[str, int]],
+    cfg: Mapping[str, object],
 ) -> dict[str, object]:
-    """Numbers of a run; parts that were not reached are left out."""
+    """Numbers of a run; parts that were not reached are left out.
+
+    seconds, effort : of the stages, see `pipeline.Clock`; stages that descend nothing are left out
+    """
     parts = {"input": _input, "polycube": _polycube, "hex": _hex, "spline": _spline}
     parts |= {"modes": _modes}
     needs = {"input": "surface", "polycube": "ranked", "hex": "hexes"}
@@ -43,6 +49,7 @@ def summarize(
     if "hexes" in state:
         report["doubts"] = quality.doubts(state["hexes"], state["surface"])
     report["seconds"] = {stage: round(spent, 3) for stage, spent in seconds.items()}
+    report["effort"] = {stage: dict(spent) for stage, spent in effort.items() if spent}
     report["version"] = __version__
     return report
 

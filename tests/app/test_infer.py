@@ -46,6 +46,8 @@ def test_one_part_all_the_way(rod):
     assert report["hex"]["inverted"] == 0
     assert report["hex"]["min_scaled_jacobian"] > 0.2
     assert report["spline"]["min_detj"] > 0
+    assert {"ranking", "meshing/smooth", "meshing/optimize"} <= set(report["effort"])
+    assert all(0 < spent["steps"] < spent["evaluations"] for spent in report["effort"].values())
     assert report == json.loads((folder / "report.json").read_text())
     files = {"polycube.vtu", "labels.vtp", "hex.vtu", "spline.bext", "spline.vtu", "modes.vtu"}
     files |= {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.geometry.descent import descend
+from polycube.geometry.descent import counted, descend
 
 
 def rosenbrock(x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -41,3 +41,30 @@ def test_stops_where_nothing_is_lower():
 def test_a_gradient_that_lies_ends_the_search():
     x = np.ones(2)
     assert np.array_equal(descend(lambda y: (float(y @ y), -2 * y), x, 50), x)
+
+
+def test_counts_steps_and_evaluations():
+    """The first step is 1e-4 long, the second lands on the minimum of x^2: nothing is lower."""
+    calls = []
+
+    def square(x: np.ndarray) -> tuple[float, np.ndarray]:
+        calls.append(x)
+        return float(x @ x), 2 * x
+
+    with counted() as both:
+        with counted() as first:
+            descend(square, np.ones(1), 1)
+        assert first == {"steps": 1, "evaluations": 2}
+        descend(square, np.ones(1), 50)
+    assert first["evaluations"] == 2
+    assert both["evaluations"] == len(calls)
+    descend(square, np.ones(1), 50)
+    assert both["evaluations"] < len(calls)
+
+
+@pytest.mark.parametrize("iterations", [0, 3, 7])
+def test_no_more_steps_than_iterations(iterations):
+    with counted() as effort:
+        descend(rosenbrock, np.array([-1.2, 1.0]), iterations)
+    assert effort["steps"] == iterations
+    assert effort["evaluations"] > iterations
