@@ -17,7 +17,7 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"kinds"},
     {"registry", "search_path"},
     {"pipeline", "report", "testing", "ranking"},
-    {"app", "doctor"},
+    {"app", "doctor", "evaluate"},
 )
 HEAVY = {"open3d", "pyvista", "vtk", "vtkmodules", "matplotlib", "trimesh"}
 FILES = sorted(

@@ -1,4 +1,4 @@
-"""The two commands: Hydra and Lightning live here and nowhere else."""
+"""The commands: Hydra and Lightning live here and nowhere else."""
 
 
 def train_command() -> None:
@@ -11,5 +11,12 @@ def train_command() -> None:
 def infer_command() -> None:
     """`polycube-infer`, `python infer.py`."""
     from polycube.app.infer import main
+
+    main()
+
+
+def evaluate_command() -> None:
+    """`polycube-evaluate`, `python -m polycube.evaluate`."""
+    from polycube.app.evaluate import main
 
     main()

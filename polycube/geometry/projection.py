@@ -9,7 +9,10 @@ import numpy as np
 from polycube.geometry.lattice import Boundary, boundary, cell_and_wall
 from polycube.types import Polycube
 
-TRUST = 0.1  # cells of distance that a label e times as likely makes up for
+# Cells of distance that a label e times as likely makes up for.  Scanned on 96 pairs that are
+# neither trained on nor held out: 86.6 % of points in the right patch at 0, 88.0 at 0.1, 88.1 from
+# 0.15 to 0.5, 88.0 for labels alone.
+TRUST = 0.2
 
 
 def project(
