@@ -35,7 +35,7 @@ STARTS = 9  # of a careful search for knots
 @register("structure", "boxes")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoxFitting:
-    """Propose the contexts whose boxes share most voxels with the part."""
+    """Propose the contexts whose boxes share most voxels with the part, if nobody else proposes."""
 
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
@@ -47,7 +47,13 @@ class BoxFitting:
     kept: int = 6  # candidates returned at most
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, cheapest first; none when no context has the surface's genus."""
+        """Candidates, cheapest first.
+
+        None when no context has the surface's genus, and beside earlier candidates of the grid:
+        a row that could be read is placed better by its slices.
+        """
+        if candidates:
+            return []
         every = frames(surface, self.frames)
         ways = [
             (shape, rotation, frame)

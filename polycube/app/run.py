@@ -6,6 +6,7 @@ Each method is one step and adds to `state`; with `resume` a step before `from` 
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -133,16 +134,34 @@ class Run:
         )
 
     def _propose(self) -> tuple[Candidate, ...]:
+        """Candidates on each grid, without those that say again what a smaller grid said."""
+        candidates: tuple[Candidate, ...] = ()
+        for grid in self._grids():
+            known = {(c.proposal, c.key) for c in candidates}
+            candidates += tuple(
+                c for c in self._propose_on(grid) if (c.proposal, c.key) not in known
+            )
+        return candidates
+
+    def _grids(self) -> list[tuple[int, int, int]]:
+        """The grid, or those of grid=auto; of these the first that a given context fits."""
+        grid, context = self.cfg["grid"], self.cfg["context"] or []
+        grids = [tuple(shape) for shape in grid.get("among") or [grid["shape"]]]
+        if not context:
+            return grids
+        return [g for g in grids if len(context) <= math.prod(g)][:1] or grids[-1:]
+
+    def _propose_on(self, grid: tuple[int, int, int]) -> tuple[Candidate, ...]:
         """Candidates of the structure plugins chosen; each is told the earlier ones."""
         cfg, candidates = self.cfg, ()
-        grid = tuple(cfg["grid"]["shape"])
         primitives = {
             name: build("primitive", {"plugin": name})() for name in cfg["primitives"]["use"]
         }
         alone = {cfg["structure"].get("plugin"): cfg["structure"]}
         configs = dict(cfg["structure"].get("proposals") or alone)
         if cfg["context"]:
-            denoisers = {n: c for n, c in configs.items() if c["plugin"] not in ("slices", "given")}
+            readers = ("slices", "boxes", "given")
+            denoisers = {n: c for n, c in configs.items() if c["plugin"] not in readers}
             configs = {"given": {"plugin": "given", "context": cfg["context"]}, **denoisers}
         for name, config in configs.items():
             plugin = build("structure", config, grid=grid, primitives=primitives)
@@ -153,10 +172,11 @@ class Run:
         return candidates
 
     def _no_structure(self) -> str:
+        grids = " or ".join("x".join(map(str, grid)) for grid in self._grids())
         return (
-            f"no polycube of {', '.join(self.cfg['primitives']['use'])} on a "
-            f"{'x'.join(map(str, self.cfg['grid']['shape']))} grid fits this surface of genus "
-            f"{topology.genus(self.state['surface'])}; try another grid or more primitives"
+            f"no polycube of {', '.join(self.cfg['primitives']['use'])} on a {grids} grid fits "
+            f"this surface of genus {topology.genus(self.state['surface'])}; try another grid or "
+            "more primitives"
         )
 
     def _choose(self, index: int) -> None:
