@@ -46,7 +46,7 @@ def rank(
     trust: float = 15.0,
     limit: int = 12,
 ) -> list[Ranked]:
-    """Candidates of the right genus, best first.
+    """Candidates of the right genus, best first; of those that share a rough map, the last.
 
     size : of the coarse hexes, as a share of the diagonal
     rounds, iterations, samples : of the short registration
@@ -54,7 +54,8 @@ def rank(
     limit : candidates registered of each proposal, the cheapest
     """
     goal, wanted = target(surface), surfaces.genus(surface)
-    fitting = [c for c in candidates if is_manifold(c.polycube) and genus(c.polycube) == wanted]
+    distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
+    fitting = [c for c in distinct if is_manifold(c.polycube) and genus(c.polycube) == wanted]
     ranked = []
     for proposal in dict.fromkeys(c.proposal for c in fitting):
         ours = sorted((c for c in fitting if c.proposal == proposal), key=lambda c: c.cost)[:limit]

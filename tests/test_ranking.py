@@ -1,4 +1,5 @@
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +53,13 @@ def test_cost_counts_within_a_proposal_and_only_the_cheapest_are_tried():
     assert [entry.candidate.cost for entry in ranked] == [0.1, 5.0, 0.2]
     assert ranked[0].score == ranked[1].score
     assert ranked[2].score - ranked[0].score == pytest.approx(15 * 0.1)
+
+
+def test_of_two_that_share_a_rough_map_the_last_is_registered():
+    first = candidate(("cube", "hole_y"))
+    last = replace(first, probability=0.9)
+    ranked = rank(part(("cube", "hole_y"), SCALE), [first, last], rounds=1)
+    assert [entry.candidate for entry in ranked] == [last]
 
 
 def test_twice_is_the_same():
