@@ -53,8 +53,8 @@ TABLE = {  # head -> column of `diffusion.evaluation`, and its format
     "any genus": ("context_top1_any_genus", "{:.1%}"),
     "turned top-1": ("turned_top1", "{:.1%}"),
     "top-3 ": ("turned_top3", "{:.1%}"),
-    "s": ("seconds", "{:.3f}"),
-    "1/s": ("samples_per_second", "{:.1f}"),
+    "s": ("seconds", "{:.3g}"),
+    "1/s": ("samples_per_second", "{:.3g}"),
 }
 
 
