@@ -64,7 +64,7 @@ class Diffusion:
         likely = guesses(denoiser, surface, self.primitives, self.frames, self.seed)
         earlier = best_of_each(candidates)
         given = any(candidate.proposal == "given" for candidate in candidates)
-        tried = [] if given else likely[: self.tried]
+        tried = [] if given else self._worth_a_try(likely)
         tried = tried + _again(earlier[: self.samples], likely)
         found = best_of_each(self._denoised(denoiser, surface, tried)) if tried else []
         close = [c for c in found if given or c.cost <= found[0].cost + self.margin]
@@ -82,6 +82,11 @@ class Diffusion:
             ", ".join(f"{candidate.cost:.3f}" for candidate in new + again) or "none",
         )
         return told + sorted(new + again, key=lambda candidate: candidate.cost)
+
+    def _worth_a_try(self, likely: list[Guess]) -> list[Guess]:
+        """Those not so unlikely that their cost is above the margin if all residuals are equal."""
+        least = likely[0].log_likelihood - self.margin / UNLIKELY if likely else 0.0
+        return [guess for guess in likely[: self.tried] if guess.log_likelihood >= least]
 
     def _denoised(
         self, denoiser: Denoiser, surface: TriMesh, batch: list[Guess]
