@@ -85,6 +85,8 @@ def _polycube(state: State) -> dict[str, object]:
         moved = np.linalg.norm(state["points"] - state["trajectory"][-1], axis=1)
         numbers["denoised_to_polycube_mean"] = float(moved.mean())
         numbers["denoised_to_polycube_max"] = float(moved.max())
+        lie_on = state["polycube"] if state["read"] is None else state["read"]
+        numbers["denoised_lies_on"] = list(lie_on.context)
     return numbers
 
 
@@ -94,6 +96,7 @@ def _name(candidate: Candidate) -> dict[str, object]:
         "context": list(candidate.polycube.context),
         "key": candidate.key,
         "cost": candidate.cost,
+        "probability": candidate.probability,
     }
 
 

@@ -102,10 +102,13 @@ def denoising(report: Report, moving: Pictures) -> str:
     """The points of the diffusion model on their way, where it was asked."""
     if not moving:
         return ""
-    moved = report.get("polycube", {}).get("denoised_to_polycube_mean")
-    most = report.get("polycube", {}).get("denoised_to_polycube_max")
+    numbers = report.get("polycube", {})
+    moved, most = (numbers.get(f"denoised_to_polycube_{which}") for which in ("mean", "max"))
     last = "" if moved is None else f" To become regular they moved {moved:.3f} cells on average"
     last += "" if most is None else f", {most:.3f} at most."
+    context, lies_on = (numbers.get(key) for key in ("context", "denoised_lies_on"))
+    if lies_on is not None and lies_on != context:
+        last += f" By themselves they lie on another polycube, {', '.join(map(str, lies_on))}."
     text = (
         "Points of the input, x_T, carried to the polycube, x_0, by the diffusion model; each "
         "has the colour of its place on the polycube, pale on sides that look away." + last
