@@ -60,8 +60,8 @@ def fit(
     polycube: Polycube,
     *,
     spacing: float = 1 / 3,
-    smoothness: float = 1e-3,
-    outlier: float = 0.05,
+    smoothness: float = 1e-4,
+    outlier: float = 0.1,
     rounds: int = 12,
 ) -> RoughMap:
     """Rough map that brings (N, 3) polycube points near their (N, 3) model points.
