@@ -18,6 +18,8 @@ class PublishedUNet:
 
     width: int = 64
 
+    any_size = False  # of images: it is made for one
+
     def __call__(
         self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
     ) -> nn.Module:
@@ -43,6 +45,8 @@ class Points:
     width: int = 128
     blocks: int = 6
     slots: int = 32
+
+    any_size = True
 
     def __call__(
         self, channels: int, outputs: int, context_length: int, image: tuple[int, int]

@@ -11,6 +11,7 @@ import pytest
 import torch
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from polycube import HOME
 from polycube.app.train import main, train
@@ -105,7 +106,6 @@ def test_command_writes_weights_checkpoints_and_curves(
     assert command(*SMALL, "schedule=cosine", "sampler=ddim") == 0
     (run,) = (tmp_path / "outputs" / "train").iterdir()
     assert {p.name for p in (run / "checkpoints").iterdir()} == {"best.ckpt", "last.ckpt"}
-    assert list((run / "tensorboard").glob("events.out.tfevents.*"))
     metrics = json.loads((run / "weights" / "weights.json").read_text())
     assert {
         "loss",
@@ -120,21 +120,40 @@ def test_command_writes_weights_checkpoints_and_curves(
     } <= metrics.keys()
     assert (metrics["steps"], metrics["samples"]) == (4, 16)
     assert load_denoiser(build, run / "weights").process.steps == 20
+    curves = EventAccumulator(str(run / "tensorboard")).Reload()
+    assert [event.step for event in curves.Scalars("error")] == [1, 3]
+    assert curves.Scalars("error")[-1].value == pytest.approx(metrics["error"])
+    assert curves.Scalars("final/error")[0].value == pytest.approx(metrics["error"])
+    assert curves.Images("geometry, x_0, truth")[0].height > 100
+    hparams = curves.SummaryMetadata("_hparams_/session_start_info").plugin_data.content
+    assert b"denoiser/target" in hparams and b"learning/rate" in hparams
 
 
-def test_resumed_training_follows_the_same_curve(tmp_path: Path) -> None:
+def test_networks_for_any_size_train_on_thin_images(tmp_path: Path) -> None:
+    small = ("model=points", "model.width=8", "model.blocks=1", "model.slots=2")
+    metrics = train(config(*small, "learning.thin=4", "trainer.max_epochs=1"), tmp_path)
+    assert metrics["steps"] == 2 and 0 < metrics["error"] < 5
+
+
+@pytest.mark.parametrize(
+    "averaged", [["ema=0"], ["ema=0.9", "workers=1"]], ids=["weights", "averaged"]
+)
+def test_resumed_training_follows_the_same_curve(averaged: list[str], tmp_path: Path) -> None:
     """Four epochs at once, and two, then two more: the same weights, bit for bit."""
     epochs = ["trainer.max_epochs=4", "trainer.check_val_every_n_epoch=2"]
-    train(config(*epochs), tmp_path / "whole")
-    train(config(*epochs, "+trainer.max_steps=4"), tmp_path / "halves" / "first")
-    train(config(*epochs, "ckpt=last"), tmp_path / "halves" / "second")
+    once = train(config(*epochs, *averaged), tmp_path / "whole")
+    train(config(*epochs, *averaged, "+trainer.max_steps=4"), tmp_path / "halves" / "first")
+    twice = train(config(*epochs, *averaged, "ckpt=last"), tmp_path / "halves" / "second")
     whole, halves = (
         torch.load(tmp_path / run / "checkpoints" / "last.ckpt", weights_only=True)
         for run in ("whole", "halves/second")
     )
     assert whole["global_step"] == halves["global_step"] == 8
-    for name, tensor in whole["state_dict"].items():
-        assert torch.equal(tensor, halves["state_dict"][name]), name
+    assert ("current_model_state" in whole) == ("ema=0" not in averaged)
+    for weights in ("state_dict", "current_model_state", "averaging_state"):
+        for name, tensor in whole.get(weights, {}).items():
+            assert torch.equal(tensor, halves[weights][name]), name
+    assert once | {"samples_per_second": 0} == twice | {"samples_per_second": 0}
 
 
 def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) -> None:
@@ -156,6 +175,7 @@ def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) 
         ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
         ("denoiser.target=mean", "error: denoiser.target must be one of x0, noise, v; got mean"),
         ("denoiser.order=zigzag", "error: denoiser.order must be one of x, morton, hilbert"),
+        ("learning.thin=2", "error: model=tiny sees whole images only, so learning.thin must be 1"),
         ("ema=1", "error: ema must lie between 0 and 1; got 1"),
         ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
         ("ckpt=last", "error: ckpt=last: no run under"),
@@ -172,6 +192,13 @@ def test_a_wrong_option_is_one_sentence_and_exit_code_2(
     assert command(*SMALL, argument) == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
     assert said.startswith(message)
+
+
+def test_held_out_pairs_must_be_shared_evenly(tmp_path: Path) -> None:
+    two = ("trainer=ddp", "trainer.accelerator=cpu", "trainer.devices=2", "held_out=5")
+    with pytest.raises(InputError, match=r"held_out must be a multiple of the 2 processes .*got 5"):
+        train(config(*two), tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_unknown_choice_is_refused_with_those_that_exist(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import hydra
@@ -20,6 +21,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
 from polycube import HOME, registry
+from polycube.diffusion.checkpoints import WholeCheckpoints
 from polycube.diffusion.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.module import DDPMPolycube, Learning, moving_average
 from polycube.diffusion.pictures import Pictures
@@ -40,6 +42,11 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     config = _denoiser_config(cfg, pads=data.pads)
     denoiser = _checked(make_denoiser, config, _build)
     learning = _checked(Learning, **cfg["learning"], seed=cfg["seed"])
+    if learning.thin > 1 and not getattr(_build("model", cfg["model"]), "any_size", False):
+        raise InputError(
+            f"model={cfg['model']['plugin']} sees whole images only, so learning.thin must be 1; "
+            f"got {learning.thin}"
+        )
     grid, order = cfg["grid"]["shape"], denoiser.options.order
 
     def images(seed: int) -> PairImages:
@@ -51,9 +58,20 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
         turned = turned_contexts(training_images.pairs.contexts, grid, primitives)
     sampler = _build("sampler", cfg["sampler"])
     module = DDPMPolycube(denoiser, learning, sampler, config, turned)
-    training = training_loader(training_images, size, cfg["batches_per_epoch"], cfg["workers"])
+    training = training_loader(
+        training_images,
+        size,
+        cfg["batches_per_epoch"],
+        cfg["workers"],
+        done=lambda: module.pairs_done,
+    )
     held_out = validation_loader(images(cfg["seed"] + HELD_OUT), cfg["held_out"], size)
     trainer = _trainer(cfg, folder)
+    if cfg["held_out"] % trainer.world_size:
+        raise InputError(
+            f"held_out must be a multiple of the {trainer.world_size} processes that share it; "
+            f"got {cfg['held_out']}"
+        )
     checkpoint = _checkpoint(cfg["ckpt"], folder)
     if cfg["fit"]:
         trainer.fit(module, training, held_out, ckpt_path=checkpoint)
@@ -61,9 +79,13 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
         trainer.validate(module, held_out, ckpt_path=checkpoint, verbose=False)
     metrics = trainer.callback_metrics.items()
     metrics = {name.replace("/", "_"): float(value) for name, value in metrics}
-    metrics |= {"steps": module.steps_done, "samples": module.steps_done * size}
-    path = save_denoiser(denoiser, config, metrics, folder / "weights")
-    logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
+    metrics |= {"steps": module.steps_done, "samples": module.pairs_done}
+    if trainer.is_global_zero:  # the others have the same weights and numbers
+        trainer.logger.log_hyperparams(
+            cfg, {f"final/{name}": value for name, value in metrics.items()}, module.steps_done
+        )
+        path = save_denoiser(denoiser, config, metrics, folder / "weights")
+        logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
     return metrics
 
 
@@ -105,25 +127,25 @@ def _denoiser_config(cfg: Mapping[str, object], pads: bool) -> dict[str, object]
 
 def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
     """Lightning's trainer, with checkpoints, averaged weights, TensorBoard and pictures."""
-    best = ModelCheckpoint(
-        folder / "checkpoints",
-        "best",
-        monitor="error",
-        save_last=True,
-        auto_insert_metric_name=False,
-    )
-    logger = TensorBoardLogger(folder, name="tensorboard", version="")
-    averaged = []
-    if cfg["fit"] and cfg["ema"]:
-        averaged.append(WeightAveraging(avg_fn=_checked(moving_average, cfg["ema"])))
-    return hydra.utils.instantiate(
+    keep = partial(ModelCheckpoint, folder / "checkpoints", enable_version_counter=False)
+    best = keep(filename="best", monitor="error")
+    last = keep(filename="last", save_on_train_epoch_end=True)  # each epoch, measured or not
+    logger = TensorBoardLogger(folder, name="tensorboard", version="", default_hp_metric=False)
+    trainer = hydra.utils.instantiate(
         cfg["trainer"],
-        callbacks=[best, Pictures(), *averaged],
+        callbacks=[best, last, Pictures()],
         logger=logger,
+        plugins=[WholeCheckpoints()],
+        use_distributed_sampler=False,  # ours know of other processes
         limit_train_batches=cfg["batches_per_epoch"],
         default_root_dir=str(folder),
         enable_model_summary=False,
     )
+    if cfg["fit"] and cfg["ema"]:
+        average = _checked(moving_average, cfg["ema"])
+        device = trainer.strategy.root_device  # where the weights will be
+        trainer.callbacks.insert(0, WeightAveraging(device, avg_fn=average))
+    return trainer
 
 
 def _checkpoint(ckpt: str | None, folder: Path) -> Path | None:

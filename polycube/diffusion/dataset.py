@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, distributed
 from torch.utils.data import DataLoader, Dataset, Sampler
 
 from polycube.diffusion.encoding import context_vector, image_size, point_order, to_pixels
@@ -36,6 +37,16 @@ class PairImages(Dataset):
         return Batch(*made, torch.tensor(index))
 
 
+class Kept(Dataset):
+    """Items of another dataset, each made once."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        self.made = cache(dataset.__getitem__)
+
+    def __getitem__(self, index: int) -> Batch:
+        return self.made(index)
+
+
 def images(
     pair: Pair, grid: tuple[int, ...], primitives: tuple[str, ...], by: str
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
@@ -54,31 +65,61 @@ def images(
     return tuple(map(torch.from_numpy, arrays))
 
 
+def place() -> tuple[int, int]:
+    """Rank of this process among those that train together, and how many they are."""
+    if distributed.is_available() and distributed.is_initialized():
+        return distributed.get_rank(), distributed.get_world_size()
+    return 0, 1
+
+
 class Onwards(Sampler):
-    """Epoch e is the numbers e n ... (e + 1) n - 1: no pair twice, however often interrupted."""
+    """n numbers an epoch, from that of the pairs that are done: none twice, however interrupted.
 
-    def __init__(self, n: int) -> None:
-        self.n, self.epoch = n, 0
+    Of several processes each takes its n in turn: together, batch k is what a single process would
+    have as its batch k, were it as large as all of theirs.  (Lightning's epoch will not do: where a
+    training is resumed it is told to a sampler after its first numbers are with the workers.)
+    """
 
-    def set_epoch(self, epoch: int) -> None:
-        """Lightning calls this before each epoch."""
-        self.epoch = epoch
+    def __init__(self, n: int, done: Callable[[], int]) -> None:
+        self.n, self.done = n, done
 
     def __iter__(self) -> Iterator[int]:
-        return iter(range(self.epoch * self.n, (self.epoch + 1) * self.n))
+        (rank, processes), done = place(), self.done()
+        return iter(range(done + rank, done + self.n * processes, processes))
 
     def __len__(self) -> int:
         return self.n
 
 
+class HeldOut(Sampler):
+    """The first n numbers, shared out among the processes."""
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._numbers())
+
+    def __len__(self) -> int:
+        return len(self._numbers())
+
+    def _numbers(self) -> range:
+        rank, processes = place()
+        return range(rank, self.n, processes)
+
+
 def training_loader(
-    dataset: PairImages, batch_size: int, batches_per_epoch: int, workers: int
+    dataset: PairImages,
+    batch_size: int,
+    batches_per_epoch: int,
+    workers: int,
+    done: Callable[[], int],
 ) -> DataLoader:
-    """Batches of one epoch after the other."""
+    """Batches of one epoch after the other; done says how many pairs all processes have seen."""
     return DataLoader(
         dataset,
         batch_size=batch_size,
-        sampler=Onwards(batch_size * batches_per_epoch),
+        sampler=Onwards(batch_size * batches_per_epoch, done),
         num_workers=workers,
         persistent_workers=workers > 0,
     )
@@ -86,5 +127,4 @@ def training_loader(
 
 def validation_loader(dataset: PairImages, n_pairs: int, batch_size: int) -> DataLoader:
     """The first pairs of a stream, made once and kept."""
-    held_out = [dataset[i] for i in range(n_pairs)]
-    return DataLoader(held_out, batch_size=batch_size)
+    return DataLoader(Kept(dataset), batch_size=batch_size, sampler=HeldOut(n_pairs))

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import lightning.pytorch as L
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, distributed
 from torch.nn import functional
 from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LambdaLR
 
-from polycube.diffusion.dataset import Batch
+from polycube.diffusion.dataset import Batch, place
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.shapes import UNTURNED
 from polycube.geometry.frames import rotations
@@ -86,6 +86,16 @@ def moving_average(decay: float) -> Callable[[Tensor, Tensor, Tensor], Tensor]:
     return average
 
 
+def everywhere(values: Tensor) -> Tensor:
+    """(N,) values of this process joined with those of all others that train with it."""
+    _, processes = place()
+    if processes == 1:
+        return values
+    gathered: list[Tensor] = [values] * processes
+    distributed.all_gather_object(gathered, values.cpu())
+    return torch.cat(gathered).to(values.device)
+
+
 class Draws(NamedTuple):
     """What is drawn at random for each pair of a batch."""
 
@@ -115,7 +125,7 @@ class DDPMPolycube(L.LightningModule):
         self.save_hyperparameters("config")
         self.denoiser, self.learning, self.sampler = denoiser, learning, sampler
         self.turned = None if turned is None else torch.from_numpy(turned)
-        self.steps_done = 0
+        self.steps_done, self.pairs_done = 0, 0  # pairs of all processes
         self._started, self._seen = time.perf_counter(), 0
         self._measured: dict[str, list[Tensor]] = defaultdict(list)
         self.example: tuple[Tensor, Tensor, Tensor] | None = None  # geometry, x_0, truth
@@ -196,25 +206,30 @@ class DDPMPolycube(L.LightningModule):
         """Loss of one batch."""
         terms = self.loss(batch)
         loss = sum(terms.values())
-        self._seen += len(batch.geometry)
+        self.pairs_done += len(batch.geometry) * self.trainer.world_size
         self.steps_done = self.global_step + 1
-        self.log("loss", loss, prog_bar=True)
-        self.log_dict({f"loss/{name}": term for name, term in terms.items()})
+        self.log("loss", loss, prog_bar=True, sync_dist=True)
+        self.log_dict({f"loss/{name}": term for name, term in terms.items()}, sync_dist=True)
         self.log("lr", self.trainer.optimizers[0].param_groups[0]["lr"])
         return loss
+
+    def on_save_checkpoint(self, checkpoint: dict[str, object]) -> None:
+        """Keep how far the training has come."""
+        checkpoint["pairs_done"] = self.pairs_done
 
     def on_load_checkpoint(self, checkpoint: dict[str, object]) -> None:
         """Remember how far a training had come, also where it is not continued."""
         self.steps_done = checkpoint["global_step"]
+        self.pairs_done = checkpoint.get("pairs_done", 0)
 
     def on_train_epoch_start(self) -> None:
         """Start counting samples per second."""
-        self._started, self._seen = time.perf_counter(), 0
+        self._started, self._seen = time.perf_counter(), self.pairs_done
 
     def on_train_epoch_end(self) -> None:
         """Log samples per second."""
-        speed = self._seen / (time.perf_counter() - self._started)
-        self.log("samples_per_second", speed, prog_bar=True)
+        speed = (self.pairs_done - self._seen) / (time.perf_counter() - self._started)
+        self.log("samples_per_second", speed, prog_bar=True, sync_dist=True)
 
     def validation_step(self, batch: Batch, index: int) -> None:
         """Distances, in cells, of sampled points from where they should be; what is said right."""
@@ -239,12 +254,13 @@ class DDPMPolycube(L.LightningModule):
             self.example = (x_T.cpu(), x_0.cpu(), truth.cpu())
 
     def on_validation_epoch_end(self) -> None:
-        """Log means, and the distance that 95 % of the sampled points stay under."""
+        """Log means over all processes, and the distance that 95 % of the points stay under."""
         for name, parts in self._measured.items():
-            values = torch.cat(parts)
-            self.log(name, values.mean(), prog_bar=name == "error")
+            values = everywhere(torch.cat(parts))
+            self.log(name, values.mean(), prog_bar=name == "error", sync_dist=True)
             if name == "error":
-                self.log("error/p95", values.kthvalue(max(1, int(0.95 * len(values))))[0])
+                p95 = values.kthvalue(max(1, int(0.95 * len(values))))[0]
+                self.log("error/p95", p95, sync_dist=True)
         self._measured.clear()
 
     def configure_optimizers(self) -> tuple[list[Optimizer], list[LambdaLR]]:

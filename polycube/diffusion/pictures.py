@@ -16,7 +16,8 @@ class Pictures(L.Callback):
 
     def on_validation_end(self, trainer: L.Trainer, module: DDPMPolycube) -> None:
         """Hand the picture to the logger."""
-        if trainer.logger is None or module.example is None or trainer.sanity_checking:
+        idle = trainer.logger is None or trainer.sanity_checking or not trainer.is_global_zero
+        if idle or module.example is None:
             return
         images = [np.asarray(image[: self.rows]) for image in module.example]
         picture = scatter(*images)

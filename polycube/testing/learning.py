@@ -65,6 +65,9 @@ def check_model(plugin: Callable) -> None:
     with torch.no_grad():
         again = torch.equal(network(x, time, context), network(x, time, context))
         later = torch.equal(network(x, time, context), network(x, 1 - time, context))
+        if getattr(plugin, "any_size", False):
+            few = tuple(network(x[..., ::2, ::4], time, context).shape)
+            claim(few == (4, OUTPUTS, 16, 8), "images of any size are answered", few)
     claim(again, "the same input gives the same output")
     claim(not later, "the output depends on t")
 

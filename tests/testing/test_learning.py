@@ -103,6 +103,17 @@ def test_model() -> None:
         )
 
     check("model", plugin(Network))
+
+    class Whole(Network):
+        def forward(self, x, t, context):
+            return super().forward(x, t, context)[..., :32, :32].reshape(len(x), -1, 32, 32)
+
+    made_for_one = plugin(Whole)
+    check("model", made_for_one)
+    object.__setattr__(made_for_one, "any_size", True)
+    with pytest.raises(RuntimeError, match="invalid for input of size"):
+        check("model", made_for_one)
+
     for network, message in [
         (Narrow, r"shape \(4, 5, 32, 32\); got \(4, 2, 32, 32\)"),
         (Infinite, "output is finite"),
