@@ -67,13 +67,16 @@ class Diffusion:
         tried = [] if given else self._worth_a_try(likely)
         tried = tried + _again(earlier[: self.samples], likely)
         found = best_of_each(self._denoised(denoiser, surface, tried)) if tried else []
-        close = [c for c in found if given or c.cost <= found[0].cost + self.margin]
+        close = [c for c in found if c.cost <= found[0].cost + self.margin]
         known = {candidate.key: candidate for candidate in earlier}
+        told = [_told(known[c.key], c) for c in found if c.key in known]
         new = [c for c in close if c.key not in known][: self.kept]
-        again = [c for c in found if c.key in known]
-        told = [_told(known[c.key], c) for c in again]
         points, _ = sample(surface, N_COMPARED, np.random.default_rng(self.seed))
-        again = [c for c in again if c is found[0] or _is_nearer(c, known[c.key], points)]
+        again = [
+            c
+            for c in close
+            if c.key in known and (c is found[0] or _is_nearer(c, known[c.key], points))
+        ]
         logger.info(
             "diffusion: %d structures denoised; %d are new, %d known are placed anew; cost %s",
             len(found),

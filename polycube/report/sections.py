@@ -93,6 +93,8 @@ def structure(state: State, report: Report, pictures: Pictures) -> str:
         ranking = (
             f"<h3>Ranking of {len(rows)} proposals</h3>"
             "<p>A short registration of each; the smallest score is tried first. "
+            "Probability: by the trained classifier, among all structures of the part's genus "
+            "that lie along the same axes. "
             f"Meshed: rank {chosen + 1}.</p>{table(shown, chosen)}"
         )
     return section("structure", "Structure", pictured, facts(numbers) if numbers else "", ranking)
