@@ -26,7 +26,7 @@ from polycube.diffusion.dataset import PairImages, training_loader, validation_l
 from polycube.diffusion.module import DDPMPolycube, Learning, moving_average
 from polycube.diffusion.pictures import Pictures
 from polycube.diffusion.shapes import turned_contexts
-from polycube.diffusion.weights import make_denoiser, save_denoiser
+from polycube.diffusion.weights import begin_from, load_denoiser, make_denoiser, save_denoiser
 from polycube.errors import InputError
 
 logger = logging.getLogger(__name__)
@@ -41,6 +41,10 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     primitives = {name: _build("primitive", {"plugin": name})() for name in _names(cfg)}
     config = _denoiser_config(cfg, pads=data.pads)
     denoiser = _checked(make_denoiser, config, _build)
+    if cfg["begin_from"]:
+        taken = begin_from(denoiser, load_denoiser(_build, cfg["begin_from"]))
+        given = (taken, len(denoiser.state_dict()), cfg["begin_from"])
+        logger.info("%d of %d tensors begin as those of %s", *given)
     learning = _checked(Learning, **cfg["learning"], seed=cfg["seed"])
     if learning.thin > 1 and not getattr(_build("model", cfg["model"]), "any_size", False):
         raise InputError(

@@ -110,6 +110,18 @@ def load_denoiser(
     return denoiser.eval()
 
 
+def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
+    """Take over the tensors of a trained denoiser that have the same name and shape: how many."""
+    own = denoiser.state_dict()
+    same = {
+        name: tensor
+        for name, tensor in trained.state_dict().items()
+        if name in own and own[name].shape == tensor.shape
+    }
+    denoiser.load_state_dict(same, strict=False)
+    return len(same)
+
+
 def _read(path: Path) -> tuple[dict[str, object], dict[str, Tensor]]:
     return yaml.safe_load(path.with_suffix(".yaml").read_text()), load_file(path)
 

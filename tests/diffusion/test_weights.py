@@ -8,7 +8,15 @@ import torch
 import yaml
 
 from polycube.diffusion.denoiser import Denoiser
-from polycube.diffusion.weights import SHIPPED, load_denoiser, save_denoiser, shipped, shipped_grids
+from polycube.diffusion.weights import (
+    SHIPPED,
+    begin_from,
+    load_denoiser,
+    make_denoiser,
+    save_denoiser,
+    shipped,
+    shipped_grids,
+)
 from polycube.errors import InputError
 from polycube.registry import build
 
@@ -82,6 +90,19 @@ def test_files_that_are_not_there_or_do_not_fit_are_refused(
     path.write_bytes(b"no tensors")
     with pytest.raises(InputError, match="does not hold the network of its config"):
         load_denoiser(build, path)
+
+
+def test_another_grid_begins_from_what_fits(denoiser: Denoiser, config: dict) -> None:
+    """From 2x1 to 3x1 all is taken over but what the context enters, and the label of the cell."""
+    larger = make_denoiser(config | {"grid": [3, 1, 1]}, build)
+    before = {name: tensor.clone() for name, tensor in larger.state_dict().items()}
+    taken = begin_from(larger, denoiser)
+    after, given = larger.state_dict(), denoiser.state_dict()
+    fits = {name for name in given if given[name].shape == after[name].shape}
+    assert taken == len(fits) < len(after)
+    assert all(torch.equal(after[name], given[name]) for name in fits)
+    assert all(torch.equal(after[name], before[name]) for name in set(after) - fits)
+    assert set(after) - fits >= {"classifier.leave.2.weight", "network.leave.3.weight"}
 
 
 def test_a_checkpoint_of_a_training_is_read_as_well(
