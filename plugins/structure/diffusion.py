@@ -46,7 +46,7 @@ class Diffusion:
     sampler: Mapping[str, object] = field(default_factory=lambda: {"plugin": "ddim", "steps": 1})
     samples: int = 4  # earlier candidates denoised at most
     tried: int = 20  # likely structures, in all their proportions, denoised at most
-    margin: float = 0.1  # cost above the best, in cells, at which a new structure is still proposed
+    margin: float = 0.2  # cost above the best, in cells, at which a new structure is still proposed
     kept: int = 4  # new structures proposed at most
     frames: int = 2  # frames tried
     seed: int = 0

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-UNLIKELY = 0.02  # cost of a structure e times less likely
+UNLIKELY = 0.07  # cost of a structure e times less likely
 FILLINGS = 64  # of the grid that are looked at in each orientation, the likeliest
 
 
