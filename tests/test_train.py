@@ -131,8 +131,12 @@ def test_command_writes_weights_checkpoints_and_curves(
 
 def test_networks_for_any_size_train_on_thin_images(tmp_path: Path) -> None:
     small = ("model=points", "model.width=8", "model.blocks=1", "model.slots=2")
-    metrics = train(config(*small, "learning.thin=4", "trainer.max_epochs=1"), tmp_path)
-    assert metrics["steps"] == 2 and 0 < metrics["error"] < 5
+    errors = [
+        train(config(*small, f"learning.thin={thin}", "trainer.max_epochs=1"), tmp_path / thin)
+        for thin in ("null", "3", "4")
+    ]
+    assert all(metrics["steps"] == 2 and 0 < metrics["error"] < 5 for metrics in errors)
+    assert errors[0]["error"] == errors[1]["error"] != errors[2]["error"]
 
 
 @pytest.mark.parametrize(

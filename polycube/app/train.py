@@ -31,6 +31,7 @@ from polycube.errors import InputError
 
 logger = logging.getLogger(__name__)
 
+THIN = 3  # where the network sees points: a ninth of them, for 1.5 times the speed of a quarter
 HELD_OUT = 10**9  # added to the seed of the pairs that are measured and never trained on
 
 
@@ -45,8 +46,10 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
         taken = begin_from(denoiser, load_denoiser(_build, cfg["begin_from"]))
         given = (taken, len(denoiser.state_dict()), cfg["begin_from"])
         logger.info("%d of %d tensors begin as those of %s", *given)
-    learning = _checked(Learning, **cfg["learning"], seed=cfg["seed"])
-    if learning.thin > 1 and not getattr(_build("model", cfg["model"]), "any_size", False):
+    any_size = getattr(_build("model", cfg["model"]), "any_size", False)
+    thin = cfg["learning"]["thin"] or (THIN if any_size else 1)
+    learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
+    if learning.thin > 1 and not any_size:
         raise InputError(
             f"model={cfg['model']['plugin']} sees whole images only, so learning.thin must be 1; "
             f"got {learning.thin}"
