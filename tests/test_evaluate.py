@@ -65,8 +65,8 @@ def test_a_part_has_its_best_structure_and_the_hint(
     (part,) = made["weights"][0]["parts"]
     assert (part["part"], part["genus"]) == ("ddpm_dice.obj", 0)
     assert part["hint"] == "1 cube (dots as shallow dents)"
-    assert part["residual"] > 0 and part["seconds"] > 0 and "cube" in part["context"]
-    assert f"| {part['context']} | {part['residual']} |" in capsys.readouterr().out
+    assert part["cost"] > 0 and part["seconds"] > 0 and "cube" in part["context"]
+    assert f"| {part['context']} | {part['cost']} |" in capsys.readouterr().out
 
 
 def test_what_is_not_there_is_empty_and_not_zero() -> None:

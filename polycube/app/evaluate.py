@@ -102,7 +102,7 @@ def table(rows: Sequence[Row]) -> str:
         lines[-1] += [f.format(columns[c]) if c in columns else "" for c, f in TABLE.values()]
     for row in rows:
         if row["parts"]:
-            heads = ("part", "genus", "hint", "context", "residual", "seconds")
+            heads = ("part", "genus", "hint", "context", "cost", "seconds")
             lines += [[], [f"{_short(row['path'])}: {heads[0]}", *heads[1:]], ["-"] * len(heads)]
             lines += [[str(part[head]) for head in heads] for part in row["parts"]]
     return "".join(f"| {' | '.join(line)} |\n" if line else "\n" for line in lines)
@@ -158,7 +158,7 @@ def _parts(
     path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Mapping[str, object]
 ) -> list[Row]:
     """What the structure plugin makes of surfaces with these weights; there is no truth, so its
-    best residual, and what a person wrote of the part where a manifest has it."""
+    least cost, and what a person wrote of the part where a manifest has it."""
     config = {**cfg["structure"], "weights": path}
     known = {"grid": denoiser.grid, "primitives": _primitives(denoiser)}
     rows = []
@@ -175,7 +175,7 @@ def _parts(
                 "genus": genus(surface),
                 "hint": _hint(file),
                 "context": best and ", ".join(name or "–" for name in best.polycube.context),
-                "residual": best and round(best.cost, 3),
+                "cost": best and round(best.cost, 3),
                 "seconds": round(seconds, 2),
             }
         )
