@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from polycube.registry import names
+
 ROOT = Path(__file__).parents[1]
 ACME = ROOT / "tests" / "acme_polycube"
 
@@ -87,7 +89,8 @@ def test_the_strangers_own_tests_pass(python: Path, tmp_path: Path) -> None:
 def test_strangers_and_our_plugins_stand_side_by_side(python: Path, tmp_path: Path) -> None:
     code = "from polycube.registry import names; print(*names('schedule'), *names('primitive'))"
     said = run(python, "-c", code, cwd=tmp_path).split()
-    assert said == "cosine linear quadratic sigmoid cube hole_x hole_y hole_z notch".split()
+    ours = [*names("schedule"), *names("primitive")]
+    assert sorted(said) == sorted([*ours, "quadratic", "notch"])
 
 
 def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
