@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.diffusion.encoding import learning_frame
+from polycube.diffusion.pairs import sample as sample_faces
 from polycube.geometry.frames import frames, rotations
 from polycube.geometry.lattice import collapse, genus, is_manifold, lattice
-from polycube.geometry.surface import face_areas, face_normals
+from polycube.geometry.surface import face_normals
 from polycube.geometry.surface import genus as surface_genus
 from polycube.registry import build
 from polycube.types import Polycube, TriMesh
@@ -181,9 +182,6 @@ def sample(
     surface: TriMesh, n_points: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Random points (N, 3) of the surface, uniform by area, and its normals (N, 3) there."""
-    area = face_areas(surface).cumsum()
-    face = np.searchsorted(area, rng.uniform(0, area[-1], n_points))
-    root, v = np.sqrt(rng.random(n_points)), rng.random(n_points)
-    weights = np.stack([1 - root, root * (1 - v), root * v], axis=1)
+    face, weights = sample_faces(surface.faces, surface.vertices, n_points, rng)
     points = np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[face]])
     return points, face_normals(surface)[face]

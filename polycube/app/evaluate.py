@@ -14,15 +14,11 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import hydra
 import numpy as np
-from hydra.core.hydra_config import HydraConfig
 from lightning.pytorch.loggers import TensorBoardLogger
-from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 
-import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
-from polycube import HOME, __version__, registry
+from polycube import __version__, registry
+from polycube.app.command import command
 from polycube.app.train import HELD_OUT
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.evaluation import by_context, by_tilt, evaluate, summary, threads
@@ -109,26 +105,8 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def main() -> None:
-    """Command line: Hydra composes the config, the exit code says how it went."""
-    started = []
-
-    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name="evaluate")
-    def compose_and_run(cfg: DictConfig) -> None:
-        started.append(True)
-        try:
-            folder = Path(HydraConfig.get().runtime.output_dir)
-            evaluate_weights(
-                OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder
-            )
-        except (InputError, OmegaConfBaseException) as error:
-            sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
-            sys.exit(2)
-
-    try:
-        compose_and_run()
-    except SystemExit as end:
-        refused = not started and end.code  # Hydra has said what is wrong with the overrides
-        sys.exit(2 if refused else end.code)
+    """Command line."""
+    command("evaluate", evaluate_weights)
 
 
 def _measured(denoiser: Denoiser, cfg: Mapping[str, object]) -> Row:

@@ -6,21 +6,17 @@ Exit codes: 0, or 2 for an option that is refused.
 from __future__ import annotations
 
 import logging
-import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
 import hydra
 import lightning.pytorch as L
-from hydra.core.hydra_config import HydraConfig
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
-from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 
-import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
-from polycube import HOME, registry
+from polycube import registry
+from polycube.app.command import command
 from polycube.diffusion.checkpoints import WholeCheckpoints
 from polycube.diffusion.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.module import DDPMPolycube, Learning, moving_average
@@ -97,24 +93,8 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
 
 
 def main() -> None:
-    """Command line: Hydra composes the config, `train` runs, the exit code says how it went."""
-    started = []
-
-    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name="train")
-    def compose_and_run(cfg: DictConfig) -> None:
-        started.append(True)
-        try:
-            folder = Path(HydraConfig.get().runtime.output_dir)
-            train(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
-        except (InputError, OmegaConfBaseException) as error:
-            sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
-            sys.exit(2)
-
-    try:
-        compose_and_run()
-    except SystemExit as end:
-        refused = not started and end.code  # Hydra has said what is wrong with the overrides
-        sys.exit(2 if refused else end.code)
+    """Command line."""
+    command("train", train)
 
 
 def _names(cfg: Mapping[str, object]) -> list[str]:

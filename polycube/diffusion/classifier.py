@@ -44,12 +44,16 @@ class ContextClassifier(nn.Module):
         said = self.leave(torch.cat([features.mean(dim=1), features.amax(dim=1)], dim=1))
         return said[:, :-1].reshape(-1, *self.shape), said[:, -1]
 
+    def log_cells(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
+        """Log-probabilities (B, cells, primitives + 1) and, of lying along the grid, (B,)."""
+        logits, fits = self(geometry)
+        return logits.float().log_softmax(dim=2), nn.functional.logsigmoid(fits.float())
+
     def log_likelihood(self, geometry: Tensor, cells: Tensor) -> Tensor:
         """(B, C) log-probability of contexts, cells (C, n_cells) as numbers of classes.
 
         That the geometry lies along the grid, and that its cells are filled like that.
         """
-        logits, fits = self(geometry)
-        log_p = logits.float().log_softmax(dim=2)  # (B, cells, classes)
+        log_p, log_along = self.log_cells(geometry)
         each = torch.arange(cells.shape[1])
-        return log_p[:, each, cells].sum(dim=2) + nn.functional.logsigmoid(fits.float())[:, None]
+        return log_p[:, each, cells].sum(dim=2) + log_along[:, None]

@@ -180,9 +180,8 @@ class Denoiser(nn.Module):
         """
         self.eval()
         geometry = self._images(points, normals, point_order(points, self.options.order))
-        logits, fits = self.classifier(geometry)
-        log_along = nn.functional.logsigmoid(fits.float())
-        return logits.float().log_softmax(dim=2).numpy(), log_along.numpy()
+        log_p, log_along = self.classifier.log_cells(geometry)
+        return log_p.numpy(), log_along.numpy()
 
     def classes_of(self, contexts: Sequence[Context]) -> Tensor:
         """(C, n_cells) int64 number of each cell's primitive; that of empty comes last."""

@@ -1,0 +1,37 @@
+"""Commands: Hydra composes the config, a job runs, the exit code says how it went."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import hydra
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
+from polycube import HOME
+from polycube.errors import InputError
+
+
+def command(config_name: str, job: Callable[[dict[str, object], Path], object]) -> None:
+    """Run job(config, output folder); exit code 2, and one sentence, for what is refused."""
+    started = []
+
+    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
+    def compose_and_run(cfg: DictConfig) -> None:
+        started.append(True)
+        try:
+            folder = Path(HydraConfig.get().runtime.output_dir)
+            job(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
+        except (InputError, OmegaConfBaseException) as error:
+            sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+            sys.exit(2)
+
+    try:
+        compose_and_run()
+    except SystemExit as end:
+        refused = not started and end.code  # Hydra has said what is wrong with the overrides
+        sys.exit(2 if refused else end.code)
