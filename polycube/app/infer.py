@@ -19,6 +19,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
 from polycube import HOME
+from polycube.app.improve import Improvement, is_improvement
 from polycube.app.run import Run
 from polycube.errors import InputError, MeshingError
 from polycube.report.results import summarize, write_results
@@ -35,7 +36,7 @@ def infer(cfg: Mapping[str, object]) -> dict[str, object]:
     kept, the report names the stage, and `valid` is false.
     """
     with _logging(cfg["quiet"]) as log_to:
-        run = Run(cfg)
+        run = Improvement(cfg) if is_improvement(cfg) else Run(cfg)
         run.read()
         run.structure()
         folder = _folder(cfg)
@@ -74,7 +75,7 @@ def main() -> None:
 
 def _command(cfg: DictConfig) -> int:
     try:
-        if OmegaConf.is_missing(cfg, "mesh") and not cfg.resume:
+        if OmegaConf.is_missing(cfg, "mesh") and not cfg.resume and not cfg.hex:
             raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
         report = infer(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False))
     except (InputError, OmegaConfBaseException) as error:
@@ -116,7 +117,7 @@ def _folder(cfg: Mapping[str, object]) -> Path:
     if cfg["output_dir"] or cfg["resume"]:
         folder = Path(cfg["output_dir"] or cfg["resume"])
     else:
-        part = Path(str(cfg["mesh"]).removeprefix("example:")).stem
+        part = Path(str(cfg["hex"] or cfg["mesh"]).removeprefix("example:")).stem
         folder = Path("outputs") / part / time.strftime("%Y%m%d-%H%M%S")
     try:
         folder.mkdir(parents=True, exist_ok=True)

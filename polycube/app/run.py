@@ -10,8 +10,11 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from polycube.errors import InputError, MeshingError
 from polycube.geometry import surface as topology
+from polycube.geometry.certificate import certify
 from polycube.geometry.parametrization import pull_back
 from polycube.geometry.quality import BEST_SCORE, accept, scaled_jacobian, score
 from polycube.geometry.regular import read_structure
@@ -30,17 +33,20 @@ from polycube.pipeline import (
 from polycube.ranking import Ranked, rank
 from polycube.registry import build
 from polycube.report.results import clear_results
-from polycube.types import Candidate, Polycube
+from polycube.types import Candidate, HexMesh, Polycube
 
 logger = logging.getLogger(__name__)
 
 HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
 READ_MARGIN = 0.05  # log-likelihood per point; 22 of 24 held-out pairs are read as what they are
+CERTIFY = ("corners", "everywhere")  # where a mesh's Jacobian must be positive
 PLACED = ("surface", "polycube", "rough_map", "parametrization")  # what meshing starts from
 
 
 class Run:
     """State, clock and folder of one part; the stages are built, and checked, at the start."""
+
+    BEFORE = ("read", "structure")  # the meshing stages
 
     def __init__(self, cfg: Mapping[str, object]) -> None:
         _check_settings(cfg)
@@ -48,19 +54,30 @@ class Run:
         self.clock = Clock()
         self.state: State = {}
         self.folder: Path | None = None  # set when the input is known to be good
-        self.meshing = _meshing_stages(cfg["meshing"])
+        self.meshing = self._meshing()
+        if self._backend.get("certify", CERTIFY[0]) not in CERTIFY:
+            raise InputError(
+                f"meshing.certify must be {' or '.join(CERTIFY)}; got {self._backend['certify']!r}"
+            )
         self.solving = build_stages([k for k in ("spline", "analysis") if k in cfg["order"]], cfg)
         self.regularize = build("regularize", cfg["regularize"])
         self.primitives = {
             name: build("primitive", {"plugin": name})() for name in cfg["primitives"]["use"]
         }
         self.exports = [build("export", config) for config in cfg.get("export", {}).values()]
-        self.names = ["read", "structure", *(s.kind for s in self.meshing + self.solving)]
+        self.names = [*self.BEFORE, *(s.kind for s in self.meshing + self.solving)]
         if cfg["resume"] and cfg["from"] not in self.names:
             raise InputError(
                 f"resume needs the first stage to run again, from=STAGE; got {cfg['from']}, "
                 f"have {', '.join(self.names)}"
             )
+
+    @property
+    def _backend(self) -> Mapping[str, object]:
+        return self.cfg["meshing"]
+
+    def _meshing(self) -> list[Stage]:
+        return meshing_stages(self._backend, PLACED)
 
     def read(self) -> None:
         """The surface, checked; raises InputError."""
@@ -98,6 +115,9 @@ class Run:
             clear_stages(folder)
         kept = [self.state["surface"], self.state["path"], self.state["warnings"]]
         save_stage(folder, "read", kept)
+        self._keep_structure(folder)
+
+    def _keep_structure(self, folder: Path) -> None:
         save_stage(folder, "structure", [self.state["ranked"], self.state["chosen"]])
 
     def mesh(self) -> None:
@@ -112,14 +132,30 @@ class Run:
             self.state[KINDS[stage.kind].gives] = value
             save_stage(self.folder, stage.kind, value)
         if first is not None:
-            choices = [self.state["chosen"]] if kept else self._worth_a_try()
-            self._mesh_choices(choices, self.meshing[first:])
-        hexes = self.state["hexes"]
+            self._make(self.meshing[first:], kept)
+        self._check(self.state["hexes"])
+
+    def _make(self, stages: list[Stage], kept: list[Stage]) -> None:
+        choices = [self.state["chosen"]] if kept else self._worth_a_try()
+        self._mesh_choices(choices, stages)
+
+    def _check(self, hexes: HexMesh) -> None:
+        """Raise MeshingError unless the hexes are positive where `certify` asks for it."""
         worst = scaled_jacobian(hexes.vertices, hexes.hexes).min()
         if worst <= 0:
             raise MeshingError(
                 f"stage {self.meshing[-1].kind} left a mesh that is not valid: "
                 f"smallest scaled Jacobian {worst:.3f}, must be above 0"
+            )
+        if self._backend.get("certify") != "everywhere":
+            return
+        open_ones = np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
+        if len(open_ones):
+            middle = hexes.vertices[hexes.hexes[open_ones[0]]].mean(axis=0)
+            where = topology.place(self.state["surface"], middle)
+            raise MeshingError(
+                f"{len(open_ones)} of {len(hexes.hexes)} hexes are not positive everywhere "
+                f"(certify=everywhere), the first is number {open_ones[0]} at {where}"
             )
 
     def solve(self) -> None:
@@ -277,8 +313,8 @@ def _check_settings(cfg: Mapping[str, object]) -> None:
         raise InputError(f"quiet must be true or false; got {cfg['quiet']!r}")
 
 
-def _meshing_stages(meshing: Mapping[str, object]) -> list[Stage]:
-    """Stages of the backend in its order, the chain checked."""
-    check_chain([*meshing["order"], "spline"], PLACED)
+def meshing_stages(meshing: Mapping[str, object], have: tuple[str, ...]) -> list[Stage]:
+    """Stages of the backend in its order, the chain from what is there checked."""
+    check_chain([*meshing["order"], "spline"], have)
     short = {kind: meshing[kind.removeprefix("meshing/")] for kind in meshing["order"]}
     return build_stages(meshing["order"], short)

@@ -17,6 +17,7 @@ from polycube import __version__
 from polycube.geometry import lattice, quality
 from polycube.geometry import surface as topology
 from polycube.io.atomic import whole
+from polycube.report import quality as hex_quality
 from polycube.types import Candidate, HexMesh
 
 logger = logging.getLogger(__name__)
@@ -36,8 +37,8 @@ def summarize(
 
     seconds, effort : of the stages, see `pipeline.Clock`; stages that descend nothing are left out
     """
-    parts = {"input": _input, "polycube": _polycube, "hex": _hex, "spline": _spline}
-    parts |= {"modes": _modes}
+    parts = {"input": _input, "given": _given, "polycube": _polycube, "hex": _hex}
+    parts |= {"spline": _spline, "modes": _modes}
     needs = {"input": "surface", "polycube": "ranked", "hex": "hexes"}
     report = {
         name: numbers(state) for name, numbers in parts.items() if needs.get(name, name) in state
@@ -101,33 +102,13 @@ def _name(candidate: Candidate) -> dict[str, object]:
 
 
 def _hex(state: State) -> dict[str, object]:
-    hexes = state["hexes"]
-    scaled_jacobian = quality.scaled_jacobian(hexes.vertices, hexes.hexes)
-    worst = int(scaled_jacobian.argmin())
-    deviation = quality.deviation(hexes, state["surface"], samples=40_000)
-    surface_volume = topology.volume(state["surface"])
-    return {
-        "hexes": len(hexes.hexes),
-        "vertices": len(hexes.vertices),
-        "min_scaled_jacobian": float(scaled_jacobian.min()),
-        "mean_scaled_jacobian": float(scaled_jacobian.mean()),
-        "inverted": int((scaled_jacobian <= 0).sum()),
-        "worst_hex": worst,
-        "worst_hex_center": hexes.vertices[hexes.hexes[worst]].mean(0).tolist(),
-        "vertex_off_surface_max": deviation.vertices,
-        **_distances("mesh_to_surface", deviation.to_surface),
-        **_distances("surface_to_mesh", deviation.to_mesh),
-        "volume": quality.volume(hexes),
-        "volume_error": abs(quality.volume(hexes) / surface_volume - 1),
-    }
+    context = state["polycube"].context if "polycube" in state else ()
+    return hex_quality.full(state["hexes"], state["surface"], context)
 
 
-def _distances(name: str, distances: quality.Distances) -> dict[str, float]:
-    return {
-        f"{name}_max": distances.largest,
-        f"{name}_mean": distances.mean,
-        f"{name}_p99": distances.p99,
-    }
+def _given(state: State) -> dict[str, object]:
+    numbers = hex_quality.short(state["given"], state["surface"])
+    return {"path": state["hex_path"], **numbers}
 
 
 def _spline(state: State) -> dict[str, object]:
@@ -175,16 +156,18 @@ def write_results(
     """Write every file of the run; where `report.json` lies, all but the page lie too."""
     from polycube.io import vtk
 
-    vtk.write_polycube_vtu(folder / "polycube.vtu", state["polycube"])
+    if "polycube" in state:
+        vtk.write_polycube_vtu(folder / "polycube.vtu", state["polycube"])
     if "labels" in state:
         vtk.write_labels_vtp(folder / "labels.vtp", state["surface"], state["labels"])
     if "hexes" in state:
-        vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], state["polycube"].context)
+        context = state["polycube"].context if "polycube" in state else ()
+        vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], context)
         for export in exports:
             export(state["hexes"], folder / "hex")
     if "spline" in state:
         _write_spline(folder, state)
-    if state["trajectory"] is not None:
+    if state.get("trajectory") is not None:
         with whole(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
             names = {"states": "trajectory", "steps": "steps", "regular": "points"}
             np.savez_compressed(file, **{name: state[key] for name, key in names.items()})

@@ -1,0 +1,128 @@
+"""Numbers of a hex mesh for a report: measures, certificate, deviation, the worst hexes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from polycube.geometry import quality
+from polycube.geometry import surface as topology
+from polycube.geometry.certificate import certify
+from polycube.geometry.metrics import metrics, worst
+from polycube.types import HexMesh, TriMesh
+
+N_WORST = 5  # hexes told by their scaled Jacobian, and one by each other measure
+SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")  # in the table of the worst
+BINS = 40
+_ENDS = ("_max", "_mean", "_p99")  # of the names of distances
+# of the histograms; what lies beyond is counted in the last bar, so that runs can be compared
+RANGES = {
+    "scaled_jacobian": (0.0, 1.0),
+    "edge_ratio": (1.0, 9.0),
+    "max_edge_ratio": (1.0, 9.0),
+    "skew": (0.0, 1.0),
+    "condition": (1.0, 5.0),
+    "shape": (0.0, 1.0),
+}
+
+
+@lru_cache(maxsize=2)
+def measured(mesh: HexMesh) -> dict[str, np.ndarray]:
+    """(H,) of each measure; kept, for numbers and page ask alike."""
+    return metrics(mesh.vertices, mesh.hexes)
+
+
+def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
+    """What decides, as fractions of the diagonal of the surface's bounding box."""
+    jacobian = quality.scaled_jacobian(mesh.vertices, mesh.hexes)
+    deviation = quality.deviation(mesh, surface, samples=40_000)
+    bad = int(jacobian.argmin())
+    return {
+        "hexes": len(mesh.hexes),
+        "vertices": len(mesh.vertices),
+        "min_scaled_jacobian": float(jacobian.min()),
+        "mean_scaled_jacobian": float(jacobian.mean()),
+        "inverted": int((jacobian <= 0).sum()),
+        "worst_hex": bad,
+        "worst_hex_center": mesh.vertices[mesh.hexes[bad]].mean(0).tolist(),
+        "vertex_off_surface_max": deviation.vertices,
+        **_distances("mesh_to_surface", deviation.to_surface),
+        **_distances("surface_to_mesh", deviation.to_mesh),
+        "volume": quality.volume(mesh),
+        "volume_error": abs(quality.volume(mesh) / topology.volume(surface) - 1),
+    }
+
+
+def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) -> dict[str, object]:
+    """All that `report.json` says of a hex mesh.
+
+    context : primitive per grid cell; empty where it is not known
+    """
+    numbers = short(mesh, surface)
+    found = measured(mesh)
+    diagonal = topology.diagonal(surface)
+    lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
+    return {
+        **numbers,
+        "deviation": {"unit": "model units", "diagonal": diagonal, **lengths},
+        "quality": {
+            name: {"min": float(v.min()), "mean": float(v.mean()), "max": float(v.max())}
+            for name, v in found.items()
+        },
+        "histograms": {name: histogram(name, values) for name, values in found.items()},
+        "worst": worst_hexes(mesh, context),
+        "certificate": certificate(mesh),
+    }
+
+
+def _distances(name: str, distances: quality.Distances) -> dict[str, float]:
+    return {
+        f"{name}_max": distances.largest,
+        f"{name}_mean": distances.mean,
+        f"{name}_p99": distances.p99,
+    }
+
+
+def histogram(name: str, values: np.ndarray) -> dict[str, list]:
+    """Counts (BINS,) between edges (BINS + 1,); what lies outside is in the outer bars."""
+    low, high = RANGES[name]
+    if name == "scaled_jacobian" and values.min() < 0:
+        low = -1.0
+    count, edges = np.histogram(np.clip(values, low, high), bins=BINS, range=(low, high))
+    return {"edges": edges.tolist(), "counts": count.tolist()}
+
+
+def worst_hexes(mesh: HexMesh, context: Sequence[str | None] = ()) -> list[dict[str, object]]:
+    """The worst hexes, by the scaled Jacobian and by each other measure, and where they are."""
+    found, rows = measured(mesh), []
+    for measure in SHOWN:
+        for hexa in worst(measure, found[measure], N_WORST if measure == SHOWN[0] else 1):
+            corners = mesh.hexes[hexa]
+            sides = np.isin(mesh.quads, corners).all(axis=1)
+            cell = int(mesh.cell[hexa])
+            row = {"worst_by": measure, "hex": int(hexa)}
+            row |= {name: float(found[name][hexa]) for name in SHOWN}
+            row |= {"center": mesh.vertices[corners].mean(axis=0).tolist(), "cell": cell}
+            if context:
+                row["primitive"] = context[cell]
+            row["patches"] = np.unique(mesh.patch[sides]).tolist()  # none: inside
+            rows.append(row)
+    return rows
+
+
+def certificate(mesh: HexMesh) -> dict[str, object]:
+    """Where the Jacobian of all hexes is certainly positive."""
+    corners = quality.scaled_jacobian(mesh.vertices, mesh.hexes) > 0
+    found = certify(mesh.vertices, mesh.hexes)
+    least = int(found.bound.argmin())
+    return {
+        "positive_at_corners": bool(corners.all()),
+        "positive_everywhere": bool(found.positive.all()),
+        "not_positive": int(found.refuted.sum()),
+        "undecided": int((~found.positive & ~found.refuted).sum()),
+        "not_certified": np.flatnonzero(~found.positive)[:100].tolist(),
+        "least_bound": float(found.bound[least]),  # of det J, over its mean in the hex
+        "least_bound_hex": least,
+    }
