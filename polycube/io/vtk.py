@@ -14,7 +14,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from polycube.geometry.lattice import cell_of_box
-from polycube.geometry.quality import scaled_jacobian
+from polycube.geometry.metrics import metrics
 from polycube.io.atomic import whole
 from polycube.types import HexMesh, Labels, Polycube, TriMesh
 
@@ -27,25 +27,27 @@ _CORNERS = np.array(
 Arrays = Mapping[str, np.ndarray]
 
 
-def write_hex_vtu(path: Path, hexes: HexMesh, context: Sequence[str | None] = ()) -> Path:
-    """Write the hex mesh with scaled Jacobian, grid cell and primitive of each hex.
+def write_hex_vtu(
+    path: Path,
+    hexes: HexMesh,
+    context: Sequence[str | None] = (),
+    point_data: Arrays | None = None,
+) -> Path:
+    """Write the hex mesh with its measures, the grid cell and the primitive of each hex.
 
     context : primitive per grid cell, as in `Polycube.context`; empty where it is not known
+    point_data : more arrays (V,) or (V, 3)
     """
     boundary = np.zeros(len(hexes.vertices), np.uint8)
     boundary[hexes.quads] = 1
-    cell_data = {
-        "scaled_jacobian": scaled_jacobian(hexes.vertices, hexes.hexes),
-        "cell": hexes.cell,
-    }
+    points = {"boundary": boundary, **(point_data or {})}
+    cell_data = {**metrics(hexes.vertices, hexes.hexes), "cell": hexes.cell}
     comment = ""
     if context:
         names, primitive = _primitives(context)
         cell_data["primitive"] = primitive[hexes.cell]
         comment = _legend(names)
-    return write_cells(
-        path, hexes.vertices, hexes.hexes, HEXAHEDRON, {"boundary": boundary}, cell_data, comment
-    )
+    return write_cells(path, hexes.vertices, hexes.hexes, HEXAHEDRON, points, cell_data, comment)
 
 
 def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:

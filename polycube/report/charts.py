@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 
 import numpy as np
@@ -43,6 +43,33 @@ def histogram(quality: np.ndarray, bins: int = 40) -> str:
         f'aria-label="histogram of scaled Jacobians, minimum {quality.min():.3f}">'
         f'<line class="axis" x1="0" y1="{base}" x2="{WIDTH}" y2="{base}"/>'
         f"{''.join(bars)}{''.join(ticks)}{''.join(marks)}</svg>"
+    )
+
+
+def spread(name: str, edges: Sequence[float], counts: Sequence[int], worst: str) -> str:
+    """A small histogram; the outer bars hold what lies beyond.
+
+    worst : said above it
+    """
+    width, base, tall = 340, 120, 80
+    most = max([*counts, 1])
+    step = width / len(counts)
+    bars = [
+        f'<rect x="{i * step + 0.5:.1f}" y="{base - max(tall * n / most, 2.5):.1f}" '
+        f'width="{step - 1:.1f}" height="{max(tall * n / most, 2.5):.1f}" rx="1">'
+        f"<title>{edges[i]:.3g} to {edges[i + 1]:.3g}: {n} hexes</title></rect>"
+        for i, n in enumerate(counts)
+        if n
+    ]
+    return (
+        f'<svg class="spread" viewBox="-4 0 {width + 8} {base + 24}" role="img" '
+        f'aria-label="histogram of {escape(name)}, {escape(worst)}">'
+        f'<text class="name" x="0" y="16">{escape(name)}</text>'
+        f'<text class="tick" x="{width}" y="16" text-anchor="end">{escape(worst)}</text>'
+        f'<line class="axis" x1="0" y1="{base}" x2="{width}" y2="{base}"/>{"".join(bars)}'
+        f'<text class="tick" x="0" y="{base + 18}">{edges[0]:g}</text>'
+        f'<text class="tick" x="{width}" y="{base + 18}" text-anchor="end">{edges[-1]:g}</text>'
+        "</svg>"
     )
 
 

@@ -15,6 +15,9 @@ DISPLACEMENT_COLOURS = ("#26365c", "#3b7ea1", "#6cc3a0", "#f0e27a", "#e2703a")
 # where a point lies along the polycube, from end to end
 PLACES = ("#c0322f", "#ee7d3c", "#ecc044", "#45a86f", "#2f7fc4", "#7b4fb0")
 
+# of the grid cells, one after the other
+CELLS = ("#4c8fd0", "#e9a13b", "#5bb08a", "#c96a8b", "#8d7cc3", "#a8a24a", "#4fb3bf")
+
 
 def rgb(colours: tuple[str, ...]) -> np.ndarray:
     """(K, 3) uint8 of K colours written as #rrggbb."""

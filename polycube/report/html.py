@@ -10,6 +10,7 @@ from string import Template
 
 from polycube.io.atomic import whole
 from polycube.report import sections
+from polycube.report.hexes import hexes
 from polycube.report.markup import section
 from polycube.report.pictures import denoising, pictures
 
@@ -22,7 +23,7 @@ FILES = {
     "run.log": "what the run said",
     "polycube.vtu": "polycube",
     "labels.vtp": "input surface with axis and patch per face",
-    "hex.vtu": "hex mesh",
+    "hex.vtu": "hex mesh; measures, cell, primitive per hex, off_surface per vertex",
     "spline.bext": "volumetric spline, Bezier extraction",
     "spline.vtu": "volumetric spline, Bezier hexahedra",
     "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
@@ -37,8 +38,8 @@ FILES = {
 def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str, object]) -> Path:
     """Write `folder/report.html`; a run that stopped half way is told as far as it went.
 
-    state : surface, polycube, labels, hexes, spline, modes, and trajectory with steps and points,
-        as far as they were made
+    state : surface, polycube, labels, given, hexes, spline, modes, and trajectory with steps and
+        points, as far as they were made
     report : the numbers of `report.json`, and the settings under "config"
 
     A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
@@ -53,7 +54,7 @@ def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str,
         sections.surface(state, report, drawn),
         sections.structure(state, report, drawn),
         sections.denoising(report, moving),
-        sections.hexes(state, report, drawn),
+        hexes(state, report, drawn),
         sections.spline(state, report, drawn),
         sections.modes(state, report, drawn),
         sections.seconds(report),

@@ -14,6 +14,8 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
+
 from polycube.report import scenes, trajectory
 from polycube.report.render import Scene
 
@@ -33,6 +35,7 @@ SCENES: dict[str, tuple[tuple[str, ...], Callable[[State], Scene]]] = {
     "hex": (("hexes",), lambda s: scenes.hex_outside(s["hexes"])),
     "cut": (("hexes",), lambda s: scenes.hex_cut(s["hexes"])),
     "worst": (("hexes",), lambda s: scenes.worst_hex(s["hexes"])),
+    "cells": (("hexes",), lambda s: scenes.decomposed(s["hexes"])),
     "spline": (("spline",), lambda s: scenes.spline_boundary(s["spline"])),
 }
 
@@ -44,6 +47,8 @@ def pictures(state: State) -> dict[str, bytes]:
         first = scenes.first_elastic(state["modes"])
         for n in range(first, min(first + N_MODES, len(state["modes"].eigenvalues))):
             makers[f"mode_{n}"] = lambda s, n=n: scenes.mode(s["spline"], s["modes"], n)
+    if "cells" in makers and not np.ptp(state["hexes"].cell):
+        del makers["cells"]  # one primitive is not taken apart
     found = {}
     for name, make in makers.items():
         try:

@@ -7,10 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.geometry import quality
+from polycube.geometry import closest, quality
 from polycube.geometry import surface as topology
 from polycube.geometry.certificate import certify
 from polycube.geometry.metrics import metrics, worst
+from polycube.geometry.target import target
 from polycube.types import HexMesh, TriMesh
 
 N_WORST = 5  # hexes told by their scaled Jacobian, and one by each other measure
@@ -110,6 +111,14 @@ def worst_hexes(mesh: HexMesh, context: Sequence[str | None] = ()) -> list[dict[
             row["patches"] = np.unique(mesh.patch[sides]).tolist()  # none: inside
             rows.append(row)
     return rows
+
+
+def off_surface(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(V,) distance of the boundary vertices from the surface, in model units; 0 inside."""
+    goal, outer = target(surface), np.unique(mesh.quads)
+    found = np.zeros(len(mesh.vertices))
+    found[outer] = goal.scale * closest.distance(goal.tree, goal.to_unit(mesh.vertices[outer]))
+    return found
 
 
 def certificate(mesh: HexMesh) -> dict[str, object]:

@@ -162,7 +162,8 @@ def write_results(
         vtk.write_labels_vtp(folder / "labels.vtp", state["surface"], state["labels"])
     if "hexes" in state:
         context = state["polycube"].context if "polycube" in state else ()
-        vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], context)
+        off = {"off_surface": hex_quality.off_surface(state["hexes"], state["surface"])}
+        vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], context, off)
         for export in exports:
             export(state["hexes"], folder / "hex")
     if "spline" in state:

@@ -10,6 +10,7 @@ from polycube.geometry.quality import scaled_jacobian
 from polycube.report.bezier import tessellate
 from polycube.report.colours import (
     AXIS_COLOURS,
+    CELLS,
     DISPLACEMENT_COLOURS,
     QUALITY_COLOURS,
     SURFACE,
@@ -80,6 +81,27 @@ def hex_cut(mesh: HexMesh) -> Scene:
     sign = np.sign(EYE[axis])
     behind = sign * centre <= sign * middle + slack
     return [_quality_skin(mesh, np.flatnonzero(behind))]
+
+
+def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
+    """The hexes of each grid cell in a colour of their own, moved apart.
+
+    apart : share of the way from the middle of the mesh by which a cell is moved
+    """
+    middle, scene = mesh.vertices[mesh.hexes].mean(axis=1), []
+    for cell in np.unique(mesh.cell):
+        chosen = mesh.cell == cell
+        shift = apart * (middle[chosen].mean(axis=0) - middle.mean(axis=0))
+        used, local = np.unique(exposed(mesh.hexes[chosen])[0], return_inverse=True)
+        colours = rgb((cell_colour(cell),) * (local.size // 4))
+        points = mesh.vertices[used] + shift
+        scene.append(Layer(points, local.reshape(-1, 4), colours, outlined=True))
+    return scene
+
+
+def cell_colour(cell: int) -> str:
+    """As #rrggbb; neighbours along a grid have different ones."""
+    return CELLS[cell % len(CELLS)]
 
 
 def worst_hex(mesh: HexMesh) -> Scene:

@@ -1,7 +1,7 @@
-"""The sections of the page, in the order of the work: input, structure, hexes, spline, modes.
+"""The sections of the page, in the order of the work: input, structure, spline, modes.
 
-Each takes the state, the numbers of `report.json` and the pictures, any of which may stop half
-way, and returns "" when there is nothing to tell.
+The hex mesh has a module of its own, `hexes`.  Each takes the state, the numbers of `report.json`
+and the pictures, any of which may stop half way, and returns "" when there is nothing to tell.
 """
 
 from __future__ import annotations
@@ -10,12 +10,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from polycube.geometry.quality import scaled_jacobian
 from polycube.report import charts
-from polycube.report.colours import AXIS_COLOURS, DISPLACEMENT_COLOURS, QUALITY_COLOURS
+from polycube.report.colours import AXIS_COLOURS, DISPLACEMENT_COLOURS
 from polycube.report.markup import facts, figure, gradient, grid, section, show, swatches, table
 from polycube.report.scenes import first_elastic
-from polycube.report.viewer import viewer
 from polycube.types import AXES
 
 State = Mapping[str, object]
@@ -23,7 +21,6 @@ Report = Mapping[str, object]
 Pictures = Mapping[str, bytes]
 
 N_CANDIDATES = 12  # shown
-QUALITY_BAR = gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1")
 
 
 def verdict(report: Report) -> str:
@@ -125,64 +122,6 @@ def denoising(report: Report, moving: Pictures) -> str:
         figure(moving["trajectory.png"], text, wide=True),
         figure(moving["trajectory.gif"], between),
     )
-
-
-def hexes(state: State, report: Report, pictures: Pictures) -> str:
-    """The hex mesh: cut open, histogram, worst hex, distances from the input."""
-    mesh, numbers = state.get("hexes"), dict(report.get("hex", {}))
-    if mesh is None:
-        return ""
-    quality = scaled_jacobian(mesh.vertices, mesh.hexes)
-    shares = np.percentile(quality, [1, 5, 50])
-    rows = {
-        "hexes": len(mesh.hexes),
-        "vertices": len(mesh.vertices),
-        "scaled Jacobian, min": float(quality.min()),
-        "scaled Jacobian, 1 % / 5 % / 50 % below": " / ".join(f"{s:.3f}" for s in shares),
-        "scaled Jacobian, mean": float(quality.mean()),
-        "inverted (at most 0)": int((quality <= 0).sum()),
-        "below 0.2": int((quality < 0.2).sum()),
-    }
-    worst = int(quality.argmin())
-    at = ", ".join(f"{c:.4g}" for c in mesh.vertices[mesh.hexes[worst]].mean(0))
-    return section(
-        "hexes",
-        "Hex mesh",
-        viewer(mesh),
-        grid(
-            figure(pictures.get("hex"), "Hex mesh, coloured by scaled Jacobian.", QUALITY_BAR),
-            figure(pictures.get("cut"), "Cut open: whole hexes behind the plane.", QUALITY_BAR),
-        ),
-        f"<h3>Scaled Jacobian of {show(len(mesh.hexes))} hexes</h3>",
-        charts.histogram(quality),
-        grid(
-            facts(rows),
-            figure(pictures.get("worst"), f"Worst hex: number {worst}, at ({at})."),
-        ),
-        _distances(state, numbers),
-    )
-
-
-def _distances(state: State, numbers: Mapping[str, object]) -> str:
-    """Table of distances to the input, in per cent of the diagonal and in model units."""
-    found = state.get("surface")
-    if found is None or _deviation(numbers) is None:
-        return ""
-    diagonal = float(np.linalg.norm(np.ptp(found.vertices, axis=0)))
-    ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
-    parts = {"largest": "max", "99 % below": "p99", "mean": "mean"}
-    rows = []
-    for name, way in ways.items():
-        row: dict[str, object] = {"from": name}
-        for title, part in parts.items():
-            value = numbers.get(f"{way}_{part}")
-            if value is not None:
-                row |= {
-                    f"{title}, % of diagonal": 100 * value,
-                    f"{title}, model units": value * diagonal,
-                }
-        rows.append(row)
-    return "<h3>Distance between hex mesh and input</h3>" + table(rows)
 
 
 def spline(state: State, report: Report, pictures: Pictures) -> str:

@@ -35,3 +35,12 @@ def test_bars_are_proportional_to_time() -> None:
     page = charts.bars({"read": 1.0, "meshing/smooth": 4.0})
     assert re.findall(r"width:([\d.]+)%", page) == ["25.0", "100.0"]
     assert "4.0 s" in page
+
+
+def test_spread_counts_every_hex_and_says_the_worst() -> None:
+    svg = charts.spread("edge <ratio>", [1, 2, 3, 4], [5, 0, 1], "worst 3.5")
+    assert sum(map(int, re.findall(r": (\d+) hexes", svg))) == 6
+    assert svg.count("<rect") == 2 and "worst 3.5" in svg and "<ratio>" not in svg
+    tall = [float(h) for h in re.findall(r'height="([\d.]+)" rx', svg)]
+    assert tall[0] == 80 and tall[1] == 80 / 5
+    assert charts.spread("skew", [0, 1], [0], "").count("<rect") == 0

@@ -124,3 +124,20 @@ def test_polycube_is_turned_as_the_model_lies(run) -> None:
     rough_map = affine_map(polycube, turn @ np.diag([3.0, 1.0, 2.0]), np.array([9.0, 9.0, 9.0]))
     (turned,) = scenes.polycube_faces(polycube, rough_map)
     np.testing.assert_allclose(turned.points, plain.points @ turn.T, atol=1e-12)
+
+
+def test_grid_cells_are_whole_apart_and_in_colours_of_their_own(run) -> None:
+    mesh = run["hexes"]
+    scene = scenes.decomposed(mesh, apart=0.25)
+    assert len(scene) == len(np.unique(mesh.cell)) == 2
+    middle, shifts, volume = mesh.vertices[mesh.hexes].mean(axis=1), [], 0.0
+    for cell, layer in enumerate(scene):
+        rest, inside = area_vector(layer.points, layer.polygons)
+        np.testing.assert_allclose(rest, 0, atol=1e-9)
+        volume += inside
+        chosen = mesh.cell == cell
+        own = mesh.vertices[np.unique(mesh.hexes[chosen])]
+        shifts.append(0.25 * (middle[chosen].mean(0) - middle.mean(0)))
+        assert layer.points.max(0) == pytest.approx(own.max(0) + shifts[-1])
+    assert volume == pytest.approx(area_vector(mesh.vertices, mesh.quads)[1])
+    assert len({tuple(layer.colours[0]) for layer in scene}) == 2

@@ -1,0 +1,56 @@
+"""The section of the hex mesh: certificate in words, worst hexes, before and after, primitives."""
+
+import pytest
+
+from polycube.report import quality
+from polycube.report.hexes import hexes
+from tests.report.test_html import Outline
+
+
+@pytest.fixture(scope="module")
+def numbers(run) -> dict[str, object]:
+    return quality.full(run["hexes"], run["surface"], run["polycube"].context)
+
+
+def text(page: str) -> str:
+    return " ".join(" ".join(Outline(page).text).split())
+
+
+def test_measures_worst_hexes_and_distances_are_told(run, numbers) -> None:
+    told = text(hexes(run, {"hex": numbers}, {"cells": b"\x89PNG"}))
+    worst = numbers["worst"][0]
+    assert f"scaled Jacobian {worst['hex']} {worst['scaled_jacobian']:.4g}" in told
+    assert ", ".join(f"{c:.4g}" for c in worst["center"]) in told
+    assert f"{numbers['quality']['edge_ratio']['max']:.4g}" in told
+    assert f"{numbers['quality']['condition']['mean']:.4g}" in told
+    assert f"{numbers['deviation']['surface_to_mesh_max']:.4g}" in told
+    assert "Jacobian positive everywhere (Bernstein bounds)" in told
+    assert "0 cube" in told and "1 hole_z" in told and "2 grid cells" in told
+    assert "Before and after" not in told
+
+
+@pytest.mark.parametrize(
+    ("certificate", "words"),
+    [
+        ({"positive_at_corners": False}, "none: not positive at all corners"),
+        ({"not_positive": 1, "undecided": 1, "not_certified": [3, 9]}, "not everywhere in 2: 3, 9"),
+        ({"not_positive": 7, "not_certified": list(range(7))}, "in 7: 0, 1, 2, 3, 4, ..."),
+    ],
+)
+def test_the_certificate_says_what_is_not_certain(certificate, words, run) -> None:
+    whole = {"positive_at_corners": True, "positive_everywhere": False, "undecided": 0}
+    assert words in text(hexes(run, {"hex": {"certificate": whole | certificate}}, {}))
+
+
+def test_before_and_after_where_the_run_began_with_hexes(run, numbers) -> None:
+    given = quality.short(run["hexes"], run["surface"]) | {"min_scaled_jacobian": 0.12345}
+    told = text(hexes(run, {"hex": numbers, "given": given}, {}))
+    before, after = told.index("as given"), told.index("improved")
+    assert "0.1235" in told[before:after] or "0.1234" in told[before:after]
+    assert f"{numbers['min_scaled_jacobian']:.4g}" in told[after : after + 60]
+
+
+def test_without_numbers_the_mesh_is_still_shown(run) -> None:
+    told = text(hexes(run, {}, {}))
+    assert "Hex mesh" in told and "Worst hexes" not in told and "Primitives" not in told
+    assert hexes({}, {}, {}) == ""
