@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.geometry.pillow import insert, smooth_patches
+from polycube.geometry.body import Body
+from polycube.geometry.features import match
+from polycube.geometry.pillow import layer, smooth_regions
 from polycube.geometry.registration import register as fit
-from polycube.geometry.target import target
+from polycube.geometry.target import Target, target
 from polycube.registry import register
 from polycube.types import HexMesh, TriMesh
 
@@ -18,7 +20,7 @@ PATCHES = ("auto", "all", "none")
 @register("meshing/pillow", "selective")
 @dataclass(frozen=True)
 class Selective:
-    """Under every patch but those whose edges are all sharp on the surface; then settle."""
+    """Under all of the boundary but regions whose borders are all creases; then settle."""
 
     patches: str = "auto"
     sharp: float = 0.6
@@ -33,13 +35,16 @@ class Selective:
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The hexes with the layer, or the same mesh where no patch wants one."""
         goal = target(surface)
-        chosen = {
-            "auto": lambda: smooth_patches(hexes, goal, self.sharp),
-            "all": lambda: np.unique(hexes.patch),
-            "none": lambda: np.zeros(0, np.int64),
-        }[self.patches]()
-        if len(chosen) == 0:
+        region, taken = self._taken(hexes, goal)
+        if not taken.any():
             return hexes
-        layered = insert(hexes, chosen, self.depth)
+        layered = layer(hexes, region, taken, self.depth)
         near = {"alpha": (0.04, 0.04), "weight": (3.0, 20.0), "slack": (0.1, 0.05)}
         return fit(layered, goal, self.rounds, self.iterations, **near)
+
+    def _taken(self, hexes: HexMesh, goal: Target) -> tuple[np.ndarray, np.ndarray]:
+        """Regions of the quads, and which quads get a layer."""
+        if self.patches != "auto":
+            return hexes.patch, np.full(len(hexes.patch), self.patches == "all")
+        body, x = Body(hexes, goal, samples=1), goal.to_unit(hexes.vertices)
+        return smooth_regions(body, x, match(body, x), self.sharp)

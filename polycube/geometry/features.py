@@ -1,8 +1,7 @@
-"""Sharp edges of the surface and the polycube edges that follow them.
+"""Vertices that belong on the creases of the surface, and their goals.
 
-A polycube edge is a chain of mesh edges between two patches.  It is sharp where the surface under
-its two sides turns by more than 45 degrees and has a sharp edge near.  Vertices of sharp chains
-belong on the nearest sharp edge that runs their way, ends of three chains on a corner.
+`paths` says which vertices.  They slide along their own crease, in the order of the path and never
+closer than a fifth of an even spacing, so that edges cannot fold; corners stay.
 """
 
 from __future__ import annotations
@@ -13,36 +12,46 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from polycube.geometry import closest
 from polycube.geometry.body import Body
 from polycube.geometry.energy import Springs, pull
 from polycube.geometry.hexes import unique_rows
+from polycube.geometry.paths import Route, expected_arc, find_routes
 
-NEAR = 0.8  # distance of a sharp edge from a sharp chain, in local sizes
-REACH = 1.2  # of a vertex from its sharp edge
-CORNER_REACH = 1.5  # of a vertex from its corner
-ALONG = 0.7  # least cosine between a chain and its sharp edge
-TURN = 0.05  # length that opposite directions are worth in the search, in diagonals
+CLOSEST = 0.2  # least distance of neighbours along a crease, in even spacings
 
 
 @dataclass(frozen=True, eq=False)
 class Chains:
-    """Mesh edges between patches, and the polycube edge each belongs to."""
+    """Mesh edges between patches, and the chain (polycube edge) each belongs to."""
 
-    sides: np.ndarray  # (N, 2) vertices
-    quads: np.ndarray  # (N, 2) on both sides
-    number: np.ndarray  # (N,) polycube edge
-    patches: np.ndarray  # (E, 2) of each polycube edge
+    side: np.ndarray  # (N,) into `body.sides`
+    number: np.ndarray  # (N,) chain
+    patches: np.ndarray  # (E, 2) of each chain
+
+    def share(self, marked: np.ndarray) -> np.ndarray:
+        """(E,) share of the edges of each chain that are marked, of all sides of the body."""
+        return np.bincount(self.number, marked[self.side]) / np.bincount(self.number)
 
 
 @dataclass(frozen=True, eq=False)
 class Matching:
-    """Which vertices belong on sharp edges and corners of the surface."""
+    """Which vertices belong on creases and corners of the surface."""
 
-    sides: np.ndarray  # (N, 2) mesh edges of sharp chains
-    curve: np.ndarray  # (C,) vertices
+    routes: tuple[Route, ...]
     corner: np.ndarray  # (P,) vertices
     corner_goal: np.ndarray  # (P, 3)
+
+    @property
+    def sides(self) -> np.ndarray:
+        """(N, 2) mesh edges on creases, ends ascending."""
+        none = np.zeros((0, 2), np.int64)
+        return np.sort(np.concatenate([none, *(r.sides for r in self.routes)]), axis=1)
+
+    @property
+    def curve(self) -> np.ndarray:
+        """(C,) vertices on creases, without the corners."""
+        none = np.zeros(0, np.int64)
+        return np.setdiff1d(np.concatenate([none, *(r.vertices for r in self.routes)]), self.corner)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +60,9 @@ class Goals:
 
     foot: np.ndarray  # (B, 3) on the surface, of `body.outer`
     facing: np.ndarray  # (B, 3) normals there
-    curve: np.ndarray  # (C,) vertices with a sharp edge
+    curve: np.ndarray  # (C,) vertices with a crease
     curve_foot: np.ndarray  # (C, 3)
-    direction: np.ndarray  # (C, 3) of the sharp edge
+    direction: np.ndarray  # (C, 3) of the crease
     corner: np.ndarray  # (P,) vertices with a corner
     corner_goal: np.ndarray  # (P, 3)
 
@@ -66,7 +75,7 @@ class Goals:
         return goal
 
     def springs(self, weight: np.ndarray) -> list[Springs]:
-        """Pulls to the sharp edges, free along them, and to the corners; weight (V,)."""
+        """Pulls to the creases, free along them, and to the corners; weight (V,)."""
         w, c = weight[self.curve], weight[self.corner]
         away = np.zeros((len(c), 3))
         return [
@@ -75,98 +84,67 @@ class Goals:
         ]
 
 
-def chains(body: Body) -> Chains:
-    """Polycube edges of a mesh."""
-    patches = np.sort(body.mesh.patch[body.side_quads], axis=1)
-    between = patches[:, 0] != patches[:, 1]
-    sides, quads, patches = body.sides[between], body.side_quads[between], patches[between]
-    _, pair, _ = unique_rows(patches)
+def chains(body: Body, patch: np.ndarray | None = None) -> Chains:
+    """Borders of the patches (Q,) of a mesh, by default its polycube's: chains between two."""
+    patch = body.mesh.patch if patch is None else patch
+    patches = np.sort(patch[body.side_quads], axis=1)
+    side = np.flatnonzero(patches[:, 0] != patches[:, 1])
+    _, pair, _ = unique_rows(patches[side])
     # nodes (vertex, pair of patches): chains of one pair are connected through common vertices
-    nodes, node = np.unique(sides + len(body.mesh.vertices) * pair[:, None], return_inverse=True)
+    ends = body.sides[side] + len(body.mesh.vertices) * pair[:, None]
+    nodes, node = np.unique(ends, return_inverse=True)
     node = node.reshape(-1, 2)
     graph = coo_matrix((np.ones(len(node)), tuple(node.T)), shape=(len(nodes),) * 2)
     number = connected_components(graph, directed=False)[1][node[:, 0]]
     first = np.unique(number, return_index=True)[1]
-    return Chains(sides, quads, number, patches[first])
+    return Chains(side, number, patches[side][first])
 
 
-def sharpness(body: Body, x: np.ndarray, edges: Chains) -> np.ndarray:
-    """(E,) share of each polycube edge under which the surface is sharp."""
-    if body.target.features.tree is None or len(edges.sides) == 0:
-        return np.zeros(len(edges.patches))
-    _, quad_normals = body.normals(x)
-    _, face = body.target.closest(x[body.quads].mean(axis=1), quad_normals, 0.04)
-    facing = body.target.normals[face][edges.quads]  # (N, 2, 3)
-    turns = np.einsum("nd,nd->n", facing[:, 0], facing[:, 1]) < np.cos(np.pi / 4)
-    middle = x[edges.sides].mean(axis=1)
-    gap = closest.distance(body.target.features.tree, middle)
-    sharp = turns & (gap < NEAR * body.size(x)[edges.sides].mean(axis=1))
-    return np.bincount(edges.number, sharp) / np.bincount(edges.number)
-
-
-def match(body: Body, x: np.ndarray, least: float = 0.5) -> Matching:
-    """Sharp chains of a fitted mesh, and corners for their meeting points.
-
-    least : share of a polycube edge that must be sharp
-    """
-    edges = chains(body)
-    sides = edges.sides[(sharpness(body, x, edges) >= least)[edges.number]]
-    degree = np.bincount(sides.ravel(), minlength=len(x))
-    corner, goal = _corners(body, x, np.flatnonzero(degree >= 3))
-    return Matching(sides, np.setdiff1d(np.flatnonzero(degree), corner), corner, goal)
+def match(body: Body, x: np.ndarray) -> Matching:
+    """Paths for the creases of the surface on a fitted mesh, and vertices for their corners."""
+    features = body.target.features
+    if not features.creases:
+        return no_features()
+    routes, ends, vertices = find_routes(features, body, x)
+    fixed = features.is_fixed[ends]
+    return Matching(tuple(routes), vertices[fixed], features.corners[ends[fixed]])
 
 
 def no_features() -> Matching:
     """A matching of nothing."""
-    none = np.zeros(0, np.int64)
-    return Matching(np.zeros((0, 2), np.int64), none, none, np.zeros((0, 3)))
-
-
-def _corners(body: Body, x: np.ndarray, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices with a corner of the surface near, each corner used once, nearest pairs first."""
-    corners = body.target.features.corners
-    gap = np.linalg.norm(x[vertices][:, None] - corners, axis=2)  # (N, C)
-    near = gap < CORNER_REACH * body.size(x)[vertices][:, None]
-    found: dict[int, int] = {}
-    for flat in np.argsort(gap, axis=None, kind="stable"):
-        i, j = divmod(int(flat), max(len(corners), 1))
-        if near[i, j] and i not in found and j not in found.values():
-            found[i] = j
-    return vertices[list(found)], corners[list(found.values())].reshape(-1, 3)
+    return Matching((), np.zeros(0, np.int64), np.zeros((0, 3)))
 
 
 def goals(body: Body, x: np.ndarray, matching: Matching, alpha: float, used: np.ndarray) -> Goals:
     """Feet of all boundary vertices; features only where `used` (V,)."""
     normals, _ = body.normals(x)
     foot, facing = body.feet(x, normals, alpha)
-    curve, curve_foot, direction = _curve_feet(body, x, matching, used)
+    curve, curve_foot, direction = _curve_feet(x, matching)
+    free = used[curve] & ~np.isin(curve, matching.corner)
     here = used[matching.corner]
     corner, goal = matching.corner[here], matching.corner_goal[here]
-    return Goals(foot, facing, curve, curve_foot, direction, corner, goal)
+    return Goals(foot, facing, curve[free], curve_foot[free], direction[free], corner, goal)
 
 
-def _curve_feet(
-    body: Body, x: np.ndarray, matching: Matching, used: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Vertices (C,), feet (C, 3) and directions (C, 3) on sharp edges that run along the chain."""
-    vertex = matching.curve[used[matching.curve]]
-    if len(vertex) == 0 or body.target.features.tree is None:
-        return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3))
-    tree = body.target.features.tree
-    run = _tangents(x, matching.sides)[vertex]
-    foot, segment, _ = closest.closest(tree, x[vertex], run, TURN)
-    direction = tree.normals[segment]
-    gap = np.linalg.norm(x[vertex] - foot, axis=1)
-    along = np.abs(np.einsum("nd,nd->n", direction, run)) > ALONG
-    fits = along & (gap < REACH * body.size(x)[vertex])
-    return vertex[fits], foot[fits], direction[fits]
+def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices (C,) of all routes, their places (C, 3) and the directions there (C, 3)."""
+    none = np.zeros((0, 3))
+    found = [(np.zeros(0, np.int64), none, none)]
+    for route in matching.routes:
+        foot, direction, _ = route.crease.at(spread(route, x))
+        found.append((route.vertices, foot, direction))
+    vertex, foot, direction = (np.concatenate(part) for part in zip(*found, strict=True))
+    return vertex, foot, direction
 
 
-def _tangents(x: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """(V, 3) direction of the mesh edges at each vertex: their first principal axis."""
-    run = x[sides[:, 1]] - x[sides[:, 0]]
-    run /= np.maximum(np.linalg.norm(run, axis=1, keepdims=True), 1e-30)
-    spread = np.zeros((len(x), 3, 3))
-    for end in range(2):
-        np.add.at(spread, sides[:, end], run[:, :, None] * run[:, None, :])
-    return np.linalg.eigh(spread)[1][:, :, 2]
+def spread(route: Route, x: np.ndarray) -> np.ndarray:
+    """(N,) arc lengths of the vertices of a route: the closest, but in order and apart."""
+    crease, path = route.crease, route.vertices
+    closed = np.append(path, path[:1]) if crease.is_loop else path
+    arc, _ = crease.nearest(x[path], expected_arc(crease, x, closed)[: len(path)])
+    spaces = len(closed) - 1
+    apart = CLOSEST * crease.length / spaces * np.arange(len(path))
+    slack = arc - apart
+    slack = (np.maximum.accumulate(slack) + np.minimum.accumulate(slack[::-1])[::-1]) / 2
+    low = slack[0] if crease.is_loop else 0.0
+    return np.clip(slack, low, low + (1 - CLOSEST) * crease.length) + apart

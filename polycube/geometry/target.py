@@ -1,4 +1,4 @@
-"""The surface to fit: closest points with compatible normals, samples, sharp edges and corners.
+"""The surface to fit: closest points with compatible normals, samples, creases.
 
 Works at unit scale (bounding box centred, diagonal 1), so that weights need no units.
 """
@@ -11,20 +11,9 @@ from functools import lru_cache
 import numpy as np
 
 from polycube.geometry import closest
-from polycube.geometry.surface import diagonal, face_areas, face_normals, half_edges, twins
+from polycube.geometry.creases import Features, features
+from polycube.geometry.surface import diagonal, face_areas, face_normals
 from polycube.types import TriMesh
-
-SHARP = np.pi / 4  # angle between the normals at a sharp edge
-
-
-@dataclass(frozen=True, eq=False)
-class Features:
-    """Sharp edges of a surface as segments, and the vertices where more than two meet."""
-
-    segments: np.ndarray  # (S, 2, 3)
-    directions: np.ndarray  # (S, 3) unit
-    tree: closest.Tree | None  # of the segments both ways round; None without segments
-    corners: np.ndarray  # (C, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +65,7 @@ def target(surface: TriMesh) -> Target:
         np.add.at(by_vertex, unit.faces[:, k], weighted)
     by_vertex /= np.maximum(np.linalg.norm(by_vertex, axis=1, keepdims=True), 1e-30)
     tree = closest.tree(unit.vertices[unit.faces], normals)
-    return Target(center, scale, unit, normals, by_vertex, tree, _features(unit, normals))
+    return Target(center, scale, unit, normals, by_vertex, tree, features(unit, normals))
 
 
 @lru_cache(maxsize=16)
@@ -90,21 +79,3 @@ def _samples(target: Target, number: int) -> tuple[np.ndarray, np.ndarray]:
     a, b, c = np.moveaxis(target.surface.vertices[target.surface.faces[face]], 1, 0)
     points = (1 - root) * a + root * (1 - share) * b + root * share * c
     return points, target.normals[face]
-
-
-def _features(surface: TriMesh, normals: np.ndarray) -> Features:
-    first, second = twins(surface.faces)
-    turn = np.einsum("nd,nd->n", normals[first // 3], normals[second // 3])
-    has_area = np.linalg.norm(normals, axis=1) > 0
-    real = has_area[first // 3] & has_area[second // 3]
-    ends = half_edges(surface.faces)[first[real & (turn < np.cos(SHARP))]]  # (S, 2)
-    segments = surface.vertices[ends]
-    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1, keepdims=True)
-    directions = (segments[:, 1] - segments[:, 0]) / np.maximum(length, 1e-30)
-    degree = np.bincount(ends.ravel(), minlength=len(surface.vertices))
-    corners = surface.vertices[degree > 2]
-    if len(ends) == 0:
-        return Features(segments, directions, None, corners)
-    flat = segments[:, [0, 1, 1]]
-    both = closest.tree(np.concatenate([flat, flat]), np.concatenate([directions, -directions]))
-    return Features(segments, directions, both, corners)

@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from polycube.geometry.body import Body
-from polycube.geometry.features import chains, goals, match, no_features, sharpness
+from polycube.geometry.creases import Crease
+from polycube.geometry.features import Matching, chains, goals, match, no_features, spread
 from polycube.geometry.lattice import boundary, edges
+from polycube.geometry.paths import Route
 from polycube.geometry.target import target
 from polycube.types import Polycube, TriMesh
 from tests.geometry.test_template import cut, ring
@@ -33,17 +37,24 @@ def test_chains_are_the_edges_of_the_polycube():
     ends, patches = edges(boundary(ring()))
     assert len(found.patches) == len(ends) == 24
     assert sorted(found.patches.tolist()) == sorted(patches.tolist())
+    body = Body(mesh, goal, 10)
     for number, pair in enumerate(found.patches):
-        here = found.number == number
-        assert (np.sort(mesh.patch[found.quads[here]], axis=1) == pair).all()
+        quads = body.side_quads[found.side[found.number == number]]
+        assert (np.sort(mesh.patch[quads], axis=1) == pair).all()
 
 
-def test_all_edges_of_a_cube_are_sharp_and_none_of_a_ball():
-    body, x = cube_body(unit_box())
-    assert sharpness(body, x, chains(body)) == pytest.approx(1)
+def test_share_of_marked_edges():
+    body, _ = cube_body(unit_box())
+    found = chains(body)
+    marked = np.zeros(len(body.sides), bool)
+    marked[found.side[found.number == 3][:1]] = True
+    assert found.share(marked).tolist() == [0.25 * (k == 3) for k in range(12)]
+
+
+def test_a_ball_has_nothing_to_match():
     body, x = cube_body(trimesh.creation.icosphere(subdivisions=2))
-    assert not sharpness(body, x, chains(body)).any()
-    assert len(match(body, x).curve) == len(match(body, x).corner) == 0
+    matching = match(body, x)
+    assert len(matching.curve) == len(matching.corner) == len(matching.sides) == 0
 
 
 def test_matching_of_a_cube():
@@ -81,26 +92,46 @@ def test_unused_features_are_left_out():
     assert len(at.curve) == len(at.corner) == 0
 
 
-def test_an_edge_across_the_chain_is_no_goal():
-    """One sharp ridge: the chains across it may not snap to it."""
+def circle(n: int) -> Crease:
+    """Radius 1 about the origin in the plane z = 0."""
+    angle = 2 * np.pi * np.arange(n + 1) / n
+    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return Crease(points, arc, np.full(n, np.pi / 2), (-1, -1))
+
+
+def line(length: float) -> Crease:
+    points = np.array([[0.0, 0, 0], [length, 0, 0]])
+    return Crease(points, np.array([0, length]), np.array([np.pi / 2]), (0, 1))
+
+
+def test_spread_keeps_places_that_are_in_order():
+    x = np.array([[0, 0.1, 0], [1, -0.2, 0], [2.5, 0, 0.3], [4, 0, 0]])
+    route = Route(line(4.0), np.arange(4))
+    assert spread(route, x) == pytest.approx([0, 1, 2.5, 4])
+
+
+@given(st.integers(0, 10**6), st.integers(3, 12))
+@settings(max_examples=40, deadline=None)
+def test_spread_never_folds(seed, n):
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(-1.5, 1.5, (n, 3))
+    opened = spread(Route(line(1.0), np.arange(n)), x)
+    assert (np.diff(opened) >= 0.2 / (n - 1) - 1e-12).all()
+    assert 0 <= opened[0] and opened[-1] <= 1 + 1e-12
+    loop = circle(30)
+    closed = spread(Route(loop, np.arange(n)), x)
+    around = np.append(closed, closed[0] + loop.length)
+    assert (np.diff(around) >= 0.2 * loop.length / n - 1e-12).all()
+
+
+def test_vertices_stay_on_their_own_crease():
+    """Two parallel creases: a vertex that is nearer to the other one does not change over."""
+    other = Crease(line(1.0).points + np.array([0, 0.3, 0]), np.array([0, 1.0]), np.ones(1), (2, 3))
+    routes = (Route(line(1.0), np.arange(3)), Route(other, np.arange(3, 6)))
+    matching = Matching(routes, np.zeros(0, int), np.zeros((0, 3)))
     body, x = cube_body(unit_box())
-    matching = match(body, x)
-    fooled = matching.sides[np.abs(x[matching.sides[:, 0]] - x[matching.sides[:, 1]])[:, 2] > 0.01]
-    crossing = type(matching)(
-        fooled, np.unique(fooled), matching.corner[:0], matching.corner_goal[:0]
-    )
-    at = goals(body, x[:, [1, 2, 0]], crossing, 0.04, np.ones(len(x), bool))
-    assert np.abs(at.direction[:, 1]) == pytest.approx(1)
-
-
-def test_few_features_are_no_trouble():
-    """A surface with a single sharp edge: fewer segments than any neighbour search would want."""
-    tent = trimesh.creation.icosphere(subdivisions=2)
-    vertices = np.array(tent.vertices)
-    vertices[tent.faces[0, 0]] *= 1.6
-    body, x = cube_body(trimesh.Trimesh(vertices, tent.faces, process=False))
-    assert 0 < len(body.target.features.segments) < 12
-    sides = body.sides[:4]
-    matching = type(match(body, x))(sides, np.unique(sides), np.zeros(0, int), np.zeros((0, 3)))
+    x[:6] = [[0, 0, 0], [0.5, 0.25, 0], [1, 0, 0], [0, 0.3, 0], [0.5, 0.05, 0], [1, 0.3, 0]]
     at = goals(body, x, matching, 0.04, np.ones(len(x), bool))
-    assert len(at.curve) <= len(matching.curve)
+    assert at.curve.tolist() == list(range(6))
+    assert at.curve_foot[:, 1] == pytest.approx([0, 0, 0, 0.3, 0.3, 0.3])

@@ -1,11 +1,15 @@
 """Layers of hexes under the boundary."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
 
 from polycube.geometry import hexes
-from polycube.geometry.pillow import insert, smooth_patches
+from polycube.geometry.body import Body
+from polycube.geometry.features import match
+from polycube.geometry.pillow import insert, layer, smooth_patches, smooth_regions
 from polycube.geometry.quality import scaled_jacobian, volume
 from polycube.geometry.registration import register
 from polycube.geometry.target import target
@@ -92,3 +96,70 @@ def test_caps_of_a_cylinder_stay_bare():
     rod.apply_translation([0.5, 0.5, 0.5])
     goal = target(surface(rod))
     assert smooth_patches(register(cube(), goal, rounds=5), goal).tolist() == [0, 1, 2, 3]
+
+
+def fitted(solid: Polycube, shape: trimesh.Trimesh) -> tuple[Body, np.ndarray]:
+    mesh, goal = cut(solid, 0.125), target(surface(shape))
+    return Body(mesh, goal, samples=1), goal.to_unit(mesh.vertices)
+
+
+def test_regions_of_a_box_are_its_sides_and_stay_bare():
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    body, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    region, taken = smooth_regions(body, x, match(body, x))
+    assert not taken.any()
+    assert region.max() == 5
+    assert len(np.unique(np.stack([body.mesh.patch, region]), axis=1).T) == 6
+
+
+def test_a_crease_within_a_patch_parts_it():
+    """A roof with a sharp ridge on a box: its one top patch is two regions."""
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    outline = np.array([[0, 0], [1, 0], [1, 1], [0.5, 1.3], [0, 1]])
+    ends = [np.insert(outline, 1, y, axis=1) for y in (0, 1)]
+    body, x = fitted(solid, trimesh.convex.convex_hull(np.concatenate(ends)))
+    model = body.target.to_model(x)
+    model[:, 2] *= 1 + 0.3 * (1 - np.abs(2 * model[:, 0] - 1))
+    x = body.target.to_unit(model)
+    region, taken = smooth_regions(body, x, match(body, x))
+    assert not taken.any() and region.max() == 6
+    assert len(np.unique(region[body.mesh.patch == 4])) == 2
+
+
+def test_a_layer_does_not_end_at_a_concave_crease():
+    """An L: without the crease at one end of its floor, floor and end wall are smooth, and the
+    wall behind the floor, across the concave crease, goes with them."""
+    solid = Polycube(
+        np.array([[[1, 1]], [[1, 0]]]),
+        [0, 1, 2],
+        [0, 1],
+        [0, 1, 2],
+        (2, 1, 2),
+        (*["cube"] * 3, None),
+    )
+    shape = ell()
+    body, x = fitted(solid, shape)
+    matching = match(body, x)
+    assert len(matching.routes) == 18
+    middle = np.array([x[route.vertices].mean(axis=0) for route in matching.routes])
+    wanted = body.target.to_unit(np.array([2, 0.5, 1.0]))  # the outer edge of the floor
+    gone = int(np.linalg.norm(middle - wanted, axis=1).argmin())
+    routes = matching.routes[:gone] + matching.routes[gone + 1 :]
+    region, taken = smooth_regions(body, x, replace(matching, routes=routes))
+    centre = body.target.to_model(x)[body.quads].mean(axis=1)
+    floor = np.isclose(centre[:, 2], 1)
+    end, wall = np.isclose(centre[:, 0], 2), np.isclose(centre[:, 0], 1)
+    assert np.array_equal(taken, floor | end | wall)
+    layered = layer(body.mesh, region, taken)
+    hexes.check_conforming(layered)
+    assert scaled_jacobian(layered.vertices, layered.hexes).min() > 0
+
+
+def ell() -> trimesh.Trimesh:
+    """Two unit cubes in a row and one upon the first, as one closed surface."""
+    outline = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2.0]])
+    points = np.concatenate([np.insert(outline, 1, y, axis=1) for y in (0, 1)])
+    faces = [[i, (i + 1) % 6 + 6, (i + 1) % 6] for i in range(6)]
+    faces += [[i, i + 6, (i + 1) % 6 + 6] for i in range(6)]
+    cap = np.array([[3, 5, 0], [3, 4, 5], [3, 0, 1], [3, 1, 2]])
+    return trimesh.Trimesh(points, np.concatenate([faces, cap, cap[:, ::-1] + 6]))

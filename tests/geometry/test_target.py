@@ -47,15 +47,7 @@ def test_samples_are_even_and_on_the_surface(cube):
     assert goal.samples(600)[0] is points
 
 
-def test_sharp_edges_and_corners_of_a_cube(cube):
+def test_creases_are_at_unit_scale(cube):
     features = target(cube).features
-    assert len(features.segments) == 12
-    assert len(features.corners) == 8
-    assert np.abs(features.directions).max(axis=1) == pytest.approx(1)
-
-
-def test_a_sphere_has_no_sharp_edge():
-    sphere = trimesh.creation.icosphere(subdivisions=3)
-    features = target(TriMesh(sphere.vertices, sphere.faces)).features
-    assert len(features.segments) == len(features.corners) == 0
-    assert features.tree is None
+    assert [c.length for c in features.creases] == pytest.approx([1 / np.sqrt(3)] * 12)
+    assert np.abs(features.corners) == pytest.approx(1 / np.sqrt(12))
