@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from polycube.geometry.surface import diagonal
+from polycube.geometry.surface import connected, diagonal
 from polycube.types import TriMesh
 
 TOUCH = 1e-10  # of the diagonal: an end this near to a plane is on it
@@ -29,6 +29,26 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
         found.append(pairs[_cross(triangles[pairs[:, 0]], triangles[pairs[:, 1]])])
     pairs = np.sort(np.concatenate(found), axis=1)
     return pairs[np.lexsort(pairs.T[::-1])]
+
+
+def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A face's middle (P, 3) of each place where faces cross, and its pairs (P,), most first.
+
+    pairs : (N, 2) of `self_intersections`; those whose faces have a common vertex are one place
+    """
+    involved, local = np.unique(pairs, return_inverse=True)
+    local, faces = local.reshape(-1, 2), surface.faces[involved]
+    n, size = len(involved), len(involved) + len(surface.vertices)
+    first = np.concatenate([local[:, 0], np.repeat(np.arange(n), 3)])
+    second = np.concatenate([local[:, 1], n + faces.ravel()])
+    _, place = np.unique(connected(first, second, size)[:n], return_inverse=True)
+    count = np.bincount(place[local[:, 0]])
+    middles = surface.vertices[faces].mean(axis=1)
+    found = []
+    for number in np.argsort(-count, kind="stable"):
+        own = middles[place == number]  # the most central: the mean of a ring lies in its hole
+        found.append(own[np.linalg.norm(own - own.mean(axis=0), axis=1).argmin()])
+    return np.reshape(found, (-1, 3)), -np.sort(-count)
 
 
 def _overlapping_boxes(low: np.ndarray, high: np.ndarray) -> Iterator[np.ndarray]:

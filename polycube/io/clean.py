@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
-from polycube.geometry.intersections import self_intersections
+from polycube.geometry.intersections import crossing_places, self_intersections
 from polycube.geometry.surface import (
     check_closed,
     check_surface,
@@ -30,6 +30,7 @@ COLLAPSE = 0.1  # of the faces: welding that costs more is refused
 FLAT = 1e-12  # of the diagonal squared: a face no larger has no area
 DIAGONALS = 1e-60, 1e60  # whose fourth power is still a float64
 MAX_FACES = 100_000  # up to here crossing faces are looked for
+N_PLACES = 3  # where they cross, named
 
 Step = tuple[TriMesh, list[str]]  # the surface, and what was done
 
@@ -200,5 +201,11 @@ def _crossings(surface: TriMesh) -> list[str]:
     pairs = self_intersections(surface)
     if not len(pairs):
         return []
-    where = place(surface, surface.vertices[surface.faces[pairs[0, 0], 0]])
-    return [f"the surface crosses itself: {len(pairs)} pairs of faces, the first near {where}"]
+    middles, _ = crossing_places(surface, pairs)
+    where = ", ".join(place(surface, middle) for middle in middles[:N_PLACES])
+    more = f" and {len(middles) - N_PLACES} more" if len(middles) > N_PLACES else ""
+    n_places = "1 place" if len(middles) == 1 else f"{len(middles)} places"
+    return [
+        f"the surface crosses itself: {len(pairs)} pairs of faces in {n_places}, at {where}{more}; "
+        "it is meshed as it stands, look at the mesh there"
+    ]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.geometry.intersections import self_intersections
+from polycube.geometry.intersections import crossing_places, self_intersections
 from polycube.types import TriMesh
 from tests.solids import box, joined, torus
 
@@ -54,3 +54,28 @@ def test_any_size_and_placement():
     for scale, shift in ((1e-12, 0.0), (1e30, 0.0), (1.0, 1e4)):
         moved = TriMesh(two.vertices * scale + shift, two.faces)
         assert (self_intersections(moved) == pairs).all()
+
+
+def test_places_are_told_apart_and_the_largest_comes_first():
+    """A bar through a block leaves it on two sides, a small one cuts a corner elsewhere."""
+    block, bar = box((0, 0, 0), (4, 4, 4)), box((1, 1, -1), (2, 2, 5))
+    both = joined(block, bar)
+    middles, count = crossing_places(both, self_intersections(both))
+    assert len(middles) == 1  # the faces of a block have common corners: one place
+    far = joined(both, box((20.0, 0, 0), (21, 1, 1)), box((20.9, 0.9, 0.9), (22, 2, 2)))
+    pairs = self_intersections(far)
+    middles, count = crossing_places(far, pairs)
+    assert len(middles) == 2 and count.sum() == len(pairs) and count[0] >= count[1]
+    assert sorted(middles[:, 0] > 10) == [False, True]
+
+
+def test_two_folds_far_apart_are_two_places():
+    fold = TriMesh(
+        [[0, 0, 0], [2, -1, 0], [2, 1, 0], [1, 0, -1], [1, 0, 1]], [[0, 1, 2], [0, 3, 4]]
+    )
+    two = joined(fold, TriMesh(fold.vertices + 10, fold.faces))
+    middles, count = crossing_places(two, self_intersections(two))
+    assert count.tolist() == [1, 1]
+    own = fold.vertices[fold.faces].mean(axis=1)
+    assert min(np.abs(own - middles[0]).max(axis=1)) < 1e-12
+    assert min(np.abs(own + 10 - middles[1]).max(axis=1)) < 1e-12
