@@ -3,8 +3,9 @@
 Coordinates are exact to the last bit, in Nastran and LS-DYNA to ten digits: their columns end.
 
 `patch` numbers the faces of the polycube: they become node sets, surfaces, physical groups or
-references, so that loads and supports can be put on them.  The order of the nodes of a
-hexahedron is VTK's in all formats.
+references, so that loads and supports can be put on them.  The primitive of each grid cell, where
+it is known, is a set, part of a name or a comment.  The order of the nodes of a hexahedron is VTK's
+in all formats.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from polycube.geometry.hexes import FACES, unique_rows
 from polycube.geometry.quality import scaled_jacobian
 from polycube.io.atomic import whole
+from polycube.io.vtk import numbered_primitives
 from polycube.registry import register
 from polycube.types import HexMesh
 
@@ -34,9 +36,20 @@ class LegacyVtk:
         """Write next to `path`, with this format's suffix; returns the file written."""
         n = len(hexes.hexes)
         quality = scaled_jacobian(hexes.vertices, hexes.hexes)
+        names, primitive = numbered_primitives(hexes.primitives)
+        legend = ", ".join(f"{i} {name}" for i, name in enumerate(names))
+        title = f"hex mesh of polycube{'; primitive: ' if names else ''}{legend}"[:255]
+        of_hex = (
+            []
+            if not names
+            else [
+                "SCALARS primitive int 1\nLOOKUP_TABLE default\n",
+                _integers(primitive[hexes.cell][:, None]),
+            ]
+        )
         return _write(
             path.with_suffix(".vtk"),
-            "# vtk DataFile Version 3.0\nhex mesh of polycube\nASCII\nDATASET UNSTRUCTURED_GRID\n",
+            f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n",
             f"POINTS {len(hexes.vertices)} double\n",
             _floats(hexes.vertices),
             f"CELLS {n} {9 * n}\n",
@@ -44,6 +57,7 @@ class LegacyVtk:
             f"CELL_TYPES {n}\n" + "12\n" * n,
             f"CELL_DATA {n}\nSCALARS cell int 1\nLOOKUP_TABLE default\n",
             _integers(hexes.cell[:, None]),
+            *of_hex,
             "SCALARS scaled_jacobian double 1\nLOOKUP_TABLE default\n",
             _floats(quality[:, None]),
         )
@@ -52,7 +66,7 @@ class LegacyVtk:
 @register("export", "abaqus")
 @dataclass(frozen=True)
 class Abaqus:
-    """Abaqus and CalculiX, `.inp`: ELSET CELL_c, and NSET and SURFACE PATCH_p."""
+    """Abaqus and CalculiX, `.inp`: ELSET CELL_c and PRIMITIVE_name, NSET and SURFACE PATCH_p."""
 
     element: str = "C3D8"  # C3D8, or a variant such as C3D8R, C3D8I
 
@@ -63,11 +77,15 @@ class Abaqus:
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         owner, side = _sides(hexes)
+        names, primitive = numbered_primitives(hexes.primitives)
         parts = ["*HEADING\nhex mesh of polycube, lengths in the units of the input\n*NODE\n"]
         parts += [_numbered(hexes.vertices), f"*ELEMENT, TYPE={self.element}, ELSET=ALL\n"]
         parts.append(_integers(_count(hexes.hexes + 1), ", "))
         for cell in np.unique(hexes.cell):
             parts += [f"*ELSET, ELSET=CELL_{cell}\n", _list(np.flatnonzero(hexes.cell == cell))]
+        for number, name in enumerate(names):
+            own = np.flatnonzero(primitive[hexes.cell] == number)
+            parts += [f"*ELSET, ELSET=PRIMITIVE_{name.upper()}\n", _list(own)]
         for patch in np.unique(hexes.patch):
             on = hexes.patch == patch
             parts += [f"*NSET, NSET=PATCH_{patch}\n", _list(np.unique(hexes.quads[on]))]
@@ -79,13 +97,14 @@ class Abaqus:
 @register("export", "gmsh")
 @dataclass(frozen=True)
 class Gmsh:
-    """Gmsh 2.2, `.msh`: physical volume cell_c, physical surface patch_p."""
+    """Gmsh 2.2, `.msh`: physical volume cell_c or cell_c_primitive, physical surface patch_p."""
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         patches, cells = np.unique(hexes.patch), np.unique(hexes.cell)
         names = [f'2 {p + 1} "patch_{p}"\n' for p in patches]
-        names += [f'3 {c + 1} "cell_{c}"\n' for c in cells]
+        filled = {c: f"_{name}" for c, name in enumerate(hexes.primitives) if name}
+        names += [f'3 {c + 1} "cell_{c}{filled.get(c, "")}"\n' for c in cells.tolist()]
         quads = _elements(3, hexes.patch, hexes.quads, 1)
         volumes = _elements(5, hexes.cell, hexes.hexes, 1 + len(quads))
         return _write(
@@ -133,6 +152,7 @@ class Nastran:
         return _write(
             path.with_suffix(".bdf"),
             "BEGIN BULK\n",
+            *_comments("property", hexes),
             _text(_count(hexes.vertices), grid),
             _text(_count(np.column_stack([hexes.cell + 1, hexes.hexes + 1])), first + last),
             *(f"PSOLID  {cell + 1:8d}       1\n" for cell in np.unique(hexes.cell)),
@@ -148,12 +168,23 @@ class LsDyna:
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         elements = _count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
-        parts = ["*KEYWORD\n*NODE\n", _text(_count(hexes.vertices), "%8d" + 3 * "%16.9E")]
+        parts = [
+            "*KEYWORD\n",
+            *_comments("part", hexes),
+            "*NODE\n",
+            _text(_count(hexes.vertices), "%8d" + 3 * "%16.9E"),
+        ]
         parts += ["*ELEMENT_SOLID\n", _text(elements, 10 * "%8d")]
         for patch in np.unique(hexes.patch):
             parts.append(f"*SET_SEGMENT\n{patch + 1:10d}\n")
             parts.append(_text(hexes.quads[hexes.patch == patch] + 1, 4 * "%10d"))
         return _write(path.with_suffix(".k"), *parts, "*END\n")
+
+
+def _comments(what: str, mesh: HexMesh) -> list[str]:
+    """What fills each grid cell, where it is known."""
+    named = [(c + 1, c, name) for c, name in enumerate(mesh.primitives) if name]
+    return [f"$ {what} {number}: cell {cell}, {name}\n" for number, cell, name in named]
 
 
 def _sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:

@@ -182,7 +182,8 @@ class HexMesh:
           0--------1           o---- xi
 
     `quads` are the boundary faces, counter-clockwise from outside, and `patch` the polycube face
-    each came from; `cell` is the grid cell of each hex.  `geometry.hexes.hex_mesh` fills them in.
+    each came from; `cell` is the grid cell of each hex and `primitives` what fills each grid cell.
+    `geometry.hexes.hex_mesh` fills them in.
     """
 
     vertices: np.ndarray  # (V, 3)
@@ -190,6 +191,7 @@ class HexMesh:
     quads: np.ndarray  # (Q, 4) into vertices
     patch: np.ndarray  # (Q,)
     cell: np.ndarray  # (H,)
+    primitives: tuple[str | None, ...] = ()  # of each grid cell; empty where it is not known
 
     def __post_init__(self) -> None:
         freeze(

@@ -44,7 +44,7 @@ def write_hex_vtu(
     cell_data = {**metrics(hexes.vertices, hexes.hexes), "cell": hexes.cell}
     comment = ""
     if context:
-        names, primitive = _primitives(context)
+        names, primitive = numbered_primitives(context)
         cell_data["primitive"] = primitive[hexes.cell]
         comment = _legend(names)
     return write_cells(path, hexes.vertices, hexes.hexes, HEXAHEDRON, points, cell_data, comment)
@@ -60,7 +60,7 @@ def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
     )
     hexes = hexes.reshape(-1, 8)
     cell = cell_of_box(polycube)
-    names, primitive = _primitives(polycube.context)
+    names, primitive = numbered_primitives(polycube.context)
     cell_data = {"cell": cell, "primitive": primitive[cell]}
     return write_cells(path, points, hexes, HEXAHEDRON, {}, cell_data, _legend(names))
 
@@ -101,7 +101,7 @@ def write_cells(
     return _write(path, "UnstructuredGrid", counts, body, comment, version)
 
 
-def _primitives(context: Sequence[str | None]) -> tuple[list[str], np.ndarray]:
+def numbered_primitives(context: Sequence[str | None]) -> tuple[list[str], np.ndarray]:
     """Primitive names, sorted, and the number of each grid cell's primitive (-1 where empty)."""
     names = sorted({name for name in context if name})
     return names, np.array([names.index(name) if name else -1 for name in context])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -162,10 +163,11 @@ def write_results(
         vtk.write_labels_vtp(folder / "labels.vtp", state["surface"], state["labels"])
     if "hexes" in state:
         context = state["polycube"].context if "polycube" in state else ()
+        named = replace(state["hexes"], primitives=tuple(context))
         off = {"off_surface": hex_quality.off_surface(state["hexes"], state["surface"])}
         vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], context, off)
         for export in exports:
-            export(state["hexes"], folder / "hex")
+            export(named, folder / "hex")
     if "spline" in state:
         _write_spline(folder, state)
     if state.get("trajectory") is not None:

@@ -1,6 +1,7 @@
 """Each format is read back by a reader that is not ours: points, node order, groups."""
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -143,3 +144,26 @@ def test_lsdyna_columns(mesh: HexMesh, tmp_path: Path) -> None:
     quads = columns(sets[3][1], *4 * [10])
     np.testing.assert_array_equal(quads, mesh.quads[mesh.patch == 3] + 1)
     assert text.startswith("*KEYWORD\n") and text.endswith("*END\n")
+
+
+@pytest.fixture(scope="module")
+def named(mesh: HexMesh) -> HexMesh:
+    return replace(mesh, primitives=("hole_z", "cube"))
+
+
+def test_primitives_are_sets_names_or_comments(named: HexMesh, tmp_path: Path) -> None:
+    made = {
+        name: build("export", {"plugin": name})(named, tmp_path / "hex") for name in names("export")
+    }
+    found = read(made["abaqus"])
+    for cell, name in enumerate(named.primitives):
+        (own,) = found.cell_sets[f"PRIMITIVE_{name.upper()}"]
+        np.testing.assert_array_equal(np.sort(own), np.flatnonzero(named.cell == cell))
+    assert {"cell_0_hole_z", "cell_1_cube"} <= set(read(made["gmsh"]).field_data)
+    assert "$ property 2: cell 1, cube\n" in made["nastran"].read_text()
+    assert "$ part 1: cell 0, hole_z\n" in made["lsdyna"].read_text()
+    np.testing.assert_array_equal(read(made["nastran"]).cell_data["nastran:ref"][0], named.cell + 1)
+    assert made["vtk"].read_text().splitlines()[1].endswith("; primitive: 0 cube, 1 hole_z")
+    vtk = read(made["vtk"])
+    np.testing.assert_array_equal(vtk.cell_data["primitive"][0].ravel(), 1 - named.cell)
+    np.testing.assert_array_equal(vtk.cell_data["cell"][0].ravel(), named.cell)
