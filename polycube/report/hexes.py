@@ -34,11 +34,15 @@ def hexes(state: State, report: Mapping[str, object], pictures: Pictures) -> str
     return section(
         "hexes",
         "Hex mesh",
-        _improved(report),
+        _improved(report, pictures),
         viewer(mesh),
         grid(
             figure(pictures.get("hex"), "Hex mesh, coloured by scaled Jacobian.", QUALITY_BAR),
-            figure(pictures.get("cut"), "Cut open: whole hexes behind the plane.", QUALITY_BAR),
+            ""  # beside the one given, already
+            if "given" in report
+            else figure(
+                pictures.get("cut"), "Cut open: whole hexes behind the plane.", QUALITY_BAR
+            ),
         ),
         f"<h3>Scaled Jacobian of {show(len(mesh.hexes))} hexes</h3>",
         charts.histogram(quality),
@@ -165,7 +169,7 @@ def _primitives(state: State, mesh: HexMesh, pictures: Pictures) -> str:
     return "<h3>Primitives</h3>" + grid(figure(picture, text, legend))
 
 
-def _improved(report: Mapping[str, object]) -> str:
+def _improved(report: Mapping[str, object], pictures: Pictures) -> str:
     """Before and after, where the run began with hexes."""
     given, made = report.get("given"), report.get("hex")
     if not given or not made:
@@ -183,7 +187,11 @@ def _improved(report: Mapping[str, object]) -> str:
         }
         for name, numbers in {"as given": given, "improved": made}.items()
     ]
-    return f"<h3>Before and after</h3>{table(rows)}"
+    both = grid(
+        figure(pictures.get("given"), "As given, cut open.", QUALITY_BAR),
+        figure(pictures.get("cut"), "Improved, cut open.", QUALITY_BAR),
+    )
+    return f"<h3>Before and after</h3>{table(rows)}{both}"
 
 
 def _words(measure: str) -> str:

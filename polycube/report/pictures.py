@@ -32,6 +32,7 @@ SCENES: dict[str, tuple[tuple[str, ...], Callable[[State], Scene]]] = {
         lambda s: scenes.polycube_faces(s["polycube"], s.get("rough_map")),
     ),
     "labels": (("surface", "labels"), lambda s: scenes.labelled(s["surface"], s["labels"])),
+    "given": (("given",), lambda s: scenes.hex_cut(s["given"])),
     "hex": (("hexes",), lambda s: scenes.hex_outside(s["hexes"])),
     "cut": (("hexes",), lambda s: scenes.hex_cut(s["hexes"])),
     "worst": (("hexes",), lambda s: scenes.worst_hex(s["hexes"])),

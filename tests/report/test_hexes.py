@@ -44,7 +44,9 @@ def test_the_certificate_says_what_is_not_certain(certificate, words, run) -> No
 
 def test_before_and_after_where_the_run_began_with_hexes(run, numbers) -> None:
     given = quality.short(run["hexes"], run["surface"]) | {"min_scaled_jacobian": 0.12345}
-    told = text(hexes(run, {"hex": numbers, "given": given}, {}))
+    pictures = {"given": b"\x89PNG", "cut": b"\x89PNG"}
+    told = text(hexes(run, {"hex": numbers, "given": given}, pictures))
+    assert told.count("cut open") == 2 and "Cut open" not in told
     before, after = told.index("as given"), told.index("improved")
     assert "0.1235" in told[before:after] or "0.1234" in told[before:after]
     assert f"{numbers['min_scaled_jacobian']:.4g}" in told[after : after + 60]
