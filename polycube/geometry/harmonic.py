@@ -1,0 +1,71 @@
+"""Harmonic maps of a piece of surface into the plane, its boundary fixed.
+
+Each free vertex is a weighted mean of its neighbours.  Cotangent weights distort least; mean-value
+weights (Floater 2003) are positive, so onto a convex domain the map is one to one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+from scipy.sparse.linalg import splu
+
+STEEP = 1e4  # the largest cotangent: flatter corners are taken for that flat
+
+
+def cotangent(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
+    """(n, n) weights (cot a + cot b) / 2 of edges, a and b the angles opposite.
+
+    corners : (F, 3, 3) positions of the faces (F, 3)
+    """
+    rows, columns, values = [], [], []
+    for k in range(3):
+        i, j = faces[:, (k + 1) % 3], faces[:, (k + 2) % 3]
+        half = _cotangents(corners, k) / 2
+        rows += [i, j]
+        columns += [j, i]
+        values += [half, half]
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return csr_matrix(entries, shape=(n, n))
+
+
+def _cotangents(corners: np.ndarray, k: int) -> np.ndarray:
+    """(F,) of the angle at corner k of each face."""
+    a, b = (corners[:, (k + step) % 3] - corners[:, k] for step in (1, 2))
+    along, across = np.einsum("fd,fd->f", a, b), np.linalg.norm(np.cross(a, b), axis=1)
+    return along / np.maximum(across, np.maximum(np.abs(along), 1e-300) / STEEP)
+
+
+def mean_value(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
+    """(n, n) weights (tan a/2 + tan b/2) / length, a and b the angles beside the edge at row i."""
+    rows, columns, values = [], [], []
+    for k in range(3):
+        cot = _cotangents(corners, k)
+        half = np.sqrt(1 + cot**2) - cot  # tan(angle / 2), from 0 to infinity
+        for step in (1, 2):
+            side = corners[:, (k + step) % 3] - corners[:, k]
+            rows.append(faces[:, k])
+            columns.append(faces[:, (k + step) % 3])
+            values.append(half / np.maximum(np.linalg.norm(side, axis=1), 1e-300))
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return csr_matrix(entries, shape=(n, n))
+
+
+def extend(weights: csr_matrix, values: np.ndarray, fixed: np.ndarray) -> np.ndarray:
+    """(n, D) values that are weighted means of their neighbours' where not fixed (n,)."""
+    free = np.flatnonzero(~fixed)
+    found = values.copy()
+    if len(free) == 0:
+        return found
+    operator = (diags(np.asarray(weights.sum(axis=1)).ravel()) - weights).tocsr()[free]
+    found[free] = splu(operator[:, free].tocsc()).solve(
+        -(operator[:, np.flatnonzero(fixed)] @ values[fixed])
+    )
+    return found
+
+
+def flipped(plane: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(F,) whether each face of a plane map (V, 2) is clockwise; rounding is forgiven."""
+    a, b, c = np.moveaxis(plane[faces], 1, 0)
+    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    return twice < -1e-12 * np.ptp(plane[faces].reshape(-1, 2), axis=0).prod()
