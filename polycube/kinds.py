@@ -32,6 +32,11 @@ KINDS = {
     "meshing/segment": Kind(
         "label the surface", ("surface", "polycube", "parametrization"), "labels"
     ),
+    "meshing/map": Kind(
+        "bring the polycube onto the surface, chart by chart",
+        ("surface", "polycube", "labels", "parametrization", "rough_map"),
+        "rough_map",
+    ),
     "meshing/subdivide": Kind(
         "hexes of the polycube, placed", ("surface", "polycube", "rough_map"), "hexes"
     ),

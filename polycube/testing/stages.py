@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,12 @@ from polycube.errors import InputError
 from polycube.geometry import lattice, quality
 from polycube.geometry import surface as surfaces
 from polycube.geometry.hexes import check_conforming, genus
+from polycube.geometry.projection import project_onto
 from polycube.geometry.rough_map import evaluate
+from polycube.geometry.template import counts, mesh
 from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PLACE, SIDES, Solid, solid, swollen
-from polycube.types import HexMesh, Labels, Modes, Parametrization, Spline
+from polycube.types import HexMesh, Labels, Modes, Parametrization, RoughMap, Spline
 
 NEAR = 0.02  # of the diagonal: what fits may miss the block by
 
@@ -82,6 +85,23 @@ def check_segment(plugin: Callable) -> None:
     wanted = 2 * axis + (normal[np.arange(n_faces), axis] < 0)
     wrong = float((labels.axis != wanted).mean())
     claim(wrong < 0.05, "a face of the block has the axis of its normal", f"{wrong:.0%} wrong")
+
+
+def check_map(plugin: Callable) -> None:
+    """The polycube's boundary comes to lie on the surface, its inside stays right-handed."""
+    for primitive in ("cube", "hole_z"):
+        part = solid(primitive)
+        places = Parametrization((part.surface.vertices - PLACE) / SIDES)
+        faces = lattice.boundary(part.polycube)
+        _, face = project_onto(faces, places.positions[part.surface.faces].mean(axis=1))
+        labels = Labels(faces.axis[face], faces.patch[face])
+        rough = replace(part.rough_map, positions=part.rough_map.positions * [1.1, 1.0, 0.9])
+        found = plugin(part.surface, part.polycube, labels, places, rough)
+        claim(isinstance(found, RoughMap), "the result is a RoughMap", type(found).__name__)
+        hexes = mesh(part.polycube, found, counts(part.polycube, found, 15.0))
+        _check_hexes(hexes, part)
+        off = quality.deviation(hexes, part.surface).vertices
+        claim(off < NEAR, "the polycube's boundary is on the surface", f"{off:.1%} off")
 
 
 def check_subdivide(plugin: Callable) -> None:
@@ -207,6 +227,7 @@ STAGES = {
     "structure": check_structure,
     "regularize": check_regularize,
     "meshing/segment": check_segment,
+    "meshing/map": check_map,
     "meshing/subdivide": check_subdivide,
     "meshing/smooth": check_smooth,
     "meshing/pillow": check_refine,

@@ -12,7 +12,7 @@ from polycube.geometry.lattice import boundary, lattice
 from polycube.registry import build
 from polycube.testing import check
 from polycube.testing.solids import PLACE, SIDES, solid
-from polycube.types import Labels
+from polycube.types import Labels, RoughMap
 from tests.testing.broken import broken, says, voxels
 
 
@@ -74,6 +74,18 @@ def test_segment() -> None:
         return Labels(np.full(n, faces.axis[0]), np.full(n, faces.patch[0]))
 
     says("meshing/segment", first, "axis of its normal")
+
+
+def test_map() -> None:
+    says("meshing/map", lambda *given: None, "is a RoughMap; got NoneType")
+    says("meshing/map", lambda *given: given[-1], "units and placement")
+
+    def wide_hole(surface, polycube, labels, parametrization, rough_map):
+        lines = [np.where((k > 0) & (k < 1), 0.5 + 1.5 * (k - 0.5), k) for k in polycube.knots]
+        places = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+        return RoughMap(*polycube.knots, PLACE + places * SIDES)
+
+    says("meshing/map", wide_hole, "boundary is on the surface")
 
 
 def subdivides(change: Callable) -> Callable:

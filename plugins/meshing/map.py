@@ -1,0 +1,52 @@
+"""The polycube brought onto the surface, chart by chart."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.geometry.charts import flatten
+from polycube.geometry.segmentation import segment
+from polycube.geometry.volumetric import chart_map
+from polycube.registry import register
+from polycube.types import Labels, Parametrization, Polycube, RoughMap, TriMesh
+
+logger = logging.getLogger(__name__)
+
+
+@register("meshing/map", "harmonic")
+@dataclass(frozen=True)
+class Harmonic:
+    """Segment the surface by the polycube, flatten each patch harmonically, fill the inside.
+
+    Cotangent weights; mean-value weights, and cuts into rectangles, where triangles flip.
+    """
+
+    level: int = 3
+    longest: float = 0.02
+
+    def __post_init__(self) -> None:
+        if self.level < 0:
+            raise ValueError(f"level must be 0 or more; got {self.level}")
+        if self.longest <= 0:
+            raise ValueError(f"longest must be positive; got {self.longest}")
+
+    def __call__(
+        self,
+        surface: TriMesh,
+        polycube: Polycube,
+        labels: Labels,
+        parametrization: Parametrization,
+        rough_map: RoughMap,
+    ) -> RoughMap:
+        """The map on a lattice of 2^level parts per interval, its boundary on the surface.
+
+        Raises MeshingError naming a patch that has the wrong topology or folds.
+        """
+        pieces = segment(surface, polycube, labels, parametrization, self.longest)
+        sheet = flatten(pieces)
+        logger.info("map: %d charts, no triangle flipped", pieces.outside.patch.max() + 1)
+        parts = tuple(np.full(n, 2**self.level) for n in polycube.occupancy.shape)
+        return chart_map(polycube, pieces.outside, sheet, rough_map, parts)
