@@ -12,11 +12,12 @@ from pathlib import Path
 
 from polycube.app.run import Run, meshing_stages
 from polycube.errors import InputError, MeshingError
-from polycube.geometry.quality import BEST_SCORE, scaled_jacobian, score
+from polycube.geometry.quality import BEST_SCORE, scaled_jacobian
+from polycube.geometry.surface import genus
 from polycube.io.hexes import boundary, check_place, read_hexes
 from polycube.io.read import read_surface
 from polycube.pipeline import Stage, load_stage, run_portfolio, save_stage
-from polycube.types import HexMesh, TriMesh
+from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
@@ -58,6 +59,9 @@ class Improvement(Run):
             check_place(given, surface)
         except InputError as error:
             raise InputError(f"{hex_path} and {path}: {error}") from None
+        handles = genus(boundary(given)), genus(surface)
+        if handles[0] != handles[1]:
+            more = [*more, "the hex mesh has genus {}, the surface {}".format(*handles)]
         return given, surface, path, hex_path, [*warnings, *more]
 
     def structure(self) -> None:
@@ -68,31 +72,30 @@ class Improvement(Run):
 
     def _make(self, stages: list[Stage], kept: list[Stage]) -> None:
         """The best mesh of the portfolio, or the one given where none is better."""
-        surface, given = self.state["surface"], self.state["given"]
-        start, end = score(given, surface), None
+        given = self.state["given"]
+        start, end = self._score(given), None
         try:
             end, path = run_portfolio(
                 stages,
                 self._backend["portfolio"],
                 self.state,
                 self.clock,
-                lambda end: score(end["hexes"], surface),
+                lambda end: self._score(end["hexes"]),
                 max(start, BEST_SCORE),
             )
         except MeshingError as error:
             logger.info("%s", error)
-        if end is None or _order(end["hexes"], surface) <= _order(given, surface):
+        if end is None or self._order(end["hexes"]) <= self._order(given):
             logger.info("no better mesh was found: the one given is kept")
             end, path = {**self.state, "hexes": given}, [given for _ in stages]
         self.state = end
         for stage, result in zip(stages, path, strict=True):
             save_stage(self.folder, stage.kind, result)
 
-
-def _order(mesh: HexMesh, surface: TriMesh) -> tuple[float, float, float]:
-    """Larger is better: the score, and among equals the least and the mean scaled Jacobian."""
-    jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
-    return score(mesh, surface), float(jacobian.min()), float(jacobian.mean())
+    def _order(self, mesh: HexMesh) -> tuple[float, float, float]:
+        """Larger is better: the score, and among equals the least and the mean scaled Jacobian."""
+        jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
+        return self._score(mesh), float(jacobian.min()), float(jacobian.mean())
 
 
 def is_improvement(cfg: Mapping[str, object]) -> bool:

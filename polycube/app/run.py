@@ -16,7 +16,7 @@ from polycube.errors import InputError, MeshingError
 from polycube.geometry import surface as topology
 from polycube.geometry.certificate import certify
 from polycube.geometry.parametrization import pull_back
-from polycube.geometry.quality import BEST_SCORE, accept, scaled_jacobian, score
+from polycube.geometry.quality import BEST_SCORE, INVALID, accept, scaled_jacobian, score
 from polycube.geometry.regular import read_structure
 from polycube.io.read import read_surface
 from polycube.kinds import KINDS, check_chain
@@ -147,9 +147,7 @@ class Run:
                 f"stage {self.meshing[-1].kind} left a mesh that is not valid: "
                 f"smallest scaled Jacobian {worst:.3f}, must be above 0"
             )
-        if self._backend.get("certify") != "everywhere":
-            return
-        open_ones = np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
+        open_ones = self._not_certified(hexes)
         if len(open_ones):
             middle = hexes.vertices[hexes.hexes[open_ones[0]]].mean(axis=0)
             where = topology.place(self.state["surface"], middle)
@@ -157,6 +155,17 @@ class Run:
                 f"{len(open_ones)} of {len(hexes.hexes)} hexes are not positive everywhere "
                 f"(certify=everywhere), the first is number {open_ones[0]} at {where}"
             )
+
+    def _not_certified(self, hexes: HexMesh) -> np.ndarray:
+        """Hexes that are not positive everywhere, where that is asked for."""
+        if self._backend.get("certify") != "everywhere":
+            return np.zeros(0, np.int64)
+        return np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
+
+    def _score(self, hexes: HexMesh) -> float:
+        """Larger is better; a mesh without the certificate asked for loses to any that has it."""
+        lacking = len(self._not_certified(hexes)) > 0
+        return score(hexes, self.state["surface"]) - INVALID * lacking
 
     def solve(self) -> None:
         """Spline on the hexes, then the analysis on the spline."""
@@ -276,14 +285,14 @@ class Run:
                     self.cfg["meshing"]["portfolio"],
                     self.state,
                     self.clock,
-                    lambda end: score(end["hexes"], surface),
+                    lambda end: self._score(end["hexes"]),
                     BEST_SCORE,
                 )
             except MeshingError as error:
                 failure = failure or error
                 logger.info("structure %d: %s", index, error)
                 continue
-            value = score(end["hexes"], surface)
+            value = self._score(end["hexes"])
             if best is None or value > best[0]:
                 best = (value, end, path)
             if accept(end["hexes"], surface):

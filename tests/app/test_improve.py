@@ -4,11 +4,16 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
+from omegaconf import OmegaConf
 
+from polycube.app.improve import Improvement
 from polycube.app.infer import _command
+from polycube.geometry.hexes import hex_mesh
 from polycube.geometry.quality import scaled_jacobian, score
 from polycube.io.hexes import boundary, read_hexes
 from polycube.io.vtk import write_hex_vtu
+from polycube.types import HexMesh
 from tests.app.test_infer import config, run, tree
 from tests.hex_solids import hex_box, hex_cylinder
 
@@ -99,13 +104,14 @@ def test_refusals(overrides, sentence, crooked, tmp_path, monkeypatch, capsys):
     assert tree(tmp_path) == set()
 
 
-def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys):
+def false_friend() -> HexMesh:
     """VTK gives this hex 0.355; it is inside out near an edge."""
     corners = [[1, 0, 2], [2, -2, -2], [3, 2, -1], [2, 2, -1], [2, 1, 6], [5, 0, 5], [5, 4, 4]]
-    mesh = hex_box((1, 1, 1))
-    points = np.array([*corners, [-2, 3, 2]], float)[mesh.hexes[0].argsort()]
-    one = type(mesh)(points, mesh.hexes, mesh.quads, mesh.patch, mesh.cell)
-    path = write_hex_vtu(tmp_path / "one.vtu", one)
+    return hex_mesh(np.array([*corners, [-2, 3, 2]], float), np.arange(8)[None])
+
+
+def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys):
+    path = write_hex_vtu(tmp_path / "one.vtu", false_friend())
     overrides = ["quiet=true", f"hex={path}", "improve.order=[meshing/pillow]", "order=[meshing]"]
     overrides += ["improve.portfolio=[{}]"]
     assert _command(config(*overrides, f"output_dir={tmp_path / 'a'}")) == 0
@@ -114,6 +120,26 @@ def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys
     assert "1 of 1 hexes are not positive everywhere" in capsys.readouterr().err
     report = json.loads((tmp_path / "b" / "report.json").read_text())
     assert not report["valid"] and report["hex"]["certificate"]["not_positive"] == 1
+
+
+@pytest.mark.parametrize("asked", ["corners", "everywhere"])
+def test_a_mesh_with_the_certificate_asked_for_is_preferred(asked):
+    good, friend = hex_box((1, 1, 1)), false_friend()
+    cfg = OmegaConf.to_container(config("hex=x.vtu", f"improve.certify={asked}"))
+    job = Improvement(cfg)
+    job.state["surface"] = boundary(friend)  # from which the good one is far
+    assert (job._score(good) > job._score(friend)) == (asked == "everywhere")
+
+
+def test_another_genus_is_told(tmp_path):
+    whole = hex_box((3, 3, 1))
+    ring = hex_mesh(whole.vertices, np.delete(whole.hexes, 4, axis=0))
+    path = write_hex_vtu(tmp_path / "ring.vtu", ring)
+    surface = trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
+    surface.export(tmp_path / "cube.stl")
+    overrides = [f"hex={path}", f"mesh={tmp_path / 'cube.stl'}", f"output_dir={tmp_path / 'o'}"]
+    report = run(*overrides, "order=[]")
+    assert report["warnings"][-1] == "the hex mesh has genus 1, the surface 0"
 
 
 @pytest.mark.slow
