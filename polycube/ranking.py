@@ -1,8 +1,8 @@
 """Rank proposed structures by how well a coarse mesh of each fits after a short registration.
 
 Structures whose genus is not the surface's never rank.  The score adds distances in per cent of
-the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, and what the
-proposal itself thought of the structure; smaller is better.
+the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, the
+polycube's corners, and what the proposal itself thought of the structure; smaller is better.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from polycube.geometry import surface as surfaces
-from polycube.geometry.lattice import genus, is_manifold
+from polycube.geometry.lattice import boundary, corners, genus, is_manifold
 from polycube.geometry.registration import ShortQuality, register, short_quality
 from polycube.geometry.rough_map import identity_map
 from polycube.geometry.target import target
@@ -44,6 +44,7 @@ def rank(
     iterations: int = 15,
     samples: int = 1500,
     trust: float = 15.0,
+    corner: float = 0.03,
     limit: int = 12,
 ) -> list[Ranked]:
     """Candidates of the right genus, best first; of those that share a rough map, the last.
@@ -51,6 +52,7 @@ def rank(
     size : of the coarse hexes, as a share of the diagonal
     rounds, iterations, samples : of the short registration
     trust : score per unit of a candidate's cost above the cheapest of its proposal
+    corner : score per corner beyond a box's eight: hexes are skewed there unless the part has one
     limit : candidates registered of each proposal, the cheapest
     """
     goal, wanted = target(surface), surfaces.genus(surface)
@@ -64,6 +66,7 @@ def rank(
             hexes = register(coarse, goal, rounds, iterations, samples)
             quality = short_quality(hexes, goal)
             score = judge(quality) + trust * (candidate.cost - ours[0].cost)
+            score += corner * (len(corners(boundary(candidate.polycube))) - 8)
             ranked.append(Ranked(candidate, score, asdict(quality), hexes, positions))
     ranked.sort(key=lambda entry: entry.score)
     _log(ranked)

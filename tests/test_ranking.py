@@ -1,9 +1,11 @@
 import logging
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from polycube.app.run import Run
 from polycube.geometry.lattice import collapse, lattice
 from polycube.geometry.registration import ShortQuality
 from polycube.geometry.rough_map import affine_map, identity_map
@@ -60,6 +62,31 @@ def test_of_two_that_share_a_rough_map_the_last_is_registered():
     last = replace(first, probability=0.9)
     ranked = rank(part(("cube", "hole_y"), SCALE), [first, last], rounds=1)
     assert [entry.candidate for entry in ranked] == [last]
+
+
+def test_corners_beyond_those_of_a_box_cost():
+    surface = part(("cube", "hole_y"), SCALE)
+    free, dear = (
+        rank(surface, [candidate(("cube", "hole_y"))], rounds=1, corner=c)[0] for c in (0.0, 0.5)
+    )
+    assert dear.score - free.score == pytest.approx(0.5 * 8)  # those of the hole
+
+
+@pytest.mark.parametrize(
+    ("entries", "expected"),
+    [
+        ([("slices", "a", 1), ("slices", "b", 2), ("bricks", "c", 3)], [0, 2, 1]),
+        ([("bricks", "a", 1), ("bricks", "a", 1), ("diffusion", "b", 2)], [0, 2]),
+        ([("slices", "a", 1), ("bricks", "c", 4.5), ("slices", "b", 4)], [0, 2]),
+    ],
+)
+def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
+    def entry(proposal, key, score):
+        return SimpleNamespace(candidate=SimpleNamespace(proposal=proposal, key=key), score=score)
+
+    state = {"ranked": [entry(*e) for e in entries]}
+    run = SimpleNamespace(state=state, cfg={"tries": 3})
+    assert Run._worth_a_try(run) == expected
 
 
 def test_twice_is_the_same():

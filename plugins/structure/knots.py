@@ -33,24 +33,31 @@ def fit_knots(slabs: np.ndarray, counts: np.ndarray, starts: int) -> tuple[list[
     rng = np.random.default_rng(0)
     widths = [[np.full(n, 1 / n) for n in slabs.shape]]
     widths += [[rng.dirichlet(np.full(n, 2.0)) for n in slabs.shape] for _ in range(starts - 1)]
-    found = [_descend(slabs, counts, shares) for shares in widths]
+    found = [
+        descend(
+            slabs,
+            counts,
+            [
+                np.append(0, share.cumsum() * (n - 1)).round().astype(int)
+                for share, n in zip(shares, counts.shape, strict=True)
+            ],
+        )
+        for shares in widths
+    ]
     return min(found, key=lambda pair: pair[1])
 
 
-def _descend(
-    slabs: np.ndarray, counts: np.ndarray, shares: list[np.ndarray]
+def descend(
+    slabs: np.ndarray, counts: np.ndarray, knots: list[np.ndarray], shortest: int = 1
 ) -> tuple[list[np.ndarray], int]:
-    """Knots and misfit from slabs that have the given shares of each axis."""
-    knots = [
-        np.append(0, share.cumsum() * (n - 1)).round().astype(int)
-        for share, n in zip(shares, counts.shape, strict=True)
-    ]
+    """Knots and misfit, from knots that are given; slabs get at least `shortest` voxels."""
+    knots = list(knots)
     before = misfit = counts[-1, -1, -1] + 1
     for _ in range(ROUNDS):
         for axis in range(3):
             others = [k for other, k in enumerate(knots) if other != axis]
             cost = _slice_costs(np.moveaxis(slabs, axis, 0), np.moveaxis(counts, axis, 0), *others)
-            misfit, knots[axis] = cut(range(len(cost)), dict(enumerate(cost)), shortest=1)
+            misfit, knots[axis] = cut(range(len(cost)), dict(enumerate(cost)), shortest)
         if misfit == before:
             break
         before = misfit

@@ -38,6 +38,7 @@ from polycube.types import Candidate, HexMesh, Polycube
 logger = logging.getLogger(__name__)
 
 HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
+GOOD_SCORE = 0.4  # of a mesh, see `score`: no other structure is tried
 READ_MARGIN = 0.05  # log-likelihood per point; 22 of 24 held-out pairs are read as what they are
 CERTIFY = ("corners", "everywhere")  # where a mesh's Jacobian must be positive
 PLACED = ("surface", "polycube", "rough_map", "parametrization")  # what meshing starts from
@@ -207,11 +208,13 @@ class Run:
         alone = {cfg["structure"].get("plugin"): cfg["structure"]}
         configs = dict(cfg["structure"].get("proposals") or alone)
         if cfg["context"]:
-            readers = ("slices", "boxes", "given")
+            readers = ("slices", "boxes", "bricks", "given")
             denoisers = {n: c for n, c in configs.items() if c["plugin"] not in readers}
             configs = {"given": {"plugin": "given", "context": cfg["context"]}, **denoisers}
         for name, config in configs.items():
             plugin = build("structure", config, grid=grid, primitives=self.primitives)
+            if getattr(plugin, "any_grid", False) and grid != self._grids()[-1]:
+                continue
             made = self.clock.run(
                 f"structure/{name}", lambda p=plugin, c=candidates: p(self.state["surface"], c)
             )
@@ -265,13 +268,20 @@ class Run:
         return read
 
     def _worth_a_try(self) -> list[int]:
-        """The best structure of each kind, as long as its score is within twice the best's."""
+        """The best structure, the best of the other family, then the best of each other kind.
+
+        As long as the score is within twice the best's.  Families are lattices of bricks, and the
+        contexts of a grid: where one fits badly, the other is the better guess.
+        """
         ranked, seen, choices = self.state["ranked"], set(), []
         for index, entry in enumerate(ranked):
             if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
                 seen.add(entry.candidate.key)
                 choices.append(index)
-        return choices[: self.cfg["tries"]]
+        bricks = {i: ranked[i].candidate.proposal == "bricks" for i in choices}
+        other = [index for index in choices if bricks[index] != bricks[choices[0]]]
+        first = choices[:1] + other[:1]
+        return [*first, *(i for i in choices if i not in first)][: self.cfg["tries"]]
 
     def _mesh_choices(self, choices: list[int], stages: list[Stage]) -> None:
         surface, best, failure = self.state["surface"], None, None
@@ -295,7 +305,7 @@ class Run:
             value = self._score(end["hexes"])
             if best is None or value > best[0]:
                 best = (value, end, path)
-            if accept(end["hexes"], surface):
+            if accept(end["hexes"], surface) and value >= GOOD_SCORE:
                 break
         if best is None:
             raise failure

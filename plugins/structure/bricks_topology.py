@@ -1,0 +1,249 @@
+"""Topology of bricks: what is wrong with it, and the cheapest flips that put it right.
+
+Runs of bricks are flipped, the cheapest per defect first, until the solid is in one piece, without
+voids, manifold and of the genus wanted; after that, while the energy of `bricks_cut` sinks and the
+topology stays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import label
+
+FLIPS = 400  # at most
+
+
+def _table() -> np.ndarray:
+    """(256, 3) of each 2 x 2 x 2 window: 8 times its share of the Euler number; 1 if pinched; 1 if
+    the boundary has a corner there, as in any window that is alike along no axis."""
+    table = np.zeros((256, 3), np.int64)
+    for code in range(256):
+        window = np.array([code >> bit & 1 for bit in range(8)], bool).reshape(2, 2, 2)
+        edges = sum(window.take(s, axis).any() for axis in range(3) for s in range(2))
+        faces = sum(window.any(axis=axis).sum() for axis in range(3))
+        table[code, 0] = 8 * window.any() - 4 * edges + 2 * faces - window.sum()
+        table[code, 1] = any(label(part)[1] > 1 for part in (window, ~window))
+        table[code, 2] = all((window.take(0, a) != window.take(1, a)).any() for a in range(3))
+    return table
+
+
+TABLE = _table()
+
+
+def _windows(solid: np.ndarray) -> np.ndarray:
+    """Code of the 2 x 2 x 2 bricks around each lattice point: bit 4a + 2b + c of brick a, b, c."""
+    codes = np.zeros(np.array(solid.shape) - 1, np.int64)
+    for bit, (a, b, c) in enumerate(np.ndindex(2, 2, 2)):
+        nx, ny, nz = codes.shape
+        codes |= solid[a : nx + a, b : ny + b, c : nz + c].astype(np.int64) << bit
+    return codes
+
+
+def defect(full: np.ndarray, genus: int) -> int:
+    """How far bricks are from one manifold solid of a genus; 0 where they are one."""
+    solid = np.pad(full, 1)
+    total, bad, _ = TABLE[_windows(solid)].sum(axis=(0, 1, 2))
+    return _defect(solid, genus, total, bad)
+
+
+def corners(full: np.ndarray) -> int:
+    """Lattice points where at least three faces of the bricks' boundary meet."""
+    return int(TABLE[_windows(np.pad(full, 1)), 2].sum())
+
+
+@njit(cache=True)
+def _pieces(solid: np.ndarray, value: bool) -> int:
+    """Pieces of (X, Y, Z) voxels of a value that hang together by faces."""
+    flat, (_, ny, nz) = solid.ravel(), solid.shape
+    seen = flat != value
+    stack = np.zeros(flat.size, np.int64)
+    pieces = 0
+    for first in range(flat.size):
+        if seen[first]:
+            continue
+        pieces += 1
+        seen[first], stack[0], top = True, first, 1
+        while top:
+            top -= 1
+            at = stack[top]
+            y, z = at // nz % ny, at % nz
+            for way in range(6):
+                step = 1 if way < 3 else -1
+                if way % 3 == 0:
+                    other = at + step * ny * nz
+                    inside = 0 <= other < flat.size
+                elif way % 3 == 1:
+                    other, inside = at + step * nz, 0 <= y + step < ny
+                else:
+                    other, inside = at + step, 0 <= z + step < nz
+                if inside and not seen[other]:
+                    seen[other], stack[top] = True, other
+                    top += 1
+    return pieces
+
+
+@njit(cache=True)
+def _defect(solid: np.ndarray, genus: int, total: int, bad: int) -> int:
+    """Pinched points, further pieces, voids, and handles too many or too few; see `_table`."""
+    pieces, outside = _pieces(solid, True), _pieces(solid, False)
+    if pieces == 0:
+        return 1000
+    handles = pieces + outside - 1 - total // 8
+    return bad + pieces - 1 + outside - 1 + abs(handles - genus)
+
+
+@njit(cache=True)
+def _change(
+    solid: np.ndarray,
+    gain: np.ndarray,
+    areas: tuple[np.ndarray, np.ndarray, np.ndarray],
+    i: int,
+    j: int,
+    k: int,
+) -> float:
+    """Energy that flipping one brick adds; indices count the empty layer."""
+    full = solid[i, j, k]
+    x, y, z = i - 1, j - 1, k - 1
+    change = gain[x, y, z] if full else -gain[x, y, z]
+    change += areas[0][x, y, z] * (1 if solid[i - 1, j, k] == full else -1)
+    change += areas[0][x + 1, y, z] * (1 if solid[i + 1, j, k] == full else -1)
+    change += areas[1][x, y, z] * (1 if solid[i, j - 1, k] == full else -1)
+    change += areas[1][x, y + 1, z] * (1 if solid[i, j + 1, k] == full else -1)
+    change += areas[2][x, y, z] * (1 if solid[i, j, k - 1] == full else -1)
+    change += areas[2][x, y, z + 1] * (1 if solid[i, j, k + 1] == full else -1)
+    return change
+
+
+@njit(cache=True)
+def _flip(
+    solid: np.ndarray, codes: np.ndarray, i: int, j: int, k: int, table: np.ndarray
+) -> tuple[int, int]:
+    """Flip a brick and the windows that see it, in place; what that adds to the table's sums.
+
+    table : (256, 3) see `_table`
+    """
+    solid[i, j, k] = not solid[i, j, k]
+    total, bad = 0, 0
+    for bit in range(8):
+        a, b, c = i - (bit >> 2), j - (bit >> 1 & 1), k - (bit & 1)
+        code = codes[a, b, c]
+        new = code ^ (1 << bit)
+        codes[a, b, c] = new
+        total += table[new, 0] - table[code, 0]
+        bad += table[new, 1] - table[code, 1]
+    return total, bad
+
+
+@njit(cache=True)
+def _flip_run(solid: np.ndarray, codes: np.ndarray, run: np.ndarray, table: np.ndarray) -> None:
+    """Flip a run of bricks (axis, i, j, k, length) in place."""
+    at = run[1:4].copy()
+    for _ in range(run[4]):
+        _flip(solid, codes, at[0], at[1], at[2], table)
+        at[run[0]] += 1
+
+
+@njit(cache=True)
+def _runs(
+    solid: np.ndarray,
+    codes: np.ndarray,
+    gain: np.ndarray,
+    areas: tuple[np.ndarray, np.ndarray, np.ndarray],
+    table: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Runs of equal bricks (N, 5): axis, start, length; what flipping each adds.
+
+    To the energy (N,), and to the sums of the table (N, 2).
+    """
+    shape = np.array(solid.shape)
+    most = gain.size * (gain.shape[0] + gain.shape[1] + gain.shape[2])
+    runs, n = np.zeros((most, 5), np.int64), 0
+    changes, effects, at = np.zeros(most), np.zeros((most, 2), np.int64), np.zeros(3, np.int64)
+    for axis in range(3):
+        for i in range(1, shape[0] - 1):
+            for j in range(1, shape[1] - 1):
+                for k in range(1, shape[2] - 1):
+                    at[0], at[1], at[2] = i, j, k
+                    value, change, length = solid[i, j, k], 0.0, 0
+                    total, bad = 0, 0
+                    while at[axis] < shape[axis] - 1 and solid[at[0], at[1], at[2]] == value:
+                        x, y, z = at[0], at[1], at[2]
+                        change += _change(solid, gain, areas, x, y, z)
+                        more = _flip(solid, codes, x, y, z, table)
+                        total, bad = total + more[0], bad + more[1]
+                        at[axis] += 1
+                        length += 1
+                        if length > 1 or axis == 0:  # single bricks are looked at once
+                            runs[n, 0], runs[n, 1], runs[n, 2], runs[n, 3] = axis, i, j, k
+                            runs[n, 4], changes[n] = length, change
+                            effects[n, 0], effects[n, 1] = total, bad
+                            n += 1
+                    for _ in range(length):
+                        at[axis] -= 1
+                        _flip(solid, codes, at[0], at[1], at[2], table)
+    return runs[:n], changes[:n], effects[:n]
+
+
+@njit(cache=True)
+def _mended(
+    solid: np.ndarray,
+    gain: np.ndarray,
+    areas: tuple[np.ndarray, np.ndarray, np.ndarray],
+    genus: int,
+    limit: float,
+    codes: np.ndarray,
+    table: np.ndarray,
+) -> bool:
+    """Flip runs of bricks in place; True when the topology is right in the end.
+
+    Each time the run that costs least per defect it mends, then those that lower the energy.  What
+    a run does to pinched points and the Euler number is local and bounds the defects it mends, so
+    the pieces are counted for few runs, the most promising first.
+    """
+    total, bad = 0, 0
+    for code in codes.ravel():
+        total, bad = total + table[code, 0], bad + table[code, 1]
+    now = _defect(solid, genus, total, bad)
+    for _ in range(FLIPS):
+        runs, changes, effects = _runs(solid, codes, gain, areas, table)
+        bound = np.full(len(runs), np.inf)
+        for n in range(len(runs)):
+            least = bad + effects[n, 1] + abs(1 - (total + effects[n, 0]) // 8 - genus)
+            if now == 0:
+                if least == 0 and changes[n] < -1e-12:
+                    bound[n] = changes[n]
+            elif least < now and changes[n] <= limit:
+                bound[n] = changes[n] / (now - least if changes[n] > 0 else 1)
+        best, chosen, left = np.inf, -1, now
+        for n in np.argsort(bound):
+            if bound[n] >= best:
+                break
+            _flip_run(solid, codes, runs[n], table)
+            after = _defect(solid, genus, total + effects[n, 0], bad + effects[n, 1])
+            _flip_run(solid, codes, runs[n], table)
+            if after == 0 or after < now:
+                value = changes[n] / (now - after) if now > after and changes[n] > 0 else changes[n]
+                if value < best:
+                    best, chosen, left = value, n, after
+        if chosen < 0:
+            break
+        _flip_run(solid, codes, runs[chosen], table)
+        total, bad, now = total + effects[chosen, 0], bad + effects[chosen, 1], left
+    return now == 0
+
+
+def mend(
+    full: np.ndarray,
+    gain: np.ndarray,
+    areas: tuple[np.ndarray, ...],
+    genus: int,
+    limit: float = np.inf,
+) -> np.ndarray | None:
+    """The bricks flipped to one manifold solid of a genus at little energy; None if none is found.
+
+    gain, areas : as for `minimum_cut`; limit : energy that flipping one run of bricks may add
+    """
+    solid = np.pad(full, 1)
+    is_right = _mended(solid, gain, areas, genus, limit, _windows(solid), TABLE)
+    return solid[1:-1, 1:-1, 1:-1] if is_right else None
