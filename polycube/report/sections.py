@@ -29,6 +29,7 @@ def verdict(report: Report) -> str:
     tiles = {
         "min scaled Jacobian": _fixed(hexes.get("min_scaled_jacobian")),
         "mean scaled Jacobian": _fixed(hexes.get("mean_scaled_jacobian")),
+        "Jacobian positive": _positive(hexes.get("certificate")),
         "hexes": hexes.get("hexes"),
         "largest deviation, % of diagonal": _percent(_deviation(hexes)),
         "first elastic frequency": _first_frequency(modes),
@@ -180,6 +181,12 @@ def _first_frequency(numbers: Mapping[str, object]) -> str | None:
     elastic = [f for w, f in zip(squares, frequency, strict=True) if w > 1e-6 * large]
     unit = numbers.get("units", {}).get("frequency", "")
     return f"{show(elastic[0])} {unit}".strip() if elastic else None
+
+
+def _positive(certificate: Mapping[str, object] | None) -> str | None:
+    if certificate is None or not certificate["positive_at_corners"]:
+        return None
+    return "everywhere" if certificate["positive_everywhere"] else "at corners"
 
 
 def _percent(value: float | None) -> str | None:

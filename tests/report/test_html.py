@@ -11,6 +11,7 @@ import pytest
 from polycube.geometry.quality import scaled_jacobian
 from polycube.report.html import write_report
 from polycube.report.markup import show, table
+from polycube.report.sections import verdict
 
 VOID = {"meta", "img", "line", "rect", "path", "input", "br"}
 
@@ -138,6 +139,14 @@ def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
     page = write_report(tmp_path, {}, report).read_text(encoding="utf-8")
     assert "Valid hex mesh, to be looked at" in page
     assert "the volume is 93% of the surface" in page
+
+
+@pytest.mark.parametrize(("everywhere", "words"), [(True, "everywhere"), (False, "at corners")])
+def test_the_first_thing_to_read_says_where_it_is_positive(everywhere, words) -> None:
+    certificate = {"positive_at_corners": True, "positive_everywhere": everywhere}
+    page = verdict({"valid": True, "hex": {"certificate": certificate}})
+    assert f"<b>{words}</b><span>Jacobian positive</span>" in page
+    assert "Jacobian positive" not in verdict({"valid": True, "hex": {}})
 
 
 def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
