@@ -22,7 +22,8 @@ from polycube.geometry.tracing import Cost, Drawing, near
 
 logger = logging.getLogger(__name__)
 
-EVEN = 0.3  # share of the even spacing in where knots lie along an arc; the rest is as guided
+EVEN = 0.3  # share of the length in where points lie along an arc; the rest is as guided
+SMOOTH = 8  # passes that even the guidance out, of as many samples squared
 WIDTH = 0.1  # of the guidance of cuts, in cells
 
 
@@ -52,26 +53,36 @@ def flatten(segmentation: Segmentation) -> Sheet:
 def settle(drawing: Drawing, number: int, knots: np.ndarray) -> np.ndarray:
     """Put a path on the straight line through knots (K, 3); returns the vertices at the knots.
 
-    A knot lies where the places along the path, made to ascend, pass it, or nearer to where even
-    spacing has it; between knots places are as the length along the path.
+    Points lie where their places say, made to ascend and evened out, and in part where the length
+    along the path says.
     """
     path, sheet = drawing.paths[number], drawing.sheet
     step = np.linalg.norm(np.diff(sheet.vertices[path], axis=0), axis=1)
     length = np.append(0, np.cumsum(step)) / step.sum()
     along = knots[-1] - knots[0]
     share = (knots - knots[0]) @ along / (along @ along)
-    ascending = isotonic_regression((sheet.places[path] - knots[0]) @ along / (along @ along)).x
-    wanted = EVEN * share + (1 - EVEN) * np.interp(share, ascending, length)
-    wanted[[0, -1]] = 0, 1
-    stops = np.abs(length - wanted[:, None]).argmin(axis=1)
+    guided = (sheet.places[path] - knots[0]) @ along / (along @ along)
+    smooth = _evened(length, isotonic_regression(np.clip(guided, 0, 1)).x)
+    at = EVEN * length + (1 - EVEN) * smooth
+    stops = np.abs(at - share[:, None]).argmin(axis=1)
     last = len(knots) - 1
     for k in range(1, last + 1):  # each knot a vertex of its own
         stops[k] = max(stops[k], stops[k - 1] + 1)
     for k in range(last, -1, -1):
         stops[k] = min(stops[k], len(path) - 1 - (last - k))
-    on_line = np.interp(length, length[stops], share)
+    on_line = np.interp(at, at[stops], share)
     drawing.move(path, knots[0] + on_line[:, None] * along)
     return path[stops]
+
+
+def _evened(length: np.ndarray, ascending: np.ndarray) -> np.ndarray:
+    """Ascending numbers (N,) at the given lengths, smoothed and stretched to go from 0 to 1."""
+    even = np.linspace(0, 1, SMOOTH**2)
+    values = np.interp(even, length, ascending)
+    values[[0, -1]] = 0, 1
+    for _ in range(SMOOTH):
+        values[1:-1] = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
+    return np.interp(length, even, values)
 
 
 def plane_of(axis: int) -> list[int]:
