@@ -17,6 +17,7 @@ class Kind:
     does: str
     takes: tuple[str, ...] = ()
     gives: str = ""
+    once: bool = False  # at the end of a chain: on the best mesh of the portfolio alone
 
 
 KINDS = {
@@ -43,6 +44,9 @@ KINDS = {
     "meshing/smooth": Kind("untangle and fit to the surface", ("surface", "hexes"), "hexes"),
     "meshing/pillow": Kind("a layer under the boundary", ("surface", "hexes"), "hexes"),
     "meshing/optimize": Kind("raise the worst hex", ("surface", "hexes"), "hexes"),
+    "meshing/refine": Kind(
+        "finer hexes, nearer to the surface", ("surface", "hexes"), "hexes", once=True
+    ),
     "spline": Kind("volumetric spline on the hexes", ("hexes",), "spline"),
     "analysis": Kind("solve on the spline", ("spline",), "modes"),
     # what comes out

@@ -86,9 +86,11 @@ def run_portfolio(
     portfolio : options to replace, by stage; an empty one means the stages as they are.
     enough : score that ends the search
     Returns the best final state and the results of the stages on the way to it.  A variant that
-    fails is passed over; raises MeshingError where all do.
+    fails is passed over; raises MeshingError where all do.  Last stages of a kind that runs `once`
+    run on the best alone.
     """
     changed = {kind for variant in portfolio for kind in variant}
+    stages, once = _split_off(stages, changed)
     first = min((i for i, s in enumerate(stages) if s.kind in changed), default=len(stages))
     head, trail, memo = dict(state), [], {}
     _advance(stages[:first], head, trail, clock, memo)
@@ -110,7 +112,19 @@ def run_portfolio(
             break
     if best is None:
         raise failure
-    return best[1], best[2]
+    _, end, path = best
+    _advance(once, end, path, clock, memo)
+    return end, path
+
+
+def _split_off(
+    stages: Sequence[Stage], changed: set[str]
+) -> tuple[Sequence[Stage], Sequence[Stage]]:
+    """The stages, and the last ones that run once and that no variant changes."""
+    number = len(stages)
+    while number and KINDS[stages[number - 1].kind].once and stages[number - 1].kind not in changed:
+        number -= 1
+    return stages[:number], stages[number:]
 
 
 def _advance(

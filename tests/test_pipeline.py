@@ -67,6 +67,21 @@ def test_portfolio_keeps_the_best_and_runs_equal_work_once():
     assert state["hexes"].vertices.max() == 1
 
 
+def test_a_kind_that_runs_once_runs_on_the_best():
+    CALLS.clear()
+    stages = [Stage("meshing/optimize", Scale(1.0)), Stage("meshing/refine", Scale(7.0))]
+    portfolio = [{"meshing/optimize": {"factor": f}} for f in (2.0, 5.0, 3.0)]
+    state = {"surface": None, "hexes": cube()}
+    end, path = run_portfolio(
+        stages, portfolio, state, Clock(), lambda s: s["hexes"].vertices.max()
+    )
+    assert CALLS == [2.0, 5.0, 3.0, 7.0]
+    assert [mesh.vertices.max() for mesh in path] == [5, 35]
+    assert end["hexes"].vertices.max() == 35
+    end, path = run_portfolio(stages[1:], portfolio, state, Clock(), lambda s: 0.0)
+    assert [mesh.vertices.max() for mesh in path] == [7]
+
+
 def test_portfolio_ends_with_what_is_good_enough():
     CALLS.clear()
     stages = [Stage("meshing/optimize", Scale(3.0))]

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import sys
+import logging
 from dataclasses import dataclass
 
 import numpy as np
 
 from polycube.errors import MeshingError
-from polycube.geometry.cascade import cascade
+from polycube.geometry import sizing
+from polycube.geometry.cascade import cascade, registered_map
 from polycube.geometry.surface import diagonal
 from polycube.geometry.target import target
-from polycube.geometry.template import counts, mesh
+from polycube.geometry.template import counts, mesh, mesh_between
 from polycube.registry import register
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
+
+logger = logging.getLogger(__name__)
+
+DEEPEST = 10  # octree level: a thousand parts of every interval
 
 
 @register("meshing/subdivide", "template")
@@ -21,36 +26,88 @@ from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 class Template:
     """Cut every interval of the polycube's lattice into equal parts about `size` long.
 
-    Fine hexes are placed by a cascade of coarser ones that were registered first.
+    Fine hexes are placed by a cascade of coarser ones that were registered first.  With `level`
+    every interval has 2^level parts instead, as in the paper; `regions` ask for more in a box.
     """
 
-    size: float = 0.05
+    size: float | str = "5%"
+    level: int | None = None
+    regions: tuple | list = ()
     finer: float = 1.0
-    coarse: float = 0.05
+    coarse: float | str = "5%"
     least: int = 2
-    most: int = 40
     across: int = 4
     max_hexes: int = 100_000
 
     def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
         """Conforming hexes, still off the surface; `patch` names the polycube's faces.
 
-        Raises MeshingError where `size` asks for more than `max_hexes`.
+        Raises MeshingError where more than `max_hexes` are asked for.
         """
-        size = self.size / self.finer * diagonal(surface)
-        asked = counts(polycube, rough_map, size, self.least, sys.maxsize, self.across)
-        number = np.einsum("xyz,x,y,z->", polycube.occupancy, *(n.astype(float) for n in asked))
-        if number > self.max_hexes:
-            raise MeshingError(
-                f"stage meshing/subdivide: size {self.size:g} asks for {number:.3g} hexes, more "
-                f"than max_hexes {self.max_hexes}; take a larger size"
-            )
-        parts = counts(polycube, rough_map, size, self.least, self.most, self.across)
-        coarse = self.coarse * diagonal(surface)
+        unit = diagonal(surface)
+        size = sizing.length(self.size, unit) / self.finer
+        parts = self._parts(polycube, rough_map, size)
+        self._afford(sizing.number_of_hexes(polycube, parts), polycube, rough_map, size)
+        coarse = sizing.length(self.coarse, unit)
         placed = cascade(polycube, rough_map, target(surface), size, coarse)
-        return mesh(polycube, placed, parts)
+        if not self.regions:
+            return mesh(polycube, placed, parts)
+        boxes = [sizing.box_of(region, unit) for region in self.regions]
+        if placed is rough_map:  # the boxes are in the model: the map must know where that is
+            few = counts(polycube, rough_map, coarse, self.least, self.across)
+            placed = registered_map(polycube, rough_map, target(surface), few)
+        lines = sizing.graded(polycube, placed, parts, boxes)
+        fine = sizing.counts_of(polycube, lines)
+        self._afford(sizing.number_of_hexes(polycube, fine), polycube, rough_map, size)
+        return mesh_between(polycube, placed, lines)
+
+    def _parts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
+        if self.level is not None:
+            return tuple(np.full(n, 2**self.level) for n in polycube.occupancy.shape)
+        return counts(polycube, rough_map, size, self.least, self.across)
+
+    def _afford(self, number: float, polycube: Polycube, rough_map: RoughMap, size: float) -> None:
+        """Log what the mesh will be, or raise MeshingError with what would do instead."""
+        if number <= self.max_hexes:
+            gigabytes = number * sizing.BYTES / 2**30
+            logger.info("subdivide: %.0f hexes before pillowing, about %.1f GiB", number, gigabytes)
+            return
+        asked = f"size {size:.4g}" if self.level is None else f"level {self.level}"
+        raise MeshingError(
+            f"stage meshing/subdivide: {asked} makes {number:.3g} hexes"
+            f"{' with the regions' if self.regions else ''}, more than max_hexes "
+            f"{self.max_hexes}; {self._instead(polycube, rough_map, size)}"
+        )
+
+    def _instead(self, polycube: Polycube, rough_map: RoughMap, size: float) -> str:
+        """A size that is not too fine, rounded up."""
+
+        def fits(larger: float) -> bool:
+            parts = counts(polycube, rough_map, larger, self.least, self.across)
+            return sizing.number_of_hexes(polycube, parts) <= self.max_hexes
+
+        low, high = size, size
+        while not fits(high):
+            low, high = high, 4 * high
+            if high > 1e12 * size:
+                return "the least numbers of parts are too many"
+        while high > 1.01 * low:
+            middle = (low * high) ** 0.5
+            low, high = (low, middle) if fits(middle) else (middle, high)
+        return f"size {1.005 * high:.3g} would do" + " without regions" * bool(self.regions)
 
     def __post_init__(self) -> None:
-        for name in ("size", "finer", "coarse", "max_hexes"):
+        for name in ("size", "coarse"):
+            sizing.check_length(name, getattr(self, name))
+        for name in ("finer", "least", "across", "max_hexes"):
             if getattr(self, name) <= 0:
                 raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
+        level = self.level
+        if level is not None and (type(level) is not int or not 0 <= level <= DEEPEST):
+            raise ValueError(
+                f"level must be null or a whole number from 0 to {DEEPEST}; got {level!r}"
+            )
+        if not isinstance(self.regions, (list, tuple)):
+            raise ValueError(f"regions must be a list; got {self.regions!r}")
+        for region in self.regions:
+            sizing.box_of(region, 1.0)

@@ -21,13 +21,12 @@ def counts(
     rough_map: RoughMap,
     size: float,
     least: int = 2,
-    most: int = 40,
     across: int = 4,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Number of parts of each lattice interval, per axis.
 
     size : wanted edge length in model units
-    least, most : bounds on the number of parts of one lattice interval
+    least : number of parts of one lattice interval at least
     across : least number of parts along each axis of the whole lattice
     """
     if size <= 0:
@@ -35,7 +34,7 @@ def counts(
     found = []
     for axis in range(3):
         length = interval_lengths(polycube, rough_map, axis)
-        number = np.clip(np.round(length / size).astype(int), least, most)
+        number = np.maximum(np.round(length / size).astype(int), least)
         while number.sum() < across:
             number[np.argmax(length / number)] += 1
         found.append(number)
@@ -65,8 +64,13 @@ def mesh(
     polycube: Polycube, rough_map: RoughMap, counts: tuple[np.ndarray, np.ndarray, np.ndarray]
 ) -> HexMesh:
     """Hexes of the polycube with the given number of parts of each interval."""
-    lines = grid_lines(polycube, counts)
-    slab = [np.repeat(np.arange(len(n)), n) for n in counts]
+    return mesh_between(polycube, rough_map, grid_lines(polycube, counts))
+
+
+def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: list[np.ndarray]) -> HexMesh:
+    """Hexes of the polycube between the given lines along each axis, all its knots among them."""
+    middles = [(line[1:] + line[:-1]) / 2 for line in lines]
+    slab = [np.searchsorted(k, m) - 1 for k, m in zip(polycube.knots, middles, strict=True)]
     cells = np.argwhere(polycube.occupancy[np.ix_(*slab)])  # (H, 3)
     shape = tuple(len(line) for line in lines)
     used, hexes = np.unique(

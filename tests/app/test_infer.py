@@ -15,7 +15,7 @@ import polycube.search_path  # noqa: F401
 from polycube import HOME
 from polycube.app.infer import _command, infer
 
-FAST = ["meshing.subdivide.size=0.08", "structure=slices"]
+FAST = ["meshing.size=8%", "structure=slices"]
 
 
 def config(*overrides: str):
@@ -139,7 +139,12 @@ def test_context_overrules(tmp_path):
         (["mesh=example:rod", "tries=0"], "tries must be a whole number, 1 or more; got 0"),
         (["mesh=example:rod", "seed=x"], "seed must be a whole number, 0 or more; got 'x'"),
         (["mesh=example:rod", "quiet=maybe"], "quiet must be true or false; got 'maybe'"),
-        (["mesh=example:rod", "meshing.subdivide.size=fine"], "size must be a number; got 'fine'"),
+        (["mesh=example:rod", "meshing.size=fine"], "size must be a positive number"),
+        (["mesh=example:rod", "meshing.size=-5%"], "got '-5%'"),
+        (["mesh=example:rod", "meshing.level=many"], "level must be null or a whole number"),
+        (["mesh=example:rod", "meshing.deviation=0"], "deviation must be a positive number"),
+        (["mesh=example:rod", "meshing.max_hexes=1e5"], "max_hexes must be a whole number"),
+        (["mesh=example:rod", "meshing.regions=[{box:[1,2],size:1}]"], "a region is"),
         (["resume=nowhere"], "from=STAGE"),
         ([], "mesh=part.stl"),
     ],

@@ -31,7 +31,7 @@ def cut(polycube: Polycube, size: float) -> HexMesh:
 def test_numbers_follow_the_lengths_in_the_model():
     stretched = affine_map(bar(), np.diag([5.0, 1.0, 2.0]), np.zeros(3))
     assert [n.tolist() for n in template.counts(bar(), stretched, 0.5)] == [[20], [4], [4]]
-    assert [n.tolist() for n in template.counts(bar(), stretched, 0.1)] == [[40], [10], [20]]
+    assert [n.tolist() for n in template.counts(bar(), stretched, 0.1)] == [[100], [10], [20]]
     assert [n.tolist() for n in template.counts(ring(), identity_map(ring()), 1.0)] == [
         [2, 2, 2],
         [2, 2, 2],

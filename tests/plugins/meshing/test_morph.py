@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
+from omegaconf import OmegaConf
 
 from polycube import HOME
-from polycube.errors import MeshingError
+from polycube.errors import BadOption, MeshingError
 from polycube.geometry.hexes import check_conforming
 from polycube.geometry.quality import accept, deviation, scaled_jacobian
 from polycube.geometry.rough_map import affine_map
@@ -19,8 +20,8 @@ MORPH = yaml.safe_load((HOME / "conf" / "meshing" / "morph.yaml").read_text())
 
 def stage(kind: str, **options: object):
     name = next(d[kind] for d in MORPH["defaults"] if kind in d)
-    config = yaml.safe_load((HOME / "conf" / "meshing" / kind / f"{name}.yaml").read_text())
-    return build(f"meshing/{kind}", config | options)
+    config = OmegaConf.load(HOME / "conf" / "meshing" / kind / f"{name}.yaml")
+    return build(f"meshing/{kind}", OmegaConf.to_container(config, resolve=True) | options)
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +30,15 @@ def cylinder() -> TriMesh:
     return TriMesh(mesh.vertices, mesh.faces)
 
 
-@pytest.fixture(scope="module")
-def template(cylinder):
+def _bar():
     bar = Polycube(np.ones((1, 1, 1)), [0, 2], [0, 1], [0, 1], (2, 1, 1), ("cube", "cube"))
     along = np.array([[0, 1.6, 0], [0, 0, 1.6], [1.5, 0, 0]])
-    rough_map = affine_map(bar, along, -along @ [1, 0.5, 0.5])
-    return stage("subdivide", size=0.1)(cylinder, bar, rough_map)
+    return bar, affine_map(bar, along, -along @ [1, 0.5, 0.5])
+
+
+@pytest.fixture(scope="module")
+def template(cylinder):
+    return stage("subdivide", size="10%")(cylinder, *_bar())
 
 
 def test_order_is_a_chain_and_portfolio_names_its_options():
@@ -72,20 +76,90 @@ def test_pillow_refuses_other_words():
 def test_subdivide_cuts_finer_and_refuses_no_size(cylinder):
     bar = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     rough_map = affine_map(bar, np.diag([2.0, 2.0, 3.0]), np.array([-1.0, -1.0, -1.5]))
-    coarse = stage("subdivide", size=0.1)(cylinder, bar, rough_map)
-    fine = stage("subdivide", size=0.1, finer=2.0)(cylinder, bar, rough_map)
+    coarse = stage("subdivide", size="10%")(cylinder, bar, rough_map)
+    fine = stage("subdivide", size="10%", finer=2.0)(cylinder, bar, rough_map)
     assert (len(coarse.hexes), len(fine.hexes)) == (5 * 5 * 7, 10 * 10 * 15)
     for name in ("size", "finer", "coarse"):
-        with pytest.raises(ValueError, match=f"{name} must be positive; got 0"):
+        with pytest.raises(ValueError, match=rf"{name} must be .*positive.*; got 0"):
             stage("subdivide", **{name: 0})
 
 
-@pytest.mark.slow
-def test_subdivide_counts_before_it_begins(cylinder):
+@pytest.fixture
+def box():
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
-    box = affine_map(cube, np.diag([2.0, 2.0, 2.0]), -np.ones(3))
-    with pytest.raises(MeshingError, match=r"size 1e-07 asks for .* more than max_hexes 100000"):
-        stage("subdivide", size=1e-7)(cylinder, cube, box)
+    return cube, affine_map(cube, np.diag([2.0, 2.0, 3.0]), np.array([-1.0, -1.0, -1.5]))
+
+
+def test_subdivide_refuses_too_many_and_says_what_would_do(cylinder, box):
+    with pytest.raises(MeshingError, match=r"size 1e-07 makes .* hexes, more than max_hexes 999;"):
+        stage("subdivide", size=1e-7, max_hexes=999)(cylinder, *box)
+    with pytest.raises(MeshingError, match=r"level 9 makes 1.34e\+08 hexes, .* size") as refusal:
+        stage("subdivide", level=9, max_hexes=999)(cylinder, *box)
+    size = float(str(refusal.value).split("; size ")[1].split()[0])
+    assert 0.8 * 999 < len(stage("subdivide", size=size, coarse=size)(cylinder, *box).hexes) <= 999
+
+
+def test_subdivide_by_octree_level(cylinder, box):
+    mesh = stage("subdivide", level=2)(cylinder, *box)
+    assert len(mesh.hexes) == 4**3
+    with pytest.raises(BadOption, match=r"level must be null or a whole number .* got 2\.5"):
+        stage("subdivide", level=2.5)
+
+
+@pytest.mark.parametrize(
+    "size", ["fine", "5", "-5%", "%", "nan%", 0, -1, float("inf"), True, None, [1]]
+)
+def test_subdivide_refuses_a_size_that_is_none(size):
+    with pytest.raises(BadOption, match="size must be a positive number"):
+        stage("subdivide", size=size)
+
+
+@pytest.mark.parametrize(
+    "region",
+    ["box", {"size": "1%"}, {"box": [0, 0, 0, 1, 1], "size": "1%"}, {"box": [0] * 6, "size": 1}],
+)
+def test_subdivide_refuses_a_region_that_is_none(region):
+    with pytest.raises(BadOption, match="a region is"):
+        stage("subdivide", regions=[region])
+
+
+def test_hexes_are_finer_in_a_region(cylinder, box):
+    """Slabs through the box get finer, conforming, next to it gradually; nothing else does."""
+    region = {"box": [-2, -2, 1.0, 2, 2, 1.6], "size": 0.1}
+    plain = stage("subdivide", size=0.4)(cylinder, *box)
+    mesh = stage("subdivide", size=0.4, regions=[region])(cylinder, *box)
+    check_conforming(mesh)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0
+    middle = mesh.vertices[mesh.hexes].mean(axis=1)[:, 2]
+    heights = np.ptp(mesh.vertices[mesh.hexes][:, :, 2], axis=1)
+    assert np.median(heights[middle > 1.1]) == pytest.approx(0.1, rel=0.25)
+    assert np.median(heights[middle < 0]) == pytest.approx(0.4, rel=0.3)
+    wide = stage("subdivide", size=0.4, regions=[region | {"size": 10.0}])(cylinder, *box)
+    assert len(wide.hexes) == len(plain.hexes) < len(mesh.hexes)
+
+
+def test_refine_until_the_deviation_is_met_or_says_why_not(cylinder, caplog):
+    mesh = stage("subdivide", size="12%")(cylinder, *_bar())
+    mesh = stage("pillow")(cylinder, stage("smooth", rounds=10)(cylinder, mesh))
+    mesh = stage("optimize", soft_rounds=6, hard_rounds=4)(cylinder, mesh)
+    assert stage("refine")(cylinder, mesh) is mesh
+    assert stage("refine", deviation="20%")(cylinder, mesh) is mesh
+    apart = deviation(mesh, cylinder)
+    asked = 0.7 * max(apart.to_mesh.p99, apart.to_surface.p99)
+    finer = stage("refine", deviation=f"{100 * asked}%")(cylinder, mesh)
+    assert len(finer.hexes) == 8 * len(mesh.hexes)
+    apart = deviation(finer, cylinder)
+    assert max(apart.to_mesh.p99, apart.to_surface.p99) <= asked
+    assert not caplog.records
+    few = {"max_hexes": len(finer.hexes) - 1}
+    assert stage("refine", deviation=f"{100 * asked}%", **few)(cylinder, mesh) is mesh
+    assert "more than max_hexes" in caplog.text and "smaller meshing.size" in caplog.text
+
+
+@pytest.mark.parametrize("options", [{"deviation": "near"}, {"times": -1}, {"max_hexes": 0}])
+def test_refine_refuses_what_makes_no_sense(options):
+    with pytest.raises(BadOption, match=next(iter(options))):
+        stage("refine", **options)
 
 
 def test_parts_keep_their_quality(testdata):

@@ -1,0 +1,76 @@
+"""Finer hexes, nearer to the surface."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+from polycube.geometry import sizing
+from polycube.geometry.quality import quality
+from polycube.geometry.refinement import REACH, refine
+from polycube.geometry.surface import diagonal
+from polycube.registry import register
+from polycube.types import HexMesh, TriMesh
+
+logger = logging.getLogger(__name__)
+
+
+@register("meshing/refine", "split")
+@dataclass(frozen=True)
+class Split:
+    """Every hex in eight, so many `times` and on until the `deviation` is met.
+
+    What could not be had is said in a warning, and the best mesh is kept.
+    """
+
+    times: int = 0
+    deviation: float | str | None = None
+    most: int = 2
+    features: bool = True
+    max_hexes: int = 100_000
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        """The mesh refined, or the same mesh where nothing is asked, or no finer one is good."""
+        unit = diagonal(surface)
+        wanted = None if self.deviation is None else sizing.length(self.deviation, unit) / unit
+        done = 0
+        while why := self._why_more(hexes, surface, wanted, done):
+            if 8 * len(hexes.hexes) > self.max_hexes:
+                stop = f"{8 * len(hexes.hexes)} hexes would be more than max_hexes {self.max_hexes}"
+            elif done >= max(self.most, self.times):
+                stop = f"{done} refinements are the most allowed"
+            else:
+                finer = refine(hexes, surface, self.features, wanted or REACH)
+                stop = "no mesh of eight times the hexes keeps its quality" * (finer is hexes)
+                hexes, done = finer, done + 1
+            if stop:
+                logger.warning(
+                    "warning: %s, but %s; kept %d hexes (a smaller meshing.size may do)",
+                    why,
+                    stop,
+                    len(hexes.hexes),
+                )
+                break
+        return hexes
+
+    def _why_more(self, hexes: HexMesh, surface: TriMesh, wanted: float | None, done: int) -> str:
+        """What asks for another refinement; nothing where nothing does."""
+        if wanted is not None:
+            apart = quality(hexes, surface).deviation
+            reached = max(apart.to_mesh.p99, apart.to_surface.p99)
+            if reached > wanted:
+                return (
+                    f"99 % of points are within {reached:.2%} of the diagonal, not within the "
+                    f"deviation {wanted:.2%}"
+                )
+            logger.info("refine: deviation %.2f %%, %.2f %% asked", 100 * reached, 100 * wanted)
+        return f"refinement {done + 1} of {self.times} is asked" if done < self.times else ""
+
+    def __post_init__(self) -> None:
+        for name in ("times", "most"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} must be 0 or more; got {getattr(self, name)}")
+        if self.max_hexes <= 0:
+            raise ValueError(f"max_hexes must be positive; got {self.max_hexes}")
+        if self.deviation is not None:
+            sizing.check_length("deviation", self.deviation)
