@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from polycube.errors import InputError
 from polycube.geometry.hexes import hex_mesh
@@ -24,6 +26,7 @@ from tests.hex_solids import hex_ball, hex_box, hex_cylinder
 from tests.solids import box
 
 meshio = pytest.importorskip("meshio")
+TURNED = np.array([0, 4, 5, 1, 3, 7, 6, 2])  # the same hex with zeta, xi, eta as its axes
 
 
 def write(path: Path, points, cells) -> Path:
@@ -86,6 +89,32 @@ def test_single_mirrored_hexes_are_found_by_their_neighbours():
     found, notes = tidy(mesh.vertices, mixed, cells_of(mesh))
     assert notes == [f"re-numbered mirrored hexes: {some.sum()}"]
     assert (scaled_jacobian(found.vertices, found.hexes) > 0).all()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0, 1))
+def test_no_order_of_vertices_hexes_and_corners_changes_the_mesh(seed, mirrored):
+    """Vertices and hexes shuffled, every hex turned, some mirrored, the whole turned in space."""
+    mesh, rng = hex_cylinder(3), np.random.default_rng(seed)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    order = rng.permutation(len(mesh.vertices))
+    hexes = np.argsort(order)[mesh.hexes][rng.permutation(len(mesh.hexes))]
+    for row in hexes:
+        for _ in range(rng.integers(3)):
+            row[:] = row[TURNED]
+        row[:] = np.roll(row.reshape(2, 4), rng.integers(4), axis=1).ravel()
+        if rng.random() < mirrored:
+            row[:] = row[MIRRORED]
+    vertices = mesh.vertices[order] @ turn.T + rng.normal(size=3)
+    found, _ = tidy(vertices, hexes, cells_of(mesh))
+    assert volume(found) == pytest.approx(volume(mesh))
+    np.testing.assert_allclose(
+        np.sort(scaled_jacobian(found.vertices, found.hexes)),
+        np.sort(scaled_jacobian(mesh.vertices, mesh.hexes)),
+        atol=1e-9,
+    )
+    assert sorted(np.bincount(found.patch)) == sorted(np.bincount(patches(mesh)))
 
 
 def test_a_folded_hex_is_left_as_it_is():
