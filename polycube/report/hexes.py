@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -20,7 +21,7 @@ Numbers = Mapping[str, object]
 Pictures = Mapping[str, bytes]
 
 QUALITY_BAR = gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1")
-N_NAMED = 12  # grid cells named under their picture
+N_NAMED = 12  # grid cells at most that are named under their picture
 
 
 def hexes(state: State, report: Mapping[str, object], pictures: Pictures) -> str:
@@ -161,10 +162,16 @@ def _primitives(state: State, mesh: HexMesh, pictures: Pictures) -> str:
     polycube = state.get("polycube")
     context = polycube.context if polycube is not None else ()
     cells = np.unique(mesh.cell).tolist()
-    names = [f"{c} {context[c]}" if c < len(context) else f"cell {c}" for c in cells[:N_NAMED]]
-    legend = swatches(names, [cell_colour(c) for c in cells[:N_NAMED]])
+    filled = {c: context[c] if c < len(context) else None for c in cells}
+    kinds = Counter(name for name in filled.values() if name)
+    counts = ", ".join(f"{n} {name}" for name, n in sorted(kinds.items()))
+    legend = ""
+    if len(cells) <= N_NAMED:
+        names = [f"{c} {name or ''}".strip() for c, name in filled.items()]
+        legend = swatches(names, [cell_colour(c) for c in cells])
     text = (
-        f"The part in its {len(cells)} grid cells, moved apart; `cell` and `primitive` in hex.vtu."
+        f"The part in its {len(cells)} grid cells{f' ({counts})' if counts else ''}, moved apart; "
+        "`cell` and `primitive` in hex.vtu."
     )
     return "<h3>Primitives</h3>" + grid(figure(picture, text, legend))
 

@@ -1,9 +1,11 @@
 """The section of the hex mesh: certificate in words, worst hexes, before and after, primitives."""
 
+import numpy as np
 import pytest
 
 from polycube.report import quality
 from polycube.report.hexes import hexes
+from polycube.types import HexMesh
 from tests.report.test_html import Outline
 
 
@@ -25,7 +27,11 @@ def test_measures_worst_hexes_and_distances_are_told(run, numbers) -> None:
     assert f"{numbers['quality']['condition']['mean']:.4g}" in told
     assert f"{numbers['deviation']['surface_to_mesh_max']:.4g}" in told
     assert "Jacobian positive everywhere (Bernstein bounds)" in told
-    assert "0 cube" in told and "1 hole_z" in told and "2 grid cells" in told
+    assert (
+        "0 cube" in told
+        and "1 hole_z" in told
+        and "2 grid cells (1 cube, 1 hole_z), moved apart" in told
+    )
     assert "Before and after" not in told
 
 
@@ -50,6 +56,14 @@ def test_before_and_after_where_the_run_began_with_hexes(run, numbers) -> None:
     before, after = told.index("as given"), told.index("improved")
     assert "0.1235" in told[before:after] or "0.1234" in told[before:after]
     assert f"{numbers['min_scaled_jacobian']:.4g}" in told[after : after + 60]
+
+
+def test_many_grid_cells_are_counted_and_not_named(run) -> None:
+    mesh = run["hexes"]
+    many = HexMesh(mesh.vertices, mesh.hexes, mesh.quads, mesh.patch, np.arange(len(mesh.hexes)))
+    state = {"hexes": many, "polycube": None}
+    told = text(hexes(state, {}, {"cells": b"\x89PNG"}))
+    assert f"in its {len(mesh.hexes)} grid cells, moved apart" in told and "7 hole" not in told
 
 
 def test_without_numbers_the_mesh_is_still_shown(run) -> None:
