@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from polycube.geometry.body import Body
 from polycube.geometry.creases import Crease, Features
-from polycube.geometry.hexes import edge_valence, unique_rows
+from polycube.geometry.hexes import edge_valence
 
 logger = logging.getLogger(__name__)
 
@@ -60,11 +60,7 @@ class Route:
 
 def net(body: Body, x: np.ndarray) -> Net:
     """The boundary edges of a body at positions x."""
-    found, count = edge_valence(body.hexes)
-    _, number, _ = unique_rows(np.concatenate([found, body.sides]))
-    at_number = np.zeros(number.max() + 1, np.int64)
-    at_number[number[: len(found)]] = count
-    hexes = at_number[number[len(found) :]]
+    hexes = boundary_valence(body)
     step = x[body.sides[:, 1]] - x[body.sides[:, 0]]
     length = np.maximum(np.linalg.norm(step, axis=1), 1e-30)
     run = step / length[:, None]
@@ -77,6 +73,13 @@ def net(body: Body, x: np.ndarray) -> Net:
         np.tile(hexes, 2),
         body.size(x),
     )
+
+
+def boundary_valence(body: Body) -> np.ndarray:
+    """(E,) number of hexes at each of the body's sides."""
+    found, count = edge_valence(body.hexes)
+    key = np.array([len(body.mesh.vertices), 1])
+    return count[np.searchsorted(found @ key, body.sides @ key)]
 
 
 def crowding(inside: np.ndarray, hexes: np.ndarray) -> np.ndarray:

@@ -25,9 +25,17 @@ logger = logging.getLogger(__name__)
 def regions(body: Body, matching: Matching) -> np.ndarray:
     """(Q,) patches of a mesh, cut along the creases as well."""
     patch = body.mesh.patch[body.side_quads]
-    same = (patch[:, 0] == patch[:, 1]) & ~_on_crease(body, matching)
-    n = len(body.quads)
-    graph = coo_matrix((np.ones(same.sum()), tuple(body.side_quads[same].T)), shape=(n, n))
+    same = patch[:, 0] == patch[:, 1]
+    uncut = same & ~_on_crease(body, matching)
+    region = _parts(body, uncut)
+    alone = (np.bincount(region) == 1)[region]  # a path went round the wrong side of a quad
+    return _parts(body, uncut | (same & alone[body.side_quads].any(axis=1)))
+
+
+def _parts(body: Body, joined: np.ndarray) -> np.ndarray:
+    """(Q,) number of the part of each quad, across the edges (E,) that join."""
+    pairs, n = body.side_quads[joined], len(body.quads)
+    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n))
     return connected_components(graph, directed=False)[1]
 
 

@@ -9,7 +9,8 @@ import trimesh
 from polycube.geometry import hexes
 from polycube.geometry.body import Body
 from polycube.geometry.features import match
-from polycube.geometry.pillow import insert, layer, smooth_patches, smooth_regions
+from polycube.geometry.paths import Route
+from polycube.geometry.pillow import insert, layer, regions, smooth_patches, smooth_regions
 from polycube.geometry.quality import scaled_jacobian, volume
 from polycube.geometry.registration import register
 from polycube.geometry.target import target
@@ -110,6 +111,17 @@ def test_regions_of_a_box_are_its_sides_and_stay_bare():
     assert not taken.any()
     assert region.max() == 5
     assert len(np.unique(np.stack([body.mesh.patch, region]), axis=1).T) == 6
+
+
+def test_a_single_quad_is_no_region():
+    """A path that cuts off the corner of a patch leaves the patch whole."""
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    body, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    matching = match(body, x)
+    quad = body.quads[np.flatnonzero((body.quads == matching.corner[0]).any(axis=1))[0]]
+    around = np.roll(quad, -int(np.argmax(quad == matching.corner[0])))[1:]
+    short_cut = Route(matching.routes[0].crease, around)
+    assert regions(body, replace(matching, routes=(short_cut,))).max() == 5
 
 
 def test_a_crease_within_a_patch_parts_it():
