@@ -10,6 +10,7 @@ import numpy as np
 from polycube.geometry import closest
 from polycube.geometry.lattice import boundary
 from polycube.geometry.parametrization import unit_normals
+from polycube.geometry.segmentation import segment
 from polycube.geometry.surface import twins
 from polycube.registry import register
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
@@ -40,6 +41,34 @@ class Nearest:
         axis[outside.patch] = outside.axis
         n_used = len(np.unique(patch))
         logger.info("segment: %d of %d polycube faces on the surface", n_used, len(axis))
+        return Labels(axis[patch], patch)
+
+
+@register("meshing/segment", "drawn")
+@dataclass(frozen=True)
+class Drawn:
+    """Draw the polycube's edges on the surface; a face has the label of what it mostly lies in.
+
+    Raises MeshingError, naming a polycube face, where the regions are not the polycube's faces.
+    """
+
+    alpha: float = 0.3  # length that a whole turn of the normal is worth, in cells
+    rounds: int = 5  # of the majority vote, on the labels that guide and on those drawn
+    longest: float = 0.02  # edge of the surface when it is cut, in diagonals
+
+    def __post_init__(self) -> None:
+        if self.longest <= 0:
+            raise ValueError(f"longest must be positive; got {self.longest}")
+
+    def __call__(
+        self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
+    ) -> Labels:
+        """Labels of the surface's faces."""
+        guide = Nearest(self.alpha, self.rounds)(surface, polycube, parametrization)
+        drawn = segment(surface, polycube, guide, parametrization, self.longest).labels(surface)
+        axis = np.zeros(drawn.patch.max() + 1, np.int64)
+        axis[drawn.patch] = drawn.axis
+        patch = majority(drawn.patch, surface.faces, self.rounds)  # of faces wider than a patch
         return Labels(axis[patch], patch)
 
 

@@ -45,7 +45,7 @@ def flatten(segmentation: Segmentation) -> Sheet:
         name = segmentation.describe(patch)
         left = _map_rectangles(segmentation, patch, axis, at)
         if left:
-            raise MeshingError(f"stage meshing/map: {left} triangles of {name} flip in the plane")
+            raise MeshingError(f"{left} triangles of {name} flip in the plane, in rectangles too")
         logger.info("map: %s: %d triangles flipped, none in rectangles", name, folds)
     return drawing.sheet
 

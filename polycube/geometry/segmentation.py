@@ -16,7 +16,7 @@ from polycube.errors import MeshingError
 from polycube.geometry.lattice import Boundary, boundary, cell_of_box
 from polycube.geometry.network import Arc, Network, network
 from polycube.geometry.sheet import Sheet, Sides, refine, sides
-from polycube.geometry.surface import diagonal, half_edges
+from polycube.geometry.surface import diagonal, face_areas, half_edges
 from polycube.geometry.tracing import Cost, Drawing, Sector, near
 from polycube.types import AXES, Labels, Parametrization, Polycube, TriMesh
 
@@ -34,6 +34,20 @@ class Segmentation:
     polycube: Polycube
     outside: Boundary
     net: Network
+    parent: np.ndarray  # (F,) face of the surface that each face of the sheet is a part of
+
+    def labels(self, surface: TriMesh) -> Labels:
+        """Of the surface's faces, those of the largest part of each."""
+        sheet = self.drawing.sheet
+        n_patches = self.outside.patch.max() + 1
+        area = face_areas(TriMesh(sheet.vertices, sheet.faces))
+        shares = np.bincount(
+            self.parent * n_patches + sheet.tag, area, len(surface.faces) * n_patches
+        )
+        patch = shares.reshape(-1, n_patches).argmax(axis=1)
+        axis = np.zeros(n_patches, np.int64)
+        axis[self.outside.patch] = self.outside.axis
+        return Labels(axis[patch], patch)
 
     def describe(self, patch: int) -> str:
         """A patch by number, direction and grid cell."""
@@ -61,15 +75,16 @@ def segment(
     sheet = refine(sheet, longest * diagonal(surface))
     failure = None
     for width in WIDTHS:
-        found = Segmentation(Drawing(sheet, ()), polycube, outside, network(outside))
+        found = Segmentation(Drawing(sheet, ()), polycube, outside, network(outside), faces)
         try:
             found = _draw(found, labels, width)
             patch = _patches(found)
         except MeshingError as error:
             failure = failure or error
             continue
-        found.drawing.sheet = replace(found.drawing.sheet, tag=patch)
-        return found
+        drawn = found.drawing.sheet
+        found.drawing.sheet = replace(drawn, tag=patch)
+        return replace(found, parent=drawn.tag)
     raise failure
 
 
@@ -93,8 +108,8 @@ def _draw(empty: Segmentation, labels: Labels, width: float) -> Segmentation:
         between = _sector(net, drawing, number, 0), _sector(net, drawing, number, -1)
         if not drawing.draw(number, ends, cost, between, 2 * len(arc.vertices)):
             raise MeshingError(
-                f"stage meshing/map: the edge between {empty.describe(arc.left)} and "
-                f"{empty.describe(arc.right)} finds no way on the surface"
+                "the polycube does not fit the surface: on it the edge between "
+                f"{empty.describe(arc.left)} and {empty.describe(arc.right)} finds no way"
             )
     return replace(empty, drawing=drawing)
 
@@ -155,4 +170,6 @@ def euler(faces: np.ndarray) -> int:
 
 
 def _wrong(found: Segmentation, patch: int, what: str) -> MeshingError:
-    return MeshingError(f"stage meshing/map: on the surface {found.describe(patch)} {what}")
+    return MeshingError(
+        f"the polycube does not fit the surface: on it {found.describe(patch)} {what}"
+    )

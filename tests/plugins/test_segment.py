@@ -2,18 +2,21 @@ import numpy as np
 import pytest
 
 from polycube.geometry.lattice import boundary, collapse, lattice
+from polycube.geometry.sheet import Sheet, sides, split
 from polycube.geometry.surface import components, face_normals
 from polycube.plugins.meshing.segment import majority
 from polycube.registry import build
+from polycube.testing import check_plugin
 from polycube.types import Parametrization, TriMesh
 from tests.polycubes import PRIMITIVES, TWO, part
 
 
+@pytest.mark.parametrize("plugin", ["nearest", "drawn"])
 @pytest.mark.parametrize("context", [("cube", "cube"), ("hole_y", "hole_x")])
-def test_a_polycube_is_labelled_with_its_own_faces(context):
+def test_a_polycube_is_labelled_with_its_own_faces(context, plugin):
     surface = part(context, np.eye(3))
     polycube = collapse(lattice(TWO, context, PRIMITIVES))
-    label = build("meshing/segment", {"plugin": "nearest"})
+    label = build("meshing/segment", {"plugin": plugin})
     labels = label(surface, polycube, Parametrization(surface.vertices))
     normals = np.vstack([np.eye(3), -np.eye(3)])[[0, 3, 1, 4, 2, 5]][labels.axis]
     np.testing.assert_allclose(face_normals(surface), normals, atol=1e-12)
@@ -43,3 +46,31 @@ def test_lone_faces_join_their_neighbours_and_corners_stay():
     np.testing.assert_array_equal(majority(lone, octahedron.faces, 5), [1, 1, 1, 1, 2, 2, 2, 2])
     corner = np.array([0, 1, 5, 2, 3, 5, 5, 5])
     assert majority(corner, octahedron.faces, 1)[0] == 0  # its neighbours 1, 2, 3 disagree
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_drawn_labels_are_one_piece_each_where_the_nearest_are_not(seed):
+    surface = refined(part(("cube", "cube"), np.eye(3)))
+    noise = 0.12 * np.random.default_rng(seed).standard_normal(surface.vertices.shape)
+    polycube = collapse(lattice(TWO, ("cube", "cube"), PRIMITIVES))
+    pieces = {}
+    for plugin in ("nearest", "drawn"):
+        label = build("meshing/segment", {"plugin": plugin})
+        labels = label(surface, polycube, Parametrization(surface.vertices + noise))
+        patches = [surface.faces[labels.patch == patch] for patch in range(6)]
+        pieces[plugin] = sum(components(faces).max() + 1 for faces in patches)
+    assert pieces["drawn"] == 6 < pieces["nearest"]
+
+
+def refined(surface: TriMesh) -> TriMesh:
+    """Every edge halved."""
+    sheet = Sheet(surface.vertices, surface.vertices, surface.faces, np.zeros(len(surface.faces)))
+    found = sides(sheet)
+    sheet = split(sheet, found, np.ones(len(found.ends), bool))
+    return TriMesh(sheet.vertices, sheet.faces)
+
+
+def test_drawn_is_a_segmentation():
+    check_plugin("meshing/segment", {"plugin": "drawn", "longest": 0.1})
+    with pytest.raises(ValueError, match="longest must be positive; got 0"):
+        build("meshing/segment", {"plugin": "drawn", "longest": 0.0})

@@ -69,7 +69,7 @@ def test_a_structure_of_the_wrong_genus_names_the_face_that_fails(torus):
     surface, polycube, places, rough_map = torus
     filled = type(polycube)(np.ones((1, 1, 1), bool), *([0, 1],) * 3, polycube.grid, ("cube",))
     labels = Labels(np.zeros(len(surface.faces)), np.zeros(len(surface.faces)))
-    with pytest.raises(MeshingError, match=r"stage meshing/map: .*polycube face \d \("):
+    with pytest.raises(MeshingError, match=r"does not fit the surface: .*polycube face \d \("):
         stage("map", longest=0.06)(surface, filled, labels, places, rough_map)
 
 
