@@ -10,7 +10,7 @@ import numpy as np
 from polycube.geometry.metrics import MEASURES
 from polycube.geometry.quality import scaled_jacobian
 from polycube.report import charts
-from polycube.report.colours import QUALITY_COLOURS
+from polycube.report.colours import DEVIATION_COLOURS, QUALITY_COLOURS
 from polycube.report.markup import facts, figure, gradient, grid, section, show, swatches, table
 from polycube.report.scenes import cell_colour
 from polycube.report.viewer import viewer
@@ -21,6 +21,10 @@ Numbers = Mapping[str, object]
 Pictures = Mapping[str, bytes]
 
 QUALITY_BAR = gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1")
+FARTHEST = {
+    "farthest from the input, at": "mesh_to_surface_max_at",
+    "farthest of the input, at": "surface_to_mesh_max_at",
+}
 N_NAMED = 12  # grid cells at most that are named under their picture
 
 
@@ -53,7 +57,7 @@ def hexes(state: State, report: Mapping[str, object], pictures: Pictures) -> str
         ),
         _measures(numbers),
         _worst(numbers),
-        _distances(state, numbers),
+        _distances(state, numbers, pictures),
         _primitives(state, mesh, pictures),
     )
 
@@ -130,7 +134,7 @@ def _worst(numbers: Numbers) -> str:
     return f"<h3>Worst hexes</h3>{table(rows)}" if rows else ""
 
 
-def _distances(state: State, numbers: Numbers) -> str:
+def _distances(state: State, numbers: Numbers, pictures: Pictures) -> str:
     """Table of distances to the input, in per cent of the diagonal and in model units."""
     found = state.get("surface")
     if found is None or "surface_to_mesh_max" not in numbers:
@@ -151,7 +155,17 @@ def _distances(state: State, numbers: Numbers) -> str:
                 }
         if len(row) > 1:
             rows.append(row)
-    return "<h3>Distance between hex mesh and input</h3>" + table(rows)
+    found = numbers.get("deviation", {})
+    far = f"{show(found.get('mesh_to_surface_max'))} model units"
+    picture = grid(
+        figure(
+            pictures.get("deviation"),
+            "Each boundary quad in the colour of its largest distance from the input.",
+            gradient(DEVIATION_COLOURS, "0", far),
+        ),
+        facts({name: _point(found.get(key)) for name, key in FARTHEST.items()}),
+    )
+    return f"<h3>Distance between hex mesh and input</h3>{table(rows)}{picture}"
 
 
 def _primitives(state: State, mesh: HexMesh, pictures: Pictures) -> str:
@@ -199,6 +213,10 @@ def _improved(report: Mapping[str, object], pictures: Pictures) -> str:
         figure(pictures.get("cut"), "Improved, cut open.", QUALITY_BAR),
     )
     return f"<h3>Before and after</h3>{table(rows)}{both}"
+
+
+def _point(where: list[float] | None) -> str | None:
+    return None if where is None else f"({', '.join(f'{c:.4g}' for c in where)})"
 
 
 def _words(measure: str) -> str:

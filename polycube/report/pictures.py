@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.report import scenes, trajectory
+from polycube.report.quality import quad_deviation
 from polycube.report.render import Scene
 
 logger = logging.getLogger(__name__)
@@ -36,6 +37,10 @@ SCENES: dict[str, tuple[tuple[str, ...], Callable[[State], Scene]]] = {
     "hex": (("hexes",), lambda s: scenes.hex_outside(s["hexes"])),
     "cut": (("hexes",), lambda s: scenes.hex_cut(s["hexes"])),
     "worst": (("hexes",), lambda s: scenes.worst_hex(s["hexes"])),
+    "deviation": (
+        ("hexes", "surface"),
+        lambda s: scenes.deviation(s["hexes"], quad_deviation(s["hexes"], s["surface"])),
+    ),
     "cells": (("hexes",), lambda s: scenes.decomposed(s["hexes"])),
     "spline": (("spline",), lambda s: scenes.spline_boundary(s["spline"])),
 }

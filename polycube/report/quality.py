@@ -67,7 +67,17 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
     lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
     return {
         **numbers,
-        "deviation": {"unit": "model units", "diagonal": diagonal, **lengths},
+        "deviation": {
+            "unit": "model units",
+            "diagonal": diagonal,
+            **lengths,
+            "mesh_to_surface_max_at": mesh.vertices[
+                mesh.quads[quad_deviation(mesh, surface).argmax()]
+            ]
+            .mean(axis=0)
+            .tolist(),
+            "surface_to_mesh_max_at": farthest(mesh, surface).tolist(),
+        },
         "quality": {
             name: {"min": float(v.min()), "mean": float(v.mean()), "max": float(v.max())}
             for name, v in found.items()
@@ -119,6 +129,25 @@ def off_surface(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     found = np.zeros(len(mesh.vertices))
     found[outer] = goal.scale * closest.distance(goal.tree, goal.to_unit(mesh.vertices[outer]))
     return found
+
+
+@lru_cache(maxsize=2)
+def quad_deviation(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(Q,) largest distance of 13 points of each boundary quad from the surface, in model units."""
+    goal = target(surface)
+    corners = goal.to_unit(mesh.vertices)[mesh.quads]
+    points = np.einsum("sk,qkd->qsd", quality.SHARES, corners)
+    away = closest.distance(goal.tree, points.reshape(-1, 3))
+    return goal.scale * away.reshape(len(mesh.quads), -1).max(axis=1)
+
+
+def farthest(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(3,) point of the surface, a vertex or a sample, that lies farthest from the mesh."""
+    goal = target(surface)
+    faces = quality.triangles(goal.to_unit(mesh.vertices), mesh.quads)
+    points = np.concatenate([goal.samples(40_000)[0], goal.surface.vertices])
+    away = closest.distance(closest.tree(faces, np.zeros((len(faces), 3))), points)
+    return goal.to_model(points[away.argmax()])
 
 
 def certificate(mesh: HexMesh) -> dict[str, object]:

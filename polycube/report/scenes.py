@@ -11,6 +11,7 @@ from polycube.report.bezier import tessellate
 from polycube.report.colours import (
     AXIS_COLOURS,
     CELLS,
+    DEVIATION_COLOURS,
     DISPLACEMENT_COLOURS,
     QUALITY_COLOURS,
     SURFACE,
@@ -81,6 +82,12 @@ def hex_cut(mesh: HexMesh) -> Scene:
     sign = np.sign(EYE[axis])
     behind = sign * centre <= sign * middle + slack
     return [_quality_skin(mesh, np.flatnonzero(behind))]
+
+
+def deviation(mesh: HexMesh, distance: np.ndarray) -> Scene:
+    """The boundary, each quad in the colour of its distance (Q,) from the input."""
+    colours = ramp(distance / max(distance.max(), 1e-300), DEVIATION_COLOURS)
+    return [Layer(mesh.vertices, mesh.quads, colours, outlined=True)]
 
 
 def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:

@@ -26,7 +26,7 @@ def drawn(run) -> dict[str, bytes]:
 
 
 def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
-    names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "spline"}
+    names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "deviation", "spline"}
     assert set(drawn) == names | {"mode_6", "mode_7"}
 
 

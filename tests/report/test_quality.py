@@ -53,8 +53,15 @@ def test_deviation_in_model_units_is_the_fraction_times_the_diagonal() -> None:
     assert lengths["surface_to_mesh_max"] == pytest.approx(0.01)
     assert lengths["vertex_off_surface_max"] == pytest.approx(0.01)
     for name, value in lengths.items():
-        if name not in ("unit", "diagonal"):
+        if name in report:
             assert value == pytest.approx(report[name] * lengths["diagonal"])
+    assert lengths["surface_to_mesh_max_at"][0] == pytest.approx(-0.01)
+    assert lengths["mesh_to_surface_max_at"][0] == pytest.approx(0)
+    away = quality.quad_deviation(mesh, surface)
+    low = (mesh.vertices[mesh.quads][:, :, 0] == 0).all(axis=1)
+    assert away[low] == pytest.approx(0.01) and away.max() == pytest.approx(0.01)
+    far_side = (mesh.vertices[mesh.quads][:, :, 0] == 1).all(axis=1)
+    assert away[far_side] == pytest.approx(0, abs=1e-12)
     off = quality.off_surface(mesh, surface)
     inside = (mesh.vertices[:, 0] == 0) & (mesh.vertices[:, 1:] == 0.5).all(axis=1)
     assert off[inside] == pytest.approx(0.01) and off.max() == pytest.approx(0.01)
