@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from polycube.geometry import surface as surfaces
-from polycube.geometry.lattice import boundary, corners, genus, is_manifold
+from polycube.geometry.lattice import boundary, corners, describe, genus, is_manifold
 from polycube.geometry.registration import ShortQuality, register, short_quality
 from polycube.geometry.rough_map import identity_map
 from polycube.geometry.target import target
@@ -108,5 +108,5 @@ def _log(ranked: list[Ranked]) -> None:
             n["min_jacobian"],
             n["volume_ratio"],
             entry.candidate.proposal,
-            ", ".join(cell or "-" for cell in entry.candidate.polycube.context),
+            describe(entry.candidate.polycube),
         )

@@ -15,6 +15,7 @@ import numpy as np
 from polycube.errors import InputError, MeshingError
 from polycube.geometry import surface as topology
 from polycube.geometry.certificate import certify
+from polycube.geometry.lattice import describe
 from polycube.geometry.parametrization import pull_back
 from polycube.geometry.quality import BEST_SCORE, INVALID, accept, scaled_jacobian, score
 from polycube.geometry.regular import read_structure
@@ -288,7 +289,7 @@ class Run:
         for index in choices:
             if index != self.state["chosen"]:
                 self._choose(index)
-            logger.info("meshing structure %d: %s", index, self.state["polycube"].context)
+            logger.info("meshing structure %d: %s", index, describe(self.state["polycube"]))
             try:
                 end, path = run_portfolio(
                     stages,

@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from polycube.types import Polycube, freeze
 
+NAMED = 8  # cells whose primitives are told one by one, at most
 CORNERS = np.array(  # of a box, for each outward axis label, counter-clockwise from outside
     [
         [[1, 0, 0], [1, 1, 0], [1, 1, 1], [1, 0, 1]],  # +x
@@ -67,6 +68,14 @@ def lattice(
     voxels = cells.reshape(*grid, 3, 3, 3).transpose(0, 3, 1, 4, 2, 5)
     knots = [np.arange(3 * n + 1) / 3 for n in grid]
     return Polycube(voxels.reshape([3 * n for n in grid]), *knots, grid, tuple(context))
+
+
+def describe(polycube: Polycube) -> str:
+    """The primitives of the cells, or of a lattice of many bricks its shape."""
+    if len(polycube.context) <= NAMED:
+        return ", ".join(name or "-" for name in polycube.context)
+    shape = "x".join(map(str, polycube.occupancy.shape))
+    return f"{shape} bricks, {int(polycube.occupancy.sum())} full"
 
 
 def collapse(polycube: Polycube) -> Polycube:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from polycube.geometry.lattice import NAMED
 from polycube.report import charts
 from polycube.report.colours import AXIS_COLOURS, DISPLACEMENT_COLOURS
 from polycube.report.markup import facts, figure, gradient, grid, section, show, swatches, table
@@ -71,7 +72,7 @@ def surface(state: State, report: Report, pictures: Pictures) -> str:
 
 def structure(state: State, report: Report, pictures: Pictures) -> str:
     """The polycube, the labels, and the ranking it came out of."""
-    numbers = dict(report.get("polycube", {}))
+    numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
     chosen = numbers.pop("chosen", 0)
     if "grid" in numbers:
@@ -84,7 +85,7 @@ def structure(state: State, report: Report, pictures: Pictures) -> str:
     ranking = ""
     if candidates:
         rows = [
-            {"rank": i + 1, **{k: v for k, v in row.items() if k != "key"}}
+            {"rank": i + 1, **{k: v for k, v in _named(row).items() if k != "key"}}
             for i, row in enumerate(candidates)
         ]
         shown = rows[: max(N_CANDIDATES, chosen + 1)]
@@ -96,6 +97,15 @@ def structure(state: State, report: Report, pictures: Pictures) -> str:
             f"Meshed: rank {chosen + 1}.</p>{table(shown, chosen)}"
         )
     return section("structure", "Structure", pictured, facts(numbers) if numbers else "", ranking)
+
+
+def _named(row: Report) -> Report:
+    """The row with the context of a lattice of many bricks in few words."""
+    context = row.get("context", ())
+    if len(context) <= NAMED:
+        return row
+    n_full = sum(name is not None for name in context)
+    return {**row, "context": f"bricks in {n_full} of {len(context)} cells"}
 
 
 def denoising(report: Report, moving: Pictures) -> str:

@@ -9,6 +9,7 @@ from polycube.geometry.lattice import (
     cell_of_box,
     collapse,
     corners,
+    describe,
     edges,
     genus,
     is_manifold,
@@ -139,3 +140,9 @@ def test_wrong_names_and_lengths_are_refused():
         lattice(ONE, ("sphere",), PRIMITIVES)
     with pytest.raises(ValueError, match="needs 2 cells"):
         lattice(TWO, ("cube",), PRIMITIVES)
+
+
+def test_few_cells_are_told_by_name_and_many_by_their_shape():
+    assert describe(lattice(TWO, ("hole_x", None), PRIMITIVES)) == "hole_x, -"
+    many = collapse(lattice((3, 1, 3), (*["cube"] * 4, None, *["cube"] * 4), PRIMITIVES))
+    assert describe(many) == "3x1x3 bricks, 8 full"

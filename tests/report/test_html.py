@@ -153,6 +153,13 @@ def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
     Outline(write_report(tmp_path, {}, {}).read_text(encoding="utf-8"))
 
 
+def test_a_lattice_of_many_bricks_is_told_in_few_words(tmp_path: Path) -> None:
+    many = {"context": ["cube", None] * 9}
+    report = {"polycube": {**many, "candidates": [{**many, "score": 1.0}]}}
+    text = " ".join(Outline(write_report(tmp_path, {}, report).read_text("utf-8")).text)
+    assert text.count("bricks in 9 of 18 cells") == 2 and "cube, –" not in text
+
+
 def test_values_are_shown_for_people() -> None:
     assert show(12345) == "12\u202f345"
     assert show(np.float64(0.314159)) == "0.3142"
