@@ -13,11 +13,12 @@ from polycube.types import HexMesh, TriMesh
 @register("meshing/optimize", "polish")
 @dataclass(frozen=True)
 class Polish:
-    """Soft minimum of the scaled Jacobian, soft rounds and then hard ones; the best is kept."""
+    """Soft minimum of the scaled Jacobian: soft rounds, hard ones, local ones; the best is kept."""
 
     features: bool = True
     soft_rounds: int = 25
     hard_rounds: int = 30
+    local_rounds: int = 40
     samples: int = 2500
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
@@ -28,5 +29,6 @@ class Polish:
             features=self.features,
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
+            local_rounds=self.local_rounds,
             samples=self.samples,
         )

@@ -27,12 +27,20 @@ def counted() -> Iterator[Counter[str]]:
         _EFFORTS.reset(token)
 
 
-def descend(function: Function, x: np.ndarray, iterations: int, step: float = 1e-4) -> np.ndarray:
+def descend(
+    function: Function,
+    x: np.ndarray,
+    iterations: int,
+    step: float = 1e-4,
+    retract: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> np.ndarray:
     """Point of lower value, after at most so many accepted steps.
 
     function : x -> (value, gradient); values may be infinite, except at the start
     step : largest change of a coordinate in a first, unscaled step
+    retract : brings a point back to where the search has to stay, as x is
     """
+    back = retract or (lambda place: place)
 
     def evaluate(place: np.ndarray) -> tuple[float, np.ndarray]:
         _count("evaluations")
@@ -47,7 +55,7 @@ def descend(function: Function, x: np.ndarray, iterations: int, step: float = 1e
             pairs.clear()
             direction = _direction(gradient, pairs, step)
             slope = -_dot(gradient, direction)
-        found = _backtrack(evaluate, x, value, direction, slope)
+        found = _backtrack(evaluate, back, x, value, direction, slope)
         if found is None:
             if not pairs:
                 break
@@ -92,12 +100,17 @@ def _direction(gradient: np.ndarray, pairs: deque, step: float) -> np.ndarray:
 
 
 def _backtrack(
-    function: Function, x: np.ndarray, value: float, direction: np.ndarray, slope: float
+    function: Function,
+    retract: Callable[[np.ndarray], np.ndarray],
+    x: np.ndarray,
+    value: float,
+    direction: np.ndarray,
+    slope: float,
 ) -> tuple[np.ndarray, float, np.ndarray] | None:
     """First point along the direction with enough decrease (Armijo), or None."""
     length = 1.0
     for attempt in range(25):
-        moved = x - length * direction
+        moved = retract(x - length * direction)
         lower, gradient = function(moved)
         if np.isfinite(lower) and lower <= value + 1e-4 * length * slope:
             return moved, lower, gradient

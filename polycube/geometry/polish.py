@@ -2,8 +2,8 @@
 
 Soft rounds lower sum exp(-beta (SJ - offset)) / beta with growing beta, while springs hold the
 boundary; hard rounds hold it stiffly, so that vertices slide in tangent planes and along sharp
-edges.  Every round snaps the boundary onto the surface, backing off where a hex would suffer, and
-the best snapped mesh is kept.
+edges; local rounds move only what is near the worst hexes.  Every round snaps the boundary onto the
+surface, backing off where a hex would suffer, and the best mesh is kept.
 """
 
 from __future__ import annotations
@@ -14,20 +14,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polycube.geometry.body import Body
-from polycube.geometry.energy import Terms, pull
+from polycube.geometry.energy import Springs, Terms, pull
 from polycube.geometry.features import Goals, Matching, goals, match, no_features
 from polycube.geometry.quality import INVALID
 from polycube.geometry.target import Target
+from polycube.geometry.worst import raise_worst
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
+KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which features give way, pass by pass
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
-ON_SURFACE = 1e-3  # distance from the goal that costs nothing, in diagonals
+OFF = 20.0  # scaled Jacobian that a diagonal off the surface is worth
 PATIENCE = 8  # rounds without a better mesh that end a phase
-PASSES = 3  # of both phases, while the score is not good and a pass still gains
-GOOD = 0.6  # score that needs no further pass
-GAIN = 0.01  # least gain of a pass worth another
+BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first local round and in the last
+SHARPEN = 1.6  # factor after a local round of little gain
+LITTLE = 0.004  # gain of a local round that is little
+SET_BACK = 0.05  # loss of a local round after which it begins from the best again
+COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)
+GOOD = 0.6  # scaled Jacobian above which the surface pulls with weight 1
+MISSED = 0.008  # distance from the mesh, exceeded by 1 % of the surface, that costs nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +48,7 @@ class State:
     @property
     def score(self) -> float:
         """Larger is better."""
-        off = 20 * max(0.0, self.residual - ON_SURFACE)
-        return self.jacobian - off - INVALID * (self.jacobian <= 0)
+        return self.jacobian - OFF * self.residual - INVALID * (self.jacobian <= 0)
 
 
 def polish(
@@ -53,25 +58,26 @@ def polish(
     features: bool = True,
     soft_rounds: int = 25,
     hard_rounds: int = 30,
+    local_rounds: int = 40,
     samples: int = 2500,
 ) -> HexMesh:
     """The best mesh found, in model units; never one with a worse score than the one given.
 
     features : also move vertices of sharp polycube edges onto sharp edges of the surface
-    soft_rounds, hard_rounds : of matching and descent
+    soft_rounds, hard_rounds, local_rounds : of matching and descent, at most
     samples : points of the surface that look for the mesh
     """
     body = Body(mesh, target, samples)
     x = _untangled(body, target.to_unit(mesh.vertices))
     matching = match(body, x) if features else no_features()
     best = _state(body, x, _goals(body, x, matching, np.ones(len(x))), np.ones(len(x)))
-    for _ in range(PASSES):
-        before = best
-        best = _soft(body, x, matching, best, soft_rounds)
+    for keep in KEEP if matching.routes else KEEP[:1]:
+        best = _soft(body, x, matching, best, soft_rounds, keep)
         best = _hard(body, matching, best, hard_rounds)
-        if best.score > GOOD or best.score < before.score + GAIN:
+        if best.score > GOOD:
             break
         x = best.x
+    best = _local(body, matching, best, local_rounds)
     logger.info(
         "polish: least scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
         best.jacobian,
@@ -95,8 +101,10 @@ def _untangled(body: Body, x: np.ndarray) -> np.ndarray:
     return x
 
 
-def _soft(body: Body, x: np.ndarray, matching: Matching, best: State, rounds: int) -> State:
-    """Best snapped state of rounds that hold the boundary by springs."""
+def _soft(
+    body: Body, x: np.ndarray, matching: Matching, best: State, rounds: int, keep: float
+) -> State:
+    """Best snapped state of rounds that hold the boundary by springs, weakly below `keep`."""
     jacobian = body.scaled_jacobian(x)
     trust = np.where(body.touching(jacobian < 0.2), 0.1, 1.0)
     hold = np.ones(len(x))
@@ -116,11 +124,11 @@ def _soft(body: Body, x: np.ndarray, matching: Matching, best: State, rounds: in
         terms = Terms(shape=0.05, barrel=0.05, jacobian=1.0, beta=beta, offset=offset)
         x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 20)
         jacobian = body.scaled_jacobian(x)
-        trust = _relaxed(trust, body.touching(jacobian < 0.35), 1.3)
+        trust = _relaxed(trust, body.touching(jacobian < keep), 1.3)
         hold = _relaxed(hold, body.touching(jacobian < 0.15), 1.5)
         if k >= rounds // 3:
             at = _goals(body, x, matching, trust)
-            new = _snap(body, x, at, min(0.35, jacobian.min()), trust)
+            new = _snap(body, x, at, min(keep, jacobian.min()), trust)
             if new.score > best.score:
                 best, found = new, k
             elif k - found > PATIENCE:
@@ -156,6 +164,40 @@ def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
             break
         x = new.x if new.score > best.score - 0.15 else best.x
     return best
+
+
+def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
+    """Best state of rounds near the worst hexes; the minimum sharpens where they gain little."""
+    x, trust, beta = best.x, best.trust, BETAS[0]
+    lengths = body.lengths(x, 2, 0.05)
+    cover, missed = _cover(body, best)
+    allowed, value = max(missed, MISSED), best.score
+    for _ in range(rounds):
+        x = raise_worst(body, x, lengths, _goals(body, x, matching, trust), cover, beta)
+        at = _goals(body, x, matching, trust)
+        least = max(min(best.score - 0.02, GOOD), 0.02)
+        states = _state(body, x, at, trust), _snap(body, x, at, least, trust)
+        new = max(states, key=lambda state: state.score)
+        cover, missed = _cover(body, new)
+        reached = new.score - 5 * max(0.0, missed - allowed)
+        if reached < value + LITTLE:
+            beta *= SHARPEN
+        if reached > value:
+            best, value = new, reached
+        if beta > BETAS[1]:
+            break
+        x = new.x
+        if reached < value - SET_BACK:
+            x, (cover, _) = best.x, _cover(body, best)
+    return best
+
+
+def _cover(body: Body, state: State) -> tuple[Springs, float]:
+    """Pulls of the surface on the quads, and the distance that 1 % of its points exceed."""
+    weight = np.full(len(state.x), COVER if state.jacobian < GOOD else 1.0)
+    springs = body.cover(state.x, body.normals(state.x)[1], 0.03, weight, 0.0)
+    reached = np.einsum("sk,skd->sd", springs.share, state.x[springs.vertex])
+    return springs, float(np.percentile(np.linalg.norm(reached - springs.goal, axis=1), 99))
 
 
 def _goals(body: Body, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:

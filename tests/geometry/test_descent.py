@@ -34,6 +34,22 @@ def test_steps_back_from_infinite_values():
     assert descend(barrier, np.array([5.0]), 50, step=20.0) == pytest.approx([1], abs=1e-4)
 
 
+def test_a_retraction_keeps_every_point_on_the_sphere():
+    """A linear function is least against its slope; the gradient is taken along the sphere."""
+    slope, met = np.array([1.0, -2.0, 2.0]), []
+
+    def function(x: np.ndarray) -> tuple[float, np.ndarray]:
+        met.append(x)
+        return float(slope @ x), slope - (slope @ x) * x
+
+    def unit(x: np.ndarray) -> np.ndarray:
+        return x / np.linalg.norm(x)
+
+    lowest = descend(function, unit(np.ones(3)), 60, step=0.1, retract=unit)
+    assert lowest == pytest.approx(-slope / 3, abs=1e-4)
+    assert np.linalg.norm(met, axis=1) == pytest.approx(1)
+
+
 def test_stops_where_nothing_is_lower():
     assert descend(lambda x: (float(x @ x), 2 * x), np.zeros(3), 50) == pytest.approx(np.zeros(3))
 

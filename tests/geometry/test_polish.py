@@ -73,6 +73,19 @@ def test_what_comes_tangled_leaves_valid():
     assert worst(polish(tangled, target(sphere()), soft_rounds=3, hard_rounds=3)) > 0
 
 
+def test_local_rounds_gain_and_keep_the_surface_covered():
+    ball = sphere(3.0, 7.0)
+    start = cube(4)
+    start = register(hex_mesh(start.vertices * 3 + 7, start.hexes), target(ball), rounds=10)
+    soft = {"soft_rounds": 6, "hard_rounds": 2}
+    plain = polish(start, target(ball), **soft, local_rounds=0)
+    raised = polish(start, target(ball), **soft)
+    assert worst(raised) > worst(plain) + 0.02
+    before, after = deviation(plain, ball), deviation(raised, ball)
+    assert after.vertices < 1e-3
+    assert after.to_mesh.p99 < max(before.to_mesh.p99, 0.01) + 0.002
+
+
 def test_a_valid_state_beats_every_other():
     x, trust = np.zeros((1, 3)), np.ones(1)
     valid, close = module.State(x, 0.01, 0.5, trust), module.State(x, -0.01, 0.0, trust)
