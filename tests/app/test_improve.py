@@ -115,6 +115,7 @@ def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys
     overrides = ["quiet=true", f"hex={path}", "improve.order=[meshing/pillow]", "order=[meshing]"]
     overrides += ["improve.portfolio=[{}]"]
     assert _command(config(*overrides, f"output_dir={tmp_path / 'a'}")) == 0
+    assert "valid (at corners only) hex mesh: 1 hexes" in (tmp_path / "a" / "run.log").read_text()
     overrides += ["improve.certify=everywhere", f"output_dir={tmp_path / 'b'}"]
     assert _command(config(*overrides)) == 3
     assert "1 of 1 hexes are not positive everywhere" in capsys.readouterr().err
