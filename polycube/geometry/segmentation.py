@@ -21,6 +21,7 @@ from polycube.geometry.tracing import Cost, Drawing, Sector, near
 from polycube.types import AXES, Labels, Parametrization, Polycube, TriMesh
 
 WIDTHS = (0.1, 0.05, 0.2)  # of the guidance, in cells; tried in turn
+SHUFFLES = 5  # of the order of drawing, tried where the short ones first block the others
 SHARP = 0.4  # what a path along a sharp edge costs, of the same path elsewhere
 FOREIGN = 3.0  # what a path amid other labels costs
 CORNER = np.array([1.0, 0.8, 0.6, 0.3])  # of a corner's distance where 0, 1, 2, 3 sharp edges meet
@@ -67,17 +68,21 @@ def segment(
     """The surface, cut finer, in patches with the topology of the polycube's.
 
     longest : edge of the cut surface, in diagonals
-    Raises MeshingError, with the first patch that failed, where no width of guidance does it.
+    Raises MeshingError, about the first failure, where no width of the guidance and no order of
+    drawing does it.
     """
     outside = boundary(polycube)
     faces = np.arange(len(surface.faces))
     sheet = Sheet(surface.vertices, parametrization.positions, surface.faces, faces)
     sheet = refine(sheet, longest * diagonal(surface))
+    net = network(outside)
+    orders = [by_length(outside, net)] * len(WIDTHS)
+    orders += [np.random.default_rng(seed).permutation(len(net.arcs)) for seed in range(SHUFFLES)]
     failure = None
-    for width in WIDTHS:
-        found = Segmentation(Drawing(sheet, ()), polycube, outside, network(outside), faces)
+    for order, width in zip(orders, (*WIDTHS, *WIDTHS[:1] * SHUFFLES), strict=True):
+        found = Segmentation(Drawing(sheet, ()), polycube, outside, net, faces)
         try:
-            found = _draw(found, labels, width)
+            found = _draw(found, labels, width, order)
             patch = _patches(found)
         except MeshingError as error:
             failure = failure or error
@@ -88,16 +93,20 @@ def segment(
     raise failure
 
 
-def _draw(empty: Segmentation, labels: Labels, width: float) -> Segmentation:
-    """Draw all arcs, the short ones first."""
+def by_length(outside: Boundary, net: Network) -> np.ndarray:
+    """The arcs, short ones first."""
+    lengths = [np.ptp(outside.vertices[list(arc.vertices)], axis=0).sum() for arc in net.arcs]
+    return np.argsort(lengths, kind="stable")
+
+
+def _draw(empty: Segmentation, labels: Labels, width: float, order: np.ndarray) -> Segmentation:
+    """Draw all arcs in the given order."""
     outside, net = empty.outside, empty.net
     corners = place_corners(empty.drawing.sheet, outside, net)
     drawing = Drawing(empty.drawing.sheet, corners.values())
-    lines = [outside.vertices[list(arc.vertices)] for arc in net.arcs]
-    order = np.argsort([np.ptp(line, axis=0).sum() for line in lines], kind="stable")
     for number in order.tolist():
         arc = net.arcs[number]
-        guide = near(lines[number], width)
+        guide = near(outside.vertices[list(arc.vertices)], width)
 
         def cost(sheet: Sheet, sides: Sides, arc: Arc = arc, guide: Cost = guide) -> np.ndarray:
             ours = np.isin(labels.patch[sheet.tag], (arc.left, arc.right))
