@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from polycube.geometry.hexes import PLACES, hex_mesh, unique_rows
+from polycube.geometry.hexes import PLACES, unique_rows
 from polycube.types import HexMesh
 
 _GRID = np.stack(np.meshgrid(*[range(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)  # (27, 3)
@@ -33,12 +35,13 @@ def split(mesh: HexMesh) -> HexMesh:
         vertices.append(mesh.vertices[rows].mean(axis=1))
         middles[size] = rows, start
     hexes = number[:, _CHILDREN].reshape(-1, 8)
-    return hex_mesh(
-        np.vstack(vertices),
-        hexes,
-        _split_quads(mesh.quads, middles),
-        np.repeat(mesh.patch, 4),
-        np.repeat(mesh.cell, 8),
+    return replace(
+        mesh,
+        vertices=np.vstack(vertices),
+        hexes=hexes,
+        quads=_split_quads(mesh.quads, middles),
+        patch=np.repeat(mesh.patch, 4),
+        cell=np.repeat(mesh.cell, 8),
     )
 
 

@@ -28,7 +28,8 @@ from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-LEAST = 0.4  # scaled Jacobian that the refined mesh must keep
+LEAST = 0.41  # scaled Jacobian that the refined mesh must keep
+GOOD = 0.5  # score that needs no other recipe
 KEPT = 0.9  # share of the coarse mesh's that must be kept where that is less
 REACH = 0.004  # distance that 99 % of the surface should be within, in diagonals
 FAR = 50.0  # what the score loses per diagonal beyond it
@@ -58,9 +59,9 @@ RECIPES = (
 def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float = REACH) -> HexMesh:
     """The mesh with every hex in eight, or the same mesh where none keeps its quality.
 
-    It must come nearer to the surface with a scaled Jacobian of at least 0.4 (or 0.9 of the
-    mesh's own where that is less) and no more doubts.  A second recipe is tried where the first
-    fails or misses the reach; the best is kept.
+    It must come nearer to the surface with a scaled Jacobian of at least 0.41 (or 0.9 of the
+    mesh's own where that is less) and no more doubts.  A second recipe is tried where the first is
+    not good or misses the reach; the best is kept.
 
     features : also keep sharp polycube edges on sharp edges of the surface
     reach : distance that 99 % of the surface should be within, in diagonals
@@ -85,7 +86,7 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
             sound = len(doubts(tried, surface)) <= len(doubts(mesh, surface))
             if passes and sound and (best is None or value > best[0]):
                 best = value, apart, tried
-        if best is not None and best[1] <= reach:
+        if best is not None and best[0] >= GOOD and best[1] <= reach:
             break
     if best is None:
         logger.info("refine: no finer mesh keeps a scaled Jacobian of %.2f", least)
@@ -108,7 +109,8 @@ def _tries(
     yield recipe.name, fitted
     samples = len(body.points)
     raised = polish(fitted, goal, features=use, soft_rounds=0, hard_rounds=10, samples=samples)
-    yield f"{recipe.name}, raised", raised
+    x = advance(body, x, goal.to_unit(raised.vertices), least)  # it may give quality for closeness
+    yield f"{recipe.name}, raised", replace(fine, vertices=goal.to_model(x))
 
 
 def advance(body: Body, x: np.ndarray, wanted: np.ndarray, least: float) -> np.ndarray:
