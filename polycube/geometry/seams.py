@@ -6,7 +6,7 @@ import numpy as np
 
 
 def seams(quads: np.ndarray, plane: list[int]) -> list[np.ndarray]:
-    """Straight cuts, each (K, 3) lattice places from rim to rim; the fewer of two ways.
+    """Straight cuts, each (K, 3) lattice places from rim to rim; the shorter of two ways.
 
     quads : (Q, 4, 3) rectangles of one plane; plane : the two coordinates in it
     """
@@ -23,7 +23,7 @@ def seams(quads: np.ndarray, plane: list[int]) -> list[np.ndarray]:
             points[:, plane[order[0]]] = along[first : last + 1]
             points[:, plane[order[1]]] = across[row]
             ways[-1].append(points)
-    return min(ways, key=len)
+    return min(ways, key=lambda way: sum(np.ptp(cut, axis=0).sum() for cut in way))
 
 
 def _runs(filled: np.ndarray) -> list[tuple[int, int, int]]:

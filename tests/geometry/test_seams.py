@@ -40,6 +40,13 @@ def test_known_shapes(cells, number):
     assert len(seams(quads_of(np.array(cells, bool)), [1, 2])) == number
 
 
+def test_the_shorter_way_is_taken():
+    frame = np.ones((7, 3), bool)
+    frame[5, 1] = False
+    cuts = seams(quads_of(frame), [1, 2])
+    assert len(cuts) == 4 and all(np.ptp(cut, axis=0).tolist() == [0, 0, 1] for cut in cuts)
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_the_pieces_are_whole_rectangles(seed):
