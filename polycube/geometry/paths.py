@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 REACH = 2.0  # farthest vertex of a path or corner, in local sizes
 MEAN_REACH = 1.0  # farthest mean of a path
-AWAY, ASKEW, CROWDED = 4.0, 2.0, 1.0  # costs: square distance, 1 - |cos|, angle of a hex off 90
+AWAY, ASKEW, CROWDED = 4.0, 2.0, 1.0  # costs: square distance, 1 - cos, angle of a hex off 90
 NOT_MATCHED = 5.0  # cost of a corner without a vertex
 ALONG = 0.6  # least mean cosine between path and crease
 GAP = 2.0  # longest piece of a crease that one edge may skip, in its lengths
@@ -177,7 +177,7 @@ def _field(crease: Crease, body: Body, x: np.ndarray, mesh: Net) -> _Field:
     _, way, inside = crease.at(arc)
     size = (mesh.size[start] + mesh.size[end]) / 2
     square = (gap[number[start]] ** 2 + gap[number[end]] ** 2 + off**2) / 3
-    askew = 1 - np.abs(np.einsum("nd,nd->n", way, mesh.run[used]))
+    askew = 1 - np.einsum("nd,nd->n", way, mesh.run[used])
     each = 0.1 + AWAY * square / size**2 + ASKEW * askew
     each += CROWDED * crowding(inside, mesh.hexes[used])
     n = len(vertex)
