@@ -149,11 +149,11 @@ def test_another_genus_is_told(tmp_path):
     [
         ("hepta_hexgen2020", "hepta.obj", 0.6),
         ("cube_blind_hole_cq2017", "cube_blind_hole.obj", 0.6),
-        ("rod_hexgen2020", "rod.stl", 0.319),
+        ("rod_hexgen2020", "rod.stl", 0.45),
     ],
 )
 def test_published_meshes_get_better(name, surface, least, testdata, tmp_path):
-    """From 0.242, 0.309 and 0.319; measured 0.703, 0.674 and 0.329."""
+    """From 0.242, 0.309 and 0.319; measured 0.703, 0.763 and 0.561."""
     folder = testdata / "surfaces"
     report = run(
         f"hex={folder / 'ref_hex' / name}.vtk", f"mesh={folder / surface}",
