@@ -132,7 +132,8 @@ def _advance(
 ) -> None:
     """Run stages on the state in place; equal plugins on equal hexes are run once."""
     for stage in stages:
-        key = (stage.kind, repr(stage.plugin), _digest(state.get("hexes")))
+        others = [id(state[name]) for name in KINDS[stage.kind].takes if name != "hexes"]
+        key = (stage.kind, repr(stage.plugin), _digest(state.get("hexes")), *others)
         if key not in memo:
             memo[key] = clock.run(stage.kind, lambda s=stage: s(state))
         state[KINDS[stage.kind].gives] = memo[key]

@@ -67,6 +67,33 @@ def test_portfolio_keeps_the_best_and_runs_equal_work_once():
     assert state["hexes"].vertices.max() == 1
 
 
+@dataclass(frozen=True)
+class Place:
+    at: float = 1.0
+
+    def __call__(self, *_: object) -> float:
+        return self.at
+
+
+@dataclass(frozen=True)
+class Fill:
+    def __call__(self, surface: None, polycube: None, rough_map: float) -> HexMesh:
+        CALLS.append(rough_map)
+        return cube(rough_map)
+
+
+def test_a_variant_of_the_map_gets_hexes_of_its_own():
+    CALLS.clear()
+    stages = [Stage("meshing/map", Place()), Stage("meshing/subdivide", Fill())]
+    portfolio = [{"meshing/map": {"at": at}} for at in (1.0, 4.0, 2.0, 4.0)]
+    names = ("surface", "polycube", "labels", "parametrization", "rough_map")
+    end, path = run_portfolio(
+        stages, portfolio, dict.fromkeys(names), Clock(), lambda s: s["hexes"].vertices.max()
+    )
+    assert end["hexes"].vertices.max() == 4 and path[0] == 4
+    assert CALLS == [1.0, 4.0, 2.0]
+
+
 def test_a_kind_that_runs_once_runs_on_the_best():
     CALLS.clear()
     stages = [Stage("meshing/optimize", Scale(1.0)), Stage("meshing/refine", Scale(7.0))]
