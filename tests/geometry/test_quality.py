@@ -110,6 +110,15 @@ def test_a_moved_mesh_deviates_by_its_move():
     assert found.to_surface.p99 <= found.to_surface.largest
 
 
+def test_creases_of_the_cube_are_on_edges_until_the_mesh_turns():
+    vertices, cubes = box(2, 2, 2)
+    assert quality.off_creases(hex_mesh(vertices, cubes), cube_surface()) < 1e-12
+    lower = hex_mesh(vertices - [0, 0, 0.1], cubes)  # four edges of twelve are 0.1 off all edges
+    assert quality.off_creases(lower, cube_surface()) == pytest.approx(0.1 / np.sqrt(12))
+    ball = tri(trimesh.creation.icosphere(subdivisions=2))
+    assert quality.off_creases(lower, ball) == 0
+
+
 def test_deviation_equals_igl_on_a_sphere():
     igl = pytest.importorskip("igl")
     sphere = trimesh.creation.icosphere(subdivisions=2)
