@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 LEAST = 0.41  # scaled Jacobian that the refined mesh must keep
 GOOD = 0.5  # score that needs no other recipe
 KEPT = 0.9  # share of the coarse mesh's that must be kept where that is less
-REACH = 0.004  # distance that 99 % of the surface should be within, in diagonals
+REACH = 0.0038  # distance that 99 % of the surface should be within: 0.4 % by any sampling
 FAR = 50.0  # what the score loses per diagonal beyond it
 NORMALS = 0.04  # length that a whole turn of the normal is worth, in diagonals
 NEAR = 0.3  # distance of a sharp edge that the boundary is sent to, in local sizes
@@ -61,7 +61,7 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
 
     It must come nearer to the surface with a scaled Jacobian of at least 0.41 (or 0.9 of the
     mesh's own where that is less) and no more doubts.  A second recipe is tried where the first is
-    not good or misses the reach; the best is kept.
+    not good or misses the reach; the best of those within it is kept.
 
     features : also keep sharp polycube edges on sharp edges of the surface
     reach : distance that 99 % of the surface should be within, in diagonals
@@ -72,8 +72,7 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
     for recipe in RECIPES:
         for way, tried in _tries(fine, target(surface), recipe, features, least):
             found = quality(tried, surface)
-            apart = found.deviation.to_mesh.p99
-            value = score(tried, surface) - FAR * max(0.0, apart - reach)
+            apart, value = found.deviation.to_mesh.p99, score(tried, surface)
             logger.info(
                 "refine, %s: scaled Jacobian at least %.3f, 99 %% of the surface within %.2f %%, "
                 "vertices within %.2f %%",
@@ -84,14 +83,15 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
             )
             passes = found.scaled_jacobian >= least and apart + 1e-9 < before.deviation.to_mesh.p99
             sound = len(doubts(tried, surface)) <= len(doubts(mesh, surface))
-            if passes and sound and (best is None or value > best[0]):
-                best = value, apart, tried
-        if best is not None and best[0] >= GOOD and best[1] <= reach:
+            worth = apart <= reach, value - FAR * max(0.0, apart - reach)
+            if passes and sound and (best is None or worth > best[0]):
+                best = worth, tried
+        if best is not None and best[0] >= (True, GOOD):
             break
     if best is None:
         logger.info("refine: no finer mesh keeps a scaled Jacobian of %.2f", least)
         return mesh
-    return best[2]
+    return best[1]
 
 
 def _tries(

@@ -19,6 +19,7 @@ Counts = tuple[np.ndarray, np.ndarray, np.ndarray]  # parts of each lattice inte
 BYTES = 20_000  # at the peak of a run, per hex before pillowing; docs/meshing.md
 GROWTH = 1.5  # of neighbouring slabs next to a box of finer hexes, at most
 ALONG, ACROSS = 32, 16  # samples of a lattice interval, along the axis that is cut and across
+REGION = {"box", "size", "along"}  # keys
 PIECES = 256  # of a lattice interval, in which lines are spread
 
 
@@ -29,6 +30,7 @@ class Box:
     low: np.ndarray  # (3,)
     high: np.ndarray  # (3,)
     size: float
+    along: str = "xyz"  # axes of the polycube in which slabs get finer
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """(...) whether points (..., 3) lie inside."""
@@ -58,18 +60,25 @@ def length(value: object, diagonal: float) -> float:
 
 
 def box_of(region: object, diagonal: float) -> Box:
-    """The box of `{box: [x, y, z, X, Y, Z], size: 1%}`; raises ValueError for anything else."""
-    wanted = "{box: [x, y, z, X, Y, Z], size: 1%} with x < X, y < Y, z < Z"
-    if not isinstance(region, dict) or set(region) != {"box", "size"}:
-        raise ValueError(f"a region is {wanted}; got {region!r}")
+    """The box of `{box: [x, y, z, X, Y, Z], size: 1%}`, perhaps with `along: xy`.
+
+    Raises ValueError for anything else.
+    """
+    refused = ValueError(
+        "a region is {box: [x, y, z, X, Y, Z], size: 1%} with x < X, y < Y, z < Z, "
+        f"perhaps with along: the polycube's axes to refine, such as xy; got {region!r}"
+    )
+    if not isinstance(region, dict) or not {"box", "size"} <= set(region) <= REGION:
+        raise refused
     check_length("the size of a region", region["size"])
+    along = region.get("along", "xyz")
     try:
         corners = np.asarray(region["box"], float).reshape(2, 3)
     except (TypeError, ValueError):
-        raise ValueError(f"a region is {wanted}; got {region!r}") from None
-    if not (corners[0] < corners[1]).all():
-        raise ValueError(f"a region is {wanted}; got {region!r}")
-    return Box(*corners, length(region["size"], diagonal))
+        raise refused from None
+    if not (corners[0] < corners[1]).all() or not along or set(str(along)) - set("xyz"):
+        raise refused
+    return Box(*corners, length(region["size"], diagonal), str(along))
 
 
 def number_of_hexes(polycube: Polycube, counts: Counts) -> float:
@@ -94,7 +103,10 @@ def graded(
     Neighbouring parts differ by a factor of about 1.5 at most, 2 where a lattice plane, which is
     always a line, makes parts a little smaller.
     """
-    return [_graded_axis(polycube, rough_map, counts[a], boxes, a) for a in range(3)]
+    return [
+        _graded_axis(polycube, rough_map, counts[a], [b for b in boxes if "xyz"[a] in b.along], a)
+        for a in range(3)
+    ]
 
 
 def _graded_axis(

@@ -44,6 +44,15 @@ def test_a_box_makes_its_slabs_as_fine_as_asked():
     assert (np.diff(lines[1])[1:-1] < 0.06).all()  # the box is as wide as the bar
 
 
+def test_a_box_along_one_axis_leaves_the_others():
+    where = identity_map(bar())
+    parts = counts(bar(), where, 0.25)
+    box = sizing.box_of({"box": [1.5, 0, 0, 2, 1, 1], "size": 0.05, "along": "x"}, 1.0)
+    x, y, z = sizing.graded(bar(), where, parts, [box])
+    assert len(x) > 2 * len(grid_lines(bar(), parts)[0])
+    assert (len(y), len(z)) == (5, 5)
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.1, 0.9), st.floats(0.02, 0.3), st.floats(0.005, 0.2), st.integers(0, 2))
 def test_neighbouring_parts_are_alike_and_knots_are_lines(middle, half, size, axis):

@@ -116,7 +116,13 @@ def test_subdivide_refuses_a_size_that_is_none(size):
 
 @pytest.mark.parametrize(
     "region",
-    ["box", {"size": "1%"}, {"box": [0, 0, 0, 1, 1], "size": "1%"}, {"box": [0] * 6, "size": 1}],
+    [
+        "box",
+        {"size": "1%"},
+        {"box": [0, 0, 0, 1, 1], "size": "1%"},
+        {"box": [0] * 6, "size": 1},
+        {"box": [0, 0, 0, 1, 1, 1], "size": 1, "along": "u"},
+    ],
 )
 def test_subdivide_refuses_a_region_that_is_none(region):
     with pytest.raises(BadOption, match="a region is"):
