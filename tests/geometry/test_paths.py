@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from polycube.geometry.body import Body
 from polycube.geometry.features import match
-from polycube.geometry.paths import crowding, find_routes, net
+from polycube.geometry.paths import find_routes
+from polycube.geometry.routing import crowding, net
 from polycube.geometry.target import target
 from polycube.types import Polycube, TriMesh
 from tests.geometry.test_template import cut
