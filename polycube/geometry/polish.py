@@ -34,6 +34,7 @@ SET_BACK = 0.05  # loss of a local round after which it begins from the best aga
 COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)
 GOOD = 0.6  # scaled Jacobian above which the surface pulls with weight 1
 MISSED = 0.008  # distance from the mesh, exceeded by 1 % of the surface, that costs nothing
+UNCOVERED = 10.0  # scaled Jacobian that a diagonal beyond that is worth, or beyond the start's
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,19 +168,23 @@ def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
 
 
 def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
-    """Best state of rounds near the worst hexes; the minimum sharpens where they gain little."""
-    x, trust, beta = best.x, best.trust, BETAS[0]
+    """Best state of rounds near the worst hexes; the minimum sharpens where they gain little.
+
+    The surface pulls twice as much after a round that uncovers it.
+    """
+    x, trust, beta, strength = best.x, best.trust, BETAS[0], 1.0
     lengths = body.lengths(x, 2, 0.05)
-    cover, missed = _cover(body, best)
+    cover, missed = _cover(body, best, strength)
     allowed, value = max(missed, MISSED), best.score
     for _ in range(rounds):
         x = raise_worst(body, x, lengths, _goals(body, x, matching, trust), cover, beta)
         at = _goals(body, x, matching, trust)
-        least = max(min(best.score - 0.02, GOOD), 0.02)
+        least = max(best.score - 0.02, 0.02)
         states = _state(body, x, at, trust), _snap(body, x, at, least, trust)
         new = max(states, key=lambda state: state.score)
-        cover, missed = _cover(body, new)
-        reached = new.score - 5 * max(0.0, missed - allowed)
+        cover, missed = _cover(body, new, strength)
+        strength = 2 * strength if missed > 1.2 * allowed else max(1.0, 0.7 * strength)
+        reached = new.score - UNCOVERED * max(0.0, missed - allowed)
         if reached < value + LITTLE:
             beta *= SHARPEN
         if reached > value:
@@ -188,13 +193,13 @@ def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
             break
         x = new.x
         if reached < value - SET_BACK:
-            x, (cover, _) = best.x, _cover(body, best)
+            x, (cover, _) = best.x, _cover(body, best, strength)
     return best
 
 
-def _cover(body: Body, state: State) -> tuple[Springs, float]:
+def _cover(body: Body, state: State, strength: float) -> tuple[Springs, float]:
     """Pulls of the surface on the quads, and the distance that 1 % of its points exceed."""
-    weight = np.full(len(state.x), COVER if state.jacobian < GOOD else 1.0)
+    weight = np.full(len(state.x), strength * (COVER if state.jacobian < GOOD else 1.0))
     springs = body.cover(state.x, body.normals(state.x)[1], 0.03, weight, 0.0)
     reached = np.einsum("sk,skd->sd", springs.share, state.x[springs.vertex])
     return springs, float(np.percentile(np.linalg.norm(reached - springs.goal, axis=1), 99))
