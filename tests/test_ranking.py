@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from polycube.app.run import Run
+from polycube.app.run import GOOD_SCORE, Run
 from polycube.geometry.lattice import collapse, lattice
+from polycube.geometry.quality import BEST_SCORE
 from polycube.geometry.registration import ShortQuality
 from polycube.geometry.rough_map import affine_map, identity_map
 from polycube.geometry.template import counts, mesh
@@ -87,6 +88,22 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
     state = {"ranked": [entry(*e) for e in entries]}
     run = SimpleNamespace(state=state, cfg={"tries": 3})
     assert Run._worth_a_try(run) == expected
+
+
+@pytest.mark.parametrize(
+    ("entries", "expected"),
+    [
+        ([("slices", 5.0), ("bricks", 5.6)], BEST_SCORE),
+        ([("slices", 5.0), ("bricks", 5.8)], GOOD_SCORE),
+        ([("slices", 5.0), ("diffusion", 5.1)], GOOD_SCORE),
+        ([("bricks", 5.0)], GOOD_SCORE),
+    ],
+)
+def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
+    ranked = [SimpleNamespace(candidate=SimpleNamespace(proposal=p), score=s) for p, s in entries]
+    run = SimpleNamespace(state={"ranked": ranked})
+    assert Run._enough(run, list(range(len(ranked))), 0) == expected
+    assert Run._enough(run, list(range(len(ranked))), len(ranked) - 1) == GOOD_SCORE
 
 
 def test_twice_is_the_same():
