@@ -15,6 +15,7 @@ import numpy as np
 
 from polycube.geometry import surface as surfaces
 from polycube.geometry.lattice import boundary, corners, describe, genus, is_manifold
+from polycube.geometry.quality import BEST_SCORE
 from polycube.geometry.registration import ShortQuality, register, short_quality
 from polycube.geometry.rough_map import identity_map
 from polycube.geometry.target import target
@@ -22,6 +23,9 @@ from polycube.geometry.template import counts, mesh
 from polycube.types import Candidate, HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
+
+GOOD_SCORE = 0.4  # of a mesh, see `quality.score`: no other structure is tried
+CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +88,40 @@ def judge(quality: ShortQuality) -> float:
         + 1
         - min(max(quality.min_jacobian, -1.0), 0.5)
     )
+
+
+def worth_a_try(ranked: list[Ranked], tries: int) -> list[int]:
+    """The best structure, the best of the other family, then the best of each other kind.
+
+    As long as the score is within twice the best's.  Families are lattices of bricks, and the
+    contexts of a grid: where one fits badly, the other is the better guess.
+    """
+    seen, choices = set(), []
+    for index, entry in enumerate(ranked):
+        if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
+            seen.add(entry.candidate.key)
+            choices.append(index)
+    other = [i for i in choices if _is_lattice(ranked[i]) != _is_lattice(ranked[choices[0]])]
+    first = choices[:1] + other[:1]
+    return [*first, *(i for i in choices if i not in first)][:tries]
+
+
+def enough(ranked: list[Ranked], choices: list[int], index: int) -> float:
+    """Score of a mesh of the ranked structure `index` after which no later choice is tried.
+
+    The best of all where a rival of the other family ranks close: there a short registration
+    does not tell (hepta: 5.0 against 5.6, but the mesh of the second misses by a third).
+    """
+    now, *later = (ranked[i] for i in choices[choices.index(index) :])
+    is_close = any(
+        entry.score <= CLOSE * now.score and _is_lattice(entry) != _is_lattice(now)
+        for entry in later
+    )
+    return BEST_SCORE if is_close else GOOD_SCORE
+
+
+def _is_lattice(entry: Ranked) -> bool:
+    return entry.candidate.proposal == "bricks"
 
 
 def _coarse(candidate: Candidate, size: float) -> tuple[HexMesh, np.ndarray]:

@@ -5,13 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from polycube.app.run import GOOD_SCORE, Run
 from polycube.geometry.lattice import collapse, lattice
 from polycube.geometry.quality import BEST_SCORE
 from polycube.geometry.registration import ShortQuality
 from polycube.geometry.rough_map import affine_map, identity_map
 from polycube.geometry.template import counts, mesh
-from polycube.ranking import judge, rank
+from polycube.ranking import GOOD_SCORE, enough, judge, rank, worth_a_try
 from polycube.types import Candidate
 from tests.polycubes import PRIMITIVES, TWO, part
 
@@ -85,9 +84,7 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
     def entry(proposal, key, score):
         return SimpleNamespace(candidate=SimpleNamespace(proposal=proposal, key=key), score=score)
 
-    state = {"ranked": [entry(*e) for e in entries]}
-    run = SimpleNamespace(state=state, cfg={"tries": 3})
-    assert Run._worth_a_try(run) == expected
+    assert worth_a_try([entry(*e) for e in entries], tries=3) == expected
 
 
 @pytest.mark.parametrize(
@@ -101,9 +98,9 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
 )
 def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
     ranked = [SimpleNamespace(candidate=SimpleNamespace(proposal=p), score=s) for p, s in entries]
-    run = SimpleNamespace(state={"ranked": ranked})
-    assert Run._enough(run, list(range(len(ranked))), 0) == expected
-    assert Run._enough(run, list(range(len(ranked))), len(ranked) - 1) == GOOD_SCORE
+    choices = list(range(len(ranked)))
+    assert enough(ranked, choices, 0) == expected
+    assert enough(ranked, choices, len(ranked) - 1) == GOOD_SCORE
 
 
 def test_twice_is_the_same():

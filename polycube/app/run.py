@@ -6,12 +6,12 @@ Each method is one step and adds to `state`; with `resume` a step before `from` 
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from polycube.app.proposals import no_structure, propose
 from polycube.errors import InputError, MeshingError
 from polycube.geometry import surface as topology
 from polycube.geometry.certificate import certify
@@ -31,7 +31,7 @@ from polycube.pipeline import (
     run_portfolio,
     save_stage,
 )
-from polycube.ranking import Ranked, rank
+from polycube.ranking import Ranked, enough, rank, worth_a_try
 from polycube.registry import build
 from polycube.report.results import clear_results
 from polycube.types import Candidate, HexMesh, Polycube
@@ -39,8 +39,6 @@ from polycube.types import Candidate, HexMesh, Polycube
 logger = logging.getLogger(__name__)
 
 HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
-GOOD_SCORE = 0.4  # of a mesh, see `score`: no other structure is tried
-CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
 READ_MARGIN = 0.05  # log-likelihood per point; 22 of 24 held-out pairs are read as what they are
 CERTIFY = ("corners", "everywhere")  # where a mesh's Jacobian must be positive
 PLACED = ("surface", "polycube", "rough_map", "parametrization")  # what meshing starts from
@@ -98,12 +96,12 @@ class Run:
         if self._kept("structure"):
             ranked, chosen = load_stage(Path(self.cfg["resume"]), "structure")
         else:
-            candidates = self._propose()
             surface = self.state["surface"]
+            candidates = propose(self.cfg, surface, self.primitives, self.clock)
             ranked = self.clock.run("ranking", lambda: rank(surface, candidates))
             chosen = 0
             if not ranked:
-                raise InputError(self._no_structure())
+                raise InputError(no_structure(self.cfg, surface))
         self.state |= {"ranked": ranked, "auto": not self.cfg["context"]}
         self._choose(chosen)
 
@@ -139,7 +137,8 @@ class Run:
         self._check(self.state["hexes"])
 
     def _make(self, stages: list[Stage], kept: list[Stage]) -> None:
-        choices = [self.state["chosen"]] if kept else self._worth_a_try()
+        ranked = self.state["ranked"]
+        choices = [self.state["chosen"]] if kept else worth_a_try(ranked, self.cfg["tries"])
         self._mesh_choices(choices, stages)
 
     def _check(self, hexes: HexMesh) -> None:
@@ -186,51 +185,6 @@ class Run:
             self.names.index(stage) < self.names.index(self.cfg["from"])
         )
 
-    def _propose(self) -> tuple[Candidate, ...]:
-        """Candidates on each grid, without those that say again what a smaller grid said."""
-        candidates: tuple[Candidate, ...] = ()
-        for grid in self._grids():
-            known = {(c.proposal, c.key) for c in candidates}
-            candidates += tuple(
-                c for c in self._propose_on(grid) if (c.proposal, c.key) not in known
-            )
-        return candidates
-
-    def _grids(self) -> list[tuple[int, int, int]]:
-        """The grid, or those of grid=auto; of these the first that a given context fits."""
-        grid, context = self.cfg["grid"], self.cfg["context"] or []
-        grids = [tuple(shape) for shape in grid.get("among") or [grid["shape"]]]
-        if not context:
-            return grids
-        return [g for g in grids if len(context) <= math.prod(g)][:1] or grids[-1:]
-
-    def _propose_on(self, grid: tuple[int, int, int]) -> tuple[Candidate, ...]:
-        """Candidates of the structure plugins chosen; each is told the earlier ones."""
-        cfg, candidates = self.cfg, ()
-        alone = {cfg["structure"].get("plugin"): cfg["structure"]}
-        configs = dict(cfg["structure"].get("proposals") or alone)
-        if cfg["context"]:
-            readers = ("slices", "boxes", "bricks", "given")
-            denoisers = {n: c for n, c in configs.items() if c["plugin"] not in readers}
-            configs = {"given": {"plugin": "given", "context": cfg["context"]}, **denoisers}
-        for name, config in configs.items():
-            plugin = build("structure", config, grid=grid, primitives=self.primitives)
-            if getattr(plugin, "any_grid", False) and grid != self._grids()[-1]:
-                continue
-            made = self.clock.run(
-                f"structure/{name}", lambda p=plugin, c=candidates: p(self.state["surface"], c)
-            )
-            candidates += tuple(made)
-        return candidates
-
-    def _no_structure(self) -> str:
-        grids = " or ".join("x".join(map(str, grid)) for grid in self._grids())
-        return (
-            f"no polycube of {', '.join(self.cfg['primitives']['use'])} on a {grids} grid fits "
-            f"this surface of genus {topology.genus(self.state['surface'])}; try another grid or "
-            "more primitives"
-        )
-
     def _choose(self, index: int) -> None:
         """Make the ranked structure `index` the one that is meshed."""
         entry: Ranked = self.state["ranked"][index]
@@ -269,36 +223,6 @@ class Run:
         )
         return read
 
-    def _worth_a_try(self) -> list[int]:
-        """The best structure, the best of the other family, then the best of each other kind.
-
-        As long as the score is within twice the best's.  Families are lattices of bricks, and the
-        contexts of a grid: where one fits badly, the other is the better guess.
-        """
-        ranked, seen, choices = self.state["ranked"], set(), []
-        for index, entry in enumerate(ranked):
-            if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
-                seen.add(entry.candidate.key)
-                choices.append(index)
-        bricks = {i: ranked[i].candidate.proposal == "bricks" for i in choices}
-        other = [index for index in choices if bricks[index] != bricks[choices[0]]]
-        first = choices[:1] + other[:1]
-        return [*first, *(i for i in choices if i not in first)][: self.cfg["tries"]]
-
-    def _enough(self, choices: list[int], index: int) -> float:
-        """Score of a mesh after which no other structure is tried.
-
-        The best of all where a rival of the other family ranks close: there a short registration
-        does not tell (hepta: 5.0 against 5.6, but the mesh of the second misses by a third).
-        """
-        now, *later = (self.state["ranked"][i] for i in choices[choices.index(index) :])
-        is_close = any(
-            entry.score <= CLOSE * now.score
-            and (entry.candidate.proposal == "bricks") != (now.candidate.proposal == "bricks")
-            for entry in later
-        )
-        return BEST_SCORE if is_close else GOOD_SCORE
-
     def _mesh_choices(self, choices: list[int], stages: list[Stage]) -> None:
         surface, best, failure = self.state["surface"], None, None
         for index in choices:
@@ -321,7 +245,9 @@ class Run:
             value = self._score(end["hexes"])
             if best is None or value > best[0]:
                 best = (value, end, path)
-            if accept(end["hexes"], surface) and value >= self._enough(choices, index):
+            if accept(end["hexes"], surface) and value >= enough(
+                self.state["ranked"], choices, index
+            ):
                 break
         if best is None:
             raise failure

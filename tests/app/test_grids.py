@@ -7,7 +7,9 @@ from omegaconf import OmegaConf
 
 import polycube.search_path  # noqa: F401
 from polycube import HOME
+from polycube.app.proposals import propose
 from polycube.app.run import Run
+from polycube.types import Candidate
 from tests.polycubes import part
 
 L = ("cube", "cube", "cube", None)
@@ -23,6 +25,10 @@ def run(*overrides: str) -> Run:
     return made
 
 
+def proposed(run: Run) -> tuple[Candidate, ...]:
+    return propose(run.cfg, run.state["surface"], run.primitives, run.clock)
+
+
 def test_auto_finds_the_grid_of_an_l():
     found = run("grid=auto")
     found.structure()
@@ -34,11 +40,11 @@ def test_auto_finds_the_grid_of_an_l():
 
 def test_equal_structures_are_proposed_once():
     found = run("grid=auto", "grid.among=[[2,1,1],[3,1,1],[2,1,1]]")
-    twice = found._propose()
-    once = run("grid=auto", "grid.among=[[2,1,1],[3,1,1]]")._propose()
+    twice = proposed(found)
+    once = proposed(run("grid=auto", "grid.among=[[2,1,1],[3,1,1]]"))
     assert [c.key for c in twice] == [c.key for c in once]
-    on_two = {c.key for c in run("grid=2x1")._propose()}
-    assert on_two & {c.key for c in run("grid=3x1")._propose()}  # the same boxes, read again
+    on_two = {c.key for c in proposed(run("grid=2x1"))}
+    assert on_two & {c.key for c in proposed(run("grid=3x1"))}  # the same boxes, read again
     assert not on_two & {c.key for c in once if c.polycube.grid == (3, 1, 1)}
 
 
@@ -52,4 +58,4 @@ def test_equal_structures_are_proposed_once():
 )
 def test_a_given_context_goes_on_the_first_grid_that_holds_it(context, grid):
     found = run("grid=auto", f"context={context}")
-    assert {c.polycube.grid for c in found._propose()} == {grid}
+    assert {c.polycube.grid for c in proposed(found)} == {grid}
