@@ -73,48 +73,70 @@ def build_stages(order: Sequence[str], configs: Mapping[str, Mapping[str, object
     return [Stage(kind, build(kind, configs[kind])) for kind in order]
 
 
+Options = Mapping[str, Mapping[str, object]]  # to replace, by stage
+
+
 def run_portfolio(
     stages: Sequence[Stage],
-    portfolio: Sequence[Mapping[str, Mapping[str, object]]],
+    portfolio: Sequence[Options],
     state: State,
     clock: Clock,
     score: Callable[[State], float],
     enough: float = float("inf"),
+    trial: Options | None = None,
 ) -> tuple[State, list[object]]:
     """Run the stages once per variant, from the first stage the variants change; keep the best.
 
     portfolio : options to replace, by stage; an empty one means the stages as they are.
     enough : score that ends the search
+    trial : options of a short run; where the first variant is not enough, all have one, and only
+        the best of the others is run in full.  A short run's result may be the best.
     Returns the best final state and the results of the stages on the way to it.  A variant that
     fails is passed over; raises MeshingError where all do.  Last stages of a kind that runs `once`
     run on the best alone.
     """
-    changed = {kind for variant in portfolio for kind in variant}
+    portfolio = list(portfolio) or [{}]
+    changed = {kind for variant in [*portfolio, trial or {}] for kind in variant}
     stages, once = _split_off(stages, changed)
     first = min((i for i, s in enumerate(stages) if s.kind in changed), default=len(stages))
     head, trail, memo = dict(state), [], {}
     _advance(stages[:first], head, trail, clock, memo)
-    best = failure = None
-    for number, variant in enumerate(portfolio or [{}], start=1):
-        end, path = dict(head), list(trail)
-        tail = [Stage(s.kind, replace(s.plugin, **variant.get(s.kind, {}))) for s in stages[first:]]
+    found, failures = [], []
+
+    def run(number: int, short: Options) -> float:
+        """Score of a variant, the first being 0; the worst of all where it fails."""
+        name = f"{'trial of ' * bool(short)}variant {number + 1} of {len(portfolio)}"
+        end, path, options = dict(head), list(trail), _merged(portfolio[number], short)
+        tail = [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in stages[first:]]
         try:
             _advance(tail, end, path, clock, memo)
         except MeshingError as error:
-            failure = failure or error
-            logger.info("variant %d of %d: %s", number, len(portfolio) or 1, error)
-            continue
+            failures.append(error)
+            logger.info("%s: %s", name, error)
+            return float("-inf")
         value = score(end)
-        logger.info("variant %d of %d: score %.3f", number, len(portfolio) or 1, value)
-        if best is None or value > best[0]:
-            best = (value, end, path)
-        if value >= enough:
-            break
-    if best is None:
-        raise failure
-    _, end, path = best
+        logger.info("%s: score %.3f", name, value)
+        found.append((value, end, path))
+        return value
+
+    others = list(range(1, len(portfolio)))
+    done = run(0, {}) >= enough
+    if others and trial and not done:
+        values = [run(number, trial) for number in range(len(portfolio))]
+        done = max(values) >= enough
+        others = [max(others, key=values.__getitem__)]
+    for number in others:
+        done = done or run(number, {}) >= enough
+    if not found:
+        raise failures[0]
+    _, end, path = max(found, key=lambda each: each[0])
     _advance(once, end, path, clock, memo)
     return end, path
+
+
+def _merged(one: Options, other: Options) -> dict[str, dict[str, object]]:
+    """Options of both; the other's come first."""
+    return {kind: {**one.get(kind, {}), **other.get(kind, {})} for kind in {*one, *other}}
 
 
 def _split_off(

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 
 from polycube import artifacts
@@ -119,6 +121,57 @@ def test_portfolio_ends_with_what_is_good_enough():
     )
     assert end["hexes"].vertices.max() == 5
     assert CALLS == [3.0, 5.0]
+
+
+@dataclass(frozen=True)
+class Grow:
+    """Adds to the size: by less in a short run."""
+
+    to: float = 1.0
+    short: bool = False
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        CALLS.append((self.to, self.short))
+        if self.to == np.inf:
+            raise ValueError("grown beyond all bounds")
+        return cube(self.to / (2 if self.short else 1))
+
+
+TRIAL = {"meshing/optimize": {"short": True}}
+
+
+def raced(sizes: list[float], enough: float) -> tuple[float, list]:
+    """Size that a portfolio with trials ends with, and the runs it took after the first."""
+    CALLS.clear()
+    stages = [Stage("meshing/optimize", Grow())]
+    portfolio = [{"meshing/optimize": {"to": size}} for size in sizes]
+    state = {"surface": None, "hexes": cube()}
+    size = lambda s: s["hexes"].vertices.max()  # noqa: E731
+    end, path = run_portfolio(stages, portfolio, state, Clock(), size, enough, TRIAL)
+    assert path == [end["hexes"]]
+    return size(end), CALLS[1:]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "enough", "expected", "calls"),
+    [
+        ([6.0, 9.0], 5.0, 6.0, []),  # the first is enough
+        ([2.0, 3.0, 8.0, 4.0], 9.0, 8.0, [(2, True), (3, True), (8, True), (4, True), (8, False)]),
+        ([2.0, 3.0, 8.0], 4.0, 4.0, [(2, True), (3, True), (8, True)]),  # a trial is enough
+        ([9.0, 2.0], 10.0, 9.0, [(9, True), (2, True), (2, False)]),  # the best of the others
+        ([np.inf, 2.0, 4.0], 9.0, 4.0, [(np.inf, True), (2, True), (4, True), (4, False)]),
+        ([2.0], 9.0, 2.0, []),  # nothing to choose from
+    ],
+)
+def test_of_the_others_only_the_best_in_a_trial_is_run_in_full(sizes, enough, expected, calls):
+    assert raced(sizes, enough) == (expected, calls)
+
+
+@given(st.lists(st.floats(1, 100), min_size=1, max_size=6), st.floats(1, 100))
+def test_trials_that_rank_right_lose_nothing(sizes, enough):
+    size, calls = raced(sizes, enough)
+    assert size == max(sizes) or size >= enough
+    assert sum(not short for _, short in calls) <= 1
 
 
 def test_portfolio_passes_over_a_variant_that_fails_unless_all_do():

@@ -17,7 +17,7 @@ from polycube.geometry import surface as topology
 from polycube.geometry.certificate import certify
 from polycube.geometry.lattice import describe
 from polycube.geometry.parametrization import pull_back
-from polycube.geometry.quality import BEST_SCORE, INVALID, accept, scaled_jacobian, score
+from polycube.geometry.quality import ENOUGH, INVALID, accept, scaled_jacobian, score
 from polycube.geometry.regular import read_structure
 from polycube.io.read import read_surface
 from polycube.kinds import KINDS, check_chain
@@ -236,7 +236,8 @@ class Run:
                     self.state,
                     self.clock,
                     lambda end: self._score(end["hexes"]),
-                    BEST_SCORE,
+                    ENOUGH,
+                    self.cfg["meshing"].get("trial"),
                 )
             except MeshingError as error:
                 failure = failure or error
