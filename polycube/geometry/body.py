@@ -71,11 +71,11 @@ class Body:
         return energy.scaled_jacobian(x, self.hexes)
 
     def feet(
-        self, x: np.ndarray, normals: np.ndarray, alpha: float
+        self, x: np.ndarray, normals: np.ndarray, alpha: float, free: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
         """Points of the target that suit the boundary vertices (B, 3), and its normals there."""
         foot, self._face = self.target.closest(
-            x[self.outer], normals[self.outer], alpha, self._face
+            x[self.outer], normals[self.outer], alpha, self._face, free
         )
         return foot, self.target.normals[self._face]
 

@@ -1,8 +1,8 @@
 """Exact closest points on triangles whose normals suit: a box tree over points and normals.
 
-Minimises |x - p|^2 + alpha^2 |n - n_f|^2 over the points p of all triangles f (alpha = 0: the
-closest point).  Boxes bound positions and normals together, so the search is exact for every
-alpha.  A triangle (a, b, b) is a segment, with its direction in the place of the normal.
+Minimises |x - p|^2 + alpha^2 max(|n - n_f|^2 - free, 0) over the points p of all triangles f
+(alpha = 0: the closest point).  Boxes bound positions and normals together, so the search is exact
+for every alpha.  A triangle (a, b, b) is a segment, with its direction in the place of the normal.
 """
 
 from __future__ import annotations
@@ -41,15 +41,18 @@ def closest(
     normals: np.ndarray | None = None,
     alpha: float = 0.0,
     guess: np.ndarray | None = None,
+    free: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Closest points (N, 3), their triangles (N,) and barycentric weights (N, 3).
 
     guess : (N,) triangles to start from (any answer is right, a good guess is fast)
+    free : square difference of normals that costs nothing; with it a point on a triangle that suits
+        is its own answer, without it one beyond a bend may win
     """
     points = np.ascontiguousarray(points, np.float64)
     normals = np.zeros_like(points) if normals is None else np.ascontiguousarray(normals)
     guess = np.zeros(len(points), np.int64) if guess is None else guess
-    face, weight = _search(tree, points, normals, float(alpha), guess)
+    face, weight = _search(tree, points, normals, float(alpha), guess, float(free))
     return np.einsum("nk,nkd->nd", weight, tree.corners[face]), face, weight
 
 
@@ -108,14 +111,15 @@ def _build(corners, normals):
 
 
 @njit(cache=True)
-def _bound(tree, node, x, n, square):
+def _bound(tree, node, x, n, square, free):
     """Least value that any triangle of the node can have."""
-    total = 0.0
+    away, turned = 0.0, 0.0
     for d in range(3):
         gap = max(tree.low[node, d] - x[d], x[d] - tree.high[node, d], 0.0)
         turn = max(tree.low[node, 3 + d] - n[d], n[d] - tree.high[node, 3 + d], 0.0)
-        total += gap * gap + square * turn * turn
-    return total
+        away += gap * gap
+        turned += turn * turn
+    return away + square * max(turned - free, 0.0)
 
 
 @njit(cache=True)
@@ -150,20 +154,21 @@ def _weights(x, t):
 
 
 @njit(cache=True)
-def _value(tree, face, x, n, square):
+def _value(tree, face, x, n, square, free):
     """Square distance and misfit of the normal, with the weights of the closest point."""
     t = tree.corners[face]
     v, w = _weights(x, t)
-    total = 0.0
+    away, turned = 0.0, 0.0
     for d in range(3):
         gap = x[d] - (1 - v - w) * t[0, d] - v * t[1, d] - w * t[2, d]
         turn = n[d] - tree.normals[face, d]
-        total += gap * gap + square * turn * turn
-    return total, v, w
+        away += gap * gap
+        turned += turn * turn
+    return away + square * max(turned - free, 0.0), v, w
 
 
 @njit(cache=True)
-def _search(tree, points, normals, alpha, guess):
+def _search(tree, points, normals, alpha, guess, free):
     square = alpha * alpha
     face = np.zeros(len(points), np.int64)
     weight = np.zeros((len(points), 3))
@@ -171,7 +176,7 @@ def _search(tree, points, normals, alpha, guess):
     for i in range(len(points)):
         x, n = points[i], normals[i]
         f = guess[i]
-        best, bv, bw = _value(tree, f, x, n, square)
+        best, bv, bw = _value(tree, f, x, n, square, free)
         stack[0], bounds[0], top = 0, 0.0, 1
         while top > 0:
             top -= 1
@@ -180,12 +185,13 @@ def _search(tree, points, normals, alpha, guess):
                 continue
             if tree.right[node] == 0:
                 for j in tree.order[tree.first[node] : tree.last[node]]:
-                    value, v, w = _value(tree, j, x, n, square)
+                    value, v, w = _value(tree, j, x, n, square, free)
                     if value < best:
                         best, bv, bw, f = value, v, w, j
                 continue
             near, far = node + 1, tree.right[node]
-            a, b = _bound(tree, near, x, n, square), _bound(tree, far, x, n, square)
+            a = _bound(tree, near, x, n, square, free)
+            b = _bound(tree, far, x, n, square, free)
             if b < a:
                 near, far, a, b = far, near, b, a
             stack[top], bounds[top] = far, b

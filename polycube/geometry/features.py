@@ -17,6 +17,7 @@ from polycube.geometry.energy import Springs, pull
 from polycube.geometry.hexes import unique_rows
 from polycube.geometry.paths import Route, expected_arc, find_routes
 
+FREE = 1.0  # square difference of normals (60 degrees) at which a vertex is on its side
 CLOSEST = 0.2  # least distance of neighbours along a crease, in even spacings
 
 
@@ -118,7 +119,7 @@ def no_features() -> Matching:
 def goals(body: Body, x: np.ndarray, matching: Matching, alpha: float, used: np.ndarray) -> Goals:
     """Feet of all boundary vertices; features only where `used` (V,)."""
     normals, _ = body.normals(x)
-    foot, facing = body.feet(x, normals, alpha)
+    foot, facing = body.feet(x, normals, alpha, FREE)
     curve, curve_foot, direction = _curve_feet(x, matching)
     free = used[curve] & ~np.isin(curve, matching.corner)
     here = used[matching.corner]

@@ -42,9 +42,10 @@ class Target:
         normals: np.ndarray | None = None,
         alpha: float = 0.0,
         guess: np.ndarray | None = None,
+        free: float = 0.0,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Feet (N, 3) of points (N, 3) and their faces (N,); alpha weighs the normals."""
-        foot, face, _ = closest.closest(self.tree, points, normals, alpha, guess)
+        """Feet (N, 3) of points (N, 3) and their faces (N,); see `closest.closest`."""
+        foot, face, _ = closest.closest(self.tree, points, normals, alpha, guess, free)
         return foot, face
 
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray]:

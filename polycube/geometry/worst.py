@@ -16,7 +16,7 @@ from polycube.geometry import closest, energy
 from polycube.geometry.body import Body
 from polycube.geometry.descent import descend
 from polycube.geometry.energy import Springs, Terms, pull, together
-from polycube.geometry.features import Goals
+from polycube.geometry.features import FREE, Goals
 
 BAND = 0.1  # hexes this much better than the worst are raised too
 MOST = 60  # of them
@@ -121,7 +121,8 @@ def _retraction(
 
     def back(y: np.ndarray) -> np.ndarray:
         nonlocal face
-        y[slides], face, _ = closest.closest(body.target.tree, y[slides], normals, ALPHA, face)
+        tree = body.target.tree
+        y[slides], face, _ = closest.closest(tree, y[slides], normals, ALPHA, face, FREE)
         return y
 
     return back

@@ -6,7 +6,7 @@ import pytest
 from polycube.geometry import closest
 
 
-def slow(corners, normals, points, facing, alpha) -> np.ndarray:
+def slow(corners, normals, points, facing, alpha, free) -> np.ndarray:
     """Least value over all triangles, sampled densely with exact edges and corners."""
     t = np.linspace(0, 1, 101)
     u, v = np.meshgrid(t, t)
@@ -14,21 +14,22 @@ def slow(corners, normals, points, facing, alpha) -> np.ndarray:
     weight = np.stack([1 - u - v, u, v], axis=-1)[inside]
     places = np.einsum("wk,tkd->twd", weight, corners)
     gap = ((points[:, None, None] - places) ** 2).sum(axis=3).min(axis=2)
-    return (gap + alpha**2 * ((facing[:, None] - normals) ** 2).sum(axis=2)).min(axis=1)
+    turn = ((facing[:, None] - normals) ** 2).sum(axis=2)
+    return (gap + alpha**2 * np.maximum(turn - free, 0)).min(axis=1)
 
 
-@pytest.mark.parametrize("alpha", [0.0, 0.2, 3.0])
-def test_value_is_the_least(alpha):
+@pytest.mark.parametrize(("alpha", "free"), [(0.0, 0.0), (0.2, 0.0), (3.0, 0.0), (0.2, 2.0)])
+def test_value_is_the_least(alpha, free):
     rng = np.random.default_rng(0)
     corners = rng.normal(size=(40, 1, 3)) + 0.3 * rng.normal(size=(40, 3, 3))
     normals, points, facing = (rng.normal(size=(n, 3)) for n in (40, 25, 25))
     tree = closest.tree(corners, normals)
-    foot, face, weight = closest.closest(tree, points, facing, alpha)
+    foot, face, weight = closest.closest(tree, points, facing, alpha, free=free)
     assert foot == pytest.approx(np.einsum("nk,nkd->nd", weight, corners[face]))
     assert (weight > -1e-12).all() and weight.sum(axis=1) == pytest.approx(1)
-    turn = alpha**2 * ((facing - normals[face]) ** 2).sum(axis=1)
+    turn = alpha**2 * np.maximum(((facing - normals[face]) ** 2).sum(axis=1) - free, 0)
     value = ((points - foot) ** 2).sum(axis=1) + turn
-    wanted = slow(corners, normals, points, facing, alpha)
+    wanted = slow(corners, normals, points, facing, alpha, free)
     assert (value <= wanted + 1e-12).all()
     assert value == pytest.approx(wanted, abs=1e-3)
 
@@ -51,6 +52,17 @@ def test_alpha_prefers_the_side_that_faces_along():
     point, up = np.array([[0.0, 0, 0.02]]), np.array([[0.0, 0, 1]])
     assert closest.closest(tree, point, up)[1] == [0]
     assert closest.closest(tree, point, up, alpha=0.2)[1] == [1]
+
+
+def test_a_point_that_suits_its_sheet_stays_there():
+    """A floor and a wall: the point is on the floor, its normal turned 50 degrees to the wall."""
+    floor = np.array([[0.0, -9, 0], [9, -9, 0], [0, 9, 0]])
+    tree = closest.tree(np.stack([floor, floor[:, [2, 1, 0]]]), np.eye(3)[[2, 0]])
+    point, turned = np.array([[0.1, 0, 0]]), np.deg2rad([[50.0]])
+    normal = np.hstack([np.sin(turned), 0 * turned, np.cos(turned)])
+    assert closest.closest(tree, point, normal, 0.5)[1] == [1]
+    foot, face, _ = closest.closest(tree, point, normal, 0.5, free=1.0)
+    assert face == [0] and foot == pytest.approx(point)
 
 
 def test_segments_and_points_as_flat_triangles():

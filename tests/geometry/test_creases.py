@@ -127,3 +127,14 @@ def test_a_loop_goes_on_beyond_its_length():
     arc, _ = crease.nearest(crease.points[[10]], np.array([crease.length]))
     assert arc == pytest.approx(crease.length + crease.arc[10])
     assert crease.at(arc)[0] == pytest.approx(crease.points[[10]])
+
+
+@given(st.integers(0, 3), st.floats(-0.1, 0.1), st.floats(-0.5, 0.5))
+@settings(max_examples=40, deadline=None)
+def test_a_point_on_a_crease_is_its_own_answer(corner, beside, off):
+    """Near a corner of a square, wherever about it the path expects the point."""
+    points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0.0, 0, 0]])
+    square = Crease(points, np.arange(0, 10.0, 2), np.full(4, np.pi / 2), (-1, -1))
+    arc = 2.0 * corner + beside
+    found, gap = square.nearest(square.at(np.array([arc]))[0], np.array([arc + off]))
+    assert found == pytest.approx(arc, abs=1e-7) and gap == pytest.approx(0, abs=1e-7)

@@ -1,5 +1,7 @@
 """Sharp edges of a cube found by a box of hexes in it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -135,3 +137,63 @@ def test_vertices_stay_on_their_own_crease():
     at = goals(body, x, matching, 0.04, np.ones(len(x), bool))
     assert at.curve.tolist() == list(range(6))
     assert at.curve_foot[:, 1] == pytest.approx([0, 0, 0, 0.3, 0.3, 0.3])
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=40, deadline=None)
+def test_spread_goes_on_from_where_vertices_are(seed):
+    """On a loop of six straight pieces, unevenly: they stay, and a small way moves them little."""
+    rng = np.random.default_rng(seed)
+    loop = circle(6)
+    step = rng.uniform(0.4, 1, 12)
+    arc = rng.uniform(0, loop.length) + np.cumsum(step) / step.sum() * loop.length
+    route, x = Route(loop, np.arange(12)), loop.at(arc)[0]
+    turns = (spread(route, x) - arc) / loop.length
+    assert turns == pytest.approx(np.round(turns[0]), abs=1e-7)
+    moved = spread(route, x + rng.uniform(-1e-4, 1e-4, x.shape))
+    change = (moved - arc) / loop.length
+    assert change == pytest.approx(np.round(change[0]), abs=1e-4)
+
+
+def plate(thickness: float) -> tuple[Body, np.ndarray]:
+    """A box of 4 x 4 x 1 hexes on a plate."""
+    sides = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, thickness], (1, 1, 1), ("cube",))
+    solid = trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, thickness]])
+    goal = target(TriMesh(solid.vertices, solid.faces))
+    body = Body(cut(sides, 0.25), goal, 100)
+    return body, goal.to_unit(body.mesh.vertices)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.2, 0.4])
+def test_feet_keep_to_their_side_of_a_thin_wall(turn):
+    """A plate thinner than the hexes' tilt moves them: vertices a small way through stay."""
+    body, x = plate(0.05)
+    height = x[body.outer, 2].copy()
+    rng = np.random.default_rng(1)
+    moved = x + np.array([0, 0, turn * 0.05]) + rng.uniform(-1e-3, 1e-3, x.shape)
+    at = goals(body, moved, no_features(), 0.04, np.zeros(len(x), bool))
+    inner = (np.abs(x[body.outer, :2]) < 0.3).all(axis=1)
+    assert inner.sum() == 18
+    assert at.foot[inner, 2] == pytest.approx(height[inner], abs=1e-12)
+
+
+def test_feet_stay_at_a_seam():
+    """An inner edge of 90 degrees: its vertices are moved out along the floor, and stay there.
+
+    Their normals lean to the wall, for its quads are higher than the floor's are long: up to 0.03
+    away the foot was on the wall.
+    """
+    solid = np.ones((2, 1, 2))
+    solid[1, :, 1] = 0
+    step = Polycube(solid, [0, 1, 2], [0, 1], [0, 1, 2], (2, 1, 2), ("cube",) * 4)
+    mesh = cut(step, 0.25)
+    high = replace(mesh, vertices=mesh.vertices * [1, 1, 1.5])
+    quads = np.concatenate([mesh.quads[:, [0, 1, 2]], mesh.quads[:, [0, 2, 3]]])
+    goal = target(TriMesh(high.vertices, quads))
+    body, x = Body(high, goal, 100), goal.to_unit(high.vertices)
+    seam = (mesh.vertices[:, [0, 2]] == 1).all(axis=1)
+    assert seam.sum() == 5
+    for out in np.linspace(0, 0.03, 7):
+        moved = x + out * np.outer(seam, [1, 0, 0])
+        at = goals(body, moved, no_features(), 0.04, np.zeros(len(x), bool))
+        assert at.place(body, moved) == pytest.approx(moved, abs=1e-12)

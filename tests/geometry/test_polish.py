@@ -83,7 +83,9 @@ def test_local_rounds_gain_and_keep_the_surface_covered():
     assert worst(raised) > worst(plain) + 0.02
     before, after = deviation(plain, ball), deviation(raised, ball)
     assert after.vertices < 1e-3
-    assert after.to_mesh.p99 < max(before.to_mesh.p99, 0.01) + 0.002
+    lost = max(0.0, after.to_mesh.p99 - before.to_mesh.p99)  # pays what polish asks for it
+    assert worst(raised) - worst(plain) > module.UNCOVERED * lost
+    assert after.to_mesh.p99 < 0.02
 
 
 def test_a_valid_state_beats_every_other():
