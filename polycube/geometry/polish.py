@@ -18,7 +18,7 @@ from polycube.geometry.energy import Springs, Terms, pull
 from polycube.geometry.features import Goals, Matching, goals, match, no_features
 from polycube.geometry.quality import INVALID
 from polycube.geometry.target import Target
-from polycube.geometry.worst import raise_worst
+from polycube.geometry.worst import ALPHA, raise_worst
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
@@ -206,7 +206,7 @@ def _cover(body: Body, state: State, strength: float) -> tuple[Springs, float]:
 
 
 def _goals(body: Body, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
-    return goals(body, x, matching, 0.04, trust > 0.3)
+    return goals(body, x, matching, ALPHA, trust > 0.3)
 
 
 def _relaxed(trust: np.ndarray, bad: np.ndarray, recovery: float) -> np.ndarray:
@@ -214,7 +214,11 @@ def _relaxed(trust: np.ndarray, bad: np.ndarray, recovery: float) -> np.ndarray:
 
 
 def _state(body: Body, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
-    gap = np.linalg.norm((at.place(body, x) - x)[body.outer], axis=1)
+    return _measured(body, x, at.place(body, x), trust)
+
+
+def _measured(body: Body, x: np.ndarray, goal: np.ndarray, trust: np.ndarray) -> State:
+    gap = np.linalg.norm((goal - x)[body.outer], axis=1)
     return State(x, float(body.scaled_jacobian(x).min()), float(gap.max()), trust)
 
 
@@ -232,5 +236,4 @@ def _snap(body: Body, x: np.ndarray, at: Goals, least: float, trust: np.ndarray)
         if not share[vertex].any():
             break
         share[vertex] *= 0.5 if attempt < 6 else 0.0
-    gap = np.linalg.norm((goal - y)[body.outer], axis=1)
-    return State(y, float(body.scaled_jacobian(y).min()), float(gap.max()), trust)
+    return _measured(body, y, goal, trust)
