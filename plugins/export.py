@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.geometry.hexes import FACES, unique_rows
+from polycube.geometry.hexes import quad_sides
 from polycube.geometry.quality import scaled_jacobian
 from polycube.io.atomic import whole
 from polycube.io.vtk import numbered_primitives
@@ -76,7 +76,7 @@ class Abaqus:
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
-        owner, side = _sides(hexes)
+        owner, side = quad_sides(hexes)
         names, primitive = numbered_primitives(hexes.primitives)
         parts = ["*HEADING\nhex mesh of polycube, lengths in the units of the input\n*NODE\n"]
         parts += [_numbered(hexes.vertices), f"*ELEMENT, TYPE={self.element}, ELSET=ALL\n"]
@@ -185,16 +185,6 @@ def _comments(what: str, mesh: HexMesh) -> list[str]:
     """What fills each grid cell, where it is known."""
     named = [(c + 1, c, name) for c, name in enumerate(mesh.primitives) if name]
     return [f"$ {what} {number}: cell {cell}, {name}\n" for number, cell, name in named]
-
-
-def _sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-    """The hex of each boundary quad (Q,), and which of its faces it is (Q,)."""
-    faces = mesh.hexes[:, FACES].reshape(-1, 4)
-    rows = np.sort(np.concatenate([faces, mesh.quads]), axis=1)
-    _, inverse, _ = unique_rows(rows)
-    where = np.zeros(inverse.max() + 1, np.int64)
-    where[inverse[: len(faces)]] = np.arange(len(faces))
-    return np.divmod(where[inverse[len(faces) :]], 6)
 
 
 def _elements(kind: int, group: np.ndarray, nodes: np.ndarray, first: int) -> np.ndarray:

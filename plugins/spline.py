@@ -16,7 +16,7 @@ from polycube.spline.features import (
     union,
     without_dead_ends,
 )
-from polycube.types import HexMesh, Spline
+from polycube.types import HexMesh, Spline, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -46,7 +46,7 @@ class H2S:
         if not 0 < self.angle < 180:
             raise ValueError(f"angle must lie in (0, 180) degrees; got {self.angle}")
 
-    def __call__(self, hexes: HexMesh) -> Spline:
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
         sharp, spline = self._sharpened(hexes)
         jacobian = min_detj(spline)

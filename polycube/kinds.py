@@ -47,7 +47,7 @@ KINDS = {
     "meshing/refine": Kind(
         "finer hexes, nearer to the surface", ("surface", "hexes"), "hexes", once=True
     ),
-    "spline": Kind("volumetric spline on the hexes", ("hexes",), "spline"),
+    "spline": Kind("volumetric spline on the hexes", ("surface", "hexes"), "spline"),
     "analysis": Kind("solve on the spline", ("spline",), "modes"),
     # what comes out
     "export": Kind("write the hex mesh in a solver's format: (hexes, path) -> the file"),

@@ -209,13 +209,18 @@ class Spline:
     """Tricubic volumetric spline as Bezier elements.
 
     The Bezier points of element e are `(extraction @ control)[nodes[e]]`, in the order
-    i + 4 j + 16 k, i fastest: nodes are shared by neighbours, so the solid is watertight.
+    i + 4 j + 16 k, i fastest: neighbours of one level share nodes, so the solid is watertight.
+    `sides` are the faces on the boundary, 0 to 5 for -xi +xi -eta +eta -zeta +zeta, and `patch`
+    the polycube face that each came from.
     """
 
     control: np.ndarray  # (C, 3), one spline function each
     extraction: csr_matrix  # (B, C), rows sum to 1
     nodes: np.ndarray  # (E, 64) into the B Bezier nodes
     element_hex: np.ndarray  # (E,) hex each element came from
+    level: np.ndarray  # (E,) of refinement: the hex halved so often
+    sides: np.ndarray  # (Q, 2) element and face of it
+    patch: np.ndarray  # (Q,)
     extraordinary_edges: int = 0
 
     def __post_init__(self) -> None:
@@ -224,6 +229,9 @@ class Spline:
             control=("C 3", np.float64),
             nodes=("E 64", np.int64),
             element_hex=("E", np.int64),
+            level=("E", np.int64),
+            sides=("Q 2", np.int64),
+            patch=("Q", np.int64),
         )
 
     def element_functions(self) -> ElementFunctions:

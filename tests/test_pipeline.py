@@ -221,7 +221,7 @@ def test_stage_results_come_back(tmp_path):
 
 def test_artifacts_keep_every_kind_of_value(tmp_path):
     extraction = csr_matrix(np.eye(3)[[0, 1, 1]])
-    spline = Spline(np.eye(3), extraction, np.zeros((1, 64)), [0], 4)
+    spline = Spline(np.eye(3), extraction, np.zeros((1, 64)), [0], [1], [[0, 5]], [3], 4)
     value = [spline, ("cube", None), {"a": 1.5}, np.arange(3)]
     artifacts.save(tmp_path / "value.npz", value)
     back = artifacts.load(tmp_path / "value.npz")

@@ -96,6 +96,16 @@ def exposed(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return faces[alone], alone // 6
 
 
+def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+    """The hex of each boundary quad (Q,), and which of its FACES it is (Q,)."""
+    faces = mesh.hexes[:, FACES].reshape(-1, 4)
+    rows = np.sort(np.concatenate([faces, mesh.quads]), axis=1)
+    _, inverse, _ = unique_rows(rows)
+    where = np.zeros(inverse.max() + 1, np.int64)
+    where[inverse[: len(faces)]] = np.arange(len(faces))
+    return np.divmod(where[inverse[len(faces) :]], 6)
+
+
 def neighbours(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of equal faces, as numbers 6 hex + local face: (P,) and (P,)."""
     _, inverse, count = unique_rows(np.sort(hexes[:, FACES].reshape(-1, 4), axis=1))

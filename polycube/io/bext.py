@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from polycube.geometry.cubic import lone_sides
 from polycube.io.atomic import whole
 from polycube.types import Spline
 
@@ -59,7 +60,8 @@ def _rows(coefficients: csr_matrix) -> list[str]:
 def read_bext(path: Path) -> Spline:
     """The spline of a cubic BEXT v1 file; Bezier nodes with equal rows are one node.
 
-    Element e counts as hex e.  Raises ValueError for another format or degree and a short file.
+    Element e counts as hex e, faces of one element alone as boundary.  Raises ValueError for
+    another format or degree and a short file.
     """
     words = iter(Path(path).read_text().split())
     try:
@@ -78,7 +80,12 @@ def read_bext(path: Path) -> Spline:
         (value, (node.astype(int), function.astype(int))), (64 * n_elements, n_nodes)
     )
     distinct, nodes = _share(extraction)
-    return Spline(control, distinct, nodes.reshape(-1, 64), np.arange(n_elements))
+    nodes = nodes.reshape(-1, 64)
+    sides = lone_sides(nodes)
+    whole_hexes = np.arange(n_elements)
+    return Spline(
+        control, distinct, nodes, whole_hexes, 0 * whole_hexes, sides, np.zeros(len(sides))
+    )
 
 
 def _take(words: Iterator[str], count: int) -> list[str]:

@@ -25,7 +25,8 @@ logger = logging.getLogger(__name__)
 
 State = Mapping[str, object]
 
-CSR = ("data", "indices", "indptr")  # of the extraction matrix, in spline.npz
+ARRAYS = ("control", "nodes", "element_hex", "level", "sides", "patch")  # in spline.npz
+CSR = ("data", "indices", "indptr")  # of the extraction matrix, there
 
 
 def summarize(
@@ -190,7 +191,8 @@ def _write_spline(folder: Path, state: State) -> None:
     bezier.write_bezier_vtu(folder / "spline.vtu", spline)
     with whole(folder / "spline.npz") as temporary, open(temporary, "wb") as file:
         matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
-        np.savez_compressed(file, control=spline.control, nodes=spline.nodes, **matrix)
+        arrays = {name: getattr(spline, name) for name in ARRAYS}
+        np.savez_compressed(file, **arrays, **matrix)
     if "modes" in state:
         bezier.write_modes_csv(folder / "modes.csv", state["modes"])
         bezier.write_modes_vtu(folder / "modes.vtu", spline, state["modes"])

@@ -17,7 +17,7 @@ from itertools import product
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 
-from polycube.geometry.hexes import extraordinary_edges, unique_rows
+from polycube.geometry.hexes import extraordinary_edges, quad_sides, unique_rows
 from polycube.types import HexMesh, Spline
 
 TENSOR = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # VTK corner at tensor place i + 2 j + 4 k
@@ -72,6 +72,9 @@ def volumetric_spline(
         extraction=_extraction(strata, nodes.max() + 1, len(mesh.vertices)),
         nodes=nodes,
         element_hex=np.arange(len(mesh.hexes)),
+        level=np.zeros(len(mesh.hexes)),
+        sides=np.stack(quad_sides(mesh), axis=1),
+        patch=mesh.patch,
         extraordinary_edges=len(extraordinary_edges(mesh)[0]),
     )
 

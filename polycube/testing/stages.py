@@ -157,7 +157,7 @@ def _check_hexes(hexes: HexMesh, part: Solid) -> None:
 def check_spline(plugin: Callable) -> None:
     """A partition of unity whose solid is the block's, right-handed."""
     part = solid("hole_z", 20.0)
-    spline = plugin(part.hexes)
+    spline = plugin(part.surface, part.hexes)
     claim(isinstance(spline, Spline), "the result is a Spline", type(spline).__name__)
     shape = (spline.extraction.shape[0], len(spline.control))
     claim(spline.extraction.shape == shape, f"the extraction is {shape}", spline.extraction.shape)
@@ -167,6 +167,8 @@ def check_spline(plugin: Callable) -> None:
     claim(inside, f"nodes number the {shape[0]} Bezier nodes")
     hexes = set(spline.element_hex.tolist())
     claim(hexes == set(range(len(part.hexes.hexes))), "every hex has an element")
+    known = set(part.hexes.patch.tolist())
+    claim(set(spline.patch.tolist()) == known, "its sides have the patches of the mesh")
     points = spline.extraction @ spline.control
     size = np.ptp(points, axis=0)
     off = np.abs(size / SIDES - 1).max()
@@ -181,7 +183,7 @@ def check_analysis(plugin: Callable) -> None:
     from polycube.registry import build
 
     part = solid(size=25.0)
-    spline = build("spline", {"plugin": "h2s"})(part.hexes)
+    spline = build("spline", {"plugin": "h2s"})(part.surface, part.hexes)
     modes = plugin(spline)
     claim(isinstance(modes, Modes), "the result is Modes", type(modes).__name__)
     values = modes.eigenvalues

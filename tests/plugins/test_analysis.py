@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from polycube.io.hexes import boundary
 from polycube.registry import build
 from tests.hex_solids import hex_box
 
@@ -17,7 +18,8 @@ def modal(**options):
 
 @pytest.fixture(scope="module")
 def spline():
-    return build("spline", {"plugin": "h2s"})(hex_box((4, 1, 1), (100.0, 20.0, 10.0)))
+    mesh = hex_box((4, 1, 1), (100.0, 20.0, 10.0))
+    return build("spline", {"plugin": "h2s"})(boundary(mesh), mesh)
 
 
 def test_config_holds_the_defaults():

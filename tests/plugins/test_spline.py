@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from polycube.geometry.hexes import hex_mesh
+from polycube.io.hexes import boundary
 from polycube.registry import build, names
 from polycube.spline.bezier import min_detj
 from polycube.spline.extraction import volumetric_spline
@@ -20,6 +21,10 @@ def h2s(**options):
     return build("spline", {"plugin": "h2s", **options})
 
 
+def solid(mesh, **options):
+    return h2s(**options)(boundary(mesh), mesh)
+
+
 def test_config_holds_the_defaults():
     config = yaml.safe_load((CONF / "spline" / "h2s.yaml").read_text())
     assert config == {"plugin": "h2s", **asdict(h2s())}
@@ -28,23 +33,23 @@ def test_config_holds_the_defaults():
 
 @pytest.mark.parametrize("mesh", [hex_box((3, 3, 3)), hex_cylinder(), hex_ball()])
 def test_gives_a_valid_solid(mesh):
-    spline = h2s()(mesh)
+    spline = solid(mesh)
     assert min_detj(spline).lower_bound > 0
     assert len(spline.nodes) == len(mesh.hexes)
 
 
 def test_sharp_edges_keep_a_box_a_box():
     mesh = hex_box((3, 3, 3))
-    assert min_detj(h2s()(mesh)).volume == pytest.approx(1, rel=1e-12)
-    round_box = h2s(sharp="none", single_hex_edges=False)(mesh)
+    assert min_detj(solid(mesh)).volume == pytest.approx(1, rel=1e-12)
+    round_box = solid(mesh, sharp="none", single_hex_edges=False)
     assert min_detj(round_box).volume < 0.97
     assert min_detj(round_box).min_detj == pytest.approx(0, abs=1e-12)
-    assert min_detj(h2s(sharp="none")(mesh)).volume == pytest.approx(1, rel=1e-12)
+    assert min_detj(solid(mesh, sharp="none")).volume == pytest.approx(1, rel=1e-12)
 
 
 def test_angle_is_in_degrees():
     mesh = hex_cylinder(2, 2, 2)  # eight sides; rims at 90, sides at 45 degrees
-    rims, sides = (min_detj(h2s(angle=angle)(mesh)).volume for angle in (50, 40))
+    rims, sides = (min_detj(solid(mesh, angle=angle)).volume for angle in (50, 40))
     assert sides == pytest.approx(8 * np.sin(np.pi / 4) / 2, rel=1e-12)
     assert rims < 0.99 * sides
 
@@ -56,8 +61,8 @@ def test_stray_creases_stay_smooth():
     vertices[peak] *= 1.3  # the edges round it turn by more, and end in the smooth surface
     peaked = hex_mesh(vertices, mesh.hexes)
     assert len(creases(peaked, np.radians(30))) > 0
-    stray = h2s(angle=30)(peaked).extraction
-    assert (stray != h2s(sharp="none")(peaked).extraction).nnz == 0
+    stray = solid(peaked, angle=30).extraction
+    assert (stray != solid(peaked, sharp="none").extraction).nnz == 0
 
 
 def bent_bar(height):
@@ -73,20 +78,20 @@ def test_creases_that_would_spoil_det_j_stay_smooth(height):
     edges = creases(mesh, np.radians(45))
     corners = kinks(mesh, edges, np.radians(45))
     assert min_detj(volumetric_spline(mesh, edges, corners)).min_scaled_detj < 1e-9
-    found = min_detj(h2s()(mesh))
+    found = min_detj(solid(mesh))
     assert found.min_scaled_detj > 0.8
-    round_bar = min_detj(h2s(sharp="none")(mesh)).volume
+    round_bar = min_detj(solid(mesh, sharp="none")).volume
     assert found.volume > 2 * height > round_bar - 1e-9  # convex kept: only the concave is filled
 
 
 def test_harmless_creases_are_kept():
-    assert min_detj(h2s()(bent_bar(1.0))).volume == pytest.approx(2, rel=1e-12)
+    assert min_detj(solid(bent_bar(1.0))).volume == pytest.approx(2, rel=1e-12)
 
 
 def test_logs_the_numbers_that_decide(caplog):
     mesh = hex_box((2, 2, 2))
     with caplog.at_level(logging.INFO):
-        h2s()(mesh)
+        solid(mesh)
     assert "27 functions, 8 elements, 24 sharp and 0 extraordinary edges, volume 1" in caplog.text
     assert "not valid" not in caplog.text
     h2s()(hex_mesh(mesh.vertices * [-1, 1, 1], mesh.hexes))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import identity
 
-from polycube.geometry.hexes import hex_mesh
+from polycube.geometry.hexes import hex_mesh, quad_sides
 from polycube.geometry.lattice import boundary, cell_of_box, lattice
 from polycube.geometry.projection import project
 from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
@@ -50,7 +50,15 @@ def spline_of(mesh: HexMesh) -> Spline:
     points = np.einsum("pc,hcx->hpx", weights, mesh.vertices[mesh.hexes]).reshape(-1, 3)
     _, first, nodes = np.unique(points.round(6), axis=0, return_index=True, return_inverse=True)
     number = np.arange(len(mesh.hexes))
-    return Spline(points[first], identity(len(first), format="csr"), nodes.reshape(-1, 64), number)
+    return Spline(
+        points[first],
+        identity(len(first), format="csr"),
+        nodes.reshape(-1, 64),
+        number,
+        0 * number,
+        np.stack(quad_sides(mesh), axis=1),
+        mesh.patch,
+    )
 
 
 @pytest.fixture(scope="session")

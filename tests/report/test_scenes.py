@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from polycube.geometry.cubic import lone_sides
 from polycube.geometry.hexes import hex_mesh
 from polycube.geometry.quality import scaled_jacobian
 from polycube.geometry.rough_map import affine_map
 from polycube.report import scenes
-from polycube.report.bezier import boundary_faces, tessellate
+from polycube.report.bezier import tessellate
 from polycube.report.colours import QUALITY_COLOURS, ramp, rgb
 from polycube.types import Modes, TriMesh
 
@@ -94,7 +95,12 @@ def test_bezier_skin_is_closed_outward_and_of_the_right_volume(run) -> None:
     np.testing.assert_allclose(rest, 0, atol=1e-8)
     _, trilinear = area_vector(mesh.vertices, mesh.quads)
     assert volume == pytest.approx(trilinear, rel=1e-3)
-    assert len(boundary_faces(spline.nodes)) == len(mesh.quads)
+    assert len(layer.polygons) == 16 * len(mesh.quads)
+
+
+def test_sides_of_a_spline_are_the_faces_that_one_element_has(run) -> None:
+    spline = run["spline"]
+    assert sorted(map(tuple, lone_sides(spline.nodes))) == sorted(map(tuple, spline.sides))
 
 
 def test_bezier_skin_weights_are_a_partition_of_unity(run) -> None:

@@ -153,17 +153,18 @@ def test_spline() -> None:
     own = build("spline", {"plugin": "h2s"})
 
     def changed(**changes: Callable) -> Callable:
-        def plugin(hexes):
-            spline = own(hexes)
+        def plugin(surface, hexes):
+            spline = own(surface, hexes)
             return replace(spline, **{k: change(spline) for k, change in changes.items()})
 
         return plugin
 
-    says("spline", lambda hexes: hexes, "Spline; got HexMesh")
+    says("spline", lambda surface, hexes: hexes, "Spline; got HexMesh")
     says("spline", changed(extraction=lambda s: 0.9 * s.extraction), "partition of unity")
     says("spline", changed(control=lambda s: s.control[1:]), "the extraction is")
     says("spline", changed(nodes=lambda s: s.nodes + 10**7), "nodes number")
     says("spline", changed(element_hex=lambda s: 0 * s.element_hex), "every hex has an element")
+    says("spline", changed(patch=lambda s: 0 * s.patch), "patches of the mesh")
     says("spline", changed(control=lambda s: s.control / 2), "sides of the mesh")
     says("spline", changed(nodes=lambda s: s.nodes[:, ::-1]), "right-handed")
 
