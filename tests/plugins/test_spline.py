@@ -94,7 +94,7 @@ def test_logs_the_numbers_that_decide(caplog):
         solid(mesh)
     assert "27 functions, 8 elements, 24 sharp and 0 extraordinary edges, volume 1" in caplog.text
     assert "not valid" not in caplog.text
-    h2s()(hex_mesh(mesh.vertices * [-1, 1, 1], mesh.hexes))
+    solid(hex_mesh(mesh.vertices * [-1, 1, 1], mesh.hexes))
     assert "not valid: det J is not positive everywhere" in caplog.text
 
 
