@@ -1,4 +1,4 @@
-"""What is solved on the spline."""
+"""Free vibration modes."""
 
 import logging
 from collections.abc import Mapping

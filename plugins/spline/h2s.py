@@ -1,4 +1,4 @@
-"""Volumetric splines on a hex mesh."""
+"""The hex-to-spline construction of TH-spline3D."""
 
 import logging
 from dataclasses import dataclass

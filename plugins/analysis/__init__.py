@@ -1,0 +1,1 @@
+"""What is solved on the spline."""

@@ -1,0 +1,1 @@
+"""Volumetric splines on a hex mesh."""
