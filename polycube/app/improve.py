@@ -54,7 +54,7 @@ class Improvement(Run):
         given, warnings = read_hexes(hex_path)
         if path == "???":  # no mesh=
             return given, boundary(given), hex_path, hex_path, warnings
-        surface, more = read_surface(path)
+        surface, more = read_surface(path, self.cad)
         try:
             check_place(given, surface)
         except InputError as error:

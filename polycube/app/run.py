@@ -19,6 +19,7 @@ from polycube.geometry.lattice import describe
 from polycube.geometry.parametrization import pull_back
 from polycube.geometry.quality import ENOUGH, INVALID, accept, scaled_jacobian, score
 from polycube.geometry.regular import read_structure
+from polycube.io.cad import Cad
 from polycube.io.read import read_surface
 from polycube.kinds import KINDS, check_chain
 from polycube.pipeline import (
@@ -55,6 +56,7 @@ class Run:
         self.clock = Clock()
         self.state: State = {}
         self.folder: Path | None = None  # set when the input is known to be good
+        self.cad = Cad(**cfg["cad"], units=cfg["analysis"].get("units"))
         self.meshing = self._meshing()
         if self._backend.get("certify", CERTIFY[0]) not in CERTIFY:
             raise InputError(
@@ -86,7 +88,7 @@ class Run:
             surface, path, warnings = load_stage(Path(self.cfg["resume"]), "read")
         else:
             path = str(self.cfg["mesh"])
-            surface, warnings = self.clock.run("read", lambda: read_surface(path))
+            surface, warnings = self.clock.run("read", lambda: read_surface(path, self.cad))
         for warning in warnings:
             logger.warning("warning: %s", warning)
         self.state |= {"surface": surface, "path": path, "warnings": list(warnings)}

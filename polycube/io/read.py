@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.io.cad import SUFFIXES, Cad, read_cad
 from polycube.io.clean import clean
 from polycube.io.examples import example
 from polycube.io.obj import read_obj
@@ -21,22 +22,24 @@ from polycube.types import TriMesh
 logger = logging.getLogger(__name__)
 
 EXAMPLE = "example:"
-CAD = (".step", ".stp", ".iges", ".igs", ".brep")
 
 Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
 
-def read_surface(path: str | Path) -> tuple[TriMesh, list[str]]:
+def read_surface(path: str | Path, cad: Cad | None = None) -> tuple[TriMesh, list[str]]:
     """Closed, oriented surface of one solid, and what was changed or is doubtful, one per line.
 
-    `path` is a file or `example:NAME`.  Raises InputError, one sentence, for what can not be used.
+    `path` is a file or `example:NAME`; `cad` is how CAD files are read.
+    Raises InputError, one sentence, for what can not be used.
     """
     if str(path).startswith(EXAMPLE):
         return example(str(path).removeprefix(EXAMPLE)), []
     path = Path(path)
     try:
-        vertices, faces = _reader(path)(path)
-        surface, warnings = clean(vertices, faces)
+        if path.suffix.lower() in SUFFIXES and not path.is_dir():
+            surface, warnings = read_cad(path, cad or Cad())
+        else:
+            surface, warnings = clean(*_reader(path)(path))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
@@ -49,13 +52,10 @@ def _reader(path: Path) -> Callable[[Path], Soup]:
     suffix = path.suffix.lower()
     if path.is_dir():
         raise InputError("this is a folder; give one file")
-    if suffix in CAD:
-        raise InputError(
-            f"CAD files ({suffix}) can not be read yet; convert it to STL with a CAD program"
-        )
     if suffix not in READERS:
         raise InputError(
-            f"unknown kind of file {suffix!r}; can read {', '.join(READERS)} and example:NAME"
+            f"unknown kind of file {suffix!r}; can read "
+            f"{', '.join([*READERS, *SUFFIXES])} and example:NAME"
         )
     return READERS[suffix]
 

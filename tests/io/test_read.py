@@ -149,9 +149,9 @@ def test_polygon_that_is_no_fan_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("part.step", "convert it to STL"),
-        ("part.IGS", "convert it to STL"),
-        ("part.docx", "can read .stl, .obj, .ply, .off, .glb, .fbx and example:NAME"),
+        ("none.step", "can not be read"),
+        ("none.IGS", "can not be read"),
+        ("part.docx", ".glb, .fbx, .step, .stp, .iges, .igs, .brep and example:NAME"),
         ("part", "unknown kind"),
         ("none.stl", "can not be read"),
         ("none.fbx", "can not be read"),

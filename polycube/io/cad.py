@@ -1,0 +1,160 @@
+"""Triangles of one solid of a CAD file (STEP, IGES, BREP), in the units of the file.
+
+gmsh does it in a process of its own; where it does not load, cascadio reads STEP files with one
+solid.  Closedness is checked afterwards as for any surface, and here that no volume was lost.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import re
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.geometry.surface import volume
+from polycube.io.clean import clean
+from polycube.types import TriMesh
+
+logger = logging.getLogger(__name__)
+
+STEP = (".step", ".stp")
+SUFFIXES = (*STEP, ".iges", ".igs", ".brep")
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3, "in": 25.4, "ft": 304.8}
+PREFIX = {"": 1000.0, ".MILLI.": 1.0, ".CENTI.": 10.0, ".MICRO.": 1e-3}  # of a metre, in mm
+LOST = 0.05  # share of the volume that tessellation may lose
+INSTALL = "pip install 'polycube[cad]'"
+
+
+@dataclass(frozen=True)
+class Cad:
+    """How CAD files are read."""
+
+    solid: int | None = None  # of a file with several: which, from 1
+    segments: int = 32  # triangle edges on a full turn of a round face
+    units: str | None = None  # lengths the rest of the run takes the coordinates for
+
+    def __post_init__(self) -> None:
+        for name, least in {"segments": 6, "solid": 1}.items():
+            value = getattr(self, name)
+            whole = isinstance(value, int) and not isinstance(value, bool)
+            if not (whole and value >= least) and not (name == "solid" and value is None):
+                raise InputError(
+                    f"cad.{name} must be a whole number, {least} or more; got {value!r}"
+                )
+
+
+def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
+    """Closed, oriented surface of a solid, and what is doubtful; raises InputError."""
+    path.open("rb").close()  # raises OSError, as the other readers do
+    found = _tessellated(path, options)
+    unit = file_unit(path)
+    surface, notes = clean(found["vertices"] / MILLIMETRES[unit], found["faces"])
+    size = found.get("volume", np.nan) / MILLIMETRES[unit] ** 3
+    logger.info("%s: lengths in %s, volume %.6g %s3", path, unit, size, unit)
+    if options.units not in (None, unit):
+        notes.append(
+            f"the file's lengths are in {unit}, but analysis.units={options.units}; "
+            f"say analysis.units={unit}"
+        )
+    lost = 1 - volume(surface) / size
+    if np.isnan(lost):
+        notes.append("gmsh does not load: read by cascadio, the volume was not checked")
+    elif abs(lost) > LOST:
+        notes.append(
+            f"the triangles enclose {100 * lost:.1f} % less than the solid; "
+            f"raise cad.segments={options.segments}"
+        )
+    return surface, notes
+
+
+def file_unit(path: Path) -> str:
+    """Length unit that a STEP file declares, a key of MILLIMETRES; other files: mm."""
+    if path.suffix.lower() not in STEP:
+        return "mm"
+    text = re.sub(r"\s+", "", path.read_text(errors="replace").upper())
+    entity = dict(re.findall(r"#(\d+)=([^;]*);", text))
+    context = re.search(r"GLOBAL_UNIT_ASSIGNED_CONTEXT\(\(([#\d,]*)\)", text)
+    units = [entity.get(n, "") for n in re.findall(r"\d+", context[1] if context else "")]
+    length = next((unit for unit in units if "LENGTH_UNIT()" in unit), "")
+    size = _millimetres(length, entity)
+    known = [name for name, value in MILLIMETRES.items() if np.isclose(value, size)]
+    return known[0] if known else "mm"
+
+
+def _millimetres(unit: str, entity: dict[str, str]) -> float:
+    """Of one unit: an SI unit, or so many of another."""
+    if based := re.search(r"CONVERSION_BASED_UNIT\('[^']*',#(\d+)\)", unit):
+        measure = entity.get(based[1], "")
+        factor = re.search(r"LENGTH_MEASURE\(([-+.\dE]+)\),#(\d+)", measure)
+        return float(factor[1]) * _millimetres(entity.get(factor[2], ""), entity) if factor else 1.0
+    metre = re.search(r"SI_UNIT\((\.\w+\.|\$),\.METRE\.\)", unit)
+    return PREFIX.get(metre[1].replace("$", ""), 1.0) if metre else 1.0
+
+
+def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
+    """Arrays in millimetres: volume (one number, where it is known), vertices, faces."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "solid.npz"
+        asked = {"path": str(path), "output": str(output)}
+        asked |= {"solid": options.solid, "segments": options.segments}
+        done = subprocess.run(
+            [sys.executable, "-m", "polycube.io.cad_worker"],
+            input=json.dumps(asked),
+            capture_output=True,
+            text=True,
+        )
+        if output.is_file():
+            with np.load(output) as arrays:
+                return _chosen(dict(arrays), options.solid)
+    if "import gmsh" in done.stderr:
+        return _by_cascadio(path, options)
+    raise InputError(f"not a readable {path.suffix} file: {_last_line(done.stderr)}")
+
+
+def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.ndarray]:
+    """The arrays of the solid asked for; raises InputError where that is not clear."""
+    volumes, boxes = found["volume"], found["box"]
+    if not len(volumes):
+        raise InputError("the file holds no solid; export the part as a closed solid body")
+    if "faces" not in found:
+        listed = ", ".join(
+            f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
+            for i, (v, box) in enumerate(zip(volumes, boxes, strict=True))
+        )
+        asked = "" if solid is None else f"there is no solid {solid}; "
+        raise InputError(f"{asked}the file holds {len(volumes)} solids: {listed}; say cad.solid=1")
+    return {**found, "volume": volumes[(solid or 1) - 1]}
+
+
+def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:
+    """The same by cascadio, whose lengths are metres."""
+    if path.suffix.lower() not in STEP or options.solid is not None:
+        raise InputError(f"{path.suffix} files and cad.solid need gmsh; {INSTALL}")
+    try:
+        import cascadio
+        import trimesh
+    except ImportError:
+        raise InputError(f"CAD files need gmsh; {INSTALL}") from None
+    angle = 2 * np.pi / options.segments
+    data = cascadio.load(path.read_bytes(), tol_linear=0.01, tol_angular=angle)
+    if not data:
+        raise InputError(f"not a readable {path.suffix} file")
+    mesh = trimesh.load_scene(BytesIO(data), file_type="glb").to_mesh()
+    return {"vertices": 1000 * np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces)}
+
+
+def _last_line(text: str) -> str:
+    lines = [line for line in text.strip().splitlines() if line.strip()]
+    return lines[-1].removeprefix("Exception: ") if lines else "gmsh ended without a word"
+
+
+def _point(values: np.ndarray) -> str:
+    return "(" + ", ".join(f"{value:.5g}" for value in values.round(6) + 0.0) + ")"

@@ -1,0 +1,89 @@
+"""Tessellate a CAD file with gmsh: `python -m polycube.io.cad_worker`, a process of its own.
+
+Open CASCADE writes to the standard output, and may crash; gmsh takes over signals and is GPL.
+Reads a request as JSON on standard input; writes arrays to the .npz it names.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import numpy as np
+
+SEW = 1e-5  # of the diagonal: gaps of loose faces that are closed
+COARSE = 1 / 20  # of the diagonal: largest triangle edge
+FINE = 1 / 1000  # smallest
+
+
+def main() -> None:
+    """Solids of the file, and the triangles of the one asked for; lengths in millimetres."""
+    request = json.load(sys.stdin)
+    import gmsh
+
+    gmsh.initialize(interruptible=False)
+    for name, value in {
+        "General.Terminal": 0,
+        "General.NumThreads": 1,
+        "Mesh.Algorithm": 6,
+        "Mesh.RandomSeed": 1,
+        "Mesh.MeshSizeExtendFromBoundary": 0,
+        "Mesh.MeshSizeFromCurvature": request["segments"],
+    }.items():
+        gmsh.option.setNumber(name, value)
+    if request["path"].lower().endswith((".step", ".stp")):  # others have no units or are in mm
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    gmsh.model.occ.importShapes(request["path"])
+    gmsh.model.occ.synchronize()
+    if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):  # IGES: loose faces
+        gap = SEW * _diagonal(gmsh)
+        gmsh.model.occ.healShapes(tolerance=gap, sewFaces=True, makeSolids=True)
+        gmsh.model.occ.synchronize()
+    solids = [tag for _, tag in gmsh.model.getEntities(3)]
+    found = {
+        "volume": np.array([gmsh.model.occ.getMass(3, tag) for tag in solids]),
+        "box": np.array([gmsh.model.getBoundingBox(3, tag) for tag in solids]).reshape(-1, 6),
+    }
+    number = request["solid"]
+    if number is None and len(solids) == 1:
+        number = 1
+    if number is not None and 1 <= number <= len(solids):
+        found |= _triangles(gmsh, solids, number - 1)
+    with open(request["output"], "wb") as file:
+        np.savez(file, **found)
+    gmsh.finalize()
+
+
+def _diagonal(gmsh: object) -> float:
+    low, high = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
+    return float(np.linalg.norm(high - low))
+
+
+def _triangles(gmsh: object, solids: list[int], chosen: int) -> dict[str, np.ndarray]:
+    """Vertices (V, 3), faces (F, 3) and the CAD face of each, from 1."""
+    others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
+    gmsh.model.occ.remove(others, recursive=True)
+    gmsh.model.occ.synchronize()
+    size = _diagonal(gmsh)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", COARSE * size)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", FINE * size)
+    gmsh.model.mesh.generate(2)
+    tags, points, _ = gmsh.model.mesh.getNodes()
+    place = np.zeros(int(tags.max()) + 1, np.int64)
+    place[tags] = np.arange(len(tags))
+    faces, owner = [], []
+    for number, (_, face) in enumerate(
+        gmsh.model.getBoundary([(3, solids[chosen])], oriented=False)
+    ):
+        _, corners = gmsh.model.mesh.getElementsByType(2, face)
+        faces.append(place[corners.reshape(-1, 3)])
+        owner.append(np.full(len(faces[-1]), number + 1))
+    return {
+        "vertices": points.reshape(-1, 3),
+        "faces": np.concatenate(faces),
+        "cad_face": np.concatenate(owner),
+    }
+
+
+if __name__ == "__main__":
+    main()

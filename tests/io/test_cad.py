@@ -1,0 +1,142 @@
+"""CAD files written by gmsh in another process, read back."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from polycube.errors import InputError
+from polycube.geometry.surface import genus, volume
+from polycube.io.cad import Cad, file_unit
+from polycube.io.read import read_surface
+
+BORED = 100 * 60 * 40 - np.pi * 12**2 * 40  # volume
+WRITE = """
+import sys, gmsh
+gmsh.initialize(interruptible=False)
+gmsh.option.setNumber("General.Terminal", 0)
+occ = gmsh.model.occ
+box = occ.addBox(5, -7, 3, 100, 60, 40)
+drill = occ.addCylinder(55, 23, 3, 0, 0, 40, 12)
+occ.cut([(3, box)], [(3, drill)])
+if sys.argv[2] == "two":
+    occ.addBox(200, 0, 0, 1, 2, 3)
+occ.synchronize()
+gmsh.write(sys.argv[1])
+"""
+
+
+def part(folder, suffix="step", solids="one"):
+    path = folder / f"part.{suffix}"
+    run = [sys.executable, "-c", WRITE, str(path), solids]
+    subprocess.run(run, check=True, capture_output=True)
+    return path
+
+
+@pytest.fixture(scope="module")
+def step(tmp_path_factory):
+    return part(tmp_path_factory.mktemp("cad"))
+
+
+@pytest.mark.parametrize("suffix", ["step", "brep", "igs"])
+def test_a_bored_box_keeps_volume_place_and_hole(tmp_path, suffix):
+    surface, warnings = read_surface(part(tmp_path, suffix))
+    assert warnings == []
+    assert genus(surface) == 1
+    assert volume(surface) == pytest.approx(BORED, rel=2e-3)
+    np.testing.assert_allclose(surface.vertices.min(axis=0), [5, -7, 3], atol=1e-5)
+    np.testing.assert_allclose(surface.vertices.max(axis=0), [105, 53, 43], atol=1e-5)
+
+
+def test_more_segments_are_nearer_to_the_solid(step):
+    off = [
+        abs(volume(read_surface(step, Cad(segments=segments))[0]) - BORED) for segments in (12, 48)
+    ]
+    assert 8 < off[0] / off[1]  # 16 for chords of a circle
+
+
+def test_coordinates_are_in_the_unit_of_the_file(tmp_path, step):
+    metres = tmp_path / "metres.step"
+    text = step.read_text()
+    assert "SI_UNIT(.MILLI.,.METRE.)" in text
+    metres.write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
+    surface, warnings = read_surface(metres, Cad(units="mm"))
+    np.testing.assert_allclose(np.ptp(surface.vertices, axis=0), [100, 60, 40], rtol=1e-6)
+    assert warnings == ["the file's lengths are in m, but analysis.units=mm; say analysis.units=m"]
+    assert read_surface(metres, Cad(units="m"))[1] == []
+
+
+@pytest.mark.parametrize(
+    ("unit", "name"),
+    [
+        ("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.CENTI.,.METRE.))", "cm"),
+        ("( CONVERSION_BASED_UNIT('INCH',#7) LENGTH_UNIT()\n NAMED_UNIT(#9))", "in"),
+        ("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))", "mm"),
+    ],
+)
+def test_units_that_step_files_declare(tmp_path, unit, name):
+    path = tmp_path / "a.stp"
+    path.write_text(
+        f"#5={unit};\n#7=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#8);\n"
+        "#8=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n#6=(PLANE_ANGLE_UNIT());\n"
+        "#4=(GLOBAL_UNIT_ASSIGNED_CONTEXT((#6,#5))REPRESENTATION_CONTEXT('',''));\n"
+    )
+    assert file_unit(path) == name
+
+
+def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
+    path = part(tmp_path, solids="two")
+    with pytest.raises(InputError, match=r"2 solids: 1 \(volume 22190.* 2 \(volume 6 mm3, from"):
+        read_surface(path)
+    with pytest.raises(InputError, match="there is no solid 3; the file holds 2"):
+        read_surface(path, Cad(solid=3))
+    assert volume(read_surface(path, Cad(solid=2))[0]) == pytest.approx(6)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("good morning", "not a readable .step file|holds no solid"),
+        ("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "no solid"),
+    ],
+)
+def test_what_holds_no_solid_is_refused(tmp_path, text, sentence):
+    path = tmp_path / "part.step"
+    path.write_text(text)
+    with pytest.raises(InputError, match=sentence) as refused:
+        read_surface(path)
+    assert "\n" not in str(refused.value)
+
+
+def test_half_a_file_is_refused(tmp_path, step):
+    path = tmp_path / "half.step"
+    text = step.read_text()
+    path.write_text(text[: len(text) // 2])
+    with pytest.raises(InputError, match=r"half\.step"):
+        read_surface(path)
+
+
+def test_without_gmsh_cascadio_reads_step(tmp_path, step, monkeypatch):
+    (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    surface, warnings = read_surface(step)
+    assert warnings == ["gmsh does not load: read by cascadio, the volume was not checked"]
+    assert genus(surface) == 1 and volume(surface) == pytest.approx(BORED, rel=5e-3)
+    with pytest.raises(InputError, match=r"cad\.solid need gmsh; pip install"):
+        read_surface(step, Cad(solid=1))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"segments": 2}, "cad.segments must be a whole number, 6 or more; got 2"),
+        ({"segments": None}, "cad.segments .* got None"),
+        ({"solid": 0}, "cad.solid must be a whole number, 1 or more; got 0"),
+        ({"solid": "a"}, "cad.solid .* got 'a'"),
+    ],
+)
+def test_options_make_sense(options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Cad(**options)
