@@ -38,7 +38,7 @@ class Cad:
     """How CAD files are read."""
 
     solid: int | None = None  # of a file with several: which, from 1
-    segments: int = 32  # triangle edges on a full turn of a round face
+    segments: int = 48  # triangle edges on a full turn of a round face
     units: str | None = None  # lengths the rest of the run takes the coordinates for
 
     def __post_init__(self) -> None:
