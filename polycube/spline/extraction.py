@@ -59,6 +59,23 @@ def volumetric_spline(
     Elsewhere the surface is smooth, and det J is 0 along a smooth boundary edge with a single hex.
     Raises ValueError for sharp edges and corners off the boundary and for vertices without a hex.
     """
+    extraction, nodes = extraction_matrix(mesh, sharp_edges, corner_vertices)
+    return Spline(
+        control=mesh.vertices,
+        extraction=extraction,
+        nodes=nodes,
+        element_hex=np.arange(len(mesh.hexes)),
+        level=np.zeros(len(mesh.hexes)),
+        sides=np.stack(quad_sides(mesh), axis=1),
+        patch=mesh.patch,
+        extraordinary_edges=len(extraordinary_edges(mesh)[0]),
+    )
+
+
+def extraction_matrix(
+    mesh: HexMesh, sharp_edges: np.ndarray, corner_vertices: Sequence[int] = ()
+) -> tuple[csr_matrix, np.ndarray]:
+    """Rows (B, C) of all Bezier nodes and the nodes (H, 64) of each hex; see volumetric_spline."""
     corners = mesh.hexes[:, TENSOR]
     nodes, numbers = bezier_nodes(corners)
     unused = len(mesh.vertices) - numbers[0].max() - 1
@@ -67,16 +84,7 @@ def volumetric_spline(
     ends, count = np.unique(sharp_edges, return_counts=True)
     tips = np.union1d(ends[count != 2], corner_vertices)
     strata = _strata(corners, nodes, numbers, np.sort(sharp_edges, axis=1), tips)
-    return Spline(
-        control=mesh.vertices,
-        extraction=_extraction(strata, nodes.max() + 1, len(mesh.vertices)),
-        nodes=nodes,
-        element_hex=np.arange(len(mesh.hexes)),
-        level=np.zeros(len(mesh.hexes)),
-        sides=np.stack(quad_sides(mesh), axis=1),
-        patch=mesh.patch,
-        extraordinary_edges=len(extraordinary_edges(mesh)[0]),
-    )
+    return _extraction(strata, nodes.max() + 1, len(mesh.vertices)), nodes
 
 
 def bezier_nodes(corners: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
