@@ -1,6 +1,7 @@
 """DDPM-Polycube: from a CAD surface to a polycube, a hex mesh and a volumetric spline."""
 
 import sys
+from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -19,6 +20,13 @@ def _mount(folder: Path, name: str) -> None:
     )
     sys.modules[name] = module_from_spec(spec)
     spec.loader.exec_module(sys.modules[name])
+
+
+def __getattr__(name: str) -> object:
+    """`polycube.mesh`, imported when it is first asked for: it brings Hydra."""
+    if name == "mesh":
+        return import_module("polycube.app.api").mesh
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 if HOME != _PACKAGE:

@@ -22,6 +22,7 @@ from polycube import HOME
 from polycube.app.improve import Improvement, is_improvement
 from polycube.app.run import Run
 from polycube.errors import InputError, MeshingError
+from polycube.pipeline import State
 from polycube.report.results import summarize, write_results
 
 logger = logging.getLogger(__name__)
@@ -30,7 +31,12 @@ INTERRUPTED = 130  # as shells say it
 
 
 def infer(cfg: Mapping[str, object]) -> dict[str, object]:
-    """Do the whole run and write its folder; returns the numbers of `report.json`.
+    """Do the whole run and write its folder; returns the numbers of `report.json`, as `finish`."""
+    return finish(cfg)[1]
+
+
+def finish(cfg: Mapping[str, object]) -> tuple[State, dict[str, object]]:
+    """Do the whole run and write its folder; returns what was made, and its numbers.
 
     Raises InputError before anything is written.  When a stage fails, what was made before it is
     kept, the report names the stage, and `valid` is false.
@@ -51,7 +57,7 @@ def infer(cfg: Mapping[str, object]) -> dict[str, object]:
         report = summarize(run.state, run.clock.seconds, run.clock.effort, cfg)
         write_results(folder, run.state, report, run.exports, cfg)
         _say(report, folder)
-        return report
+        return run.state, report
 
 
 def main() -> None:
