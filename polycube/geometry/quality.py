@@ -47,6 +47,12 @@ class Distances:
     mean: float
     p99: float  # exceeded by one point in a hundred
 
+    @classmethod
+    def of(cls, values: np.ndarray) -> Distances:
+        """Of the distances (N,)."""
+        largest, mean, p99 = values.max(), values.mean(), np.percentile(values, 99)
+        return cls(float(largest), float(mean), float(p99))
+
 
 @dataclass(frozen=True)
 class Deviation:
@@ -111,7 +117,7 @@ def deviation(mesh: HexMesh, surface: TriMesh, samples: int = 8000) -> Deviation
     points = np.concatenate([goal.samples(samples)[0], goal.surface.vertices])
     here = closest.distance(back, points)
     on = there.reshape(-1, len(SHARES))[:, -4:]
-    return Deviation(float(on.max()), _distances(there), _distances(here))
+    return Deviation(float(on.max()), Distances.of(there), Distances.of(here))
 
 
 def off_creases(mesh: HexMesh, surface: TriMesh, step: float = 0.004) -> float:
@@ -130,10 +136,6 @@ def off_creases(mesh: HexMesh, surface: TriMesh, step: float = 0.004) -> float:
         for crease in goal.features.creases
     ]
     return float(np.percentile(closest.distance(edges, np.concatenate(points)), 95))
-
-
-def _distances(values: np.ndarray) -> Distances:
-    return Distances(float(values.max()), float(values.mean()), float(np.percentile(values, 99)))
 
 
 @lru_cache(maxsize=4)

@@ -1,0 +1,58 @@
+"""The boundary of a spline solid: bicubic Bezier faces seen from outside, as sparse matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.geometry.cubic import FACES
+from polycube.spline.bernstein import bernstein, derivative
+from polycube.types import Spline
+
+
+def boundary_nodes(spline: Spline) -> np.ndarray:
+    """(Q, 16) Bezier nodes of the boundary faces, u fastest; d/du x d/dv points outwards."""
+    element, side = spline.sides.T
+    return spline.nodes[element[:, None], FACES[side]]
+
+
+def sampling(
+    spline: Spline, u: np.ndarray, v: np.ndarray, faces: np.ndarray | None = None
+) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
+    """Points, d/du and d/dv as matrices (n, B) on the Bezier nodes.
+
+    faces : (n,) the face of each point (u, v) of (n,); without it all points on every face, face
+        by face
+    """
+    nodes = boundary_nodes(spline)
+    tables = [bernstein(u), derivative(u)], [bernstein(v), derivative(v)]
+    pairs = ((tables[0][a], tables[1][b]) for a, b in ((0, 0), (1, 0), (0, 1)))
+    weights = [np.einsum("ni,nj->nji", x, y).reshape(-1, 16) for x, y in pairs]
+    if faces is None:
+        weights = [np.tile(w, (len(nodes), 1)) for w in weights]
+        faces = np.repeat(np.arange(len(nodes)), len(u))
+    columns = nodes[faces].ravel()
+    ends = np.arange(0, len(columns) + 1, 16)
+    shape = (len(faces), spline.extraction.shape[0])
+    return tuple(csr_matrix((w.ravel(), columns, ends), shape) for w in weights)
+
+
+def normals(du: np.ndarray, dv: np.ndarray) -> np.ndarray:
+    """(n, 3) unit normals of tangents (n, 3); zero where these are parallel."""
+    normal = np.cross(du, dv)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+
+
+def triangles(points: np.ndarray, pieces: int) -> np.ndarray:
+    """(2 pieces^2 Q, 3, 3) triangles of the points ((pieces + 1)^2 Q, 3) of a grid on each face."""
+    n = pieces + 1
+    local = np.arange(n * n).reshape(n, n)
+    a, b, c, d = local[:-1, :-1], local[:-1, 1:], local[1:, 1:], local[1:, :-1]
+    corners = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
+    return points.reshape(-1, n * n, 3)[:, corners].reshape(-1, 3, 3)
+
+
+def grid(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """u and v (n^2,) of a square grid, u fastest."""
+    u, v = np.meshgrid(line, line)
+    return u.ravel(), v.ravel()
