@@ -1,10 +1,12 @@
 """The hex-to-spline construction of TH-spline3D."""
 
 import logging
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from polycube.geometry.hexes import extraordinary_edges
 from polycube.registry import register
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.extraction import volumetric_spline
@@ -16,6 +18,9 @@ from polycube.spline.features import (
     union,
     without_dead_ends,
 )
+from polycube.spline.refinement import refined_spline
+from polycube.spline.selection import Refinement
+from polycube.spline.subdivision import ControlMesh
 from polycube.types import HexMesh, Spline, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -39,16 +44,21 @@ class H2S:
     sharp: str = "auto"  # auto: edges, and corners of their curves, turning by more than `angle`
     angle: float = 45.0  # degrees
     single_hex_edges: bool = True
+    refine: Mapping | Refinement = field(default_factory=Refinement)
 
     def __post_init__(self) -> None:
         if self.sharp not in ("auto", "none"):
             raise ValueError(f"sharp must be auto or none; got {self.sharp!r}")
         if not 0 < self.angle < 180:
             raise ValueError(f"angle must lie in (0, 180) degrees; got {self.angle}")
+        object.__setattr__(self, "refine", Refinement.of(self.refine))
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
-        sharp, spline = self._sharpened(hexes)
+        sharp, corners = self._sharpened(hexes)
+        singular = len(extraordinary_edges(hexes)[0])
+        space = ControlMesh(hexes, sharp, corners)
+        spline = refined_spline(space, self.refine, surface, singular)
         jacobian = min_detj(spline)
         logger.info(
             "%d functions, %d elements, %d sharp and %d extraordinary edges, volume %.6g, "
@@ -67,24 +77,25 @@ class H2S:
             logger.warning("the spline is not valid: det J is not positive everywhere")
         return spline
 
-    def _sharpened(self, hexes: HexMesh) -> tuple[np.ndarray, Spline]:
-        """Sharp edges (S, 2) and spline, with as many creases and kinks as leave det J alone."""
+    def _sharpened(self, hexes: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+        """Sharp edges (S, 2) and corners (P,): as many creases and kinks as leave det J alone."""
         forced = single_hex_edges(hexes) if self.single_hex_edges else np.zeros((0, 2), np.int64)
         corners = folds(hexes, forced) if self.single_hex_edges else np.zeros(0, np.int64)
-        plain = volumetric_spline(hexes, forced, corners)
         if self.sharp == "none":
-            return forced, plain
-        floor = np.minimum(scaled_detj(plain), FLOOR) - 1e-9
+            return forced, corners
+        plain = forced, corners
+        floor = np.minimum(scaled_detj(volumetric_spline(hexes, *plain)), FLOOR) - 1e-9
         found, blunt = creases(hexes, np.radians(self.angle)), np.zeros(0, np.int64)
         while True:
             kept = found[~np.isin(found, blunt).any(axis=1)]
             sharp = union(forced, without_dead_ends(union(forced, kept)))
             tips = np.setdiff1d(kinks(hexes, sharp, np.radians(self.angle)), blunt)
             corners = folds(hexes, sharp) if self.single_hex_edges else np.zeros(0, np.int64)
-            spline = volumetric_spline(hexes, sharp, union(corners, tips))
+            corners = union(corners, tips)
+            spline = volumetric_spline(hexes, sharp, corners)
             spoiled = hexes.hexes[scaled_detj(spline) < floor]
             if len(spoiled) == 0:
-                return sharp, spline
+                return sharp, corners
             if np.isin(spoiled, blunt).all():
-                return forced, plain
+                return plain
             blunt = union(blunt, spoiled.ravel())
