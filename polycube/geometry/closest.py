@@ -24,8 +24,7 @@ class Tree(NamedTuple):
     first: np.ndarray  # (M,) start in `order`
     last: np.ndarray  # (M,) end in `order`
     right: np.ndarray  # (M,) right child; 0 at a leaf
-    low: np.ndarray  # (M, 6) of positions and normals
-    high: np.ndarray  # (M, 6)
+    box: np.ndarray  # (M, 12) lowest positions and normals, then the highest
 
 
 def tree(corners: np.ndarray, normals: np.ndarray) -> Tree:
@@ -61,7 +60,7 @@ def distance(tree: Tree, points: np.ndarray) -> np.ndarray:
     return np.linalg.norm(points - closest(tree, points)[0], axis=1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _build(corners, normals):
     n = len(corners)
     box = np.zeros((n, 12))
@@ -81,7 +80,7 @@ def _build(corners, normals):
         np.zeros(2 * n, np.int64),
         np.zeros(2 * n, np.int64),
     )
-    low, high = np.zeros((2 * n, 6)), np.zeros((2 * n, 6))
+    bounds = np.zeros((2 * n, 12))
     begin, end, parent = np.zeros(128, np.int64), np.zeros(128, np.int64), np.zeros(128, np.int64)
     end[0], parent[0] = n, -1
     top, count = 1, 0
@@ -98,7 +97,7 @@ def _build(corners, normals):
             for i in order[s:e]:
                 a, b = min(a, box[i, d]), max(b, box[i, 6 + d])
                 lo, hi = min(lo, centre[i, d]), max(hi, centre[i, d])
-            low[node, d], high[node, d] = a, b
+            bounds[node, d], bounds[node, 6 + d] = a, b
             if hi - lo > widest:
                 axis, widest = d, hi - lo
         if e - s > LEAF:
@@ -107,37 +106,45 @@ def _build(corners, normals):
             begin[top], end[top], parent[top] = middle, e, node  # right: after the whole left part
             begin[top + 1], end[top + 1], parent[top + 1] = s, middle, -1
             top += 2
-    return order, first[:count], last[:count], right[:count], low[:count], high[:count]
+    return order, first[:count], last[:count], right[:count], bounds[:count]
 
 
-@njit(cache=True)
-def _bound(tree, node, x, n, square, free):
+@njit(cache=True, error_model="numpy", inline="always")
+def _bound(box, node, x, n, square, free):
     """Least value that any triangle of the node can have."""
     away, turned = 0.0, 0.0
     for d in range(3):
-        gap = max(tree.low[node, d] - x[d], x[d] - tree.high[node, d], 0.0)
-        turn = max(tree.low[node, 3 + d] - n[d], n[d] - tree.high[node, 3 + d], 0.0)
+        gap = max(box[node, d] - x[d], x[d] - box[node, 6 + d], 0.0)
+        turn = max(box[node, 3 + d] - n[d], n[d] - box[node, 9 + d], 0.0)
         away += gap * gap
         turned += turn * turn
     return away + square * max(turned - free, 0.0)
 
 
-@njit(cache=True)
-def _weights(x, t):
-    """Weights of the second and third corner of triangle t at its point closest to x."""
-    d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for d in range(3):
-        ab, ac = t[1, d] - t[0, d], t[2, d] - t[0, d]
-        d1 += ab * (x[d] - t[0, d])
-        d2 += ac * (x[d] - t[0, d])
-        d3 += ab * (x[d] - t[1, d])
-        d4 += ac * (x[d] - t[1, d])
-        d5 += ab * (x[d] - t[2, d])
-        d6 += ac * (x[d] - t[2, d])
+@njit(cache=True, error_model="numpy", inline="always")
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _minus(a, b):
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _weights(x, a, b, c):
+    """Weights of b and c at the point of their triangle with a that is closest to x."""
+    ab, ac = _minus(b, a), _minus(c, a)
+    gap = _minus(x, a)
+    d1, d2 = _dot(ab, gap), _dot(ac, gap)
     if d1 <= 0 and d2 <= 0:
         return 0.0, 0.0
+    gap = _minus(x, b)
+    d3, d4 = _dot(ab, gap), _dot(ac, gap)
     if d3 >= 0 and d4 <= d3:
         return 1.0, 0.0
+    gap = _minus(x, c)
+    d5, d6 = _dot(ab, gap), _dot(ac, gap)
     if d6 >= 0 and d5 <= d6:
         return 0.0, 1.0
     vc = d1 * d4 - d3 * d2
@@ -153,30 +160,41 @@ def _weights(x, t):
     return vb / (va + vb + vc), vc / (va + vb + vc)
 
 
-@njit(cache=True)
-def _value(tree, face, x, n, square, free):
-    """Square distance and misfit of the normal, with the weights of the closest point."""
+@njit(cache=True, error_model="numpy", inline="always")
+def _row(array, i):
+    return (array[i, 0], array[i, 1], array[i, 2])
+
+
+@njit(cache=True, error_model="numpy")
+def _value(tree, face, x, n, square, free, most):
+    """Square distance and misfit of the normal, with the weights of the closest point.
+
+    Infinite where the misfit alone is not below `most`.
+    """
+    turn = _minus(n, _row(tree.normals, face))
+    misfit = square * max(_dot(turn, turn) - free, 0.0)
+    if misfit >= most:
+        return np.inf, 0.0, 0.0
     t = tree.corners[face]
-    v, w = _weights(x, t)
-    away, turned = 0.0, 0.0
+    a, b, c = _row(t, 0), _row(t, 1), _row(t, 2)
+    v, w = _weights(x, a, b, c)
+    away = 0.0
     for d in range(3):
-        gap = x[d] - (1 - v - w) * t[0, d] - v * t[1, d] - w * t[2, d]
-        turn = n[d] - tree.normals[face, d]
+        gap = x[d] - (1 - v - w) * a[d] - v * b[d] - w * c[d]
         away += gap * gap
-        turned += turn * turn
-    return away + square * max(turned - free, 0.0), v, w
+    return away + misfit, v, w
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _search(tree, points, normals, alpha, guess, free):
     square = alpha * alpha
     face = np.zeros(len(points), np.int64)
     weight = np.zeros((len(points), 3))
     stack, bounds = np.zeros(128, np.int64), np.zeros(128)
     for i in range(len(points)):
-        x, n = points[i], normals[i]
+        x, n = _row(points, i), _row(normals, i)
         f = guess[i]
-        best, bv, bw = _value(tree, f, x, n, square, free)
+        best, bv, bw = _value(tree, f, x, n, square, free, np.inf)
         stack[0], bounds[0], top = 0, 0.0, 1
         while top > 0:
             top -= 1
@@ -185,18 +203,21 @@ def _search(tree, points, normals, alpha, guess, free):
                 continue
             if tree.right[node] == 0:
                 for j in tree.order[tree.first[node] : tree.last[node]]:
-                    value, v, w = _value(tree, j, x, n, square, free)
+                    value, v, w = _value(tree, j, x, n, square, free, best)
                     if value < best:
                         best, bv, bw, f = value, v, w, j
                 continue
             near, far = node + 1, tree.right[node]
-            a = _bound(tree, near, x, n, square, free)
-            b = _bound(tree, far, x, n, square, free)
+            a = _bound(tree.box, near, x, n, square, free)
+            b = _bound(tree.box, far, x, n, square, free)
             if b < a:
                 near, far, a, b = far, near, b, a
-            stack[top], bounds[top] = far, b
-            stack[top + 1], bounds[top + 1] = near, a
-            top += 2
+            if b < best:
+                stack[top], bounds[top] = far, b
+                top += 1
+            if a < best:
+                stack[top], bounds[top] = near, a
+                top += 1
         face[i] = f
         weight[i, 0], weight[i, 1], weight[i, 2] = 1 - bv - bw, bv, bw
     return face, weight

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from polycube.geometry.elementary import FAST, exponential, inverse_cube_root
 from polycube.geometry.hexes import CORNERS, EDGES
 
 # frames as edges of the hex (12, 13, 14: mean edge along xi, eta, zeta) with the sign of their
@@ -30,7 +31,7 @@ _SIGN = np.append(np.where(EDGES[_EDGE, 0] == CORNERS[:, :1], 1.0, -1.0).prod(ax
 _EDGE = np.vstack([_EDGE, [12, 13, 14]])
 _DIRECTION = np.vstack([_EDGE[:8] // 4, [0, 1, 2]])
 _TINY = 1e-30
-_FAST = {"reassoc", "contract", "arcp", "nsz"}  # but infinite values stay what they are
+LANES = 32  # hexes that the energy takes at a time
 
 
 class Terms(NamedTuple):
@@ -84,13 +85,13 @@ def energy(
     x : (V, 3), lengths : (H, 3) wanted edge lengths along xi, eta, zeta
     """
     gradient = np.zeros_like(x)
-    value = _hex_energy(x, hexes, lengths, Terms(*map(float, terms)), gradient)
+    value = _hex_energy(x, hexes, lengths, Terms(*map(float, terms)), gradient, 0, len(hexes))
     if np.isfinite(value):
         value += _spring_energy(x, springs, gradient)
     return value, gradient
 
 
-@njit(cache=True, fastmath=_FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def least_determinant(x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray) -> float:
     """Smallest d of all frames."""
     least = np.inf
@@ -104,7 +105,7 @@ def least_determinant(x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray) -> 
     return least
 
 
-@njit(cache=True, fastmath=_FAST)
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def scaled_jacobian(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     """(H,) smallest scaled Jacobian over corners and centre; -1 where an edge has no length."""
     result = np.ones(len(hexes))
@@ -119,7 +120,7 @@ def scaled_jacobian(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     return result
 
 
-@njit(cache=True, fastmath=_FAST, inline="always")
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _load(x, hex, edge):
     """The 12 edges of a hex and their means in each direction."""
     for d in range(3):
@@ -130,98 +131,164 @@ def _load(x, hex, edge):
             edge[12 + k, d] = mean / 4
 
 
-@njit(cache=True, fastmath=_FAST, inline="always")
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _cross(a, b):
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True, fastmath=_FAST, inline="always")
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, fastmath=_FAST, inline="always")
-def _frame_energy(a2, b2, c2, det, wa, wb, wc, terms):
-    """Value, derivative by det, and factors of a, b, c in the gradients by a, b, c."""
-    value, by_det, fa, fb, fc = 0.0, 0.0, 0.0, 0.0, 0.0
-    if terms.shape > 0:
-        scale = np.sqrt(wa * wb * wc)
-        d = det * scale
-        norm = a2 * wa + b2 * wb + c2 * wc
-        root = np.sqrt(terms.eps * terms.eps + d * d)
-        inverse = 1 / max(0.5 * (d + root), 1e-12)
-        power = np.cbrt(inverse * inverse)
-        spread = 0.5 * (d * d + 1) * inverse
-        value += terms.shape * (norm * power / 3 + terms.barrel * spread)
-        by_chi = -2 / 9 * norm * power - terms.barrel * spread
-        slope = 0.5 * (1 + d / root)
-        by_det += terms.shape * scale * (by_chi * slope + terms.barrel * d) * inverse
-        factor = terms.shape * 2 / 3 * power
-        fa, fb, fc = factor * wa, factor * wb, factor * wc
-    if terms.jacobian > 0:
-        inverse = 1 / np.sqrt(a2 * b2 * c2)
-        s = det * inverse
-        v = terms.jacobian * np.exp(-terms.beta * (s - terms.offset))
-        value += v / terms.beta
-        by_det -= v * inverse
-        fa, fb, fc = fa + v * s / a2, fb + v * s / b2, fc + v * s / c2
-    return value, by_det, fa, fb, fc
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _hex_energy(x, hexes, lengths, terms, gradient, begin, end):
+    """Sum over hexes begin to end; adds to the gradient, by way of that by the edges of each hex.
 
-
-@njit(cache=True, fastmath=_FAST)
-def _hex_energy(x, hexes, lengths, terms, gradient):
-    """Sum over hexes; adds to the gradient, by way of that by the edges of each hex."""
+    LANES hexes at a time, number by number, so that the loops over them are vectorised.
+    """
     total = 0.0
-    edge, by_edge = np.zeros((15, 3)), np.zeros((15, 3))
-    for h in range(len(hexes)):
-        _load(x, hexes[h], edge)
-        w = (lengths[h, 0] ** -2, lengths[h, 1] ** -2, lengths[h, 2] ** -2)
-        floor = terms.floor * lengths[h, 0] * lengths[h, 1] * lengths[h, 2]
-        for k in range(15):
-            by_edge[k, 0] = by_edge[k, 1] = by_edge[k, 2] = 0.0
+    corner, weight = np.empty((24, LANES)), np.empty((4, LANES))
+    edge, by_edge, out = np.empty((45, LANES)), np.empty((45, LANES)), np.empty((6, LANES))
+    least = np.empty(LANES)
+    for start in range(begin, end, LANES):
+        n = min(LANES, end - start)
+        _gather(x, hexes, lengths, start, n, corner, weight)
+        _edges(corner, edge)
+        by_edge[:] = 0.0
+        least[:] = np.inf
         for f in range(9):
-            i, j, k = _EDGE[f, 0], _EDGE[f, 1], _EDGE[f, 2]
-            a = (edge[i, 0], edge[i, 1], edge[i, 2])
-            b = (edge[j, 0], edge[j, 1], edge[j, 2])
-            c = (edge[k, 0], edge[k, 1], edge[k, 2])
-            bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
-            det = _SIGN[f] * _dot(a, bc)
-            if det < floor:
+            i, j, k = 3 * _EDGE[f, 0], 3 * _EDGE[f, 1], 3 * _EDGE[f, 2]
+            _frame(edge, weight, i, j, k, _DIRECTION[f], _SIGN[f], terms, out)
+            _add_cross(by_edge, edge, i, j, k, out, 2)
+            _add_cross(by_edge, edge, j, k, i, out, 3)
+            _add_cross(by_edge, edge, k, i, j, out, 4)
+            for at in range(LANES):
+                least[at] = min(least[at], out[5, at])
+            for at in range(n):
+                total += out[0, at]
+        for at in range(n):
+            if least[at] < terms.floor:
                 return np.inf
-            wa, wb, wc = w[_DIRECTION[f, 0]], w[_DIRECTION[f, 1]], w[_DIRECTION[f, 2]]
-            a2, b2, c2 = _dot(a, a) + _TINY, _dot(b, b) + _TINY, _dot(c, c) + _TINY
-            value, by_det, fa, fb, fc = _frame_energy(a2, b2, c2, det, wa, wb, wc, terms)
-            total += value
-            by_det *= _SIGN[f]
-            for d in range(3):
-                by_edge[i, d] += fa * a[d] + by_det * bc[d]
-                by_edge[j, d] += fb * b[d] + by_det * ca[d]
-                by_edge[k, d] += fc * c[d] + by_det * ab[d]
-        for e in range(12):
-            for d in range(3):
-                g = (by_edge[e, d] + by_edge[12 + e // 4, d] / 4) / 8
-                gradient[hexes[h, EDGES[e, 0]], d] -= g
-                gradient[hexes[h, EDGES[e, 1]], d] += g
+        _scatter(by_edge, hexes, start, n, corner, gradient)
     return total / 8
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _gather(x, hexes, lengths, start, n, corner, weight):
+    """Corners of hexes, and the weights of their edges and determinants; the last fills up."""
+    for at in range(LANES):
+        h = start + min(at, n - 1)
+        for k in range(8):
+            for d in range(3):
+                corner[3 * k + d, at] = x[hexes[h, k], d]
+        product = 1.0
+        for d in range(3):
+            inverse = 1 / lengths[h, d]
+            weight[d, at] = inverse * inverse
+            product *= inverse
+        weight[3, at] = product
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _edges(corner, edge):
+    """The 12 edges and their means in each direction."""
+    for k in range(12):
+        p, q = 3 * EDGES[k, 0], 3 * EDGES[k, 1]
+        for d in range(3):
+            for at in range(LANES):
+                edge[3 * k + d, at] = corner[q + d, at] - corner[p + d, at]
+    for k in range(3):
+        for r in range(12 * k, 12 * k + 3):
+            for at in range(LANES):
+                mean = edge[r, at] + edge[r + 3, at] + edge[r + 6, at] + edge[r + 9, at]
+                edge[36 + r - 9 * k, at] = mean / 4
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _frame(edge, weight, i, j, k, direction, sign, terms, out):
+    """Of the frame of edges at rows i, j, k: value, derivative by the determinant, factors of a,
+    b, c in the gradients by a, b, c, and d.
+    """
+    p, q, r = direction
+    for at in range(LANES):
+        a = (edge[i, at], edge[i + 1, at], edge[i + 2, at])
+        b = (edge[j, at], edge[j + 1, at], edge[j + 2, at])
+        c = (edge[k, at], edge[k + 1, at], edge[k + 2, at])
+        det = sign * _dot(a, _cross(b, c))
+        a2, b2, c2 = _dot(a, a) + _TINY, _dot(b, b) + _TINY, _dot(c, c) + _TINY
+        wa, wb, wc, scale = weight[p, at], weight[q, at], weight[r, at], weight[3, at]
+        d = det * scale
+        norm = a2 * wa + b2 * wb + c2 * wc
+        root = np.sqrt(terms.eps * terms.eps + d * d)
+        third = inverse_cube_root(max(0.5 * (d + root), 1e-12))
+        power, inverse = third * third, third * third * third
+        spread = terms.barrel * 0.5 * (d * d + 1) * inverse
+        slope = (-2 / 9 * norm * power - spread) * 0.5 * (1 + d / root) + terms.barrel * d
+        factor = terms.shape * 2 / 3 * power
+        ia, ib, ic = 1 / a2, 1 / b2, 1 / c2
+        per_size = np.sqrt(ia * ib * ic)
+        s = det * per_size
+        v = terms.jacobian * exponential(-terms.beta * (s - terms.offset))
+        out[0, at] = terms.shape * (norm * power / 3 + spread) + v / terms.beta
+        out[1, at] = sign * (terms.shape * scale * slope * inverse - v * per_size)
+        out[2, at] = factor * wa + v * s * ia
+        out[3, at] = factor * wb + v * s * ib
+        out[4, at] = factor * wc + v * s * ic
+        out[5, at] = d
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _add_cross(by_edge, edge, i, j, k, out, row):
+    """Add the gradient by the edge at row i: its factor times a, the determinant's times b x c."""
+    for at in range(LANES):
+        b = (edge[j, at], edge[j + 1, at], edge[j + 2, at])
+        c = (edge[k, at], edge[k + 1, at], edge[k + 2, at])
+        bc = _cross(b, c)
+        by_edge[i, at] += out[row, at] * edge[i, at] + out[1, at] * bc[0]
+        by_edge[i + 1, at] += out[row, at] * edge[i + 1, at] + out[1, at] * bc[1]
+        by_edge[i + 2, at] += out[row, at] * edge[i + 2, at] + out[1, at] * bc[2]
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _scatter(by_edge, hexes, start, n, corner, gradient):
+    """Add the gradients by the edges to those by the vertices, by way of the corners' array."""
+    corner[:] = 0.0
+    for e in range(12):
+        p, q = 3 * EDGES[e, 0], 3 * EDGES[e, 1]
+        for d in range(3):
+            for at in range(LANES):
+                g = (by_edge[3 * e + d, at] + by_edge[36 + e // 4 * 3 + d, at] / 4) / 8
+                corner[p + d, at] -= g
+                corner[q + d, at] += g
+    for at in range(n):
+        for k in range(8):
+            for d in range(3):
+                gradient[hexes[start + at, k], d] += corner[3 * k + d, at]
+
+
+@njit(cache=True, nogil=True)
 def _spring_energy(x, springs, gradient):
     total = 0.0
     for s in range(len(springs.goal)):
-        r = [-springs.goal[s, 0], -springs.goal[s, 1], -springs.goal[s, 2]]
+        r0, r1, r2 = -springs.goal[s, 0], -springs.goal[s, 1], -springs.goal[s, 2]
         for k in range(4):
-            share = springs.share[s, k]
+            share, v = springs.share[s, k], springs.vertex[s, k]
             if share != 0:
-                for d in range(3):
-                    r[d] += share * x[springs.vertex[s, k], d]
+                r0 += share * x[v, 0]
+                r1 += share * x[v, 1]
+                r2 += share * x[v, 2]
         n = springs.direction[s]
-        off = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
+        off = r0 * n[0] + r1 * n[1] + r2 * n[2]
         along, every = springs.along[s], springs.every[s]
-        total += along * off * off + every * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+        total += along * off * off + every * (r0 * r0 + r1 * r1 + r2 * r2)
+        g0 = 2 * (along * off * n[0] + every * r0)
+        g1 = 2 * (along * off * n[1] + every * r1)
+        g2 = 2 * (along * off * n[2] + every * r2)
         for k in range(4):
-            share = 2 * springs.share[s, k]
+            share, v = springs.share[s, k], springs.vertex[s, k]
             if share != 0:
-                for d in range(3):
-                    gradient[springs.vertex[s, k], d] += share * (along * off * n[d] + every * r[d])
+                gradient[v, 0] += share * g0
+                gradient[v, 1] += share * g1
+                gradient[v, 2] += share * g2
     return total
