@@ -48,7 +48,7 @@ KINDS = {
         "finer hexes, nearer to the surface", ("surface", "hexes"), "hexes", once=True
     ),
     "spline": Kind("volumetric spline on the hexes", ("surface", "hexes"), "spline"),
-    "analysis": Kind("solve on the spline", ("spline",), "modes"),
+    "analysis": Kind("solve on the spline", ("spline",), "solution"),
     # what comes out
     "export": Kind("write the hex mesh in a solver's format: (hexes, path) -> the file"),
 }

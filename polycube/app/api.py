@@ -16,7 +16,7 @@ import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed
 from polycube import HOME
 from polycube.app.infer import finish
 from polycube.errors import InputError, MeshingError
-from polycube.types import HexMesh, Modes, Polycube, Spline, TriMesh
+from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
 
 HEX = (".vtu", ".vtk", ".mesh", ".msh", ".inp")  # files of hex meshes, to be improved
 
@@ -29,8 +29,13 @@ class Part:
     polycube: Polycube | None
     hexes: HexMesh | None
     spline: Spline | None
-    modes: Modes | None
+    solution: Solution | None
     report: dict[str, object]  # as in report.json
+
+    @property
+    def modes(self) -> Modes | None:
+        """The solution, where it is modes."""
+        return self.solution if isinstance(self.solution, Modes) else None
 
 
 def mesh(source: object, *overrides: str, output_dir: str | Path | None = None) -> Part:
@@ -52,7 +57,7 @@ def mesh(source: object, *overrides: str, output_dir: str | Path | None = None) 
         state, report = finish(cfg)
     if not report["valid"]:
         raise MeshingError(report["failure"])
-    names = ("surface", "polycube", "hexes", "spline", "modes")
+    names = ("surface", "polycube", "hexes", "spline", "solution")
     return Part(**{name: state.get(name) for name in names}, report=report)
 
 

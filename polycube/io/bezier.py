@@ -1,4 +1,4 @@
-"""Bezier elements and mode shapes for ParaView: cells of type VTK_BEZIER_HEXAHEDRON, degree 3."""
+"""Bezier elements and solutions for ParaView: cells of type VTK_BEZIER_HEXAHEDRON, degree 3."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from polycube.io.atomic import whole
 from polycube.io.vtk import write_cells
-from polycube.types import Modes, Spline
+from polycube.types import Deformation, Modes, Potential, Solution, Spline
 
 BEZIER_HEXAHEDRON = 79  # VTK's number for the cell
 
@@ -34,13 +34,18 @@ VTK_ORDER = _vtk_order()
 
 
 def write_bezier_vtu(
-    path: Path, spline: Spline, point_data: Mapping[str, np.ndarray] | None = None
+    path: Path,
+    spline: Spline,
+    point_data: Mapping[str, np.ndarray] | None = None,
+    bezier_data: Mapping[str, np.ndarray] | None = None,
 ) -> Path:
     """Write the Bezier elements, with the hex each came from.
 
     point_data : coefficients at the control points, (C,) or (C, n), of fields on the spline
+    bezier_data : Bezier coefficients of other fields, (B,) or (B, n)
     """
     fields = {name: spline.extraction @ array for name, array in (point_data or {}).items()}
+    fields |= bezier_data or {}
     return write_cells(
         path,
         spline.extraction @ spline.control,
@@ -49,6 +54,20 @@ def write_bezier_vtu(
         fields,
         {"hex": spline.element_hex},
     )
+
+
+def write_solution(folder: Path, spline: Spline, solution: Solution) -> None:
+    """Write the files of a solution: modes.csv and modes.vtu, static.vtu, or poisson.vtu."""
+    if isinstance(solution, Modes):
+        write_modes_csv(folder / "modes.csv", solution)
+        write_modes_vtu(folder / "modes.vtu", spline, solution)
+    elif isinstance(solution, Deformation):
+        stress = {"stress": solution.stress, "von_mises": solution.von_mises}
+        moved = {"displacement": solution.displacement}
+        write_bezier_vtu(folder / "static.vtu", spline, moved, stress)
+    elif isinstance(solution, Potential):
+        flux = {"flux": solution.flux}
+        write_bezier_vtu(folder / "poisson.vtu", spline, {"u": solution.values}, flux)
 
 
 def write_modes_vtu(path: Path, spline: Spline, modes: Modes) -> Path:

@@ -12,6 +12,8 @@ WORST = "#d6206a"
 QUALITY_COLOURS = ("#a3152b", "#e8743b", "#f5d67b", "#63b8b4", "#3d78bd")
 # displacement 0 .. largest
 DISPLACEMENT_COLOURS = ("#26365c", "#3b7ea1", "#6cc3a0", "#f0e27a", "#e2703a")
+# stress, temperature: least .. largest
+FIELD_COLOURS = ("#2b4f9e", "#3fa3c4", "#8fd19e", "#f4e07a", "#ee8a3c", "#b3202e")
 # distance from the input 0 .. largest: one hue, the far strong
 DEVIATION_COLOURS = ("#e9eef2", "#f3d9a4", "#ea9a52", "#c8443c", "#7a1f3d")
 # where a point lies along the polycube, from end to end

@@ -9,7 +9,7 @@ from pathlib import Path
 from string import Template
 
 from polycube.io.atomic import whole
-from polycube.report import sections
+from polycube.report import sections, solutions
 from polycube.report.hexes import hexes
 from polycube.report.markup import section
 from polycube.report.pictures import denoising, pictures
@@ -29,6 +29,8 @@ FILES = {
     "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
     "modes.vtu": "eigenmodes",
     "modes.csv": "frequencies",
+    "static.vtu": "displacement, stress (xx yy zz yz zx xy) and von Mises stress",
+    "poisson.vtu": "u and its flux",
     "trajectory.npz": "denoising, all states: points and their steps",
     "trajectory.png": "denoising, a picture of each state",
     "trajectory.gif": "denoising, animation",
@@ -38,7 +40,7 @@ FILES = {
 def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str, object]) -> Path:
     """Write `folder/report.html`; a run that stopped half way is told as far as it went.
 
-    state : surface, polycube, labels, given, hexes, spline, modes, and trajectory with steps and
+    state : surface, polycube, labels, given, hexes, spline, solution, and trajectory with steps and
         points, as far as they were made
     report : the numbers of `report.json`, and the settings under "config"
 
@@ -56,7 +58,7 @@ def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str,
         sections.denoising(report, moving),
         hexes(state, report, drawn),
         sections.spline(state, report, drawn),
-        sections.modes(state, report, drawn),
+        solutions.section_of(state, report, drawn),
         sections.seconds(report),
         _settings(report),
         _files(folder),

@@ -16,14 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.report import scenes, trajectory
+from polycube.report import fields, scenes, trajectory
 from polycube.report.quality import quad_deviation
-from polycube.report.render import Scene
+from polycube.report.render import Film, Scene
 
 logger = logging.getLogger(__name__)
 
 State = Mapping[str, object]
-N_MODES = 4  # drawn
 
 # picture -> what of the state it needs, and how it is made
 SCENES: dict[str, tuple[tuple[str, ...], Callable[[State], Scene]]] = {
@@ -47,12 +46,10 @@ SCENES: dict[str, tuple[tuple[str, ...], Callable[[State], Scene]]] = {
 
 
 def pictures(state: State) -> dict[str, bytes]:
-    """PNG of everything in the state that can be shown; `mode_<number>` for elastic modes."""
+    """PNG of everything in the state that can be shown, GIF of what moves: `mode_<number>`."""
     makers = {name: make for name, (needs, make) in SCENES.items() if _has(state, needs)}
-    if _has(state, ("spline", "modes")):
-        first = scenes.first_elastic(state["modes"])
-        for n in range(first, min(first + N_MODES, len(state["modes"].eigenvalues))):
-            makers[f"mode_{n}"] = lambda s, n=n: scenes.mode(s["spline"], s["modes"], n)
+    if _has(state, ("spline", "solution")):
+        makers |= fields.makers(state["solution"])
     if "cells" in makers and not np.ptp(state["hexes"].cell):
         del makers["cells"]  # one primitive is not taken apart
     found = {}
@@ -85,8 +82,8 @@ def _has(state: State, names: tuple[str, ...]) -> bool:
     return all(state.get(name) is not None for name in names)
 
 
-def draw(found: Mapping[str, Scene], seconds: float = 120) -> dict[str, bytes]:
-    """PNG of each scene; those that could not be drawn are missing, and a warning says why."""
+def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, bytes]:
+    """PNG of each scene, GIF of each film; what could not be drawn is missing, with a warning."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
         "MPLBACKEND": "Agg",
@@ -105,7 +102,9 @@ def draw(found: Mapping[str, Scene], seconds: float = 120) -> dict[str, bytes]:
             reason = process.stderr.decode(errors="replace").strip().splitlines()[-1:]
         except (OSError, subprocess.TimeoutExpired) as error:
             reason = [str(error)]
-        drawn = {path.stem: path.read_bytes() for path in sorted(Path(folder).glob("*.png"))}
+        drawn = {
+            path.stem: path.read_bytes() for path in sorted(Path(folder).glob("*.[pg][ni][gf]"))
+        }
     missing = [name for name in found if name not in drawn]
     if missing:
         why = "".join(reason) or "the drawing process ended without a word"

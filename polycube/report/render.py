@@ -1,4 +1,4 @@
-"""Draw scenes to PNG, off screen.  Run as a program, in a process of its own:
+"""Draw scenes to PNG and films to GIF, off screen.  Run as a program, in a process of its own:
 
     python -m polycube.report.render FOLDER < scenes.pickle
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import pickle
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +38,17 @@ class Layer:
 Scene = list[Layer]
 
 
+@dataclass(frozen=True, eq=False)
+class Film:
+    """One layer that swings: frame k shows its points moved by sin(k) of a whole turn."""
+
+    layer: Layer
+    shift: np.ndarray  # (N, 3)
+    width: int = 420  # pixels
+    frames: int = 16
+    milliseconds: int = 70  # per frame
+
+
 def view() -> np.ndarray:
     """(3, 3) rotation from the model to the eye: right, up and towards it."""
     towards = np.array(EYE) / np.linalg.norm(EYE)
@@ -51,9 +62,7 @@ def render(scene: Scene, path: Path) -> None:
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none")
-    for where, intensity in LIGHTS:
-        light = pyvista.Light(position=where, light_type="camera light", intensity=intensity)
-        plotter.add_light(light)
+    _light(plotter)
     for layer in scene:
         _add(plotter, layer)
     _look(plotter, np.concatenate([layer.points for layer in scene]))
@@ -61,6 +70,14 @@ def render(scene: Scene, path: Path) -> None:
     image = plotter.screenshot(None, transparent_background=True, return_img=True)
     plotter.close()
     _save(image, path)
+
+
+def _light(plotter: object) -> None:
+    import pyvista
+
+    for where, intensity in LIGHTS:
+        light = pyvista.Light(position=where, light_type="camera light", intensity=intensity)
+        plotter.add_light(light)
 
 
 def _look(plotter: object, points: np.ndarray) -> None:
@@ -113,10 +130,47 @@ def _save(image: np.ndarray, path: Path) -> None:
     imsave(path, image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1], format="png")
 
 
+def animate(film: Film, path: Path) -> None:
+    """Write a GIF, without end, on white; all frames in one view."""
+    import pyvista
+
+    size = film.width, film.width * SIZE[1] // SIZE[0]
+    plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
+    plotter.set_background("white")
+    _light(plotter)
+    layer = film.layer
+    steps = np.sin(2 * np.pi * np.arange(film.frames) / film.frames).round(9)
+    seen = {}
+    for step in np.unique(steps):
+        plotter.clear_actors()
+        _add(plotter, replace(layer, points=layer.points + step * film.shift))
+        ends = [layer.points + way * film.shift for way in (-1, 1)]
+        _look(plotter, np.concatenate(ends))
+        seen[step] = plotter.screenshot(None, return_img=True)
+    plotter.close()
+    _save_film([seen[step] for step in steps], path, film.milliseconds)
+
+
+def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
+    from PIL import Image
+
+    used = np.any([(frame < 255).any(axis=2) for frame in frames], axis=0)
+    rows, columns = (np.flatnonzero(used.any(axis)) for axis in (1, 0))
+    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    images = [Image.fromarray(np.ascontiguousarray(frame[box])) for frame in frames]
+    palette = images[0].quantize(64)
+    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    rest = {"append_images": images[1:], "duration": milliseconds, "loop": 0}
+    images[0].save(path, "GIF", save_all=True, **rest)
+
+
 def main(folder: Path) -> None:
-    """Draw every scene of the pickle on stdin to `folder/<name>.png`."""
-    for name, scene in pickle.load(sys.stdin.buffer).items():
-        render(scene, folder / f"{name}.png")
+    """Draw what the pickle on stdin holds to `folder/<name>.png`, films to `<name>.gif`."""
+    for name, shown in pickle.load(sys.stdin.buffer).items():
+        if isinstance(shown, list):
+            render(shown, folder / f"{name}.png")
+        else:
+            animate(shown, folder / f"{name}.gif")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The files of a run: numbers in `report.json`, meshes, spline, modes, and the page for people.
+"""The files of a run: numbers in `report.json`, meshes, spline, solution, and the page for people.
 
 Keys of `report.json` are a contract with other programs; distances there are fractions of the
 bounding-box diagonal of the input.
@@ -19,6 +19,7 @@ from polycube.geometry import lattice, quality
 from polycube.geometry import surface as topology
 from polycube.io.atomic import whole
 from polycube.report import quality as hex_quality
+from polycube.report import solutions
 from polycube.types import Candidate, HexMesh
 
 logger = logging.getLogger(__name__)
@@ -40,11 +41,13 @@ def summarize(
     seconds, effort : of the stages, see `pipeline.Clock`; stages that descend nothing are left out
     """
     parts = {"input": _input, "given": _given, "polycube": _polycube, "hex": _hex}
-    parts |= {"spline": _spline, "modes": _modes}
+    parts |= {"spline": _spline}
     needs = {"input": "surface", "polycube": "ranked", "hex": "hexes"}
     report = {
         name: numbers(state) for name, numbers in parts.items() if needs.get(name, name) in state
     }
+    if "solution" in state:
+        report |= solutions.numbers(state["spline"], state["solution"])
     failure = state.get("failure")
     report |= {"valid": failure is None, "warnings": state["warnings"], "seed": cfg["seed"]}
     if failure is not None:
@@ -130,16 +133,6 @@ def _spline(state: State) -> dict[str, object]:
     }
 
 
-def _modes(state: State) -> dict[str, object]:
-    modes = state["modes"]
-    return {
-        "omega_squared": modes.eigenvalues.tolist(),
-        "frequency_hz": modes.frequency.tolist(),
-        "mass": modes.mass,
-        "units": dict(modes.units),
-    }
-
-
 def clear_results(folder: Path) -> None:
     """Remove the results of an earlier run, so that a folder tells of one part; its log stays."""
     from polycube.report.html import FILES
@@ -193,9 +186,8 @@ def _write_spline(folder: Path, state: State) -> None:
         matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
         arrays = {name: getattr(spline, name) for name in ARRAYS}
         np.savez_compressed(file, **arrays, **matrix)
-    if "modes" in state:
-        bezier.write_modes_csv(folder / "modes.csv", state["modes"])
-        bezier.write_modes_vtu(folder / "modes.vtu", spline, state["modes"])
+    if "solution" in state:
+        bezier.write_solution(folder, spline, state["solution"])
 
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:

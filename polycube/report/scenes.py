@@ -12,7 +12,6 @@ from polycube.report.colours import (
     AXIS_COLOURS,
     CELLS,
     DEVIATION_COLOURS,
-    DISPLACEMENT_COLOURS,
     QUALITY_COLOURS,
     SURFACE,
     WORST,
@@ -20,7 +19,7 @@ from polycube.report.colours import (
     rgb,
 )
 from polycube.report.render import EYE, Layer, Scene
-from polycube.types import HexMesh, Labels, Modes, Polycube, RoughMap, Spline, TriMesh
+from polycube.types import HexMesh, Labels, Polycube, RoughMap, Spline, TriMesh
 
 SHARP = np.cos(np.radians(30))  # faces that turn by more meet at a drawn line
 
@@ -133,23 +132,6 @@ def spline_boundary(spline: Spline) -> Scene:
     points = skin.points @ (spline.extraction @ spline.control)
     colours = rgb((SURFACE,) * len(skin.quads))
     return [Layer(points, skin.quads, colours, skin.edges, smooth=True)]
-
-
-def mode(spline: Spline, modes: Modes, number: int, amplitude: float = 0.08) -> Scene:
-    """One mode, its largest displacement drawn as a fraction of the diagonal, and its colour."""
-    skin = tessellate(spline)
-    points = skin.points @ (spline.extraction @ spline.control)
-    shift = skin.points @ (spline.extraction @ modes.shapes[number])
-    length = np.linalg.norm(shift, axis=1)
-    scale = amplitude * np.linalg.norm(np.ptp(points, axis=0)) / max(length.max(), 1e-300)
-    colours = ramp(length / max(length.max(), 1e-300), DISPLACEMENT_COLOURS)
-    return [Layer(points + scale * shift, skin.quads, colours, skin.edges, smooth=True)]
-
-
-def first_elastic(modes: Modes) -> int:
-    """Number of the first mode that deforms the body; rigid motions have eigenvalue ~ 0."""
-    elastic = np.flatnonzero(modes.eigenvalues > 1e-6 * np.abs(modes.eigenvalues).max())
-    return int(elastic[0]) if len(elastic) else 0
 
 
 def _quality_skin(mesh: HexMesh, chosen: np.ndarray) -> Layer:

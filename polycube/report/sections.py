@@ -1,7 +1,8 @@
-"""The sections of the page, in the order of the work: input, structure, spline, modes.
+"""The sections of the page, in the order of the work: input, structure, spline.
 
-The hex mesh has a module of its own, `hexes`.  Each takes the state, the numbers of `report.json`
-and the pictures, any of which may stop half way, and returns "" when there is nothing to tell.
+The hex mesh and the solution have modules of their own, `hexes` and `solutions`.  Each takes the
+state, the numbers of `report.json` and the pictures, any of which may stop half way, and returns ""
+when there is nothing to tell.
 """
 
 from __future__ import annotations
@@ -11,10 +12,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from polycube.geometry.lattice import NAMED
-from polycube.report import charts
-from polycube.report.colours import AXIS_COLOURS, DISPLACEMENT_COLOURS
-from polycube.report.markup import facts, figure, gradient, grid, section, show, swatches, table
-from polycube.report.scenes import first_elastic
+from polycube.report import charts, solutions
+from polycube.report.colours import AXIS_COLOURS
+from polycube.report.markup import facts, figure, grid, section, show, swatches, table
 from polycube.types import AXES
 
 State = Mapping[str, object]
@@ -26,14 +26,14 @@ N_CANDIDATES = 12  # shown
 
 def verdict(report: Report) -> str:
     """The first thing to read: valid or not, and the handful of numbers that decide."""
-    hexes, modes = report.get("hex", {}), report.get("modes", {})
+    hexes = report.get("hex", {})
     tiles = {
         "min scaled Jacobian": _fixed(hexes.get("min_scaled_jacobian")),
         "mean scaled Jacobian": _fixed(hexes.get("mean_scaled_jacobian")),
         "Jacobian positive": _positive(hexes.get("certificate")),
         "hexes": hexes.get("hexes"),
         "largest deviation, % of diagonal": _percent(_deviation(hexes)),
-        "first elastic frequency": _first_frequency(modes),
+        **solutions.tile(report),
         "seconds": round(sum(report.get("seconds", {}).values()), 1) or None,
     }
     cells = "".join(
@@ -144,35 +144,6 @@ def spline(state: State, report: Report, pictures: Pictures) -> str:
     return section("spline", "Volumetric spline", grid(picture, facts(numbers)))
 
 
-def modes(state: State, report: Report, pictures: Pictures) -> str:
-    """Frequencies, and the first modes that deform the body."""
-    found = state.get("modes")
-    if found is None:
-        return ""
-    units = dict(found.units)
-    frequency = f"frequency, {units.get('frequency', 'cycles per unit of time')}"
-    first = first_elastic(found)
-    rows = [
-        {
-            "mode": i + 1,
-            "omega squared": float(value),
-            frequency: float(found.frequency[i]),
-            "": "rigid motion" if i < first else "",
-        }
-        for i, value in enumerate(found.eigenvalues)
-    ]
-    pictured = [
-        figure(
-            pictures.get(f"mode_{i}"),
-            f"Mode {i + 1}: {show(found.frequency[i])} {units.get('frequency', '')}".strip(),
-            gradient(DISPLACEMENT_COLOURS, "at rest", "largest"),
-        )
-        for i in range(len(rows))
-    ]
-    about = {"mass": float(found.mass), "units": units or None}
-    return section("modes", "Eigenmodes", grid(*pictured), table(rows), facts(about))
-
-
 def seconds(report: Report) -> str:
     """Where the time went."""
     spent = report.get("seconds", {})
@@ -183,14 +154,6 @@ def _deviation(numbers: Mapping[str, object]) -> float | None:
     """Larger of the two one-sided distances, as a fraction of the diagonal."""
     both = [numbers.get(f"{way}_max") for way in ("mesh_to_surface", "surface_to_mesh")]
     return max(both) if None not in both else None
-
-
-def _first_frequency(numbers: Mapping[str, object]) -> str | None:
-    squares, frequency = numbers.get("omega_squared", ()), numbers.get("frequency_hz", ())
-    large = max(map(abs, squares), default=0)
-    elastic = [f for w, f in zip(squares, frequency, strict=True) if w > 1e-6 * large]
-    unit = numbers.get("units", {}).get("frequency", "")
-    return f"{show(elastic[0])} {unit}".strip() if elastic else None
 
 
 def _positive(certificate: Mapping[str, object] | None) -> str | None:

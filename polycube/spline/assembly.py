@@ -1,13 +1,14 @@
-"""Stiffness and consistent mass of linear elasticity on a volumetric spline.
+"""Stiffness and consistent mass of linear elasticity and of -laplace u on a volumetric spline.
 
 Per element the gradients g of its functions at Gauss points give S[ai, bj] = int g_ai g_bj, and
-K[ai, bj] = lambda S[ai, bj] + mu S[aj, bi] + mu delta_ij sum_k S[ak, bk].  Elements go through in
-chunks of similar function counts; their blocks are added into one sparse pattern.
+K[ai, bj] = lambda S[ai, bj] + mu S[aj, bi] + mu delta_ij sum_k S[ak, bk]; its trace over i = j is
+the Laplacian's.  Elements go through in chunks of similar function counts; their blocks are added
+into one sparse pattern.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +27,29 @@ class Integrals:
     """Over a chunk of elements with at most f functions each, the absent ones numbered C."""
 
     functions: np.ndarray  # (n, f)
-    mass: np.ndarray  # (n, f, f) of N_a N_b
-    gradient: np.ndarray  # (n, f, 3, f, 3) of dN_a/dx_i dN_b/dx_j
+    points: np.ndarray  # (n, q, 3) Gauss points
+    root: np.ndarray  # (n, q) root of the volume of each
+    shape: np.ndarray  # (n, f, q) N_a at the Gauss points, times the root of their volume
+    slope: np.ndarray  # (n, q, f, 3) dN_a/dx_i, likewise
+
+    @property
+    def mass(self) -> np.ndarray:
+        """(n, f, f) of N_a N_b."""
+        return self.shape @ self.shape.swapaxes(1, 2)
+
+    @property
+    def gradient(self) -> np.ndarray:
+        """(n, f, 3, f, 3) of dN_a/dx_i dN_b/dx_j."""
+        n, q, f, _ = self.slope.shape
+        flat = self.slope.reshape(n, q, 3 * f)
+        return (flat.swapaxes(1, 2) @ flat).reshape(n, f, 3, f, 3)
+
+    @property
+    def laplace(self) -> np.ndarray:
+        """(n, f, f) of grad N_a . grad N_b."""
+        n, q, f, _ = self.slope.shape
+        flat = self.slope.swapaxes(2, 3).reshape(n, 3 * q, f)
+        return flat.swapaxes(1, 2) @ flat
 
 
 def assemble(
@@ -48,6 +70,31 @@ def assemble(
         mass += density * (slots @ chunk.mass.ravel())
     stiffness = _elastic(gradient.reshape(-1, 3, 3), young, poisson)
     return pattern.blocks(stiffness).tocsr(), pattern.matrix(mass)
+
+
+def assemble_scalar(spline: Spline, n_gauss: int = 4) -> tuple[csr_matrix, csr_matrix]:
+    """Stiffness of -laplace u and mass, both (C, C).  Raises MeshingError as `assemble`."""
+    functions = spline.element_functions()
+    pattern = _Pattern.of(functions, len(spline.control))
+    laplace, mass = np.zeros(len(pattern.keys)), np.zeros(len(pattern.keys))
+    for chunk in integrate(spline, functions, n_gauss):
+        slots = pattern.slots(chunk.functions)
+        laplace += slots @ chunk.laplace.ravel()
+        mass += slots @ chunk.mass.ravel()
+    return pattern.matrix(laplace), pattern.matrix(mass)
+
+
+def moments(
+    spline: Spline, density: Callable[[np.ndarray], np.ndarray], n_gauss: int = 4
+) -> np.ndarray:
+    """(C,) integrals of N_a times a density, which takes points (P, 3) and gives (P,)."""
+    total = np.zeros(len(spline.control) + 1)
+    for chunk in integrate(spline, spline.element_functions(), n_gauss):
+        points = chunk.points.reshape(-1, 3)
+        values = density(points).reshape(len(chunk.functions), -1) * chunk.root
+        local = np.einsum("efq,eq->ef", chunk.shape, values)
+        total += np.bincount(chunk.functions.ravel(), local.ravel(), len(total))
+    return total[:-1]
 
 
 def _elastic(gradient: np.ndarray, young: float, poisson: float) -> np.ndarray:
@@ -71,14 +118,8 @@ def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iter
         scale = np.sqrt(weights * _positive_det(jacobian, elements))  # (n, q)
         shape = (extraction @ values.T) * scale[:, None]  # (n, f, q)
         local = np.einsum("efm,aqm->eqfa", extraction, gradients, optimize=True)
-        slope = local @ np.linalg.inv(jacobian) * scale[..., None, None]  # (n, q, f, i)
-        slope = slope.reshape(len(elements), len(weights), -1)
-        f = ids.shape[1]
-        yield Integrals(
-            functions=ids,
-            mass=shape @ shape.swapaxes(1, 2),
-            gradient=(slope.swapaxes(1, 2) @ slope).reshape(-1, f, 3, f, 3),
-        )
+        slope = local @ np.linalg.inv(jacobian) * scale[..., None, None]
+        yield Integrals(ids, values @ points[elements], scale, shape, slope)
 
 
 def _positive_det(jacobian: np.ndarray, elements: np.ndarray) -> np.ndarray:

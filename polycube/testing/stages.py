@@ -18,7 +18,16 @@ from polycube.geometry.rough_map import evaluate
 from polycube.geometry.template import counts, mesh
 from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PLACE, SIDES, Solid, solid, swollen
-from polycube.types import HexMesh, Labels, Modes, Parametrization, RoughMap, Spline
+from polycube.types import (
+    Deformation,
+    HexMesh,
+    Labels,
+    Modes,
+    Parametrization,
+    RoughMap,
+    Solution,
+    Spline,
+)
 
 NEAR = 0.02  # of the diagonal: what fits may miss the block by
 
@@ -179,21 +188,43 @@ def check_spline(plugin: Callable) -> None:
 
 
 def check_analysis(plugin: Callable) -> None:
-    """Modes of the free block, ascending: six rigid motions, then those that deform it."""
+    """A solution of the block: modes, or the rest state or potential in balance."""
     from polycube.registry import build
 
     part = solid(size=25.0)
     spline = build("spline", {"plugin": "h2s"})(part.surface, part.hexes)
-    modes = plugin(spline)
-    claim(isinstance(modes, Modes), "the result is Modes", type(modes).__name__)
+    found = plugin(spline)
+    name = type(found).__name__
+    claim(isinstance(found, Solution), "the result is Modes, Deformation or Potential", name)
+    if isinstance(found, Modes):
+        _check_modes(found, spline)
+    elif isinstance(found, Deformation):
+        claim_array(found.displacement, (len(spline.control), 3), "the displacement")
+        claim_array(found.stress, (spline.extraction.shape[0], 6), "the stress")
+        claim(found.mass > 0, "the mass is positive", found.mass)
+        _check_balance(found.reactions.sum(axis=0) + found.load, found.load, found.supports)
+    else:
+        claim_array(found.values, (len(spline.control),), "the values")
+        claim_array(found.flux, (spline.extraction.shape[0], 3), "the flux")
+        _check_balance(found.flows.sum() + found.supplied, found.flows, found.supports)
+
+
+def _check_modes(modes: Modes, spline: Spline) -> None:
+    """Ascending: rigid motions, then those that deform the block."""
     values = modes.eigenvalues
     claim_array(values, (None,), "the eigenvalues")
     claim_array(modes.shapes, (len(values), len(spline.control), 3), "the shapes")
     claim((np.diff(values) >= 0).all(), "eigenvalues ascend")
     claim(modes.mass > 0, "the mass is positive", modes.mass)
-    claim(len(values) > 6, "there are modes beyond the six rigid ones", len(values))
+    claim(len(values) > modes.rigid, "there are modes beyond the rigid ones", len(values))
     rigid = int((np.abs(values) < 1e-6 * values[-1]).sum())
-    claim(rigid == 6, "a free solid has six rigid motions", rigid)
+    claim(rigid == modes.rigid, f"{modes.rigid} motions are rigid", rigid)
+
+
+def _check_balance(rest: np.ndarray, given: np.ndarray, supports: tuple[str, ...]) -> None:
+    claim(len(supports) > 0, "something is held")
+    off = np.abs(rest).max() / max(np.abs(given).max(), 1e-300)
+    claim(off < 1e-6, "what goes in through the supports balances the rest", f"{off:.2g} of it")
 
 
 def check_export(plugin: Callable) -> None:

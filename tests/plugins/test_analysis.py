@@ -1,30 +1,47 @@
+import json
 import logging
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
-from polycube.io.hexes import boundary
+from polycube.errors import InputError
+from polycube.geometry.hexes import hex_mesh
+from polycube.io.hexes import boundary, patches
 from polycube.registry import build
 from tests.hex_solids import hex_box
 
 CONF = Path(__file__).parents[2] / "conf"
+STEEL = {"young": 210e9, "poisson": 0.3, "density": 7850}
 
 
 def modal(**options):
     return build("analysis", {"plugin": "modal", **options})
 
 
+def static(**options):
+    return build("analysis", {"plugin": "static", **options})
+
+
+def poisson(**options):
+    return build("analysis", {"plugin": "poisson", **options})
+
+
 @pytest.fixture(scope="module")
 def spline():
+    """Box of 100 x 20 x 10 mm, a patch per side."""
     mesh = hex_box((4, 1, 1), (100.0, 20.0, 10.0))
+    mesh = hex_mesh(mesh.vertices, mesh.hexes, mesh.quads, patches(mesh))
     return build("spline", {"plugin": "h2s"})(boundary(mesh), mesh)
 
 
-def test_config_holds_the_defaults():
-    config = yaml.safe_load((CONF / "analysis" / "modal.yaml").read_text())
-    assert config == {"plugin": "modal", **asdict(modal())}
+@pytest.mark.parametrize("name", ["modal", "static", "poisson"])
+def test_config_holds_the_defaults(name):
+    config = yaml.safe_load((CONF / "analysis" / f"{name}.yaml").read_text())
+    defaults = asdict(build("analysis", {"plugin": name}))
+    assert config == {"plugin": name, **json.loads(json.dumps(defaults))}
 
 
 def test_steel_bar(spline, caplog):
@@ -36,8 +53,7 @@ def test_steel_bar(spline, caplog):
 
 
 def test_named_material_and_its_numbers_are_the_same(spline):
-    steel = {"young": 210e9, "poisson": 0.3, "density": 7850}
-    named, given = modal(modes=8)(spline), modal(modes=8, material=steel)(spline)
+    named, given = modal(modes=8)(spline), modal(modes=8, material=STEEL)(spline)
     assert given.eigenvalues.tolist() == named.eigenvalues.tolist()
     assert modal(modes=8, material="aluminium")(spline).mass < 0.4 * named.mass
 
@@ -48,6 +64,116 @@ def test_options_reach_the_solver(spline):
     assert modal(modes=8, mass="lumped")(spline).frequency[7] < plain
     coarse = modal(modes=8, gauss=2)(spline).frequency[7]
     assert coarse != plain and coarse == pytest.approx(plain, rel=0.1)
+
+
+def test_a_held_end_leaves_no_rigid_motion_and_a_held_side_three(spline):
+    assert modal(modes=8)(spline).rigid == 6
+    assert modal(modes=8, fixed=["x_min"])(spline).rigid == 0
+    sliding = modal(modes=8, fixed=[{"at": "z_min", "components": ["z"]}])(spline)
+    assert sliding.rigid == 3
+    assert abs(sliding.eigenvalues[:3]).max() < 1e-6 * sliding.eigenvalues[3]
+    bottom = spline.control[:, 2] == 0
+    assert abs(sliding.shapes[:, bottom, 2]).max() < 1e-12 * abs(sliding.shapes).max()
+
+
+def test_places_by_name_number_box_and_plane_are_the_same(spline):
+    number = int(spline.patch[(spline.sides == [0, 0]).all(axis=1)][0])
+    box, plane = {"box": [0, 0, 0, 0, 20, 10]}, {"plane": [1, 0, 0, 0]}
+    found = [
+        modal(modes=3, fixed=[place])(spline).eigenvalues.tolist()
+        for place in ("x_min", number, str(number), box, {"at": plane})
+    ]
+    assert all(values == found[0] for values in found)
+
+
+def test_weight_of_a_part_stands_on_its_foot(spline, caplog):
+    with caplog.at_level(logging.INFO):
+        found = static()(spline)
+    weight = 0.1 * 0.02 * 0.01 * 7850 * 9.81
+    assert found.load == pytest.approx([0, 0, -weight], rel=1e-9)
+    assert found.reactions == pytest.approx(-found.load[None], abs=1e-9 * weight)
+    assert found.supports == ("z_min",)
+    assert "load 0 0 -1.54 N" in caplog.text
+
+
+def test_loads_add_up(spline):
+    loads = [
+        {"at": "x_max", "force": [3.0, 0.0, 0.0]},
+        {"at": "x_max", "traction": [0.0, 1e4, 0.0]},  # on 200 mm^2
+        {"at": "z_max", "pressure": 500.0},  # on 2000 mm^2
+    ]
+    found = static(fixed=["x_min"], loads=loads, gravity=[0, 0, 0])(spline)
+    assert found.load == pytest.approx([3.0, 2.0, -1.0], rel=1e-9)
+
+
+def test_a_bar_pulled_by_displacement(spline):
+    """Sides free to contract: stress E e, reaction E e A, energy half of force times way."""
+    held = [{"at": f"{axis}_min", "components": axis} for axis in "xyz"]
+    pulled = {"at": "x_max", "components": ["x"], "value": 0.1}
+    found = static(fixed=[*held, pulled], gravity=[0, 0, 0])(spline)
+    stress = 210e9 * 1e-3
+    assert found.von_mises == pytest.approx(np.full(len(found.von_mises), stress), rel=1e-9)
+    assert found.reactions[3, 0] == pytest.approx(stress * 200e-6, rel=1e-9)
+    assert found.reactions[0, 0] == pytest.approx(-stress * 200e-6, rel=1e-9)
+    assert found.strain_energy == pytest.approx(stress * 200e-6 * 1e-4 / 2, rel=1e-9)
+
+
+def test_heat_flows_through_a_bar(spline, caplog):
+    ends = [{"at": "x_min", "value": 20.0}, {"at": "x_max", "value": 30.0}]
+    with caplog.at_level(logging.INFO):
+        found = poisson(conductivity=40.0, fixed=ends)(spline)
+    assert found.values == pytest.approx(20 + 0.1 * spline.control[:, 0], abs=1e-9)
+    assert found.flows == pytest.approx([-0.8, 0.8], rel=1e-9)  # 40 x 10 / 0.1 x 2e-4
+    assert found.flux == pytest.approx(np.tile([-4000.0, 0, 0], (len(found.flux), 1)), abs=1e-6)
+    assert "-0.8 W at x_min, 0.8 W at x_max, supplied 0 W" in caplog.text
+
+
+def test_heat_that_is_supplied_leaves_where_it_can(spline):
+    given = [{"at": "z_max", "value": 1000.0}]  # 2 W on 2000 mm^2
+    found = poisson(fixed=[{"at": "x_min", "value": 0}], flux=given, source=1e5)(spline)
+    assert found.supplied == pytest.approx(2.0 + 1e5 * 2e-5, rel=1e-9)
+    assert found.flows == pytest.approx([-found.supplied], rel=1e-9)
+
+
+def test_refuses_too_few_supports_and_places_that_are_not_there(spline):
+    with pytest.raises(InputError, match="leave 3 of 6 rigid motions free"):
+        static(fixed=[{"at": "z_min", "components": ["z"]}])(spline)
+    with pytest.raises(InputError, match="leave 6 of 6 rigid motions free"):
+        static(fixed=[])(spline)
+    with pytest.raises(InputError, match=r"u is given on no patch"):
+        poisson(fixed=[])(spline)
+    with pytest.raises(
+        InputError, match=r"no boundary patch 'top'; there are x_min \(\d\), .*z_max"
+    ):
+        static(fixed=["top"])(spline)
+    with pytest.raises(InputError, match=r"lies in box 1 1 1 2 2 2; the part fills 0 0 0 to 100 "):
+        modal(fixed=[{"box": [1, 1, 1, 2, 2, 2]}])(spline)
+
+
+@pytest.mark.parametrize(
+    ("plugin", "options", "message"),
+    [
+        (modal, {"fixed": "x_min"}, r"fixed must be a list such as \[x_min\]; got 'x_min'"),
+        (modal, {"fixed": [1.5]}, "boundary faces are a patch number, .*; got 1.5"),
+        (modal, {"fixed": [{"box": [1, 2]}]}, "boundary faces are a patch number"),
+        (modal, {"fixed": [{"at": "x_min", "value": 1}]}, "fixed takes places as {at: place, co"),
+        (static, {"fixed": [{"at": 1, "components": ["u"]}]}, "components are some of x, y, z"),
+        (static, {"fixed": [{"at": 1, "value": [1, 2]}]}, "fixed: value must be 3 numbers"),
+        (static, {"loads": ["x_max"]}, "loads takes places as {at: place, force, pressure, tra"),
+        (static, {"loads": [{"at": 1, "force": 3}]}, "loads: force must be 3 numbers; got 3"),
+        (static, {"loads": [{"at": 1, "pressure": "p"}]}, "loads: pressure must be a number"),
+        (static, {"gravity": [1, 2]}, "gravity must be 3 numbers"),
+        (static, {"gauss": 1}, "gauss >= 2 is needed; got 1"),
+        (static, {"material": "wood"}, "material must be one of steel"),
+        (poisson, {"fixed": ["x_min"]}, "fixed takes places as {at: place, value}; got 'x_min'"),
+        (poisson, {"flux": [{"at": 1, "value": [1]}]}, "flux: value must be a number"),
+        (poisson, {"conductivity": -1.0}, "conductivity > 0 and gauss >= 2 are needed; got -1.0"),
+        (poisson, {"units": "parsec"}, "units must be one of m"),
+    ],
+)
+def test_refuses_boundary_conditions_with_a_reason(plugin, options, message):
+    with pytest.raises(ValueError, match=message):
+        plugin(**options)
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def run() -> dict[str, object]:
         "labels": labels,
         "hexes": hexes,
         "spline": spline,
-        "modes": Modes(np.array(values), np.array(shapes), 1.5, units),
+        "solution": Modes(np.array(values), np.array(shapes), 1.5, units),
         "trajectory": line + noise * np.linspace(0.3, 0, 5)[:, None, None],
         "steps": (500, 499, 479, 19, 0),
         "points": project(polycube, line)[0],

@@ -44,7 +44,7 @@ class Outline(HTMLParser):
 
 @pytest.fixture(scope="module")
 def report(run) -> dict[str, object]:
-    surface, hexes, modes = run["surface"], run["hexes"], run["modes"]
+    surface, hexes, modes = run["surface"], run["hexes"], run["solution"]
     quality = scaled_jacobian(hexes.vertices, hexes.hexes)
     box = [surface.vertices.min(0).tolist(), surface.vertices.max(0).tolist()]
     candidate = {"proposal": "slices", "context": ["cube", "hole_z"], "key": "k", "score": 0.25}
@@ -110,7 +110,7 @@ def test_numbers_of_the_run_stand_in_the_page(page: str, run) -> None:
     assert f"min {quality.min():.3f}" in text
     diagonal = np.linalg.norm(np.ptp(run["surface"].vertices, axis=0))
     assert "0.31" in text and f"{0.0031 * diagonal:.4g}" in text  # per cent, and model units
-    assert f"{run['modes'].frequency[6]:.4g} Hz" in text
+    assert f"{run['solution'].frequency[6]:.4g} Hz" in text
     assert "rigid motion" in text and "3 vertices <welded>" in text
     assert re.search(r"shape: \[2, 1, 1\]", text)
 

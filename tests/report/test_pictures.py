@@ -32,9 +32,25 @@ def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
 
 def test_pictures_are_cropped_and_transparent_around(drawn) -> None:
     for name, png in drawn.items():
+        if name.startswith("mode"):
+            continue
         alpha = pixels(png)[..., 3]
         assert alpha.min() == 0 and alpha.max() == 1, name
         assert all(side.any() for side in (alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1])), name
+
+
+def test_modes_swing_about_the_body_at_rest(drawn) -> None:
+    from PIL import Image
+
+    film = Image.open(BytesIO(drawn["mode_6"]))
+    assert film.format == "GIF" and film.n_frames == 16 and film.info["loop"] == 0
+    frames = []
+    for number in range(film.n_frames):
+        film.seek(number)
+        frames.append(np.asarray(film.convert("RGB")).astype(int))
+    assert np.array_equal(frames[0], frames[8])  # through the middle, twice
+    assert abs(frames[4] - frames[12]).max() > 100  # the two ends
+    assert np.array_equal(frames[3], frames[5])
 
 
 def test_hues_of_the_axes_are_seen(drawn) -> None:
@@ -75,8 +91,10 @@ def test_a_scene_that_cannot_be_drawn_is_named(run, caplog) -> None:
 def test_a_state_that_makes_no_scene_costs_that_picture_only(run, caplog) -> None:
     pytest.importorskip("pyvista")
     spline = run["spline"]
-    other = Modes(run["modes"].eigenvalues, run["modes"].shapes[:, :-1], 1.0)  # of another spline
+    other = Modes(
+        run["solution"].eigenvalues, run["solution"].shapes[:, :-1], 1.0
+    )  # of another spline
     with caplog.at_level(logging.WARNING):
-        drawn = pictures({"spline": spline, "modes": other})
+        drawn = pictures({"spline": spline, "solution": other})
     assert set(drawn) == {"spline"}
     assert "no picture of mode_6" in caplog.text

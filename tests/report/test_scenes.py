@@ -7,7 +7,7 @@ from polycube.geometry.cubic import lone_sides
 from polycube.geometry.hexes import hex_mesh
 from polycube.geometry.quality import scaled_jacobian
 from polycube.geometry.rough_map import affine_map
-from polycube.report import scenes
+from polycube.report import fields, scenes
 from polycube.report.bezier import tessellate
 from polycube.report.colours import QUALITY_COLOURS, ramp, rgb
 from polycube.types import Modes, TriMesh
@@ -112,15 +112,16 @@ def test_bezier_skin_weights_are_a_partition_of_unity(run) -> None:
 def test_a_translation_moves_the_drawn_body_by_the_amplitude(run) -> None:
     spline = run["spline"]
     still = scenes.spline_boundary(spline)[0].points
-    moved = scenes.mode(spline, run["modes"], 0, amplitude=0.1)[0].points
+    moved = fields.mode(spline, run["solution"], 0, amplitude=0.1)
     diagonal = np.linalg.norm(np.ptp(still, axis=0))
-    np.testing.assert_allclose(moved - still, np.tile([0.1 * diagonal, 0, 0], (len(still), 1)))
+    np.testing.assert_allclose(moved.layer.points, still)
+    np.testing.assert_allclose(moved.shift, np.tile([0.1 * diagonal, 0, 0], (len(still), 1)))
 
 
 def test_first_elastic_mode_follows_the_rigid_ones(run) -> None:
-    assert scenes.first_elastic(run["modes"]) == 6
+    assert fields.first_elastic(run["solution"]) == 6
     shapes = np.zeros((2, 1, 3))
-    assert scenes.first_elastic(Modes([3.0, 5.0], shapes, 1.0)) == 0  # clamped: none is rigid
+    assert fields.first_elastic(Modes([3.0, 5.0], shapes, 1.0, rigid=0)) == 0  # clamped
 
 
 def test_polycube_is_turned_as_the_model_lies(run) -> None:

@@ -12,7 +12,8 @@ from polycube.spline.assembly import assemble
 from polycube.spline.bezier import bezier_points, min_detj
 from polycube.spline.extraction import volumetric_spline
 from polycube.spline.features import edges_between, single_hex_edges
-from polycube.spline.modal import MATERIALS, Material, free_modes, lowest
+from polycube.spline.material import MATERIALS, Material
+from polycube.spline.modal import free_modes, lowest
 from tests.hex_solids import hex_ball, hex_box, hex_cylinder
 
 

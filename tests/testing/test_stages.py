@@ -179,16 +179,37 @@ def test_analysis() -> None:
 
         return plugin
 
-    says("analysis", lambda spline: 0, "Modes; got int")
+    says("analysis", lambda spline: 0, "Modes, Deformation or Potential; got int")
     says("analysis", changed(shapes=lambda m: m.shapes[:, 1:]), "shapes has shape|shapes have")
     says("analysis", changed(eigenvalues=lambda m: m.eigenvalues[::-1]), "ascend")
     says("analysis", changed(mass=lambda m: -1.0), "mass is positive")
     says(
         "analysis",
         changed(eigenvalues=lambda m: m.eigenvalues[:6], shapes=lambda m: m.shapes[:6]),
-        "modes beyond the six rigid ones",
+        "modes beyond the rigid ones",
     )
-    says("analysis", changed(eigenvalues=lambda m: m.eigenvalues + 1e12), "six rigid motions")
+    says("analysis", changed(eigenvalues=lambda m: m.eigenvalues + 1e12), "6 motions are rigid")
+
+
+def test_analysis_at_rest_and_of_potentials() -> None:
+    def changed(name: str, **changes: Callable) -> Callable:
+        own = build("analysis", {"plugin": name})
+
+        def plugin(spline):
+            found = own(spline)
+            return replace(found, **{k: change(found) for k, change in changes.items()})
+
+        return plugin
+
+    says("analysis", changed("static", displacement=lambda d: d.displacement[1:]), "displacement")
+    cut = {name: lambda d, name=name: getattr(d, name)[1:] for name in ("stress", "von_mises")}
+    says("analysis", changed("static", **cut), "the stress")
+    says("analysis", changed("static", reactions=lambda d: 2 * d.reactions), "balances the rest")
+    says("analysis", changed("static", mass=lambda d: 0.0), "mass is positive")
+    says("analysis", changed("poisson", values=lambda p: p.values[1:]), "the values")
+    says("analysis", changed("poisson", flux=lambda p: p.flux[1:]), "the flux")
+    says("analysis", changed("poisson", flows=lambda p: p.flows + 1), "balances the rest")
+    says("analysis", changed("poisson", supports=lambda p: ()), "something is held")
 
 
 def test_export() -> None:

@@ -1,0 +1,74 @@
+"""Boundary conditions as options: lists whose items name a place and say what holds there.
+
+An item is a place alone (x_min, 7, {box: [...]}, {plane: [...]}, see `polycube.spline.patches`) or
+{at: place, ...} with what is prescribed there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from numbers import Real
+
+from polycube.spline.constraints import Support
+from polycube.spline.patches import check_place, faces_of, place_name
+from polycube.types import Spline
+
+AXES = "xyz"
+
+
+def check_items(name: str, items: object, keys: set[str], needed: int = 0) -> None:
+    """Raise ValueError unless every item names a place, and at least `needed` of the keys."""
+    if isinstance(items, str | Mapping) or not isinstance(items, Sequence):
+        raise ValueError(f"{name} must be a list such as [x_min]; got {items!r}")
+    for item in items:
+        place, said = _split(item)
+        check_place(place)
+        if not set(said) <= keys or len(said) < needed:
+            raise ValueError(
+                f"{name} takes places as {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
+            )
+
+
+def check_supports(name: str, items: object, keys: set[str]) -> None:
+    """Raise ValueError unless the items are supports of a displacement."""
+    check_items(name, items, keys)
+    for _, said in map(_split, items):
+        components = said.get("components", AXES)
+        if not components or not set(components) <= set(AXES):
+            raise ValueError(f"{name}: components are some of x, y, z; got {components!r}")
+        value = said.get("value", 0.0)
+        if not is_number(value):
+            check_vector(f"{name}: value", value, len(components))
+
+
+def check_vector(name: str, value: object, length: int = 3) -> None:
+    """Raise ValueError unless it is a list of so many numbers."""
+    good = isinstance(value, Sequence) and not isinstance(value, str) and len(value) == length
+    if not good or not all(map(is_number, value)):
+        raise ValueError(f"{name} must be {length} numbers; got {value!r}")
+
+
+def is_number(value: object) -> bool:
+    """Whether it is a number, and no truth value."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def supports(spline: Spline, items: Sequence[object]) -> list[Support]:
+    """The supports of a displacement; raises InputError for a place that is not there."""
+    found = []
+    for place, said in map(_split, items):
+        axes = tuple(AXES.index(axis) for axis in said.get("components", AXES))
+        faces = faces_of(spline, place)
+        found.append(Support(place_name(place), faces, axes, said.get("value", 0.0)))
+    return found
+
+
+def places(items: Sequence[object]) -> Iterator[tuple[object, dict[str, object]]]:
+    """Place of each item and what is said of it."""
+    return map(_split, items)
+
+
+def _split(item: object) -> tuple[object, dict[str, object]]:
+    if not isinstance(item, Mapping) or "at" not in item:
+        return item, {}
+    return item["at"], {key: value for key, value in item.items() if key != "at"}

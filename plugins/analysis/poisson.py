@@ -1,0 +1,59 @@
+"""Heat conduction, and whatever else -div k grad u = f says."""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from polycube.registry import register
+from polycube.spline.constraints import Support
+from polycube.spline.material import check_units
+from polycube.spline.patches import faces_of, place_name
+from polycube.spline.poisson import Inflow, conduct
+from polycube.types import Potential, Spline
+
+from .places import check_items, is_number, places
+
+logger = logging.getLogger(__name__)
+
+ENDS = ({"at": "z_min", "value": 0.0}, {"at": "z_max", "value": 1.0})
+
+
+@register("analysis", "poisson")
+@dataclass(frozen=True)
+class Poisson:
+    """-div k grad u = f, u or the flux given on patches; no flux elsewhere."""
+
+    conductivity: float = 50.0  # W/(m K)
+    units: str = "mm"  # length unit of the part
+    fixed: tuple[Mapping[str, object], ...] = ENDS  # {at: place, value: K}
+    flux: tuple[Mapping[str, object], ...] = ()  # {at: place, value: W/m^2 into the solid}
+    source: float = 0.0  # W/m^3
+    gauss: int = 4  # points per direction
+
+    def __post_init__(self) -> None:
+        check_units(self.units)
+        for name, items in {"fixed": self.fixed, "flux": self.flux}.items():
+            check_items(name, items, {"value"}, needed=1)
+            for _, said in places(items):
+                if not is_number(said["value"]):
+                    raise ValueError(f"{name}: value must be a number; got {said['value']!r}")
+        if not self.conductivity > 0 or self.gauss < 2:
+            raise ValueError(
+                f"conductivity > 0 and gauss >= 2 are needed; got {self.conductivity}, {self.gauss}"
+            )
+
+    def __call__(self, spline: Spline) -> Potential:
+        """u with its flux; logs what flows through the fixed places."""
+        fixed = [
+            Support(place_name(place), faces_of(spline, place), (0,), said["value"])
+            for place, said in places(self.fixed)
+        ]
+        flux = [Inflow(faces_of(spline, place), said["value"]) for place, said in places(self.flux)]
+        found = conduct(spline, self.conductivity, fixed, flux, self.source, self.units, self.gauss)
+        flows = zip(found.supports, found.flows, strict=True)
+        logger.info(
+            "into the solid: %s, supplied %.4g W",
+            ", ".join(f"{flow:.4g} W at {name}" for name, flow in flows),
+            found.supplied,
+        )
+        return found

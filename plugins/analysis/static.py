@@ -1,0 +1,66 @@
+"""Elastic solid at rest under load."""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.registry import register
+from polycube.spline.material import check_units, material
+from polycube.spline.patches import faces_of
+from polycube.spline.recovery import samples
+from polycube.spline.static import Load, deform
+from polycube.types import Deformation, Spline
+
+from .places import check_items, check_supports, check_vector, is_number, places, supports
+
+logger = logging.getLogger(__name__)
+
+
+@register("analysis", "static")
+@dataclass(frozen=True)
+class Static:
+    """Linear elasticity: displacement, stress, reactions.  By default a part under its weight."""
+
+    material: str | Mapping[str, float] = "steel"  # a name, or {young, poisson, density} in SI
+    units: str = "mm"  # length unit of the part
+    fixed: tuple[object, ...] = ("z_min",)  # places held, see `places`
+    loads: tuple[object, ...] = ()  # {at: place, pressure: Pa, traction: [Pa], force: [N]}
+    gravity: tuple[float, ...] = (0.0, 0.0, -9.81)  # m/s^2
+    gauss: int = 4  # points per direction
+
+    def __post_init__(self) -> None:
+        material(self.material)
+        check_units(self.units)
+        check_supports("fixed", self.fixed, {"components", "value"})
+        check_items("loads", self.loads, {"pressure", "traction", "force"}, needed=1)
+        for _, said in places(self.loads):
+            if not is_number(said.get("pressure", 0.0)):
+                raise ValueError(f"loads: pressure must be a number; got {said['pressure']!r}")
+            for name in ("traction", "force"):
+                check_vector(f"loads: {name}", said.get(name, (0, 0, 0)))
+        check_vector("gravity", self.gravity)
+        if self.gauss < 2:
+            raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
+
+    def __call__(self, spline: Spline) -> Deformation:
+        """The solid at rest; logs the largest displacement and stress."""
+        found = deform(
+            spline,
+            material(self.material),
+            supports(spline, self.fixed),
+            [Load(faces_of(spline, place), **said) for place, said in places(self.loads)],
+            self.gravity,
+            self.units,
+            self.gauss,
+        )
+        moved = samples(spline, spline.extraction @ found.displacement)
+        logger.info(
+            "displacement at most %.4g %s, von Mises stress at most %.4g Pa, load %s N",
+            np.linalg.norm(moved, axis=-1).max(),
+            self.units,
+            samples(spline, found.von_mises[:, None]).max(),
+            " ".join(f"{force:.4g}" for force in found.load),
+        )
+        return found
