@@ -18,6 +18,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 
 from polycube.geometry.hexes import extraordinary_edges, quad_sides, unique_rows
+from polycube.spline.features import is_among
 from polycube.types import HexMesh, Spline
 
 TENSOR = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # VTK corner at tensor place i + 2 j + 4 k
@@ -123,16 +124,10 @@ def _strata(
     edge_ends = np.sort(corners[:, CORNERS[1]], axis=-1)  # (H, 12, 2)
     bodies = cells(3, hexes, np.zeros_like(hexes))
     quads = cells(2, *np.nonzero(outside))
-    curves = cells(1, *_first(numbers[1], _isin(edge_ends, sharp_edges)))
+    curves = cells(1, *_first(numbers[1], is_among(edge_ends, sharp_edges)))
     points = cells(0, *_first(numbers[0], np.isin(corners, tips)))
     _check_sharp(sharp_edges, tips, curves, quads)
     return [bodies, quads, curves, points]
-
-
-def _isin(edges: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Which rows of `edges` (..., 2) are among the rows of `wanted` (S, 2)."""
-    key = max(edges.max(initial=0), wanted.max(initial=0)) + 1
-    return np.isin(edges @ [key, 1], wanted @ [key, 1])
 
 
 def _first(numbers: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -145,7 +140,7 @@ def _first(numbers: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads: Cells) -> None:
     """Raise ValueError unless sharp edges and corners are on the boundary, the edges named once."""
     sides = np.sort(quads.corners[:, [[0, 1], [2, 3], [0, 2], [1, 3]]], axis=-1)
-    known = _isin(sharp_edges, sides.reshape(-1, 2))
+    known = is_among(sharp_edges, sides.reshape(-1, 2))
     if not known.all():
         raise ValueError(
             f"sharp edge {sharp_edges[np.argmin(known)].tolist()} is no edge of the boundary"

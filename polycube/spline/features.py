@@ -60,6 +60,12 @@ def union(*lists: np.ndarray) -> np.ndarray:
     return np.unique(np.concatenate(lists), axis=0)
 
 
+def is_among(edges: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """(...) which of some edges (..., 2) are among others (E, 2); the ends of all ascend."""
+    base = max(edges.max(initial=0), others.max(initial=0)) + 1
+    return np.isin(edges @ [base, 1], others @ [base, 1])
+
+
 def _passages(sharp_edges: np.ndarray) -> np.ndarray:
     """(P, 3) before, at and after each vertex that has two sharp edges, the ends ascending."""
     tails, heads = sharp_edges.ravel(), sharp_edges[:, ::-1].ravel()

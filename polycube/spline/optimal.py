@@ -14,19 +14,14 @@ are cut when the mesh is halved, so that the finer space contains the coarser on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 
-from polycube.geometry.hexes import extraordinary_edges, quad_sides
-from polycube.geometry.octree import split
-from polycube.spline.cuts import HalfEdges, children, cut_faces
-from polycube.spline.extraction import TENSOR, bezier_nodes
-from polycube.spline.subdivision import bezier_halves
-from polycube.types import HexMesh, Spline
+from polycube.spline.continuous import ContinuousSpace
+from polycube.spline.cuts import HalfEdges, children
 
 STEP = np.array([1, 4, 16])  # between nodes along each axis
 PLACE = np.arange(64)[:, None] // STEP % 4  # (64, 3) of each node
@@ -44,48 +39,11 @@ _NEARER[2], _PLACES[2] = [1, 1, 0.5, 0.5], [[0, 0], [1, 1], [3, 1], [3, 1]]
 _NEARER[3], _PLACES[3] = [0.5, 0.5, 1, 1], [[0, 2], [0, 2], [2, 2], [3, 3]]
 
 
-def optimal_spline(
-    mesh: HexMesh,
-    sharp_edges: np.ndarray,
-    corner_vertices: Sequence[int],
-    points: np.ndarray,
-) -> Spline:
-    """The spline of the coarsest space, its Bezier points (B, 3) given and in the space."""
-    space = OptimalSpace(mesh, cut_faces(mesh, sharp_edges, corner_vertices), points)
-    return Spline(
-        control=space.control,
-        extraction=space.extraction,
-        nodes=space.nodes,
-        element_hex=np.arange(len(mesh.hexes)),
-        level=np.zeros(len(mesh.hexes)),
-        sides=space.sides,
-        patch=space.patch,
-        extraordinary_edges=len(extraordinary_edges(mesh)[0]),
-    )
-
-
 @dataclass(frozen=True, eq=False)
-class OptimalSpace:
-    """The space that some cut faces leave; a `hierarchy.Space`."""
+class OptimalSpace(ContinuousSpace):
+    """The functions that some cut faces leave."""
 
-    mesh: HexMesh
-    cut: np.ndarray  # (H, 6) sides across which functions are only continuous
-    points: np.ndarray  # (B, 3) Bezier points of the geometry
-
-    @cached_property
-    def nodes(self) -> np.ndarray:
-        """(H, 64) Bezier nodes of each hex."""
-        return bezier_nodes(self.mesh.hexes[:, TENSOR])[0]
-
-    @cached_property
-    def sides(self) -> np.ndarray:
-        """(Q, 2) hex and face of it of each boundary quad."""
-        return np.stack(quad_sides(self.mesh), axis=1)
-
-    @property
-    def patch(self) -> np.ndarray:
-        """(Q,) of each boundary quad."""
-        return self.mesh.patch
+    cut: np.ndarray  # (H, 6) sides of hexes across which functions are only continuous
 
     @cached_property
     def _near(self) -> np.ndarray:
@@ -191,23 +149,8 @@ class OptimalSpace:
         of a halved hex follow from uniform ones.  At the rim of the elements, where others are
         missing, it is as if these went on.
         """
-        used, hexes = np.unique(self.mesh.hexes[elements], return_inverse=True)
-        kept = np.isin(self.sides[:, 0], elements)
-        number = np.full(len(self.mesh.vertices), -1)
-        number[used] = np.arange(len(used))
-        mesh = HexMesh(
-            self.mesh.vertices[used],
-            hexes.reshape(-1, 8),
-            number[self.mesh.quads[kept]],
-            self.mesh.patch[kept],
-            self.mesh.cell[elements],
-            self.mesh.primitives,
-        )
-        mesh = split(mesh)
-        nodes = bezier_nodes(mesh.hexes[:, TENSOR])[0]
-        size = self.extraction.shape[0]
-        halves = bezier_halves(self.nodes[elements], nodes, np.arange(nodes.max() + 1), size)
-        fine = OptimalSpace(mesh, children(~self.smooth[elements]), halves @ self.points)
+        mesh, halves = self.halved(elements)
+        fine = OptimalSpace(mesh, halves @ self.points, children(~self.smooth[elements]))
         return fine, fine._rows[1] @ halves @ self.extraction
 
 

@@ -1,0 +1,29 @@
+"""Cubic splines of full order on an unstructured hex mesh."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.registry import register
+from polycube.spline.cuts import cut_faces
+from polycube.spline.extraction import volumetric_spline
+from polycube.spline.optimal import OptimalSpace
+from polycube.types import HexMesh
+
+from .volumetric import Volumetric
+
+
+@register("spline", "optimal")
+@dataclass(frozen=True)
+class Optimal(Volumetric):
+    """The solid of h2s in a larger space: all tricubics on each hex, clamped at the boundary.
+
+    C2 but for faces at extraordinary edges and creases and the sides of the hexes there.  Halving
+    the hexes gives a space that contains it.
+    """
+
+    def space(self, hexes: HexMesh, sharp: np.ndarray, corners: np.ndarray) -> OptimalSpace:
+        """The functions, with the Bezier points of h2s."""
+        plain = volumetric_spline(hexes, sharp, corners)
+        points = plain.extraction @ plain.control
+        return OptimalSpace(hexes, points, cut_faces(hexes, sharp, corners))
