@@ -1,16 +1,19 @@
 """Truncated hierarchical splines: coarse functions where elements are coarse, fine where fine.
 
-Level l has a spline space on some elements, Omega_l of them refined so far and a ring of ghosts
-round these.  Its functions with support in Omega_l that meet an active element are active; those
-of coarser levels lose what active ones span: T_0 = E_0, T_l+1 = D S T_l + E, with the two-scale
-matrix S, E the unit rows of the active functions and D those of the others (Giannelli, Juettler
-and Speleers 2012).  The Bezier points of an active element of level l are its rows of C_l T_l.
+Level l has functions C_l on Omega_l and on a ring of ghosts.  Those with support in Omega_l that
+meet an active element are active.  Coarser ones lose what active ones span: T_0 = E_0, T_l+1 =
+D S T_l + E, with the two-scale matrix S, E the unit rows of active functions, D of all others
+(Giannelli, Juettler, Speleers 2012).  Active elements have the rows C_l T_l + X_l: the remainders
+R = cut(C_l) - C_l+1 S are carried, X_l+1 = cut(X_l) + R A.  They are 0 where the levels are nested;
+where h2s is not, levels meet without a crack all the same.  A is T_l, but a function with support
+in Omega_l+1, which is gone, follows that finer one which it contributes most to.
 """
 
 from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -22,6 +25,7 @@ from polycube.types import Spline
 logger = logging.getLogger(__name__)
 
 CORNER_NODES = [0, 3, 12, 15, 48, 51, 60, 63]
+NESTED = 1e-10  # remainders no larger are rounding
 TINY = 1e-13  # coefficients below it are rounding
 
 
@@ -85,40 +89,19 @@ def ring(space: Space, elements: np.ndarray) -> np.ndarray:
     return np.flatnonzero(near[corners].any(axis=1))
 
 
-def gaps(coarse: Level, fine: Level, at: np.ndarray) -> np.ndarray:
-    """(N,) how far the finer functions at some Bezier nodes of Omega miss the coarser ones.
-
-    The latter are cut exactly, by de Casteljau's rule; the difference is one of coefficients.
-    """
-    space, before = fine.space, coarse.space
-    exact = bezier_halves(before.nodes[fine.parents], space.nodes, at, before.extraction.shape[0])
-    missed = exact @ before.extraction - space.extraction[at] @ fine.two_scale
-    return abs(missed).max(axis=1).toarray().ravel()
-
-
-def interface(fine: Level) -> np.ndarray:
-    """Bezier nodes that Omega shares with ghosts."""
-    nodes = fine.space.nodes
-    return np.intersect1d(nodes[fine.inside], nodes[~fine.inside])
-
-
 def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Spline:
     """The truncated hierarchical spline of some levels, the elements of the coarsest first."""
-    active = [
-        _active_elements(level, finer)
-        for level, finer in zip(levels, [*levels[1:], None], strict=True)
-    ]
-    functions = [_active_functions(*pair) for pair in zip(levels, active, strict=True)]
-    for level, elements, own in zip(levels, active, functions, strict=True):
-        logger.info("level %d: %d elements, %d functions", level.halved, len(elements), len(own))
-    first = np.cumsum([0, *map(len, functions)])
-    rows, nodes, sides, patch, truncated = [], [], [], [], None
+    pairs = list(zip(levels, [*levels[1:], None], strict=True))
+    active = [_active_elements(*pair) for pair in pairs]
+    functions = [_functions(*pair) for pair in zip(levels, active, strict=True)]
+    truncated = _truncated(levels, [own for own, _ in functions])
+    carried = _carried(levels, truncated, [gone for _, gone in functions])
+    rows, nodes, sides, patch = [], [], [], []
     n_nodes = n_elements = 0
-    for level, elements, own, start in zip(levels, active, functions, first, strict=False):
+    for level, elements, coefficients, more in zip(levels, active, truncated, carried, strict=True):
         space = level.space
-        truncated = _truncated(level, truncated, own, start, first[-1])
         used, local = np.unique(space.nodes[elements], return_inverse=True)
-        rows.append(space.extraction[used] @ truncated)
+        rows.append(space.extraction[used] @ coefficients + more[used])
         nodes.append(n_nodes + local.reshape(-1, 64))
         number = np.full(len(space.nodes), -1)
         number[elements] = n_elements + np.arange(len(elements))
@@ -126,15 +109,15 @@ def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Sp
         sides.append(np.stack([number[space.sides[outer, 0]], space.sides[outer, 1]], axis=1))
         patch.append(space.patch[outer])
         n_nodes, n_elements = n_nodes + len(used), n_elements + len(elements)
-    pairs = list(zip(levels, active, strict=True))
+    together = list(zip(levels, active, functions, strict=True))
+    for level, elements, (own, _) in together:
+        logger.info("level %d: %d elements, %d functions", level.halved, len(elements), len(own))
     return Spline(
-        control=np.concatenate(
-            [level.space.control[own] for level, own in zip(levels, functions, strict=True)]
-        ),
+        control=np.concatenate([level.space.control[own] for level, _, (own, _) in together]),
         extraction=vstack(rows, format="csr"),
         nodes=np.concatenate(nodes),
-        element_hex=np.concatenate([level.hex[elements] for level, elements in pairs]),
-        level=np.concatenate([np.full(len(elements), level.halved) for level, elements in pairs]),
+        element_hex=np.concatenate([level.hex[elements] for level, elements, _ in together]),
+        level=np.repeat([level.halved for level in levels], [len(e) for e in active]),
         sides=np.concatenate(sides),
         patch=np.concatenate(patch),
         extraordinary_edges=extraordinary_edges,
@@ -149,24 +132,73 @@ def _active_elements(level: Level, finer: Level | None) -> np.ndarray:
     return np.flatnonzero(is_active)
 
 
-def _active_functions(level: Level, active: np.ndarray) -> np.ndarray:
-    """Functions with support in Omega_l that meet an active element, ascending."""
-    nodes, shape = level.space.nodes, (len(level.space.nodes), level.space.extraction.shape[0])
-    has = csr_matrix((np.ones(nodes.size), nodes.ravel(), np.arange(len(nodes) + 1) * 64), shape)
-    meets = has[active].sum(axis=0), has[~level.inside].sum(axis=0)
+def _functions(level: Level, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Functions with support in Omega_l: those that meet an active element, and the others."""
+    nodes, n_nodes = level.space.nodes, level.space.extraction.shape[0]
     support = abs(level.space.extraction).T
-    mine, others = (support @ np.asarray(count).ravel() for count in meets)
-    return np.flatnonzero((mine > TINY) & (others <= TINY))
+    mine, others = (
+        support @ np.bincount(nodes[elements].ravel(), minlength=n_nodes) > TINY
+        for elements in (active, ~level.inside)
+    )
+    return np.flatnonzero(mine & ~others), np.flatnonzero(~mine & ~others)
 
 
-def _truncated(
-    level: Level, before: csr_matrix | None, own: np.ndarray, start: int, total: int
-) -> csr_matrix:
-    """T_l (C_l, total) from that of the level before; the active functions' columns from start."""
-    n = level.space.extraction.shape[1]
-    unit = csr_matrix((np.ones(len(own)), (own, start + np.arange(len(own)))), (n, total))
-    if before is None:
-        return unit
-    others = np.ones(n)
-    others[own] = 0
-    return (diags(others) @ level.two_scale @ before + unit).tocsr()
+def _truncated(levels: list[Level], active: list[np.ndarray]) -> list[csr_matrix]:
+    """[l] T_l (C_l, all active functions)."""
+    ends = np.cumsum([0, *map(len, active)])
+    found: list[csr_matrix] = []
+    for level, own, start in zip(levels, active, ends, strict=False):
+        n = level.space.extraction.shape[1]
+        columns = start + np.arange(len(own))
+        unit = csr_matrix((np.ones(len(own)), (own, columns)), (n, ends[-1]))
+        if found:
+            others = np.ones(n)
+            others[own] = 0
+            unit = (diags(others) @ level.two_scale @ found[-1] + unit).tocsr()
+        found.append(unit)
+    return found
+
+
+def _carried(
+    levels: list[Level], truncated: list[csr_matrix], gone: list[np.ndarray]
+) -> list[csr_matrix]:
+    """[l] X_l (B_l, all active functions)."""
+    all_of = truncated.copy()
+    for i in range(len(levels) - 2, -1, -1):
+        heirs = np.asarray(levels[i + 1].two_scale.tocsc()[:, gone[i]].argmax(axis=0)).ravel()
+        kept = np.ones(truncated[i].shape[0])
+        kept[gone[i]] = 0
+        shape = truncated[i].shape[0], truncated[i + 1].shape[0]
+        follow = csr_matrix((np.ones(len(heirs)), (gone[i], heirs)), shape)
+        all_of[i] = diags(kept) @ truncated[i] + follow @ all_of[i + 1]
+    found = [csr_matrix((levels[0].space.extraction.shape[0], truncated[0].shape[1]))]
+    for i, (coarse, fine) in enumerate(pairwise(levels)):
+        missed = remainder(coarse, fine)
+        found.append(missed @ all_of[i])
+        if found[i].nnz:
+            found[-1] += _cut(coarse, fine, np.unique(fine.space.nodes[fine.inside])) @ found[i]
+    return found
+
+
+def _cut(coarse: Level, fine: Level, at: np.ndarray) -> csr_matrix:
+    """(B_l+1, B_l) Bezier nodes of Omega_l+1, those `at`, from the coarser ones exactly."""
+    n = fine.space.extraction.shape[0], coarse.space.extraction.shape[0]
+    halves = bezier_halves(coarse.space.nodes[fine.parents], fine.space.nodes, at, n[1])
+    select = csr_matrix((np.ones(len(at)), (at, np.arange(len(at)))), (n[0], len(at)))
+    return (select @ halves).tocsr()
+
+
+def remainder(coarse: Level, fine: Level) -> csr_matrix:
+    """(B_l+1, C_l) R, how far the finer functions on Omega_l+1 miss the coarser ones, cut exactly.
+
+    Computed only where two random combinations of coarser functions are missed.
+    """
+    at = np.unique(fine.space.nodes[fine.inside])
+    before, after, two_scale = coarse.space.extraction, fine.space.extraction, fine.two_scale
+    cut = _cut(coarse, fine, at)
+    sample = np.random.default_rng(0).standard_normal((before.shape[1], 2))
+    missed = abs(cut @ (before @ sample) - after @ (two_scale @ sample)).max(axis=1) > NESTED
+    here = np.zeros(len(missed))
+    here[at] = missed[at]
+    mask = diags(here)
+    return (mask @ cut) @ before - (mask @ after) @ two_scale

@@ -35,7 +35,6 @@ class Refinement:
     indicator: float = 0  # share of the squared distance to the surface; 0: none
     depth: int = 1  # levels that curvature and indicator add at most
     rings: int = 1  # of neighbours, refined with what a box, curvature or indicator marks
-    irregular: str = "enlarge"  # or reject
 
     def __post_init__(self) -> None:
         for name in ("levels", "depth", "rings"):
@@ -48,8 +47,6 @@ class Refinement:
             value = getattr(self, name)
             if not _is_number(value) or not 0 <= value <= end:
                 raise ValueError(f"refine.{name} must lie in [0, {end}]; got {value!r}")
-        if self.irregular not in ("enlarge", "reject"):
-            raise ValueError(f"refine.irregular must be enlarge or reject; got {self.irregular!r}")
         for box in self.boxes:
             _check_box(box)
         self.listed()
