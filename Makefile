@@ -48,5 +48,5 @@ $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(PIP) $(TORCH)
 	$(PIP) $$($(RUN) -c 'import sys; print("-c requirements.lock" * (sys.version_info >= (3, 11)))') \
-		-e '.[dev,cad]'
+		-e '.[dev,cad,cluster]'
 	@touch $@

@@ -14,11 +14,14 @@ from logging.handlers import MemoryHandler
 from pathlib import Path
 
 import hydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
 from polycube import HOME
+from polycube.app.batch import expanded, run_job
 from polycube.app.improve import Improvement, is_improvement
 from polycube.app.run import Run
 from polycube.errors import InputError, MeshingError
@@ -30,18 +33,21 @@ logger = logging.getLogger(__name__)
 INTERRUPTED = 130  # as shells say it
 
 
-def infer(cfg: Mapping[str, object]) -> dict[str, object]:
+def infer(cfg: Mapping[str, object], level: int | None = None) -> dict[str, object]:
     """Do the whole run and write its folder; returns the numbers of `report.json`, as `finish`."""
-    return finish(cfg)[1]
+    return finish(cfg, level)[1]
 
 
-def finish(cfg: Mapping[str, object]) -> tuple[State, dict[str, object]]:
+def finish(cfg: Mapping[str, object], level: int | None = None) -> tuple[State, dict[str, object]]:
     """Do the whole run and write its folder; returns what was made, and its numbers.
 
+    level : of messages that go to the terminal; by default `quiet` says which
     Raises InputError before anything is written.  When a stage fails, what was made before it is
     kept, the report names the stage, and `valid` is false.
     """
-    with _logging(cfg["quiet"]) as log_to:
+    if level is None:
+        level = logging.WARNING if cfg["quiet"] is True else logging.INFO
+    with _logging(level) as log_to:
         run = Improvement(cfg) if is_improvement(cfg) else Run(cfg)
         run.read()
         run.structure()
@@ -72,31 +78,56 @@ def main() -> None:
             sys.exit(INTERRUPTED)
 
     try:
+        sys.argv[1:] = expanded(sys.argv[1:])
         compose_and_run()
+    except InputError as error:
+        sys.exit(_refused(error))
     except SystemExit as end:
-        refused = not codes and end.code  # Hydra has said what is wrong with the overrides
+        refused = not codes and end.code == 1  # Hydra has said what is wrong with the overrides
         sys.exit(2 if refused else end.code)
-    sys.exit(max(codes, default=0))  # of several runs (-m) the worst
+    sys.exit(max(codes, default=0))
+
+
+def _refused(error: Exception) -> int:
+    sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+    return 2
 
 
 def _command(cfg: DictConfig) -> int:
+    """Exit code of a run, or of a job of a batch; says on the terminal what is wrong."""
+    hydra_cfg = HydraConfig.get() if HydraConfig.initialized() else None
     try:
         if OmegaConf.is_missing(cfg, "mesh") and not cfg.resume and not cfg.hex:
             raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
-        report = infer(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False))
+        settings = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
     except (InputError, OmegaConfBaseException) as error:
-        sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
-        return 2
+        return _refused(error)
+    if hydra_cfg and hydra_cfg.mode == RunMode.MULTIRUN:
+        folder = Path(hydra_cfg.runtime.output_dir)
+        return run_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
+    code, sentence = _attempt(settings)
+    if sentence:
+        sys.stderr.write(f"error: {sentence}\n")
+    return code
+
+
+def _silently(cfg: Mapping[str, object]) -> tuple[int, str]:
+    return _attempt(cfg, logging.CRITICAL)
+
+
+def _attempt(cfg: Mapping[str, object], level: int | None = None) -> tuple[int, str]:
+    """Exit code, and where it is not 0, the sentence why."""
+    try:
+        report = infer(cfg, level)
+    except (InputError, OmegaConfBaseException) as error:
+        return 2, " ".join(str(error).split())
     except MeshingError as error:
-        sys.stderr.write(f"error: {' '.join(str(error).split())}; nothing was written\n")
-        return 3
+        return 3, f"{' '.join(str(error).split())}; nothing was written"
     except KeyboardInterrupt:
-        sys.stderr.write("error: interrupted; stages that had finished are kept\n")
-        return INTERRUPTED
+        return INTERRUPTED, "interrupted; stages that had finished are kept"
     if not report["valid"]:
-        sys.stderr.write(f"error: {report['failure']}; what was made is kept, marked invalid\n")
-        return 3
-    return 0
+        return 3, f"{report['failure']}; what was made is kept, marked invalid"
+    return 0, ""
 
 
 def _say(report: Mapping[str, object], folder: Path) -> None:
@@ -136,11 +167,11 @@ def _folder(cfg: Mapping[str, object]) -> Path:
 
 
 @contextmanager
-def _logging(quiet: bool) -> Iterator[object]:
+def _logging(level: int) -> Iterator[object]:
     """Log to the terminal, and to a file as soon as the run has a folder; yields `log_to(path)`."""
     root = logging.getLogger("polycube")
     terminal = logging.StreamHandler(sys.stderr)
-    terminal.setLevel(logging.WARNING if quiet else logging.INFO)
+    terminal.setLevel(level)
     terminal.setFormatter(logging.Formatter("%(message)s"))
     early = MemoryHandler(10_000, flushLevel=logging.CRITICAL + 1, flushOnClose=False)
     before = root.level

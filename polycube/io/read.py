@@ -55,7 +55,7 @@ def _reader(path: Path) -> Callable[[Path], Soup]:
     if suffix not in READERS:
         raise InputError(
             f"unknown kind of file {suffix!r}; can read "
-            f"{', '.join([*READERS, *SUFFIXES])} and example:NAME"
+            f"{', '.join(KNOWN)} and example:NAME"
         )
     return READERS[suffix]
 
@@ -98,3 +98,4 @@ READERS: dict[str, Callable[[Path], Soup]] = {
     ".glb": _read_trimesh,
     ".fbx": _read_fbx,
 }
+KNOWN = (*READERS, *SUFFIXES)  # endings of files that can be read

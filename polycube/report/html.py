@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
+from polycube import __version__
 from polycube.io.atomic import whole
 from polycube.report import sections, solutions
 from polycube.report.hexes import hexes
@@ -63,18 +64,27 @@ def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str,
         _settings(report),
         _files(folder),
     ]
-    page = Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
-        title=escape(Path(str(report.get("input", {}).get("path", "part"))).name),
-        style=(_HERE / "page.css").read_text(encoding="utf-8"),
-        verdict=sections.verdict(report),
-        body="\n".join(filter(None, parts)),
-        version=escape(str(report.get("version", ""))),
-        seed=escape(str(report.get("seed", ""))),
+    text = page(
+        Path(str(report.get("input", {}).get("path", "part"))).name,
+        sections.verdict(report),
+        "\n".join(filter(None, parts)),
+        f"seed {report.get('seed', '')}",
     )
     path = folder / "report.html"
     with whole(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
     return path
+
+
+def page(title: str, verdict: str, body: str, note: str = "") -> str:
+    """A whole page; `verdict` and `body` are HTML, `title` and `note` plain text."""
+    return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
+        title=escape(title),
+        style=(_HERE / "page.css").read_text(encoding="utf-8"),
+        verdict=verdict,
+        body=body,
+        note=escape(", ".join(filter(None, [f"polycube {__version__}", note]))),
+    )
 
 
 def _settings(report: Mapping[str, object]) -> str:

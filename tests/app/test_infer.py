@@ -182,19 +182,6 @@ def test_a_context_is_the_only_one_that_is_ranked(structure, tmp_path):
     assert found and {tuple(entry["context"]) for entry in found} == {("cube", "hole_z")}
 
 
-def test_several_runs_are_all_done_and_the_worst_code_counts(tmp_path):
-    command = [sys.executable, str(HOME / "infer.py"), "-m", "quiet=true", "order=[]"]
-    parts = "mesh=example:ring,nowhere.stl,example:dice"
-    ended = subprocess.run(
-        [*command, parts, "structure=slices"], cwd=tmp_path, capture_output=True, text=True
-    )
-    assert ended.returncode == 2
-    assert ended.stderr.count("error: nowhere.stl") == 1
-    assert len(list(tmp_path.glob("outputs/ring/*/report.json"))) == 1
-    assert len(list(tmp_path.glob("outputs/dice/*/report.json"))) == 1
-    assert {path.name for path in tmp_path.iterdir()} == {"outputs"}
-
-
 def test_a_new_run_leaves_no_results_of_another_in_the_folder(tmp_path):
     (tmp_path / "stages").mkdir()
     for name in ("hex.vtu", "report.html", "modes.csv", "stages/spline.npz", "mine.txt"):
