@@ -24,6 +24,7 @@ ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 FACING = 0.6  # cosine between a patch's mean normal and the axis it faces along, at least
 FLAT = 0.3  # length of a patch's mean normal, at least, to face some way at all
 OPPOSITE = 0.7  # minus the cosine between normals of patches that face each other, at least
+INNER = 0.02  # sine of the angle at which two patches turn inwards, at least, on average
 LEVEL = 1e-3  # of the diagonal: patches that lie equally far out, faces that lie in a plane
 CORNERS = [0, 3, 15, 12]  # of the 16 nodes of a face, in a circle
 
@@ -104,7 +105,8 @@ def patch_names(spline: Spline) -> dict[str, tuple[int, ...]]:
         far = np.where(facing & (length > FLAT), sign * pieces.middle[:, axis], -np.inf)
         if np.isfinite(far).any():
             names[name] = tuple(numbers[far >= far.max() - LEVEL * size].tolist())
-    for k, hole in enumerate(_holes(spline, faces, pieces, patch), start=1):
+    ends = np.isin(numbers, np.concatenate([[], *names.values()]))
+    for k, hole in enumerate(_holes(spline, faces, pieces, patch, ends), start=1):
         names[f"hole_{k}"] = tuple(numbers[hole].tolist())
     return names
 
@@ -158,8 +160,10 @@ def _measured(
     return _Pieces(total, add @ normal / total[:, None], centre, add @ away / total)
 
 
-def _holes(spline: Spline, faces: _Pieces, pieces: _Pieces, patch: np.ndarray) -> list[np.ndarray]:
-    """Sets of patches (indices into `pieces`) that are the walls of a hole or pocket."""
+def _holes(
+    spline: Spline, faces: _Pieces, pieces: _Pieces, patch: np.ndarray, ends: np.ndarray
+) -> list[np.ndarray]:
+    """Sets of patches (indices into `pieces`), no ends, that are the walls of a hole or pocket."""
     n = len(pieces.area)
     a, b = _neighbours(spline)
     step = faces.middle[b] - faces.middle[a]
@@ -169,8 +173,9 @@ def _holes(spline: Spline, faces: _Pieces, pieces: _Pieces, patch: np.ndarray) -
     pair = np.sort(patch[np.stack([a, b], axis=1)[between]], axis=1) @ [n, 1]
     pairs, which = np.unique(pair, return_inverse=True)
     mean = np.bincount(which, inwards[between]) / np.bincount(which).clip(1)
-    joined = np.divmod(pairs[mean > 0.02], n)
-    graph = coo_matrix((np.ones(len(joined[0])), joined), (n, n))
+    first, second = np.divmod(pairs[mean > INNER], n)
+    joined = np.stack([first, second])[:, ~(ends[first] | ends[second])]
+    graph = coo_matrix((np.ones(joined.shape[1]), joined), (n, n))
     group = connected_components(graph, directed=False)[1]
     found = [np.flatnonzero(group == k) for k in range(group.max() + 1)]
     found = [walls for walls in found if _encloses(pieces, walls)]

@@ -11,7 +11,7 @@ from polycube.geometry.cubic import FACES
 from polycube.spline.bernstein import bernstein, derivative, gauss
 from polycube.types import Spline
 
-N_GAUSS = 4  # per direction: enough to tell all bicubic traces apart
+N_GAUSS = 5  # per direction: exact for bicubic traces times normals
 
 
 @dataclass(frozen=True, eq=False)
