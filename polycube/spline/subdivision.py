@@ -59,7 +59,7 @@ def two_scale(
     sharp = _is_sharp(np.sort(corners[:, CORNERS[1]], axis=-1), number[1], sharp_edges)
     n_sharp = touch.valence(0, 1, sharp)
     tip = (n_sharp == 1) | (n_sharp > 2)
-    tip[corner_vertices] = True
+    tip[np.asarray(corner_vertices, np.int64)] = True
 
     same, edge, face, body = (touch.centres(d) for d in range(4))
     faces = _choose((~outside, (touch.mean(2, 3) @ body + face) / 2), (outside, face))
