@@ -62,6 +62,10 @@ def test_from_template_to_an_accepted_mesh(cylinder, template):
     assert (middle[mesh.cell == 0, 2] < 0.3).all() and (middle[mesh.cell == 1, 2] > -0.3).all()
 
 
+def test_smooth_without_rounds_leaves_the_hexes(cylinder, template):
+    assert stage("smooth", rounds=0)(cylinder, template) is template
+
+
 def test_pillow_covers_all_or_none(cylinder, template):
     assert stage("pillow", patches="none")(cylinder, template) is template
     mesh = stage("pillow", patches="all", rounds=1)(cylinder, template)
