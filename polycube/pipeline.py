@@ -1,4 +1,4 @@
-"""Run the stages one after the other, save what each makes, keep the best of a portfolio.
+"""Run stages one after the other on a clock, and keep what each makes.
 
 The state is a dict from the names in `kinds.KINDS` (surface, polycube, hexes ...) to values; a
 stage takes some of them and gives one.  Nothing is computed before the whole chain is checked.
@@ -6,12 +6,11 @@ stage takes some of them and gives one.  Nothing is computed before the whole ch
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from polycube import artifacts
@@ -71,103 +70,6 @@ def build_stages(order: Sequence[str], configs: Mapping[str, Mapping[str, object
     if missing:
         raise InputError(f"no config for stage {missing[0]!r}; have {', '.join(configs)}")
     return [Stage(kind, build(kind, configs[kind])) for kind in order]
-
-
-Options = Mapping[str, Mapping[str, object]]  # to replace, by stage
-
-
-def run_portfolio(
-    stages: Sequence[Stage],
-    portfolio: Sequence[Options],
-    state: State,
-    clock: Clock,
-    score: Callable[[State], float],
-    enough: float = float("inf"),
-    trial: Options | None = None,
-) -> tuple[State, list[object]]:
-    """Run the stages once per variant, from the first stage the variants change; keep the best.
-
-    portfolio : options to replace, by stage; an empty one means the stages as they are.
-    enough : score that ends the search
-    trial : options of a short run; where the first variant is not enough, all have one, and only
-        the best of the others is run in full.  A short run's result may be the best.
-    Returns the best final state and the results of the stages on the way to it.  A variant that
-    fails is passed over; raises MeshingError where all do.  Last stages of a kind that runs `once`
-    run on the best alone.
-    """
-    portfolio = list(portfolio) or [{}]
-    changed = {kind for variant in [*portfolio, trial or {}] for kind in variant}
-    stages, once = _split_off(stages, changed)
-    first = min((i for i, s in enumerate(stages) if s.kind in changed), default=len(stages))
-    head, trail, memo = dict(state), [], {}
-    _advance(stages[:first], head, trail, clock, memo)
-    found, failures = [], []
-
-    def run(number: int, short: Options) -> float:
-        """Score of a variant, the first being 0; the worst of all where it fails."""
-        name = f"{'trial of ' * bool(short)}variant {number + 1} of {len(portfolio)}"
-        end, path, options = dict(head), list(trail), _merged(portfolio[number], short)
-        tail = [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in stages[first:]]
-        try:
-            _advance(tail, end, path, clock, memo)
-        except MeshingError as error:
-            failures.append(error)
-            logger.info("%s: %s", name, error)
-            return float("-inf")
-        value = score(end)
-        logger.info("%s: score %.3f", name, value)
-        found.append((value, end, path))
-        return value
-
-    others = list(range(1, len(portfolio)))
-    done = run(0, {}) >= enough
-    if others and trial and not done:
-        values = [run(number, trial) for number in range(len(portfolio))]
-        done = max(values) >= enough
-        others = [max(others, key=values.__getitem__)]
-    for number in others:
-        done = done or run(number, {}) >= enough
-    if not found:
-        raise failures[0]
-    _, end, path = max(found, key=lambda each: each[0])
-    _advance(once, end, path, clock, memo)
-    return end, path
-
-
-def _merged(one: Options, other: Options) -> dict[str, dict[str, object]]:
-    """Options of both; the other's come first."""
-    return {kind: {**one.get(kind, {}), **other.get(kind, {})} for kind in {*one, *other}}
-
-
-def _split_off(
-    stages: Sequence[Stage], changed: set[str]
-) -> tuple[Sequence[Stage], Sequence[Stage]]:
-    """The stages, and the last ones that run once and that no variant changes."""
-    number = len(stages)
-    while number and KINDS[stages[number - 1].kind].once and stages[number - 1].kind not in changed:
-        number -= 1
-    return stages[:number], stages[number:]
-
-
-def _advance(
-    stages: Sequence[Stage], state: State, path: list[object], clock: Clock, memo: dict
-) -> None:
-    """Run stages on the state in place; equal plugins on equal hexes are run once."""
-    for stage in stages:
-        others = [id(state[name]) for name in KINDS[stage.kind].takes if name != "hexes"]
-        key = (stage.kind, repr(stage.plugin), _digest(state.get("hexes")), *others)
-        if key not in memo:
-            memo[key] = clock.run(stage.kind, lambda s=stage: s(state))
-        state[KINDS[stage.kind].gives] = memo[key]
-        path.append(memo[key])
-
-
-def _digest(hexes: object) -> str:
-    if hexes is None:
-        return ""
-    data = hashlib.sha256(hexes.vertices.tobytes())
-    data.update(hexes.hexes.tobytes())
-    return data.hexdigest()
 
 
 def save_stage(folder: Path, kind: str, value: object) -> None:

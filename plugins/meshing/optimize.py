@@ -16,8 +16,8 @@ class Polish:
     """Soft minimum of the scaled Jacobian: soft rounds, hard ones, local ones; the best is kept."""
 
     features: bool = True
-    soft_rounds: int = 25
-    hard_rounds: int = 30
+    soft_rounds: int = 8
+    hard_rounds: int = 4
     local_rounds: int = 40
     samples: int = 2500
 

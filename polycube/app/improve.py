@@ -16,7 +16,8 @@ from polycube.geometry.quality import BEST_SCORE, scaled_jacobian
 from polycube.geometry.surface import genus
 from polycube.io.hexes import boundary, check_place, read_hexes
 from polycube.io.read import read_surface
-from polycube.pipeline import Stage, load_stage, run_portfolio, save_stage
+from polycube.pipeline import Stage, load_stage, save_stage
+from polycube.portfolio import run_portfolio
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)

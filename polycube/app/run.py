@@ -6,7 +6,7 @@ Each method is one step and adds to `state`; with `resume` a step before `from` 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -29,10 +29,10 @@ from polycube.pipeline import (
     build_stages,
     clear_stages,
     load_stage,
-    run_portfolio,
     save_stage,
 )
-from polycube.ranking import Ranked, enough, rank, worth_a_try
+from polycube.portfolio import Portfolio, search
+from polycube.ranking import GOOD_SCORE, Ranked, enough, rank, worth_a_try
 from polycube.registry import build
 from polycube.report.results import clear_results
 from polycube.types import Candidate, HexMesh, Polycube
@@ -226,36 +226,32 @@ class Run:
         return read
 
     def _mesh_choices(self, choices: list[int], stages: list[Stage]) -> None:
-        surface, best, failure = self.state["surface"], None, None
-        for index in choices:
-            if index != self.state["chosen"]:
-                self._choose(index)
-            logger.info("meshing structure %d: %s", index, describe(self.state["polycube"]))
-            try:
-                end, path = run_portfolio(
+        surface, ranked = self.state["surface"], self.state["ranked"]
+
+        def starts() -> Iterator[Portfolio]:
+            for index in choices:
+                if index != self.state["chosen"]:
+                    self._choose(index)
+                logger.info("meshing structure %d: %s", index, describe(self.state["polycube"]))
+                yield Portfolio(
                     stages,
-                    self.cfg["meshing"]["portfolio"],
-                    self.state,
+                    self._backend["portfolio"],
+                    dict(self.state),
                     self.clock,
                     lambda end: self._score(end["hexes"]),
-                    ENOUGH,
-                    self.cfg["meshing"].get("trial"),
+                    self._backend.get("trial"),
                 )
-            except MeshingError as error:
-                failure = failure or error
-                logger.info("structure %d: %s", index, error)
-                continue
-            value = self._score(end["hexes"])
-            if best is None or value > best[0]:
-                best = (value, end, path)
-            if accept(end["hexes"], surface) and value >= enough(
-                self.state["ranked"], choices, index
-            ):
-                break
-        if best is None:
-            raise failure
-        _, self.state, path = best
-        save_stage(self.folder, "structure", [self.state["ranked"], self.state["chosen"]])
+
+        def is_settled(tried: Portfolio) -> bool:
+            if not np.isfinite(tried.best):
+                return False
+            return tried.best >= enough(ranked, choices, tried.state["chosen"]) and accept(
+                tried.end["hexes"], surface
+            )
+
+        rival = enough(ranked, choices, choices[0]) > GOOD_SCORE
+        self.state, path = search(starts(), ENOUGH, is_settled, rival).result()
+        save_stage(self.folder, "structure", [ranked, self.state["chosen"]])
         for stage, result in zip(stages, path, strict=True):
             save_stage(self.folder, stage.kind, result)
 

@@ -7,12 +7,16 @@ for every alpha.  A triangle (a, b, b) is a segment, with its direction in the p
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from polycube.geometry.threads import parts, side_by_side
+
 LEAF = 4  # triangles in a leaf
+LEAST = 1000  # points for a thread
 
 
 class Tree(NamedTuple):
@@ -51,7 +55,13 @@ def closest(
     points = np.ascontiguousarray(points, np.float64)
     normals = np.zeros_like(points) if normals is None else np.ascontiguousarray(normals)
     guess = np.zeros(len(points), np.int64) if guess is None else guess
-    face, weight = _search(tree, points, normals, float(alpha), guess, float(free))
+    found = side_by_side(
+        [
+            partial(_search, tree, points[p], normals[p], float(alpha), guess[p], float(free))
+            for p in parts(len(points), LEAST)
+        ]
+    )
+    face, weight = (np.concatenate(part) for part in zip(*found, strict=True))
     return np.einsum("nk,nkd->nd", weight, tree.corners[face]), face, weight
 
 

@@ -13,6 +13,7 @@ d below `floor` in any frame has infinite energy: valid hexes stay valid.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from numba import njit
 
 from polycube.geometry.elementary import FAST, exponential, inverse_cube_root
 from polycube.geometry.hexes import CORNERS, EDGES
+from polycube.geometry.threads import parts, side_by_side
 
 # frames as edges of the hex (12, 13, 14: mean edge along xi, eta, zeta) with the sign of their
 # determinant, and the direction of each edge
@@ -32,6 +34,7 @@ _EDGE = np.vstack([_EDGE, [12, 13, 14]])
 _DIRECTION = np.vstack([_EDGE[:8] // 4, [0, 1, 2]])
 _TINY = 1e-30
 LANES = 32  # hexes that the energy takes at a time
+LEAST = 3000  # hexes for a thread
 
 
 class Terms(NamedTuple):
@@ -84,8 +87,16 @@ def energy(
 
     x : (V, 3), lengths : (H, 3) wanted edge lengths along xi, eta, zeta
     """
-    gradient = np.zeros_like(x)
-    value = _hex_energy(x, hexes, lengths, Terms(*map(float, terms)), gradient, 0, len(hexes))
+    terms = Terms(*map(float, terms))
+    cuts = parts(len(hexes), LEAST)
+    gradients = np.zeros((len(cuts), *x.shape))
+    values = side_by_side(
+        [
+            partial(_hex_energy, x, hexes, lengths, terms, gradient, cut.start, cut.stop)
+            for cut, gradient in zip(cuts, gradients, strict=True)
+        ]
+    )
+    value, gradient = sum(values), gradients.sum(axis=0)
     if np.isfinite(value):
         value += _spring_energy(x, springs, gradient)
     return value, gradient

@@ -57,8 +57,8 @@ def polish(
     target: Target,
     *,
     features: bool = True,
-    soft_rounds: int = 25,
-    hard_rounds: int = 30,
+    soft_rounds: int = 8,
+    hard_rounds: int = 4,
     local_rounds: int = 40,
     samples: int = 2500,
 ) -> HexMesh:

@@ -1,0 +1,45 @@
+"""Compiled kernels that hold no lock, on a few threads at once.
+
+What is computed never depends on how many there are: work is cut by its size alone, and results
+come back in its order.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from itertools import pairwise
+
+MOST = 4  # threads of the pool
+
+
+def side_by_side(calls: Sequence[Callable[[], object]]) -> list[object]:
+    """Results of the calls, in order; the first runs on this thread.
+
+    A call must not use this function itself: it would wait for a thread that waits.
+    """
+    workers = pool()
+    if workers is None or len(calls) == 1:
+        return [call() for call in calls]
+    others = [workers.submit(call) for call in calls[1:]]
+    return [calls[0](), *(other.result() for other in others)]
+
+
+def parts(number: int, least: int) -> list[slice]:
+    """Up to `MOST` even slices of so many items, of at least so many each where there are two."""
+    count = max(1, min(MOST, number // least))
+    ends = [number * k // count for k in range(count + 1)]
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+@lru_cache(maxsize=1)
+def pool() -> ThreadPoolExecutor | None:
+    """Threads beside the one that asks; none where the process may use one core only."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return ThreadPoolExecutor(min(cores, MOST) - 1) if cores and cores > 1 else None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=pool.cache_clear)  # threads do not survive a fork
