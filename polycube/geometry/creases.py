@@ -16,14 +16,13 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from polycube.geometry import sliding
 from polycube.geometry.surface import half_edges, twins
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(46)  # least angle between the normals at a sharp edge
 KINK = np.deg2rad(50)  # least turn of a crease at a corner of its own
 WINDOW = 0.01  # length over which a turn is measured
-EXPECTED = 0.2  # what a length along a crease counts against a distance from it
-BRANCH = 3.0  # length of a branch to either side, in the distance from it
 SHORT = 0.05  # total length below which connected creases are noise
 LOOSE = 0.06  # length per loose end below which a crease is noise
 
@@ -65,24 +64,10 @@ class Crease:
             loop's may be beyond its length, and the answers are then too.  On a branch the closest
             point counts alone: a point on the crease is its own answer
         """
-        start, step = self.points[:-1], np.diff(self.points, axis=0)
-        length = np.diff(self.arc)
-        along = np.einsum("nsd,sd->ns", points[:, None] - start, step) / length**2
-        along = np.clip(along, 0, 1)
-        gap = points[:, None] - start - along[:, :, None] * step
-        square = np.einsum("nsd,nsd->ns", gap, gap)
-        cost, arc = square, self.arc[:-1] + along * length
-        if expected is not None:
-            off = arc - expected[:, None]
-            if self.is_loop:
-                off -= self.length * np.round(off / self.length)
-            arc = expected[:, None] + off
-            row, best = np.arange(len(points)), (square + (EXPECTED * off) ** 2).argmin(axis=1)
-            branch, reach = arc[row, best], BRANCH * np.sqrt(square[row, best])
-            cost = np.where(np.abs(arc - branch[:, None]) <= reach[:, None], square, np.inf)
-            cost[row, best] = square[row, best]
-        row, best = np.arange(len(points)), cost.argmin(axis=1)
-        return arc[row, best], np.sqrt(square[row, best])
+        if expected is None:
+            expected = np.full(len(points), np.nan)
+        arc, square = sliding.nearest(self.points, self.arc, self.is_loop, points, expected)
+        return arc, np.sqrt(square)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,18 +7,19 @@ closer than a fifth of an even spacing, so that edges cannot fold; corners stay.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from polycube.geometry import sliding
 from polycube.geometry.body import Body
 from polycube.geometry.energy import Springs, pull
 from polycube.geometry.hexes import unique_rows
-from polycube.geometry.paths import Route, expected_arc, find_routes
+from polycube.geometry.paths import Route, find_routes
 
 FREE = 1.0  # square difference of normals (60 degrees) at which a vertex is on its side
-CLOSEST = 0.2  # least distance of neighbours along a crease, in even spacings
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,18 @@ class Matching:
         """(C,) vertices on creases, without the corners."""
         none = np.zeros(0, np.int64)
         return np.setdiff1d(np.concatenate([none, *(r.vertices for r in self.routes)]), self.corner)
+
+    @cached_property
+    def rails(self) -> tuple[np.ndarray, ...]:
+        """Creases, vertices and their starts in the form that `sliding.slide` takes."""
+        creases = [route.crease for route in self.routes]
+        paths = [route.vertices for route in self.routes]
+        points, arc = (np.concatenate([getattr(c, k) for c in creases]) for k in ("points", "arc"))
+        first, start = (
+            np.cumsum([0, *map(len, each)]) for each in ([c.arc for c in creases], paths)
+        )
+        is_loop = np.array([crease.is_loop for crease in creases])
+        return points, arc, first, is_loop, np.concatenate(paths), start
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,23 +142,13 @@ def goals(body: Body, x: np.ndarray, matching: Matching, alpha: float, used: np.
 
 def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Vertices (C,) of all routes, their places (C, 3) and the directions there (C, 3)."""
-    none = np.zeros((0, 3))
-    found = [(np.zeros(0, np.int64), none, none)]
-    for route in matching.routes:
-        foot, direction, _ = route.crease.at(spread(route, x))
-        found.append((route.vertices, foot, direction))
-    vertex, foot, direction = (np.concatenate(part) for part in zip(*found, strict=True))
-    return vertex, foot, direction
+    if not matching.routes:
+        return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3))
+    points, arc, first, is_loop, vertex, start = matching.rails
+    return vertex, *sliding.slide(points, arc, first, is_loop, x[vertex], start)
 
 
 def spread(route: Route, x: np.ndarray) -> np.ndarray:
     """(N,) arc lengths of the vertices of a route: the closest, but in order and apart."""
-    crease, path = route.crease, route.vertices
-    closed = np.append(path, path[:1]) if crease.is_loop else path
-    arc, _ = crease.nearest(x[path], expected_arc(crease, x, closed)[: len(path)])
-    spaces = len(closed) - 1
-    apart = CLOSEST * crease.length / spaces * np.arange(len(path))
-    slack = arc - apart
-    slack = (np.maximum.accumulate(slack) + np.minimum.accumulate(slack[::-1])[::-1]) / 2
-    low = slack[0] if crease.is_loop else 0.0
-    return np.clip(slack, low, low + (1 - CLOSEST) * crease.length) + apart
+    crease = route.crease
+    return sliding.spread(crease.points, crease.arc, crease.is_loop, x[route.vertices])

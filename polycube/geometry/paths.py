@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from polycube.geometry import sliding
 from polycube.geometry.body import Body
 from polycube.geometry.creases import Crease, Features
 from polycube.geometry.routing import ASKEW, CROWDED, REACH, Net, cheapest, crowding, field, net
@@ -127,7 +128,4 @@ def expected_arc(crease: Crease, x: np.ndarray, closed: np.ndarray) -> np.ndarra
     closed : (N,) the first vertex again at the end of a loop, where the arc length has grown by
         the length of the crease
     """
-    length = np.append(0, np.cumsum(np.linalg.norm(np.diff(x[closed], axis=0), axis=1)))
-    share = length / max(length[-1], 1e-30)
-    start = crease.nearest(x[closed[:1]])[0][0] if crease.is_loop else 0.0
-    return start + share * crease.length
+    return sliding.expected(crease.points, crease.arc, crease.is_loop, x[closed])

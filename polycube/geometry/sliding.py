@@ -1,0 +1,135 @@
+"""Vertices of a path on a crease, compiled: closest arc lengths, in order and apart.
+
+A crease is points (N, 3), the arc length up to each, and whether it is a loop, which ends at its
+first point again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+EXPECTED = 0.2  # what a length along a crease counts against a distance from it
+BRANCH = 3.0  # length of a branch to either side, in the distance from it
+CLOSEST = 0.2  # least distance of neighbours along a crease, in even spacings
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _closest(points, arc, is_loop, k, x, expected):
+    """Arc length and square distance of the point of segment k closest to x."""
+    along, size = 0.0, 0.0
+    for d in range(3):
+        step = points[k + 1, d] - points[k, d]
+        along += (x[d] - points[k, d]) * step
+        size += step * step
+    along = min(max(along / size, 0.0), 1.0)
+    square = 0.0
+    for d in range(3):
+        gap = x[d] - points[k, d] - along * (points[k + 1, d] - points[k, d])
+        square += gap * gap
+    length = arc[-1]
+    there = arc[k] + along * (arc[k + 1] - arc[k])
+    if is_loop and not np.isnan(expected):
+        there -= length * np.round((there - expected) / length)
+    return there, square
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def nearest(points, arc, is_loop, x, expected):
+    """Arc lengths (M,) of the points closest to x (M, 3), and square distances (M,).
+
+    expected : (M,) arc lengths that tell branches apart where the crease comes near itself, or nan;
+        a loop's may be beyond its length, and the answers are then too.  On a branch the closest
+        point counts alone: a point on the crease is its own answer
+    """
+    result, squares = np.empty(len(x)), np.empty(len(x))
+    for i in range(len(x)):
+        least, branch, reach = np.inf, 0.0, np.inf
+        if not np.isnan(expected[i]):
+            for k in range(len(points) - 1):
+                there, square = _closest(points, arc, is_loop, k, x[i], expected[i])
+                off = EXPECTED * (there - expected[i])
+                if square + off * off < least:
+                    least, branch, reach = square + off * off, there, BRANCH * np.sqrt(square)
+        least = np.inf
+        for k in range(len(points) - 1):
+            there, square = _closest(points, arc, is_loop, k, x[i], expected[i])
+            if square < least and np.abs(there - branch) <= reach:
+                least, result[i] = square, there
+        squares[i] = least
+    return result, squares
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def expected(points, arc, is_loop, x):
+    """(M,) arc lengths that the vertices of a path at x (M, 3) would have at an even stretch.
+
+    The path of a loop ends at its first vertex again, where the arc length has grown by the length
+    of the crease.
+    """
+    result = np.zeros(len(x))
+    for i in range(1, len(x)):
+        square = 0.0
+        for d in range(3):
+            square += (x[i, d] - x[i - 1, d]) ** 2
+        result[i] = result[i - 1] + np.sqrt(square)
+    start = nearest(points, arc, is_loop, x[:1], np.full(1, np.nan))[0][0] if is_loop else 0.0
+    return start + result * (arc[-1] / max(result[-1], 1e-30))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spread(points, arc, is_loop, x):
+    """(M,) arc lengths of the vertices of a path at x: the closest, but in order and apart.
+
+    The first vertex of a loop's path is not repeated.
+    """
+    n = len(x)
+    closed = np.concatenate((x, x[:1])) if is_loop else x
+    at, _ = nearest(points, arc, is_loop, x, expected(points, arc, is_loop, closed)[:n])
+    space = CLOSEST * arc[-1] / (len(closed) - 1)
+    slack = at - space * np.arange(n)
+    high, low = slack.copy(), slack.copy()
+    for i in range(1, n):
+        high[i] = max(high[i], high[i - 1])
+        low[n - 1 - i] = min(low[n - 1 - i], low[n - i])
+    slack = (high + low) / 2
+    begin = slack[0] if is_loop else 0.0
+    slack = np.minimum(np.maximum(slack, begin), begin + (1 - CLOSEST) * arc[-1])
+    return slack + space * np.arange(n)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def segments(arc, is_loop, at):
+    """Segments (M,) of arc lengths (M,), and those lengths on the crease itself."""
+    number, inside = np.empty(len(at), np.int64), np.empty(len(at))
+    for i in range(len(at)):
+        if is_loop:
+            inside[i] = at[i] - arc[-1] * np.floor(at[i] / arc[-1])
+        else:
+            inside[i] = min(max(at[i], 0.0), arc[-1])
+        k = np.searchsorted(arc, inside[i], side="right") - 1
+        number[i] = min(max(k, 0), len(arc) - 2)
+    return number, inside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def slide(points, arc, first, is_loop, x, start):
+    """Feet (M, 3) of the paths of all routes, and the directions of the creases there.
+
+    points, arc : of all creases one after the other, that of route r begins at first[r]
+    x : (M, 3) the paths one after the other, that of route r begins at start[r]
+    """
+    feet, way = np.empty_like(x), np.empty_like(x)
+    for r in range(len(is_loop)):
+        p, a = points[first[r] : first[r + 1]], arc[first[r] : first[r + 1]]
+        at = spread(p, a, is_loop[r], x[start[r] : start[r + 1]])
+        number, inside = segments(a, is_loop[r], at)
+        for i in range(len(at)):
+            k, m = number[i], start[r] + i
+            length = a[k + 1] - a[k]
+            share = (inside[i] - a[k]) / length
+            for d in range(3):
+                step = p[k + 1, d] - p[k, d]
+                feet[m, d] = p[k, d] + share * step
+                way[m, d] = step / length
+    return feet, way
