@@ -183,7 +183,7 @@ class HexMesh:
 
     `quads` are the boundary faces, counter-clockwise from outside, and `patch` the polycube face
     each came from; `cell` is the grid cell of each hex and `primitives` what fills each grid cell.
-    `geometry.hexes.hex_mesh` fills them in.
+    `geometry.hexes.hex_mesh` fills them in.  `warnings` say what was asked for and not to be had.
     """
 
     vertices: np.ndarray  # (V, 3)
@@ -192,6 +192,7 @@ class HexMesh:
     patch: np.ndarray  # (Q,)
     cell: np.ndarray  # (H,)
     primitives: tuple[str | None, ...] = ()  # of each grid cell; empty where it is not known
+    warnings: tuple[str, ...] = ()  # a sentence each
 
     def __post_init__(self) -> None:
         freeze(

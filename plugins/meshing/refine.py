@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from polycube.geometry import sizing
 from polycube.geometry.quality import quality
@@ -20,7 +20,7 @@ logger = logging.getLogger(__name__)
 class Split:
     """Every hex in eight, so many `times` and on until the `deviation` is met.
 
-    What could not be had is said in a warning, and the best mesh is kept.
+    What could not be had is said in a warning of the mesh, and the best mesh is kept.
     """
 
     times: int = 0
@@ -44,13 +44,12 @@ class Split:
                 stop = "no mesh of eight times the hexes keeps its quality" * (finer is hexes)
                 hexes, done = finer, done + 1
             if stop:
-                logger.warning(
-                    "warning: %s, but %s; kept %d hexes (a smaller meshing.size may do)",
-                    why,
-                    stop,
-                    len(hexes.hexes),
+                warning = (
+                    f"{why}, but {stop}; kept {len(hexes.hexes)} hexes (a smaller meshing.size "
+                    "may do)"
                 )
-                break
+                logger.warning("warning: %s", warning)
+                return replace(hexes, warnings=(*hexes.warnings, warning))
         return hexes
 
     def _why_more(self, hexes: HexMesh, surface: TriMesh, wanted: float | None, done: int) -> str:

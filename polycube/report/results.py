@@ -49,7 +49,8 @@ def summarize(
     if "solution" in state:
         report |= solutions.numbers(state["spline"], state["solution"])
     failure = state.get("failure")
-    report |= {"valid": failure is None, "warnings": state["warnings"], "seed": cfg["seed"]}
+    warnings = [*state["warnings"], *getattr(state.get("hexes"), "warnings", ())]
+    report |= {"valid": failure is None, "warnings": warnings, "seed": cfg["seed"]}
     if failure is not None:
         report["failure"] = failure
     if "hexes" in state:
