@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.errors import MeshingError
-from polycube.geometry import sizing
+from polycube.geometry import chords, sizing
 from polycube.geometry.cascade import cascade, registered_map
+from polycube.geometry.registration import register as fit
 from polycube.geometry.surface import diagonal
-from polycube.geometry.target import target
+from polycube.geometry.target import Target, target
 from polycube.geometry.template import counts, mesh, mesh_between
 from polycube.registry import register
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 
 logger = logging.getLogger(__name__)
 
+QUICK = 7, 15, 1500  # rounds, iterations, samples: to see where the surface curves
 DEEPEST = 10  # octree level: a thousand parts of every interval
 
 
@@ -27,12 +29,14 @@ class Template:
     """Cut every interval of the polycube's lattice into equal parts about `size` long.
 
     Fine hexes are placed by a cascade of coarser ones that were registered first.  With `level`
-    every interval has 2^level parts instead, as in the paper; `regions` ask for more in a box.
+    every interval has 2^level parts instead, as in the paper; `regions` ask for more in a box, and
+    `curvature` where mesh edges would be further off a curved surface.
     """
 
     size: float | str = "5%"
     level: int | None = None
     regions: tuple | list = ()
+    curvature: float | str | None = "0.3%"
     finer: float = 1.0
     coarse: float | str = "5%"
     least: int = 2
@@ -50,6 +54,9 @@ class Template:
         self._afford(sizing.number_of_hexes(polycube, parts), polycube, rough_map, size)
         coarse = sizing.length(self.coarse, unit)
         placed = cascade(polycube, rough_map, target(surface), size, coarse)
+        if self.curvature is not None and self.level is None:
+            few = counts(polycube, rough_map, max(size, coarse), self.least, self.across)
+            parts = self._curved(polycube, placed, target(surface), parts, few)
         if not self.regions:
             return mesh(polycube, placed, parts)
         boxes = [sizing.box_of(region, unit) for region in self.regions]
@@ -60,6 +67,25 @@ class Template:
         fine = sizing.counts_of(polycube, lines)
         self._afford(sizing.number_of_hexes(polycube, fine), polycube, rough_map, size)
         return mesh_between(polycube, placed, lines)
+
+    def _curved(
+        self,
+        polycube: Polycube,
+        placed: RoughMap,
+        goal: Target,
+        parts: sizing.Counts,
+        few: sizing.Counts,
+    ) -> sizing.Counts:
+        """More parts where the surface curves, seen by a mesh of a few parts; within max_hexes."""
+        near = fit(mesh(polycube, placed, few), goal, *QUICK)
+        gap = chords.gaps(polycube, near, few, goal)
+        wanted = sizing.length(self.curvature, goal.scale) / goal.scale
+        more = chords.finer(polycube, parts, few, gap, wanted)
+        number, old = (sizing.number_of_hexes(polycube, n) for n in (more, parts))
+        if number == old or number > self.max_hexes:
+            return parts
+        logger.info("subdivide: %.0f hexes more where the surface curves", number - old)
+        return more
 
     def _parts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
         if self.level is not None:
@@ -97,8 +123,9 @@ class Template:
         return f"size {1.005 * high:.3g} would do" + " without regions" * bool(self.regions)
 
     def __post_init__(self) -> None:
-        for name in ("size", "coarse"):
-            sizing.check_length(name, getattr(self, name))
+        for name in ("size", "coarse", "curvature"):
+            if name != "curvature" or self.curvature is not None:
+                sizing.check_length(name, getattr(self, name))
         for name in ("finer", "least", "across", "max_hexes"):
             if getattr(self, name) <= 0:
                 raise ValueError(f"{name} must be positive; got {getattr(self, name)}")

@@ -148,6 +148,18 @@ def test_hexes_are_finer_in_a_region(cylinder, box):
     assert len(wide.hexes) == len(plain.hexes) < len(mesh.hexes)
 
 
+def test_curvature_asks_for_more_round_the_cylinder_and_none_along_it(cylinder, template):
+    plain = stage("subdivide", size="10%", curvature=None)(cylinder, *_bar())
+    fine = stage("subdivide", size="10%", curvature="0.2%")(cylinder, *_bar())
+    assert len(plain.hexes) < len(fine.hexes) <= 2 * len(plain.hexes)
+    layers = [len(np.unique(np.round(m.vertices[:, 2], 9))) for m in (plain, fine)]
+    assert layers[0] == layers[1]
+    few = stage("subdivide", size="10%", curvature="0.2%", max_hexes=len(fine.hexes) - 1)
+    assert len(few(cylinder, *_bar()).hexes) == len(plain.hexes)
+    level = [stage("subdivide", level=2, curvature=c)(cylinder, *_bar()) for c in (None, "0.1%")]
+    assert len(level[0].hexes) == len(level[1].hexes)
+
+
 def test_refine_until_the_deviation_is_met_or_says_why_not(cylinder, caplog):
     mesh = stage("subdivide", size="12%")(cylinder, *_bar())
     mesh = stage("pillow")(cylinder, stage("smooth", rounds=10)(cylinder, mesh))
@@ -160,9 +172,11 @@ def test_refine_until_the_deviation_is_met_or_says_why_not(cylinder, caplog):
     assert len(finer.hexes) == 8 * len(mesh.hexes)
     apart = deviation(finer, cylinder)
     assert max(apart.to_mesh.p99, apart.to_surface.p99) <= asked
-    assert not caplog.records
+    assert not caplog.records and not finer.warnings
     few = {"max_hexes": len(finer.hexes) - 1}
-    assert stage("refine", deviation=f"{100 * asked}%", **few)(cylinder, mesh) is mesh
+    kept = stage("refine", deviation=f"{100 * asked}%", **few)(cylinder, mesh)
+    assert (kept.hexes == mesh.hexes).all() and (kept.vertices == mesh.vertices).all()
+    assert len(kept.warnings) == 1 and "more than max_hexes" in kept.warnings[0]
     assert "more than max_hexes" in caplog.text and "smaller meshing.size" in caplog.text
 
 
