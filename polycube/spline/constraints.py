@@ -90,6 +90,12 @@ class Constraints:
     basis: csr_matrix  # (n C, free)
     offset: np.ndarray  # (n C,)
 
+    def points(self, spline: Spline) -> np.ndarray:
+        """(free, 3) where each free coefficient is, more or less."""
+        weight = abs(self.basis).T
+        near = weight @ np.repeat(spline.control, len(self.held), axis=0)
+        return near / np.asarray(weight.sum(axis=1))
+
     def reactions(self, residual: np.ndarray) -> np.ndarray:
         """(supports, n) resultant on each support of a residual (n C,), K u - f."""
         n = len(self.held)

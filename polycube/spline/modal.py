@@ -54,7 +54,7 @@ def free_modes(
     inertia = kron(mass, eye(3), "csr")
     if supports:
         stiffness, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness, inertia))
-    values, vectors = lowest(stiffness, inertia, n_modes)
+    values, vectors = lowest(stiffness, inertia, n_modes, points=held.points(spline))
     length = diagonal * METRES[length_unit]
     weight = material.density * length**3
     logger.info("%d modes of %d degrees of freedom", n_modes, stiffness.shape[0])
@@ -68,15 +68,19 @@ def free_modes(
 
 
 def lowest(
-    stiffness: csr_matrix, mass: csr_matrix, n_modes: int, shift: float = SHIFT
+    stiffness: csr_matrix,
+    mass: csr_matrix,
+    n_modes: int,
+    shift: float = SHIFT,
+    points: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest eigenvalues (K,), ascending, and M-orthonormal vectors (N, K) of K u = lambda M u.
 
-    Needs K - shift M positive definite: it is factored without pivoting.
+    points : (N, 3) where each unknown is, see `factorize`
+    Raises ValueError unless K - shift M is positive definite.
     """
-    inverse = LinearOperator(
-        stiffness.shape, factorize(csr_matrix(stiffness - shift * mass)), dtype=np.float64
-    )
+    factor = factorize(stiffness - shift * mass, points)
+    inverse = LinearOperator(stiffness.shape, factor.solve, dtype=np.float64)
     start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
     values, vectors = eigsh(stiffness, n_modes, mass, sigma=shift, OPinv=inverse, v0=start)
     residual = stiffness @ vectors - mass @ vectors * values

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from polycube.errors import InputError
 from polycube.spline.assembly import assemble_scalar, moments
@@ -61,8 +60,8 @@ def conduct(
         flux = inflow.flux(here.points, here.normals) if callable(inflow.flux) else inflow.flux
         supplied = supplied + metre**2 * here.moments(np.broadcast_to(flux, here.area.shape))
     basis, offset = held.basis, held.offset
-    solve = factorize(csr_matrix(basis.T @ stiffness @ basis))
-    u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
+    factor = factorize(basis.T @ stiffness @ basis, held.points(spline))
+    u = basis @ factor.solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     return Potential(
         values=u,

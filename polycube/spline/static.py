@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from polycube.errors import InputError
 from polycube.spline.assembly import assemble
@@ -70,8 +69,8 @@ def deform(
     scaled = force.ravel() / (material.young * metres**2)  # of displacements in diagonals
     offset = held.offset / diagonal
     basis = held.basis
-    solve = factorize(csr_matrix(basis.T @ stiffness @ basis))
-    u = basis @ solve(basis.T @ (scaled - stiffness @ offset)) + offset
+    factor = factorize(basis.T @ stiffness @ basis, held.points(spline))
+    u = basis @ factor.solve(basis.T @ (scaled - stiffness @ offset)) + offset
     residual = (stiffness @ u - scaled) * (material.young * metres**2)
     displacement = u.reshape(-1, 3) * diagonal
     stress = gradient_field(spline, displacement, lambda slope: _stress(slope, material))

@@ -1,0 +1,87 @@
+"""Elimination order of a sparse symmetric matrix by nested dissection in space.
+
+The unknowns are cut across the direction that needs the thinnest separator: those of one half that
+touch the other.  Both halves are eliminated, each cut likewise, before their separator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+LEAF = 200  # unknowns that are not cut further
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """Unknowns eliminated together, after those of its children."""
+
+    own: np.ndarray  # (n,) unknowns
+    children: tuple[int, ...]  # fronts before this one, at most two
+
+
+def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
+    """Fronts in an order of elimination, the last the root of all.
+
+    points : (n, 3) where each unknown is, more or less
+    """
+    group, first = _alike(matrix)
+    graph = csr_matrix(matrix[first][:, first])
+    members = np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))[:-1])
+    size = np.bincount(group)
+    fronts: list[Front] = []
+    for own, children in _cut(graph, points[first], size, np.arange(len(first)), fronts):
+        fronts.append(Front(np.concatenate([members[g] for g in own]), children))
+    return fronts
+
+
+def _alike(matrix: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Group of each row, rows of one pattern together, and a row of each group."""
+    rng = np.random.default_rng(0)
+    pattern = csr_matrix((np.ones(matrix.nnz), matrix.indices, matrix.indptr), matrix.shape)
+    _, first, group = np.unique(
+        pattern @ rng.random(matrix.shape[0]), return_index=True, return_inverse=True
+    )
+    return group.ravel(), first
+
+
+def _cut(
+    graph: csr_matrix,
+    points: np.ndarray,
+    size: np.ndarray,
+    nodes: np.ndarray,
+    fronts: list[Front],
+) -> Iterator[tuple[np.ndarray, tuple[int, ...]]]:
+    """Yield own nodes and children of the fronts of a part, its root last.
+
+    size : unknowns at each node of the graph.  fronts : those yielded so far, the caller's list
+    """
+    if size[nodes].sum() <= LEAF:
+        yield nodes, ()
+        return
+    part, weight = graph[nodes][:, nodes], size[nodes]
+    choices = [_separator(part, points[nodes, axis], weight) for axis in range(points.shape[1])]
+    touching, side = min(choices, key=lambda choice: weight[choice[0]].sum())
+    halves = [nodes[side & ~touching], nodes[~side]]
+    if min(map(len, halves)) == 0:
+        yield nodes, ()
+        return
+    children = []
+    for half in halves:
+        yield from _cut(graph, points, size, half, fronts)
+        children.append(len(fronts) - 1)
+    yield nodes[touching], tuple(children)
+
+
+def _separator(
+    part: csr_matrix, x: np.ndarray, weight: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of one half that touch the other, and that half; cut at the median of x, the better."""
+    order = np.argsort(x, kind="stable")
+    high = np.zeros(len(x), bool)
+    high[order[np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2) :]] = True
+    found = [(side & (part @ (~side).astype(np.float64) != 0), side) for side in (high, ~high)]
+    return min(found, key=lambda choice: weight[choice[0]].sum())

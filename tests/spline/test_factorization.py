@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix, diags, eye, kron, random
+
+from polycube.spline.assembly import assemble
+from polycube.spline.dissection import LEAF, dissect
+from polycube.spline.factorization import factorize
+from tests.hex_solids import hex_cylinder
+from tests.spline.spaces import box, spline_of
+
+
+def elastic(spline):
+    stiffness, mass = assemble(spline, 1.0, 0.3, 1.0)
+    return csr_matrix(stiffness + 0.01 * kron(mass, eye(3))), np.repeat(spline.control, 3, axis=0)
+
+
+SOLIDS = {
+    "bar": lambda: elastic(box((12, 2, 2), (6.0, 1.0, 1.0), "h2s")),
+    "cylinder": lambda: elastic(spline_of(hex_cylinder(2, 2, 2))),
+}
+
+
+@pytest.mark.parametrize("solid", SOLIDS)
+def test_solves_as_a_dense_solver_does(solid):
+    matrix, points = SOLIDS[solid]()
+    right = np.random.default_rng(0).normal(size=(len(points), 2))
+    exact = np.linalg.solve(matrix.toarray(), right)
+    for places in (points, None):
+        factor = factorize(matrix, places)
+        assert factor.solve(right) == pytest.approx(exact, rel=1e-9, abs=1e-9 * abs(exact).max())
+        assert factor.solve(right[:, 0]).shape == (len(points),)
+
+
+def test_any_pattern_will_do():
+    rng = np.random.default_rng(1)
+    loose = random(900, 900, 0.002, rng=rng)
+    matrix = csr_matrix(loose + loose.T + diags(np.full(900, 9.0)))
+    right = rng.normal(size=900)
+    for points in (rng.normal(size=(900, 3)), np.zeros((900, 3)), None):
+        found = factorize(matrix, points).solve(right)
+        assert matrix @ found == pytest.approx(right, abs=1e-11)
+
+
+def test_fronts_part_the_unknowns_and_halves_do_not_touch():
+    matrix, points = SOLIDS["bar"]()
+    fronts = dissect(matrix, points)
+    assert np.array_equal(np.sort(np.concatenate([f.own for f in fronts])), np.arange(len(points)))
+    assert len(fronts) > 1 and max(len(f.own) for f in fronts if not f.children) <= LEAF
+    below = []
+    for front in fronts:
+        inside = [below[child] for child in front.children]
+        if inside:
+            assert matrix[inside[0]][:, inside[1]].nnz == 0
+        below.append(np.concatenate([front.own, *inside]))
+
+
+def test_keeps_far_less_than_the_whole_triangle():
+    matrix, points = elastic(box((100, 2, 2), (50.0, 1.0, 1.0), "h2s"))
+    assert factorize(matrix, points).entries < 0.1 * matrix.shape[0] ** 2
+
+
+def test_refuses_a_matrix_that_is_not_positive():
+    with pytest.raises(ValueError, match="matrix is not positive definite"):
+        factorize(csr_matrix(diags([1.0, -1.0, 2.0])))
