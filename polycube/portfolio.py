@@ -75,10 +75,6 @@ class Portfolio:
         self.scores[number, short] = value
         return value
 
-    def trial_of_first(self) -> float:
-        """Score of the short run of the first variant: what starts are compared by."""
-        return self.scores[0, True] if (0, True) in self.scores else self.run(0, short=True)
-
     def try_others(self, enough: float) -> None:
         """Short runs of all variants that had none, the first too, until one is enough."""
         for number in range(len(self.variants)):
@@ -114,8 +110,8 @@ def search(
     """The portfolio with the best result of those that start from one structure each.
 
     The first variant of the first start is run in full.  Where that is not enough all variants have
-    short runs, another start's only where the short run of its first variant beats that of the
-    starts before.  Last, the best short run of all is run in full, unless a result is enough.
+    short runs, another start's only where the short run of its first variant beats all results of
+    the starts before.  Last, the best short run of all is run in full, unless a result is enough.
 
     enough : score that ends the runs of a start
     is_settled : whether no other start needs to be tried
@@ -125,7 +121,7 @@ def search(
     for start in starts:
         if not tried:
             start.run(0)
-        elif start.trial_of_first() <= max(each.trial_of_first() for each in tried):
+        elif start.run(0, short=True) <= max(each.best for each in tried):
             tried.append(start)
             continue
         tried.append(start)
@@ -133,10 +129,7 @@ def search(
             start.try_others(enough)
         if is_settled(start):
             break
-    best = max(tried, key=lambda each: each.best)
-    if best.best >= enough:
-        return best
-    max(tried, key=Portfolio.trial_of_first).try_others(enough)
+    max(tried, key=lambda each: each.best).try_others(enough)
     short = [(*each, start) for start in tried for each in start.promising()]
     if short and max(each.best for each in tried) < enough:
         _, number, start = max(short, key=lambda each: each[0])

@@ -156,12 +156,12 @@ def test_of_the_others_only_the_best_in_a_trial_is_run_in_full(sizes, enough, ex
     ("settled", "has_rival", "expected", "calls"),
     [
         (3.0, False, 4.0, [(3, True), (4, True), (4, False)]),  # no other start is looked at
-        (9.0, False, 9.0, [(3, True), (4, True), (5, True), (9, True), (9, False)]),
-        (9.0, True, 9.0, [(5, True), (3, True), (9, True), (9, False)]),  # the rival comes first
+        (9.0, False, 9.0, [(3, True), (4, True), (7, True), (9, True), (9, False)]),
+        (9.0, True, 9.0, [(7, True), (9, True), (9, False)]),  # the rival comes first
     ],
 )
 def test_another_start_goes_on_where_its_first_trial_is_better(settled, has_rival, expected, calls):
-    found = searched([3.0, 4.0], [5.0, 9.0], enough=20, settled=settled, has_rival=has_rival)
+    found = searched([3.0, 4.0], [7.0, 9.0], enough=20, settled=settled, has_rival=has_rival)
     assert found == (expected, calls)
 
 
