@@ -59,3 +59,32 @@ def _layer(mesh: HexMesh, radius: float) -> HexMesh:
     outer = outer * radius / np.linalg.norm(outer, axis=1, keepdims=True)
     shell = np.concatenate([quads, local.reshape(-1, 4) + len(mesh.vertices)], axis=1)
     return hex_mesh(np.concatenate([mesh.vertices, outer]), np.concatenate([mesh.hexes, shell]))
+
+
+def pillowed_cube(axes: int = 3, n: int = 4) -> HexMesh:
+    """Unit cube of n^3 hexes with a layer round the middle ones, in 2 or 3 directions.
+
+    Lines of valence 3 inside the layer and of valence 5 outside; with 3 they meet at 16 points.
+    """
+    mesh = hex_box((n, n, n))
+    x, centre = mesh.vertices, mesh.vertices[mesh.hexes].mean(axis=1)
+    inside = (abs(centre[:, :axes] - 0.5) < 0.25).all(axis=1)
+    part = np.unique(mesh.hexes[inside])
+    far = abs(x[:, :axes] - 0.5).max(axis=1)
+    number = np.arange(len(x))
+    skin = part[far[part] > far[part].max() - 1e-9]
+    number[skin] = len(x) + np.arange(len(skin))
+    inner = 0.5 + 0.7 * (x[:, :axes] - 0.5)
+    vertices = np.concatenate([x, np.column_stack([inner, x[:, axes:]])[skin]])
+    within = np.setdiff1d(part, skin)
+    vertices[within, :axes] = inner[within]
+    quads = boundary_quads(mesh.hexes[inside])
+    quads = quads[(np.isin(quads, skin)).all(axis=1) & ~_flat(x[quads], axes)]
+    hexes = mesh.hexes.copy()
+    hexes[inside] = number[hexes[inside]]
+    return hex_mesh(vertices, np.concatenate([hexes, np.hstack([number[quads], quads])]))
+
+
+def _flat(corners: np.ndarray, axes: int) -> np.ndarray:
+    """(Q,) quads whose corners (Q, 4, 3) agree in one of the last coordinates."""
+    return (np.ptp(corners[..., axes:], axis=1) == 0).any(axis=1)

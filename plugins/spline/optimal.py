@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.registry import register
-from polycube.spline.cuts import cut_faces
 from polycube.spline.extraction import volumetric_spline
-from polycube.spline.optimal import OptimalSpace
+from polycube.spline.optimal import OptimalSpace, smallest_space
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric
@@ -26,4 +25,4 @@ class Optimal(Volumetric):
         """The functions, with the Bezier points of h2s."""
         plain = volumetric_spline(hexes, sharp, corners)
         points = plain.extraction @ plain.control
-        return OptimalSpace(hexes, points, cut_faces(hexes, sharp, corners))
+        return smallest_space(hexes, points, sharp, corners)

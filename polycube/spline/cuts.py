@@ -62,12 +62,16 @@ class HalfEdges:
 
 
 def cut_faces(
-    mesh: HexMesh, sharp_edges: np.ndarray, corner_vertices: Sequence[int] = ()
+    mesh: HexMesh,
+    sharp_edges: np.ndarray,
+    corner_vertices: Sequence[int] = (),
+    rings: int | None = 0,
 ) -> np.ndarray:
     """(H, 6) sides of hexes across which a spline should only be continuous.
 
     The boundary, and faces with a corner where the mesh, or what of it is sharp, is no product
     across them.  sharp_edges : (S, 2) and corner_vertices as for `volumetric_spline`
+    rings : of faces by which cuts that end inside are carried on, as sheets; None: to their ends
     """
     half = HalfEdges.of(mesh.hexes)
     label = half.classes(np.ones(len(half.pairs), bool))
@@ -75,15 +79,27 @@ def cut_faces(
     n_hexes = np.bincount(mesh.hexes.ravel())[half.vertex]
     members = np.bincount(label, minlength=size)
     uses = np.bincount(label[half.number].ravel(), minlength=size)
-    links = np.bincount(label[half.across[..., 0]].ravel(), minlength=size)
+    across = label[half.across[..., 0]]  # (P, 4) class at each corner of a face
+    links = np.bincount(across.ravel(), minlength=size)
     ends = members == 1
-    is_product = (uses == n_hexes) & np.where(
-        ends, links == 0, (members == 2) & (2 * links == uses)
-    )
+    passes = (members == 2) & (2 * links == uses)
+    is_product = (uses == n_hexes) & np.where(ends, links == 0, passes)
     is_product &= ends | _follows(half, label, sharp_edges, corner_vertices)
+    pairs = _carried_on(~is_product[across].all(axis=1), across, rings)
     cut = np.ones((len(mesh.hexes), 6), bool)
-    good = is_product[label[half.across[..., 0]]].all(axis=1)
-    cut.reshape(-1)[half.pairs[good]] = False
+    cut.reshape(-1)[half.pairs[~pairs]] = False
+    return cut
+
+
+def _carried_on(cut: np.ndarray, across: np.ndarray, rings: int | None) -> np.ndarray:
+    """(P,) faces cut, each ring all those that have a class in common with the ones before."""
+    while rings is None or rings > 0:
+        has = np.zeros(across.max(initial=0) + 1, bool)
+        has[across[cut]] = True
+        more = has[across].any(axis=1)
+        if np.array_equal(more, cut):
+            break
+        cut, rings = more, None if rings is None else rings - 1
     return cut
 
 

@@ -14,6 +14,7 @@ are cut when the mesh is halved, so that the finer space contains the coarser on
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,7 +22,8 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 
 from polycube.spline.continuous import ContinuousSpace
-from polycube.spline.cuts import HalfEdges, children
+from polycube.spline.cuts import HalfEdges, children, cut_faces
+from polycube.types import HexMesh
 
 STEP = np.array([1, 4, 16])  # between nodes along each axis
 PLACE = np.arange(64)[:, None] // STEP % 4  # (64, 3) of each node
@@ -37,6 +39,24 @@ _PLACES = np.stack([np.tile(np.arange(4), (5, 1))] * 2, axis=-1)  # (5, 4, 2)
 _NEARER[1], _PLACES[1] = 2 / 3, [[0, 3], [0, 3], [3, 0], [3, 0]]
 _NEARER[2], _PLACES[2] = [1, 1, 0.5, 0.5], [[0, 0], [1, 1], [3, 1], [3, 1]]
 _NEARER[3], _PLACES[3] = [0.5, 0.5, 1, 1], [[0, 2], [0, 2], [2, 2], [3, 3]]
+RINGS = 2, None  # by which cuts may be carried on, see `cut_faces`
+
+
+def smallest_space(
+    mesh: HexMesh,
+    points: np.ndarray,
+    sharp_edges: np.ndarray,
+    corner_vertices: Sequence[int] = (),
+) -> OptimalSpace:
+    """The space with the fewest functions among those of longer and shorter cuts.
+
+    points : (B, 3) Bezier points that `volumetric_spline` gives with the same sharp edges
+    """
+    spaces = [
+        OptimalSpace(mesh, points, cut_faces(mesh, sharp_edges, corner_vertices, rings))
+        for rings in RINGS
+    ]
+    return min(spaces, key=lambda space: space.extraction.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,10 +147,15 @@ class OptimalSpace(ContinuousSpace):
         """(B, C) rows of all Bezier nodes."""
         return self._rows[0]
 
+    @property
+    def inverse(self) -> csr_matrix:
+        """(C, B) the coefficients of a function of the space from its Bezier nodes."""
+        return self._rows[1]
+
     @cached_property
     def control(self) -> np.ndarray:
         """(C, 3) coefficients of the geometry."""
-        return self._rows[1] @ self.points
+        return self.inverse @ self.points
 
     @cached_property
     def smooth(self) -> np.ndarray:
@@ -151,7 +176,7 @@ class OptimalSpace(ContinuousSpace):
         """
         mesh, halves = self.halved(elements)
         fine = OptimalSpace(mesh, halves @ self.points, children(~self.smooth[elements]))
-        return fine, fine._rows[1] @ halves @ self.extraction
+        return fine, fine.inverse @ halves @ self.extraction
 
 
 class _Rounds:
