@@ -44,7 +44,7 @@ def expanded(arguments: list[str]) -> list[str]:
     Folders of jobs are named after the part and after those settings of which there are several.
     Raises InputError where there is no such file, or two parts have the same name.
     """
-    result, several, single = [], bool(MANY & set(arguments)), list(PRESENTATION)
+    result, several, single = [], bool(MANY & set(arguments)), []
     for argument in arguments:
         key, is_setting, value = argument.partition("=")
         paths = _files(value) if is_setting and key == "mesh" else []
@@ -57,7 +57,9 @@ def expanded(arguments: list[str]) -> list[str]:
         result.append(argument)
     if not several:
         return result
-    names = ",".join(["mesh", "hex", *single])
+    if "output_dir" not in single:
+        result.append(f"output_dir=outputs/{time.strftime('%Y%m%d-%H%M%S')}")
+    names = ",".join(["mesh", "hex", *PRESENTATION, *single])
     named = f"hydra.job.config.override_dirname.exclude_keys=[{names}]"
     return ["-m", *(word for word in result if word not in MANY), named]
 
@@ -114,9 +116,6 @@ def _job_folder(values: str, *, _root_: DictConfig) -> str:
 
 
 OmegaConf.register_new_resolver("job_folder", _job_folder)
-OmegaConf.register_new_resolver(
-    "batch_folder", lambda given: given or time.strftime("outputs/%Y%m%d-%H%M%S"), use_cache=True
-)
 
 
 def run_job(
@@ -148,7 +147,8 @@ def run_job(
     told = [row["says"]] if row["says"] else []
     if "hexes" in row:
         told.insert(0, f"{row['hexes']} hexes, scaled Jacobian {row['min_scaled_jacobian']:.3f}")
-    sys.stderr.write(f"{folder.name}: {row['result']}{', as before' * kept}; {'; '.join(told)}\n")
+    result = row["result"] + ", as before" * kept
+    sys.stderr.write(f"{folder.name}: {'; '.join([result, *told])}\n")
     return row["exit"]
 
 

@@ -11,7 +11,8 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-import polycube.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
+import polycube.app.dask_launcher
+import polycube.search_path  # noqa: F401  (both tell Hydra of themselves)
 from polycube import HOME
 from polycube.errors import InputError
 

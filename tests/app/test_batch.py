@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import subprocess
 import sys
 
@@ -125,7 +126,14 @@ def batch(folder, *words):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True)
 
 
-@pytest.mark.parametrize("launcher", [[], ["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]])
+@pytest.mark.parametrize(
+    "launcher",
+    [
+        [],
+        pytest.param(["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"], marks=pytest.mark.slow),
+        pytest.param(["hydra/launcher=dask"], marks=pytest.mark.slow),
+    ],
+)
 def test_all_parts_are_done_the_worst_code_counts_and_a_second_time_is_free(tmp_path, launcher):
     words = ["mesh=example:ring,nowhere.stl,example:dice", "output_dir=results", *launcher]
     first = batch(tmp_path, *words)
@@ -145,3 +153,38 @@ def test_without_a_folder_the_results_go_to_one_of_their_own(tmp_path):
     assert ended.returncode == 0, ended.stderr
     [folder] = (tmp_path / "outputs").iterdir()
     assert {"dice,seed=1", "dice,seed=2"} <= {path.name for path in folder.iterdir()}
+
+
+# sitecustomize.py of every process: a job that may take its worker with it
+MORTAL = """
+import os, signal
+from polycube.app import batch, infer
+
+def job(cfg):
+    part = batch.part_name(cfg["mesh"])
+    with open(os.path.join(os.environ["TALLY"], part), "a") as file:
+        file.write(".")
+        begun = file.tell()
+    if part in ("b", "d") and begun == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 0, ""
+
+infer._silently = job
+"""
+
+
+@pytest.mark.slow
+def test_a_worker_killed_half_way_costs_no_part_and_does_none_twice(tmp_path, monkeypatch):
+    (tmp_path / "sitecustomize.py").write_text(MORTAL)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    monkeypatch.setenv("TALLY", str(tmp_path / "tally"))
+    for folder in ("parts", "tally"):
+        (tmp_path / folder).mkdir()
+    for name in "abcdef":
+        (tmp_path / "parts" / f"{name}.stl").touch()
+    for _ in range(2):  # again: all are kept
+        ended = batch(tmp_path, "mesh=parts", "output_dir=results", "hydra/launcher=dask")
+        assert ended.returncode == 0, ended.stderr
+        assert ended.stderr.splitlines()[-1] == "6 valid: results/summary.html"
+        begun = {path.name: path.stat().st_size for path in (tmp_path / "tally").iterdir()}
+        assert begun == {"a": 1, "b": 2, "c": 1, "d": 2, "e": 1, "f": 1}
