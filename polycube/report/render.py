@@ -93,7 +93,7 @@ def _look(plotter: object, points: np.ndarray) -> None:
     plotter.renderer.ResetCameraClippingRange()
 
 
-def _add(plotter: object, layer: Layer) -> None:
+def _add(plotter: object, layer: Layer, width: float = 4) -> None:
     import pyvista
 
     mesh = pyvista.PolyData(layer.points, _counted(layer.polygons))
@@ -114,7 +114,7 @@ def _add(plotter: object, layer: Layer) -> None:
     )
     if len(layer.lines):
         lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))
-        plotter.add_mesh(lines, color=EDGE, line_width=4)
+        plotter.add_mesh(lines, color=EDGE, line_width=width)
 
 
 def _counted(cells: np.ndarray) -> np.ndarray:
@@ -134,7 +134,7 @@ def animate(film: Film, path: Path) -> None:
     """Write a GIF, without end, on white; all frames in one view."""
     import pyvista
 
-    size = film.width, film.width * SIZE[1] // SIZE[0]
+    size = 2 * film.width, 2 * film.width * SIZE[1] // SIZE[0]
     plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
     plotter.set_background("white")
     _light(plotter)
@@ -143,7 +143,7 @@ def animate(film: Film, path: Path) -> None:
     seen = {}
     for step in np.unique(steps):
         plotter.clear_actors()
-        _add(plotter, replace(layer, points=layer.points + step * film.shift))
+        _add(plotter, replace(layer, points=layer.points + step * film.shift), width=2)
         ends = [layer.points + way * film.shift for way in (-1, 1)]
         _look(plotter, np.concatenate(ends))
         seen[step] = plotter.screenshot(None, return_img=True)
@@ -157,7 +157,7 @@ def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
     used = np.any([(frame < 255).any(axis=2) for frame in frames], axis=0)
     rows, columns = (np.flatnonzero(used.any(axis)) for axis in (1, 0))
     box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    images = [Image.fromarray(np.ascontiguousarray(frame[box])) for frame in frames]
+    images = [Image.fromarray(np.ascontiguousarray(frame[box])).reduce(2) for frame in frames]
     palette = images[0].quantize(64)
     images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     rest = {"append_images": images[1:], "duration": milliseconds, "loop": 0}
