@@ -52,11 +52,13 @@ def smallest_space(
 
     points : (B, 3) Bezier points that `volumetric_spline` gives with the same sharp edges
     """
-    spaces = [
-        OptimalSpace(mesh, points, cut_faces(mesh, sharp_edges, corner_vertices, rings))
-        for rings in RINGS
-    ]
-    return min(spaces, key=lambda space: space.extraction.shape[1])
+    short, long = (cut_faces(mesh, sharp_edges, corner_vertices, rings) for rings in RINGS)
+    space = OptimalSpace(mesh, points, long)
+    if np.array_equal(short, long):
+        return space
+    return min(
+        OptimalSpace(mesh, points, short), space, key=lambda space: space.extraction.shape[1]
+    )
 
 
 @dataclass(frozen=True, eq=False)
