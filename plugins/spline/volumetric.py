@@ -11,6 +11,7 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.geometry.hexes import extraordinary_edges, quad_edges
 from polycube.spline.bezier import min_detj, scaled_detj
+from polycube.spline.deviation import deviation
 from polycube.spline.extraction import volumetric_spline
 from polycube.spline.features import (
     creases,
@@ -22,6 +23,7 @@ from polycube.spline.features import (
     union,
     without_dead_ends,
 )
+from polycube.spline.fit import Fit
 from polycube.spline.hierarchy import Space
 from polycube.spline.refinement import refined_spline
 from polycube.spline.selection import Refinement
@@ -48,6 +50,7 @@ class Volumetric(ABC):
     angle: float = 45.0  # degrees, of edges and of corners of their curves
     single_hex_edges: bool = True
     refine: Mapping | Refinement = field(default_factory=Refinement)
+    fit: Mapping | Fit = field(default_factory=Fit)
 
     def __post_init__(self) -> None:
         if not 0 < self.angle < 180:
@@ -60,6 +63,7 @@ class Volumetric(ABC):
                 f"sharp must be auto, none, a list of edges or a file of such; got {self.sharp!r}"
             )
         object.__setattr__(self, "refine", Refinement.of(self.refine))
+        object.__setattr__(self, "fit", Fit.of(self.fit))
 
     @abstractmethod
     def space(self, hexes: HexMesh, sharp: np.ndarray, corners: np.ndarray) -> Space:
@@ -69,8 +73,9 @@ class Volumetric(ABC):
         """The spline; logs how many edges are sharp and the smallest det J."""
         sharp, corners = self.sharpened(hexes)
         singular = len(extraordinary_edges(hexes)[0])
-        spline = refined_spline(self.space(hexes, sharp, corners), self.refine, surface, singular)
-        jacobian = min_detj(spline)
+        space = self.space(hexes, sharp, corners)
+        spline = self.fit(refined_spline(space, self.refine, surface, singular), surface)
+        jacobian, apart = min_detj(spline), deviation(spline, surface)
         logger.info(
             "%d functions, %d elements, %d sharp and %d extraordinary edges, volume %.6g, "
             "det J %.3g at least (element %d at %.4g %.4g %.4g), scaled %.3g",
@@ -83,6 +88,13 @@ class Volumetric(ABC):
             jacobian.element,
             *jacobian.position,
             jacobian.min_scaled_detj,
+        )
+        logger.info(
+            "spline within %.3f %% of the diagonal of the surface for 99 %% of its boundary, the "
+            "surface within %.3f %% of the spline, volume %+.2f %%",
+            100 * apart.to_surface.p99,
+            100 * apart.to_spline.p99,
+            100 * apart.volume,
         )
         if jacobian.min_detj <= 0:
             logger.warning("the spline is not valid: det J is not positive everywhere")

@@ -49,8 +49,8 @@ def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
         "worst_hex": bad,
         "worst_hex_center": mesh.vertices[mesh.hexes[bad]].mean(0).tolist(),
         "vertex_off_surface_max": deviation.vertices,
-        **_distances("mesh_to_surface", deviation.to_surface),
-        **_distances("surface_to_mesh", deviation.to_mesh),
+        **distances("mesh_to_surface", deviation.to_surface),
+        **distances("surface_to_mesh", deviation.to_mesh),
         "volume": quality.volume(mesh),
         "volume_error": abs(quality.volume(mesh) / topology.volume(surface) - 1),
     }
@@ -88,7 +88,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
     }
 
 
-def _distances(name: str, distances: quality.Distances) -> dict[str, float]:
+def distances(name: str, distances: quality.Distances) -> dict[str, float]:
     return {
         f"{name}_max": distances.largest,
         f"{name}_mean": distances.mean,

@@ -119,9 +119,10 @@ def _given(state: State) -> dict[str, object]:
 
 def _spline(state: State) -> dict[str, object]:
     from polycube.spline.bezier import min_detj
+    from polycube.spline.deviation import deviation
 
     spline = state["spline"]
-    jacobian = min_detj(spline)
+    jacobian, apart = min_detj(spline), deviation(spline, state["surface"])
     return {
         "functions": len(spline.control),
         "elements": len(spline.nodes),
@@ -130,7 +131,13 @@ def _spline(state: State) -> dict[str, object]:
         "min_detj_bound": jacobian.lower_bound,
         "min_scaled_detj": jacobian.min_scaled_detj,
         "min_detj_at": list(jacobian.position),
+        "min_detj_element": jacobian.element,
+        "is_positive": jacobian.lower_bound > 0,
         "volume": jacobian.volume,
+        "volume_error": apart.volume,
+        **hex_quality.distances("spline_to_surface", apart.to_surface),
+        **hex_quality.distances("surface_to_spline", apart.to_spline),
+        "farthest_at": list(apart.worst),
     }
 
 

@@ -45,11 +45,19 @@ def normals(du: np.ndarray, dv: np.ndarray) -> np.ndarray:
 
 def triangles(points: np.ndarray, pieces: int) -> np.ndarray:
     """(2 pieces^2 Q, 3, 3) triangles of the points ((pieces + 1)^2 Q, 3) of a grid on each face."""
-    n = pieces + 1
-    local = np.arange(n * n).reshape(n, n)
-    a, b, c, d = local[:-1, :-1], local[:-1, 1:], local[1:, 1:], local[1:, :-1]
-    corners = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
-    return points.reshape(-1, n * n, 3)[:, corners].reshape(-1, 3, 3)
+    return points.reshape(-1, (pieces + 1) ** 2, 3)[:, _cut(pieces)].reshape(-1, 3, 3)
+
+
+def corners(pieces: int) -> np.ndarray:
+    """(2 pieces^2, 3, 2) u and v of the corners of the triangles of a face."""
+    return np.stack(grid(np.arange(pieces + 1) / pieces), axis=1)[_cut(pieces)]
+
+
+def _cut(pieces: int) -> np.ndarray:
+    """(2 pieces^2, 3) points of the triangles of a face."""
+    number = np.arange((pieces + 1) ** 2).reshape(pieces + 1, pieces + 1)
+    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+    return np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
 
 
 def grid(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,144 @@
+"""Keep det J of a spline positive while it is fitted: damp a move, or raise the lowest elements.
+
+Scaled det J is det J over the volume of its element.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.geometry.descent import descend
+from polycube.spline.bernstein import volume_basis
+from polycube.spline.bezier import bezier_points, detj, scaled_detj
+from polycube.spline.matching import Matches
+from polycube.types import Spline
+
+LINE = np.arange(5) / 4  # where an element is sampled while it is raised, each way
+DAMPINGS = 8  # at most; the last one takes all of the move back
+DAMPED = 0.6  # what is left of a step after one
+INFLUENCE = 0.02  # least coefficient of a control point that moves, on an element to raise
+WATCHED = 3.0  # floors below which an element near them is raised as well, should it fall
+ABOVE = 1.1  # floors that a sample is raised to: between samples det J is lower
+ITERATIONS = 60
+TANGENTIAL = 0.05  # weight of a gap along the surface beside one across
+STIFF = 0.02  # of the membrane on the step, by the means of the diagonals
+
+
+def shares(spline: Spline) -> csr_matrix:
+    """(E, C) largest Bezier coefficient of each control point on each element."""
+    found = spline.element_functions()
+    most = abs(found.coefficients).max(axis=1).toarray().ravel()
+    shape = (len(spline.nodes), len(spline.control))
+    return csr_matrix((most, found.functions, found.offsets), shape)
+
+
+def damped(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matrix) -> np.ndarray:
+    """Control points between the spline's and `moved` (C, 3), nearer to its where an element's
+    scaled det J would fall below its floor (E,).
+    """
+    step = moved - spline.control
+    kept = np.ones(len(step))
+    for number in range(DAMPINGS):
+        now = replace(spline, control=spline.control + kept[:, None] * step)
+        low = np.flatnonzero(scaled_detj(now) < floor)
+        if len(low) == 0:
+            break
+        felt = np.minimum(3 * share[low].max(axis=0).toarray().ravel(), 1)
+        kept *= (DAMPED if number < DAMPINGS - 1 else 0.0) ** felt
+    return spline.control + kept[:, None] * step
+
+
+def raised(
+    spline: Spline,
+    wanted: float,
+    floor: float,
+    share: csr_matrix,
+    matches: Matches,
+    graph: csr_matrix,
+) -> np.ndarray:
+    """Control points (C, 3) with the elements below `wanted`, at most the floor, raised to it.
+
+    Minimises the squared lack of scaled det J at 5^3 points of each, over the square of the floor,
+    the gaps of the boundary to its matches, over the mean area of a face, and a membrane.
+    """
+    moves = np.flatnonzero((share[scaled_detj(spline) < wanted] > INFLUENCE).sum(axis=0))
+    lack = _Lack(spline, moves, share, wanted, floor)
+    gap = _Gap(spline.control, moves, matches)
+    membrane = graph[moves][:, moves]
+    stiff = STIFF * matches.weight.mean() / membrane.diagonal().mean()
+    start = spline.control[moves]
+
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        (first, by_first), (second, by_second) = lack(y), gap(y)
+        pull = stiff * (membrane @ (y - start))
+        third = float(np.vdot(pull, y - start))
+        return first + second + third, by_first + by_second + 2 * pull
+
+    control = spline.control.copy()
+    control[moves] = descend(function, start, ITERATIONS)
+    return control
+
+
+class _Lack:
+    """Squared lack of det J in the watched elements round moving control points (n,)."""
+
+    def __init__(
+        self, spline: Spline, moves: np.ndarray, share: csr_matrix, wanted: float, floor: float
+    ) -> None:
+        near = np.flatnonzero(share[:, moves].getnnz(axis=1))
+        points = bezier_points(spline)[near]
+        values = detj(points, LINE)
+        volume = np.abs(values.mean(axis=1))  # near enough for a scale
+        watched = values.min(axis=1) < WATCHED * floor * volume
+        nodes, local = np.unique(spline.nodes[near[watched]], return_inverse=True)
+        rows = spline.extraction[nodes]
+        self.rows, self.local = rows[:, moves], local.reshape(-1, 64)
+        self.rest = rows @ spline.control - self.rows @ spline.control[moves]
+        self.unit, self.wanted = floor * volume[watched], ABOVE * wanted / floor
+        _, gradients = volume_basis(LINE)
+        self.table = gradients.reshape(-1, 64)  # of u, v, w at the samples
+
+    def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        points = (self.rows @ y + self.rest)[self.local]  # (e, 64, 3)
+        u, v, w = self._tangents(points)
+        cofactors = _cross(v, w), _cross(w, u), _cross(u, v)
+        det = (u * cofactors[0]).sum(axis=0)  # (samples, e)
+        lack = np.maximum(self.wanted - det / self.unit, 0)
+        by_det = -2 * lack / self.unit
+        by_tangent = np.stack([(c * by_det).transpose(1, 0, 2) for c in cofactors])
+        by_point = (self.table.T @ by_tangent.reshape(len(self.table), -1)).reshape(64, 3, -1)
+        by_node = np.zeros((len(self.rest), 3))
+        np.add.at(by_node, self.local.ravel(), by_point.transpose(2, 0, 1).reshape(-1, 3))
+        return float((lack**2).sum()), self.rows.T @ by_node
+
+    def _tangents(self, points: np.ndarray) -> np.ndarray:
+        """(3, 3, samples, e): d/du, d/dv, d/dw, the coordinates, where, and of which element."""
+        flat = self.table @ points.transpose(1, 2, 0).reshape(64, -1)
+        return flat.reshape(3, -1, 3, len(points)).transpose(0, 2, 1, 3)
+
+
+class _Gap:
+    """Weighted squared gaps of the matches that moving control points (n,) have a share in."""
+
+    def __init__(self, control: np.ndarray, moves: np.ndarray, matches: Matches) -> None:
+        felt = np.flatnonzero(matches.rows[:, moves].getnnz(axis=1))
+        rows = matches.rows[felt]
+        self.rows = rows[:, moves]
+        self.rest = rows @ control - self.rows @ control[moves] - matches.goal[felt]
+        self.normal, self.weight = matches.normal[felt], matches.weight[felt]
+
+    def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        gap = self.rows @ y + self.rest
+        across = (gap * self.normal).sum(axis=1)
+        value = self.weight @ (across**2 + TANGENTIAL * (gap**2).sum(axis=1))
+        slope = across[:, None] * self.normal + TANGENTIAL * gap
+        return float(value), self.rows.T @ (2 * self.weight[:, None] * slope)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )

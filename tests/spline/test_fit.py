@@ -1,0 +1,127 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import identity
+
+from polycube.geometry.hexes import hex_mesh
+from polycube.io.hexes import boundary
+from polycube.spline.bezier import min_detj
+from polycube.spline.boundary import grid, sampling
+from polycube.spline.extraction import volumetric_spline
+from polycube.spline.features import single_hex_edges
+from polycube.spline.fit import Fit
+from polycube.types import TriMesh
+from tests.hex_solids import hex_ball, hex_box
+
+
+def spline_of(mesh):
+    return volumetric_spline(mesh, single_hex_edges(mesh))
+
+
+def outside(spline, pieces):
+    """Points on every boundary face."""
+    at, _, _ = sampling(spline, *grid(np.arange(pieces + 1) / pieces))
+    return at @ (spline.extraction @ spline.control)
+
+
+def ball_surface(n=16):
+    """A finely divided sphere of radius 1."""
+    mesh = hex_box((n, n, n))
+    surface = boundary(hex_mesh(mesh.vertices - 0.5, mesh.hexes))
+    points = surface.vertices / np.linalg.norm(surface.vertices, axis=1, keepdims=True)
+    return TriMesh(points, surface.faces)
+
+
+def test_a_box_stays_the_box():
+    mesh = hex_box((3, 4, 5), (2.0, 1.5, 0.7))
+    spline = spline_of(mesh)
+    assert Fit()(spline, boundary(mesh)) is spline
+
+
+def test_a_box_that_shrank_is_the_box_again():
+    mesh = hex_box((3, 3, 3))
+    spline = spline_of(mesh)
+    small = replace(spline, control=0.5 + 0.97 * (spline.control - 0.5))
+    fitted = Fit()(small, boundary(mesh))
+    found = outside(fitted, 4)
+    gap = np.minimum(np.abs(found), np.abs(1 - found)).min(axis=1)
+    assert gap.max() < 1e-3
+    assert min_detj(fitted).volume == pytest.approx(1, rel=1e-3)
+
+
+def ball(n):
+    """The spline of a ball with radius 1 before and after."""
+    spline = spline_of(hex_ball(n))
+    return spline, Fit()(spline, ball_surface())
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    return ball(3)
+
+
+def off_sphere(spline):
+    radius = np.linalg.norm(outside(spline, 3), axis=1)
+    return np.sqrt(np.mean((radius - 1) ** 2))
+
+
+def test_a_ball_has_its_radius_and_volume(coarse):
+    before, after = coarse
+    assert off_sphere(after) < 0.2 * off_sphere(before)
+    volume = 4 / 3 * np.pi
+    assert abs(min_detj(after).volume / volume - 1) < 0.01
+    assert abs(min_detj(before).volume / volume - 1) > 0.1
+
+
+@pytest.mark.slow
+def test_the_radius_converges_with_nearly_the_fourth_order(coarse):
+    order = np.log2(off_sphere(coarse[1]) / off_sphere(ball(6)[1]))
+    assert order > 3.3
+
+
+def test_det_j_stays_positive_and_is_raised(coarse):
+    before, after = map(min_detj, coarse)
+    assert after.min_scaled_detj > 2 * before.min_scaled_detj
+    assert after.lower_bound > 0
+
+
+def test_any_space_is_fitted():
+    mesh = hex_ball(2)
+    plain = spline_of(mesh)
+    surface = boundary(mesh)
+    every = np.arange(plain.extraction.shape[0])
+    free = replace(
+        plain,
+        control=plain.extraction @ plain.control,
+        extraction=identity(len(every), format="csr"),
+    )
+    fitted = Fit()(free, surface)
+    assert min_detj(fitted).min_scaled_detj > 0.95 * min(min_detj(free).min_scaled_detj, 0.1)
+
+
+def test_an_inverted_element_is_mended():
+    mesh = hex_box((3, 3, 3))
+    spline = spline_of(mesh)
+    inner = np.flatnonzero(((mesh.vertices > 0.1) & (mesh.vertices < 0.9)).all(axis=1))
+    control = spline.control.copy()
+    control[inner[0]] += 0.7  # beyond its opposite
+    folded = replace(spline, control=control)
+    assert min_detj(folded).min_detj < 0
+    shrunk = replace(folded, control=0.5 + 0.98 * (control - 0.5))
+    assert min_detj(Fit()(shrunk, boundary(mesh))).lower_bound > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"iterations": -1}, "fit.iterations must be a whole number >= 0; got -1"),
+        ({"rounds": 1.5}, "fit.rounds must be a whole number >= 0; got 1.5"),
+        ({"floor": 1}, r"fit.floor must lie in \(0, 1\); got 1"),
+        ({"floor": "x"}, "fit.floor must be a number; got 'x'"),
+        ({"steps": 3}, "fit takes iterations, floor, rounds; got 'steps'"),
+    ],
+)
+def test_refuses_options_with_a_reason(options, message):
+    with pytest.raises(ValueError, match=message):
+        Fit.of(options)
