@@ -79,7 +79,7 @@ def read_bext(path: Path) -> Spline:
     extraction = csr_matrix(
         (value, (node.astype(int), function.astype(int))), (64 * n_elements, n_nodes)
     )
-    distinct, nodes = _share(extraction)
+    distinct, nodes = share(extraction)
     nodes = nodes.reshape(-1, 64)
     sides = lone_sides(nodes)
     whole_hexes = np.arange(n_elements)
@@ -136,7 +136,7 @@ def _checked(row: np.ndarray, n_nodes: int) -> np.ndarray:
     return row
 
 
-def _share(rows: csr_matrix) -> tuple[csr_matrix, np.ndarray]:
+def share(rows: csr_matrix) -> tuple[csr_matrix, np.ndarray]:
     """The distinct rows in order of appearance, and which of them each row is."""
     rows.sort_indices()
     ends = pairwise(rows.indptr)

@@ -1,0 +1,121 @@
+"""BEXT v2: Bezier extraction of a cubic spline as text, ids from one, coefficients shared.
+
+    B E X T 2.0 / part, nodes, elements, coefficient vectors, 0 (not rational) / nodes "x y z 1" /
+    blocks / per block "1 elements functions vectors 3 3 3" / per element its functions, then their
+    vectors / "vectors 0" (dense, sparse) / lines "count length" / the vectors.
+
+One block for each number of functions of an element.  Integers ten a line, floats five a line, each
+list on a new line: the layout of libMesh's reader and its sample.  Floats have 17 digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.geometry.cubic import lone_sides
+from polycube.io.atomic import whole
+from polycube.io.bext import share
+from polycube.types import Spline
+
+
+def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
+    """Write the spline as a part of that number."""
+    functions = spline.element_functions()
+    vectors, number = np.unique(functions.coefficients.toarray(), axis=0, return_inverse=True)
+    number = number.ravel()
+    count = np.diff(functions.offsets)
+    sizes = np.unique(count)
+    head = [part, len(spline.control), len(count), len(vectors), 0]
+    with whole(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as file:
+        file.write("B E X T 2.0\n")
+        file.writelines(_integers(head))
+        for point in np.column_stack([spline.control, np.ones(len(spline.control))]):
+            file.writelines(_floats(point))
+        file.writelines(_integers([len(sizes)]))
+        for size in sizes:
+            file.writelines(_integers([1, (count == size).sum(), size, size, 3, 3, 3]))
+        for size in sizes:
+            for first in functions.offsets[:-1][count == size]:
+                own = slice(first, first + size)
+                file.writelines(_integers(functions.functions[own] + 1))
+                file.writelines(_integers(number[own] + 1))
+        file.writelines(_integers([1, 0]))
+        file.writelines(_integers([len(vectors), 64]))
+        for vector in vectors:
+            file.writelines(_floats(vector))
+    return Path(path)
+
+
+def read_bext2(path: Path) -> Spline:
+    """The spline of a cubic BEXT v2 file; Bezier nodes with equal rows are one node.
+
+    Element e counts as hex e, faces of one element alone as boundary.  Raises ValueError for
+    another format, degree or weight and a short file.
+    """
+    header, *lines = Path(path).read_text(encoding="ascii").splitlines()
+    if header.split() != "B E X T 2.0".split():
+        raise ValueError(f"{path} is no BEXT v2 file: it begins {header!r}")
+    text = " ".join(line for line in lines if not line.startswith("$#"))
+    numbers = _Numbers(np.array(text.split(), np.float64), path)
+    _, n_nodes, _, n_vectors, _ = numbers.integers(5)
+    nodes = numbers.take(4 * n_nodes).reshape(-1, 4)
+    blocks = numbers.integers(7 * numbers.integers(1)[0]).reshape(-1, 7)
+    if (blocks[:, 4:] != 3).any() or (nodes[:, 3] != 1).any():
+        raise ValueError(f"{path} is not a cubic BEXT v2 file with weights 1")
+    functions, vectors = [], []
+    for _, count, size, *_ in blocks:
+        table = numbers.integers(2 * count * size).reshape(-1, 2, size) - 1
+        functions.append(table[:, 0].ravel())
+        vectors.append(table[:, 1].ravel())
+    numbers.integers(4)
+    return _spline(nodes[:, :3], blocks, functions, vectors, numbers.take(64 * n_vectors))
+
+
+class _Numbers:
+    """All numbers of a file, taken from the front."""
+
+    def __init__(self, values: np.ndarray, path: Path) -> None:
+        self.values, self.path = values, path
+
+    def take(self, count: int) -> np.ndarray:
+        if len(self.values) < count:
+            raise ValueError(f"{self.path} ends too early")
+        taken, self.values = self.values[:count], self.values[count:]
+        return taken
+
+    def integers(self, count: int) -> np.ndarray:
+        return self.take(count).astype(np.int64)
+
+
+def _spline(
+    control: np.ndarray,
+    blocks: np.ndarray,
+    functions: list[np.ndarray],
+    vectors: list[np.ndarray],
+    coefficients: np.ndarray,
+) -> Spline:
+    element = np.repeat(np.arange(blocks[:, 1].sum()), np.repeat(blocks[:, 2], blocks[:, 1]))
+    rows = csr_matrix(coefficients.reshape(-1, 64))[np.concatenate(vectors)].tocoo()
+    function = np.concatenate(functions)[rows.row]
+    shape = (64 * (element[-1] + 1), len(control))
+    entries = (rows.data, (64 * element[rows.row] + rows.col, function))
+    extraction, nodes = share(csr_matrix(entries, shape))
+    nodes = nodes.reshape(-1, 64)
+    sides, hexes = lone_sides(nodes), np.arange(len(nodes))
+    return Spline(control, extraction, nodes, hexes, 0 * hexes, sides, np.zeros(len(sides)))
+
+
+def _integers(values: np.ndarray | list[int]) -> Iterator[str]:
+    return _lines([f"{value:8d}" for value in np.asarray(values).tolist()], 10)
+
+
+def _floats(values: np.ndarray) -> Iterator[str]:
+    return _lines([f"{value:24.16E}" for value in values.tolist()], 5)
+
+
+def _lines(words: list[str], number: int) -> Iterator[str]:
+    return ("".join(words[i : i + number]) + "\n" for i in range(0, len(words), number))
