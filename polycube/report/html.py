@@ -26,6 +26,7 @@ FILES = {
     "labels.vtp": "input surface with axis and patch per face",
     "hex.vtu": "hex mesh; measures, cell, primitive per hex, off_surface per vertex",
     "spline.bext": "volumetric spline, Bezier extraction",
+    "spline.bxt": "the same as BEXT version 2.0",
     "spline.vtu": "volumetric spline, Bezier hexahedra",
     "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
     "modes.vtu": "eigenmodes",

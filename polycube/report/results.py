@@ -185,10 +185,11 @@ def write_results(
 
 
 def _write_spline(folder: Path, state: State) -> None:
-    from polycube.io import bext, bezier
+    from polycube.io import bext, bext2, bezier
 
     spline = state["spline"]
     bext.write_bext(folder / "spline.bext", spline)
+    bext2.write_bext2(folder / "spline.bxt", spline)
     bezier.write_bezier_vtu(folder / "spline.vtu", spline)
     with whole(folder / "spline.npz") as temporary, open(temporary, "wb") as file:
         matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
