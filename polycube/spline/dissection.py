@@ -65,6 +65,8 @@ def _cut(
     part, weight = graph[nodes][:, nodes], size[nodes]
     choices = [_separator(part, points[nodes, axis], weight) for axis in range(points.shape[1])]
     touching, side = min(choices, key=lambda choice: weight[choice[0]].sum())
+    if not touching.any():
+        touching[np.argmax(side)] = True  # halves that do not touch: a front needs an unknown
     halves = [nodes[side & ~touching], nodes[~side]]
     if min(map(len, halves)) == 0:
         yield nodes, ()

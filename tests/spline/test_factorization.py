@@ -41,6 +41,17 @@ def test_any_pattern_will_do():
         assert matrix @ found == pytest.approx(right, abs=1e-11)
 
 
+def test_unknowns_apart_from_each_other():
+    """Two halves that do not touch, though each is one piece: no separator is needed."""
+    row = np.ones(599)
+    row[298] = 0
+    matrix = csr_matrix(diags([-row, np.full(600, 4.0), -row], [-1, 0, 1]))
+    matrix.eliminate_zeros()
+    points = np.arange(600.0)[:, None] * [1.0, 0, 0]
+    right = np.random.default_rng(2).normal(size=600)
+    assert matrix @ factorize(matrix, points).solve(right) == pytest.approx(right, abs=1e-12)
+
+
 def test_fronts_part_the_unknowns_and_halves_do_not_touch():
     matrix, points = SOLIDS["bar"]()
     fronts = dissect(matrix, points)
