@@ -108,7 +108,6 @@ def test_torch_and_hydra_stay_in_their_places(path):
         ("polycube.geometry", {"torch", "hydra", *HEAVY}),
         ("polycube.io", {"torch", "hydra", *HEAVY}),
         ("polycube.spline", {"torch", "hydra", *HEAVY}),
-        ("polycube.app.train", {"vtkmodules", "pyvista", "open3d", "trimesh"}),
     ],
 )
 def test_importing_stays_light(module, unwanted):

@@ -100,6 +100,7 @@ def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Pa
     assert "plugin: quadratic" in said and "steps: 77" in said and "- notch" in said
 
 
+@pytest.mark.slow
 def test_a_name_nobody_has_is_refused_with_the_names_there_are(
     python: Path, tmp_path: Path
 ) -> None:

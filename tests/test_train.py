@@ -140,7 +140,11 @@ def test_networks_for_any_size_train_on_thin_images(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "averaged", [["ema=0"], ["ema=0.9", "workers=1"]], ids=["weights", "averaged"]
+    "averaged",
+    [
+        pytest.param(["ema=0.9"], id="averaged"),
+        pytest.param(["ema=0", "workers=1"], id="workers", marks=pytest.mark.slow),
+    ],
 )
 def test_resumed_training_follows_the_same_curve(averaged: list[str], tmp_path: Path) -> None:
     """Four epochs at once, and two, then two more: the same weights, bit for bit."""

@@ -149,10 +149,10 @@ def test_all_parts_are_done_the_worst_code_counts_and_a_second_time_is_free(tmp_
 
 
 def test_without_a_folder_the_results_go_to_one_of_their_own(tmp_path):
-    ended = batch(tmp_path, "mesh=example:dice", "-m", "seed=1,2")
-    assert ended.returncode == 0, ended.stderr
+    ended = batch(tmp_path, "mesh=nowhere.stl", "-m", "seed=1,2")
+    assert ended.returncode == 2, ended.stderr
     [folder] = (tmp_path / "outputs").iterdir()
-    assert {"dice,seed=1", "dice,seed=2"} <= {path.name for path in folder.iterdir()}
+    assert {"nowhere,seed=1", "nowhere,seed=2"} <= {path.name for path in folder.iterdir()}
 
 
 # sitecustomize.py of every process: a job that may take its worker with it

@@ -7,6 +7,7 @@ from scipy.sparse import identity
 from polycube.geometry.hexes import hex_mesh, quad_sides
 from polycube.geometry.lattice import boundary, cell_of_box, lattice
 from polycube.geometry.projection import project
+from polycube.report.pictures import denoising, pictures
 from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
 
 CORNERS = np.array(
@@ -91,3 +92,16 @@ def run() -> dict[str, object]:
         "steps": (500, 499, 479, 19, 0),
         "points": project(polycube, line)[0],
     }
+
+
+@pytest.fixture(scope="session")
+def drawn(run) -> dict[str, bytes]:
+    """Pictures of the run, drawn once for all tests."""
+    pytest.importorskip("pyvista")
+    return pictures(run)
+
+
+@pytest.fixture(scope="session")
+def moving(run) -> dict[str, bytes]:
+    """Strip and animation of the run's denoising, drawn once for all tests."""
+    return denoising(run)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from polycube.geometry.quality import scaled_jacobian
+from polycube.report import html
 from polycube.report.html import write_report
 from polycube.report.markup import show, table
 from polycube.report.sections import verdict
@@ -87,9 +88,12 @@ def folder(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page(run, report, folder: Path) -> str:
+def page(run, report, drawn, moving, folder: Path) -> str:
     (folder / "hex.vtu").write_text("")
-    return write_report(folder, run, report).read_text(encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:  # the pictures of this run, already drawn
+        patch.setattr(html, "pictures", lambda state: drawn)
+        patch.setattr(html, "denoising", lambda state: moving)
+        return write_report(folder, run, report).read_text(encoding="utf-8")
 
 
 def test_all_sections_in_order(page: str) -> None:
@@ -119,7 +123,7 @@ def test_text_from_outside_is_escaped(page: str) -> None:
     assert "<b>bent" not in page and "<welded>" not in page
 
 
-def test_a_run_that_failed_half_way_says_where(run, tmp_path: Path) -> None:
+def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path) -> None:
     report = {
         "valid": False,
         "failure": "stage meshing/smooth failed: no descent",
@@ -127,6 +131,9 @@ def test_a_run_that_failed_half_way_says_where(run, tmp_path: Path) -> None:
         "seconds": {"read": 0.1},
     }
     state = {"surface": run["surface"], "polycube": run["polycube"]}
+    monkeypatch.setattr(
+        html, "pictures", lambda state: {name: drawn[name] for name in ("input", "polycube")}
+    )
     page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
     outline = Outline(page)
     assert "No valid result" in page and "stage meshing/smooth failed" in page

@@ -19,12 +19,6 @@ def pixels(png: bytes) -> np.ndarray:
     return imread(BytesIO(png), format="png")
 
 
-@pytest.fixture(scope="module")
-def drawn(run) -> dict[str, bytes]:
-    pytest.importorskip("pyvista")
-    return pictures(run)
-
-
 def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
     names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "deviation", "spline"}
     assert set(drawn) == names | {"mode_6", "mode_7"}
@@ -60,8 +54,8 @@ def test_hues_of_the_axes_are_seen(drawn) -> None:
     assert set(np.unique(hue)) == {0, 1, 2}
 
 
-def test_half_a_run_is_drawn_as_far_as_it_went(run) -> None:
-    pytest.importorskip("pyvista")
+def test_half_a_run_is_drawn_as_far_as_it_went(run, monkeypatch) -> None:
+    monkeypatch.setattr("polycube.report.pictures.draw", dict)
     assert set(pictures({"polycube": run["polycube"], "hexes": None})) == {"polycube"}
 
 
@@ -88,8 +82,8 @@ def test_a_scene_that_cannot_be_drawn_is_named(run, caplog) -> None:
     assert "no picture of nothing" in caplog.text
 
 
-def test_a_state_that_makes_no_scene_costs_that_picture_only(run, caplog) -> None:
-    pytest.importorskip("pyvista")
+def test_a_state_that_makes_no_scene_costs_that_picture_only(run, monkeypatch, caplog) -> None:
+    monkeypatch.setattr("polycube.report.pictures.draw", dict)
     spline = run["spline"]
     other = Modes(
         run["solution"].eigenvalues, run["solution"].shapes[:, :-1], 1.0

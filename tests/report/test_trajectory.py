@@ -7,7 +7,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 from polycube.report.pictures import denoising
-from polycube.report.trajectory import FRAME, PANEL, STEP, Camera, Trajectory, animation, strip
+from polycube.report.trajectory import FRAME, PANEL, STEP, Camera, Trajectory
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,9 @@ def test_states_of_unknown_steps_are_numbered(run) -> None:
     assert unknown.names[0] == "$x_{T}$" and unknown.names[4:] == ["$x_{0}$", "regular"]
 
 
-def test_strip_has_a_panel_per_state_and_one_for_the_regular_points(trajectory) -> None:
-    image = np.asarray(Image.open(io.BytesIO(strip(trajectory))).convert("L")).astype(int)
+def test_strip_has_a_panel_per_state_and_one_for_the_regular_points(moving) -> None:
+    strip = Image.open(io.BytesIO(moving["trajectory.png"]))
+    image = np.asarray(strip.convert("L")).astype(int)
     assert image.shape[1] == 6 * PANEL
     panels = image.reshape(len(image), 6, PANEL).swapaxes(0, 1)
     assert all((panel != 255).any() for panel in panels)
@@ -54,8 +55,8 @@ def test_a_point_keeps_its_colour_and_points_at_both_ends_differ(trajectory) -> 
     assert red.argmax() == 0 and violet.argmax() == 2
 
 
-def test_animation_goes_through_all_states_without_end(trajectory) -> None:
-    gif = animation(trajectory)
+def test_animation_goes_through_all_states_without_end(moving) -> None:
+    gif = moving["trajectory.gif"]
     assert len(gif) < 1_000_000
     image = Image.open(io.BytesIO(gif))
     assert image.width == FRAME and image.info["loop"] == 0
