@@ -10,29 +10,19 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.geometry.hexes import extraordinary_edges, quad_edges
-from polycube.spline.bezier import min_detj, scaled_detj
+from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.features import (
-    creases,
-    edges_between,
-    folds,
-    is_among,
-    kinks,
-    single_hex_edges,
-    union,
-    without_dead_ends,
-)
+from polycube.spline.features import edges_between, is_among, kinks, single_hex_edges, union
 from polycube.spline.fit import Fit
 from polycube.spline.hierarchy import Space
 from polycube.spline.refinement import refined_spline
 from polycube.spline.selection import Refinement
+from polycube.spline.sharpness import GOOD, Creases, Sharp, cost
 from polycube.types import HexMesh, Spline, TriMesh
 
 logger = logging.getLogger(__name__)
 
 NONE = np.zeros((0, 2), np.int64)
-FLOOR = 0.1  # scaled det J below which a crease may not push an element
 
 
 @dataclass(frozen=True)
@@ -42,8 +32,9 @@ class Volumetric(ABC):
     There det J is 0 along a smooth boundary edge with a single hex and where a sharp curve follows
     two edges of one face, so `single_hex_edges` makes the first sharp and the second corners.
     `sharp: auto` keeps creases too, but for those that end in the smooth surface, whose free end
-    would stick out, and those that would spoil det J, mostly concave ones.  Edges that are given
-    are kept as they are.
+    would stick out, and those that would spoil det J, mostly concave ones.  These are tried as
+    well where the spline is fitted, which may mend det J: the better of the two splines is kept.
+    Edges that are given are kept as they are.
     """
 
     sharp: str | list[list[int]] = "auto"  # or none, edges as pairs of vertices, a file of these
@@ -71,17 +62,14 @@ class Volumetric(ABC):
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
-        sharp, corners = self.sharpened(hexes)
-        singular = len(extraordinary_edges(hexes)[0])
-        space = self.space(hexes, sharp, corners)
-        spline = self.fit(refined_spline(space, self.refine, surface, singular), surface)
+        spline, sharp = self._better(surface, hexes)
         jacobian, apart = min_detj(spline), deviation(spline, surface)
         logger.info(
             "%d functions, %d elements, %d sharp and %d extraordinary edges, volume %.6g, "
             "det J %.3g at least (element %d at %.4g %.4g %.4g), scaled %.3g",
             len(spline.control),
             len(spline.nodes),
-            len(sharp),
+            len(sharp.edges),
             spline.extraordinary_edges,
             jacobian.volume,
             jacobian.min_detj,
@@ -100,19 +88,52 @@ class Volumetric(ABC):
             logger.warning("the spline is not valid: det J is not positive everywhere")
         return spline
 
-    def sharpened(self, hexes: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-        """Sharp edges (S, 2) and corners (P,).
+    def _better(self, surface: TriMesh, hexes: HexMesh) -> tuple[Spline, Sharp]:
+        """The spline, with all creases or with the harmless ones, and what is sharp."""
+        harmless = self.sharpened(hexes)
+        if self.sharp != "auto" or self.fit.iterations == 0:
+            return self._solid(surface, hexes, harmless), harmless
+        every = self._creases(hexes).all_but(NONE)
+        if all(map(np.array_equal, every, harmless)):
+            return self._solid(surface, hexes, harmless), harmless
+        sharper = self._solid(surface, hexes, every)
+        price = cost(sharper, surface, self.fit.floor)
+        if price <= GOOD:
+            logger.info("all creases kept: %s", _numbers_of(sharper, surface))
+            return sharper, every
+        rounder = self._solid(surface, hexes, harmless)
+        keep = price < cost(rounder, surface, self.fit.floor)
+        logger.info(
+            "%s creases kept: %d sharp edges for %s, %d for %s",
+            "all" if keep else "harmless",
+            len(every.edges),
+            _numbers_of(sharper, surface),
+            len(harmless.edges),
+            _numbers_of(rounder, surface),
+        )
+        return (sharper, every) if keep else (rounder, harmless)
+
+    def _solid(self, surface: TriMesh, hexes: HexMesh, sharp: Sharp) -> Spline:
+        singular = len(extraordinary_edges(hexes)[0])
+        space = self.space(hexes, *sharp)
+        return self.fit(refined_spline(space, self.refine, surface, singular), surface)
+
+    def sharpened(self, hexes: HexMesh) -> Sharp:
+        """Sharp edges and corners, of creases the harmless ones.
 
         Raises InputError for edges that are given and are not on the boundary.
         """
-        forced = single_hex_edges(hexes) if self.single_hex_edges else NONE
+        found = self._creases(hexes)
         if self.sharp == "auto":
-            return self._automatic(hexes, forced)
+            return found.harmless()
         if self.sharp == "none":
-            return forced, self._folds(hexes, forced)
-        sharp = union(forced, self._given(hexes))
-        tips = kinks(hexes, sharp, np.radians(self.angle))
-        return sharp, union(self._folds(hexes, sharp), tips)
+            return Sharp(found.forced, found.folds(found.forced))
+        sharp = union(found.forced, self._given(hexes))
+        return Sharp(sharp, union(found.folds(sharp), kinks(hexes, sharp, found.angle)))
+
+    def _creases(self, hexes: HexMesh) -> Creases:
+        forced = single_hex_edges(hexes) if self.single_hex_edges else NONE
+        return Creases(hexes, forced, np.radians(self.angle), self.single_hex_edges)
 
     def _given(self, hexes: HexMesh) -> np.ndarray:
         """(S, 2) the edges of the option or of its file, ends ascending, each once.
@@ -134,27 +155,6 @@ class Volumetric(ABC):
             )
         return given
 
-    def _folds(self, hexes: HexMesh, sharp: np.ndarray) -> np.ndarray:
-        return folds(hexes, sharp) if self.single_hex_edges else np.zeros(0, np.int64)
-
-    def _automatic(self, hexes: HexMesh, forced: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As many creases and kinks as leave det J alone."""
-        plain = forced, self._folds(hexes, forced)
-        floor = np.minimum(scaled_detj(volumetric_spline(hexes, *plain)), FLOOR) - 1e-9
-        found, blunt = creases(hexes, np.radians(self.angle)), np.zeros(0, np.int64)
-        while True:
-            kept = found[~np.isin(found, blunt).any(axis=1)]
-            sharp = union(forced, without_dead_ends(union(forced, kept)))
-            tips = np.setdiff1d(kinks(hexes, sharp, np.radians(self.angle)), blunt)
-            corners = union(self._folds(hexes, sharp), tips)
-            spline = volumetric_spline(hexes, sharp, corners)
-            spoiled = hexes.hexes[scaled_detj(spline) < floor]
-            if len(spoiled) == 0:
-                return sharp, corners
-            if np.isin(spoiled, blunt).all():
-                return plain
-            blunt = union(blunt, spoiled.ravel())
-
 
 def _numbers(path: str) -> np.ndarray:
     """(L, K) vertex numbers of the lines of a file."""
@@ -162,3 +162,11 @@ def _numbers(path: str) -> np.ndarray:
         return np.loadtxt(path, dtype=np.int64, ndmin=2)
     except ValueError as error:
         raise InputError(f"{path} must hold vertex numbers, as many a line: {error}") from error
+
+
+def _numbers_of(spline: Spline, surface: TriMesh) -> str:
+    """What decides between two splines, in words."""
+    apart, jacobian = deviation(spline, surface), min_detj(spline)
+    farthest = max(apart.to_surface.p99, apart.to_spline.p99)
+    valid = "" if jacobian.lower_bound > 0 else " (not valid)"
+    return f"{100 * farthest:.3f} % and scaled det J {jacobian.min_scaled_detj:.3g}{valid}"

@@ -16,9 +16,9 @@ from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import cg, splu
 
 from polycube.geometry.target import target
-from polycube.spline.bezier import scaled_detj
+from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.matching import Matcher
-from polycube.spline.positive import damped, raised, shares
+from polycube.spline.positive import damped, raised, restored, shares
 from polycube.types import Spline, TriMesh
 
 FAIR = 0.02  # of the membrane beside the squared gaps, by the means of their diagonals
@@ -57,7 +57,10 @@ class Fit:
         return cls(**options)
 
     def __call__(self, spline: Spline, surface: TriMesh) -> Spline:
-        """The spline with its control points moved; least scaled det J no lower, or the floor's."""
+        """The spline with its control points moved; least scaled det J no lower, or the floor's.
+
+        A spline that is certified to be positive comes back as it is rather than without that.
+        """
         if self.iterations == 0:
             return spline
         goal = target(surface)
@@ -68,7 +71,10 @@ class Fit:
             return spline
         moved = _follow(graph, touched, places, unit.control)
         control = self._positive(unit, moved, matcher, graph)
-        return replace(spline, control=goal.to_model(control))
+        fitted = replace(spline, control=goal.to_model(control))
+        if min_detj(fitted).lower_bound <= 0 < min_detj(spline).lower_bound:
+            return spline
+        return fitted
 
     def _positive(
         self, spline: Spline, moved: np.ndarray, matcher: Matcher, graph: csr_matrix
@@ -77,9 +83,10 @@ class Fit:
         share, old = shares(spline), scaled_detj(spline)
         enough = np.clip(old.min(), 0, self.floor)
 
-        def value(control: np.ndarray) -> tuple[float, float]:
+        def value(control: np.ndarray) -> tuple[float, bool, float]:
             scaled = scaled_detj(replace(spline, control=control))
-            return np.clip(scaled.min(), 0, enough), -np.maximum(self.floor - scaled, 0).sum()
+            least, lack = scaled.min(), np.maximum(self.floor - scaled, 0).sum()
+            return np.clip(least, 0, enough), least > 0, -lack
 
         control = damped(spline, moved, LOOSE * np.minimum(old, self.floor), share)
         for _ in range(self.rounds):
@@ -93,7 +100,8 @@ class Fit:
             if control is last:
                 break
         back = damped(spline, control, np.minimum(old, max(enough, LOOSE * self.floor)), share)
-        return max(back, control, key=value)
+        safe = restored(spline, control, np.minimum(old, enough), share)
+        return max(back, safe, control, key=value)
 
 
 def laplacian(spline: Spline) -> csr_matrix:

@@ -51,6 +51,19 @@ def damped(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matr
     return spline.control + kept[:, None] * step
 
 
+def restored(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matrix) -> np.ndarray:
+    """`moved` (C, 3) with the spline's own control points round elements whose scaled det J is
+    below their floor (E,), at most the spline's own: then none is.
+    """
+    control = moved.copy()
+    while True:
+        low = np.flatnonzero(scaled_detj(replace(spline, control=control)) < floor)
+        felt = np.flatnonzero(share[low].getnnz(axis=0))
+        if np.array_equal(control[felt], spline.control[felt]):
+            return control
+        control[felt] = spline.control[felt]
+
+
 def raised(
     spline: Spline,
     wanted: float,

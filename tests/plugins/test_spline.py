@@ -84,6 +84,25 @@ def test_creases_that_would_spoil_det_j_stay_smooth(height):
     assert found.volume > 2 * height > round_bar - 1e-9  # convex kept: only the concave is filled
 
 
+def test_creases_that_the_fit_mends_are_kept(caplog):
+    mesh = bent_bar(0.5)
+    with caplog.at_level(logging.INFO):
+        found = min_detj(h2s()(boundary(mesh), mesh))
+    assert "all creases kept" in caplog.text
+    assert "16 elements, 36 sharp" in caplog.text
+    assert found.lower_bound > 0
+    assert found.volume == pytest.approx(1, rel=2e-3)
+
+
+def test_creases_that_the_fit_does_not_mend_are_dropped(caplog):
+    mesh = bent_bar(0.5)
+    with caplog.at_level(logging.INFO):
+        found = min_detj(h2s(fit={"iterations": 1, "rounds": 0})(boundary(mesh), mesh))
+    assert "harmless creases kept: 36 sharp edges for" in caplog.text
+    assert "16 elements, 34 sharp" in caplog.text
+    assert found.lower_bound > 0
+
+
 def test_harmless_creases_are_kept():
     assert min_detj(solid(bent_bar(1.0))).volume == pytest.approx(2, rel=1e-12)
 

@@ -6,11 +6,12 @@ from scipy.sparse import identity
 
 from polycube.geometry.hexes import hex_mesh
 from polycube.io.hexes import boundary
-from polycube.spline.bezier import min_detj
+from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.boundary import grid, sampling
 from polycube.spline.extraction import volumetric_spline
 from polycube.spline.features import single_hex_edges
 from polycube.spline.fit import Fit
+from polycube.spline.positive import restored, shares
 from polycube.types import TriMesh
 from tests.hex_solids import hex_ball, hex_box
 
@@ -97,7 +98,8 @@ def test_any_space_is_fitted():
         extraction=identity(len(every), format="csr"),
     )
     fitted = Fit()(free, surface)
-    assert min_detj(fitted).min_scaled_detj > 0.95 * min(min_detj(free).min_scaled_detj, 0.1)
+    least = min(min_detj(free).min_scaled_detj, 0.1)
+    assert min_detj(fitted).min_scaled_detj > least - 1e-9
 
 
 def test_an_inverted_element_is_mended():
@@ -110,6 +112,31 @@ def test_an_inverted_element_is_mended():
     assert min_detj(folded).min_detj < 0
     shrunk = replace(folded, control=0.5 + 0.98 * (control - 0.5))
     assert min_detj(Fit()(shrunk, boundary(mesh))).lower_bound > 0
+
+
+def test_a_move_is_taken_back_where_det_j_would_fall():
+    spline = spline_of(hex_box((6, 2, 2), (3.0, 1.0, 1.0)))
+    rng = np.random.default_rng(0)
+    moved = spline.control + 0.02 * rng.standard_normal(spline.control.shape)
+    end = spline.control[:, 0] < 0.6
+    moved[end] += 0.6 * rng.standard_normal((end.sum(), 3))
+    floor = np.full(len(spline.nodes), 0.3)
+    assert scaled_detj(replace(spline, control=moved)).min() < 0
+    kept = restored(spline, moved, floor, shares(spline))
+    assert (scaled_detj(replace(spline, control=kept)) >= floor).all()
+    assert np.array_equal(kept[end], spline.control[end])
+    far = spline.control[:, 0] > 2.9
+    assert np.array_equal(kept[far], moved[far])
+
+
+def test_a_positive_spline_is_never_made_worse():
+    mesh = hex_ball(2)
+    spline, ledge = spline_of(mesh), boundary(hex_box((3, 3, 3), (0.8, 1.6, 0.3)))
+    aside = np.array([0.5, -0.8, 0.2])
+    crushed = TriMesh(ledge.vertices + aside, ledge.faces)  # no place for this ball
+    before, after = (min_detj(s) for s in (spline, Fit(rounds=0)(spline, crushed)))
+    assert after.lower_bound > 0
+    assert after.min_scaled_detj >= min(before.min_scaled_detj, 0.1) - 1e-9
 
 
 @pytest.mark.parametrize(
