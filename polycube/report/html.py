@@ -27,6 +27,7 @@ FILES = {
     "hex.vtu": "hex mesh; measures, cell, primitive per hex, off_surface per vertex",
     "spline.bext": "volumetric spline, Bezier extraction",
     "spline.bxt": "the same as BEXT version 2.0",
+    "modal.k": "LS-DYNA deck for the free modes of spline.bext",
     "spline.vtu": "volumetric spline, Bezier hexahedra",
     "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
     "modes.vtu": "eigenmodes",

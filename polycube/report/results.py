@@ -171,7 +171,7 @@ def write_results(
         for export in exports:
             export(named, folder / "hex")
     if "spline" in state:
-        _write_spline(folder, state)
+        _write_spline(folder, state, cfg)
     if state.get("trajectory") is not None:
         with whole(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
             names = {"states": "trajectory", "steps": "steps", "regular": "points"}
@@ -184,12 +184,14 @@ def write_results(
         write_report(folder, state, {**report, "config": cfg})
 
 
-def _write_spline(folder: Path, state: State) -> None:
+def _write_spline(folder: Path, state: State, cfg: Mapping[str, object]) -> None:
     from polycube.io import bext, bext2, bezier
+    from polycube.spline.deck import settings_of, write_modal_deck
 
     spline = state["spline"]
     bext.write_bext(folder / "spline.bext", spline)
     bext2.write_bext2(folder / "spline.bxt", spline)
+    write_modal_deck(folder / "modal.k", "spline.bext", **settings_of(cfg["analysis"]))
     bezier.write_bezier_vtu(folder / "spline.vtu", spline)
     with whole(folder / "spline.npz") as temporary, open(temporary, "wb") as file:
         matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
