@@ -18,7 +18,7 @@ def blocks() -> list[str]:
 
 def test_the_script_of_the_readme_runs(capfd) -> None:
     script, _ = blocks()
-    quick = script.replace("part.step", "example:dice").replace("size=4%", "size=9%")
+    quick = script.replace("part.step", "example:dice").replace("size=4%", "size=14%")
     known: dict = {}
     exec(quick, known)
     assert known["part"].report["valid"] and known["part"].modes.frequency[-1] > 0

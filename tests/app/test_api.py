@@ -11,7 +11,7 @@ from polycube.geometry.quality import scaled_jacobian
 from polycube.io.examples import example
 from polycube.io.hexes import read_hexes
 
-FAST = ["meshing.size=8%", "structure=slices"]
+FAST = ["meshing.size=12%", "structure=slices"]
 
 
 def test_five_lines_from_an_array_to_modes(capfd):

@@ -15,7 +15,7 @@ import polycube.search_path  # noqa: F401
 from polycube import HOME
 from polycube.app.infer import _command, infer
 
-FAST = ["meshing.size=8%", "structure=slices"]
+FAST = ["meshing.size=12%", "structure=slices"]
 
 
 def config(*overrides: str):

@@ -23,7 +23,10 @@ def equal(a: Polycube, b: Polycube) -> bool:
     )
 
 
-@pytest.mark.parametrize(("sigma", "every"), [(0.0, 6), (0.05, 4), (0.1, 1)])
+@pytest.mark.parametrize(
+    ("sigma", "every"),
+    [(0.0, 6), (0.05, 4), (0.1, 3), pytest.param(0.1, 1, marks=pytest.mark.slow)],
+)
 def test_structure_is_read_whatever_was_supposed(sigma: float, every: int) -> None:
     """Contexts of 2x1, each read from itself and from another of its genus."""
     rng = np.random.default_rng(3)
