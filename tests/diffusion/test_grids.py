@@ -11,7 +11,11 @@ from polycube.registry import build
 USE = ("cube", "blind_px", "cross_xy")
 
 
-@pytest.mark.parametrize("grid", [(1, 1, 1), (3, 1, 1), (4, 1, 1), (2, 2, 1), (3, 2, 1), (2, 2, 2)])
+FLAT = [(1, 1, 1), (3, 1, 1), (4, 1, 1), (2, 2, 1)]
+LONG = [pytest.param(grid, marks=pytest.mark.slow) for grid in [(3, 2, 1), (2, 2, 2)]]
+
+
+@pytest.mark.parametrize("grid", [*FLAT, (2, 1, 2), *LONG])
 def test_a_grid_goes_all_the_way(grid: tuple, config: dict) -> None:
     primitives = {name: build("primitive", {"plugin": name})() for name in USE}
     denoiser = make_denoiser({**config, "grid": list(grid), "primitives": list(USE)}, build)
