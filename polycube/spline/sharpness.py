@@ -14,6 +14,7 @@ from polycube.types import HexMesh, Spline, TriMesh
 
 FLOOR = 0.1  # scaled det J below which a crease may not push an element
 WORTH = 0.001  # distance, in diagonals, that half the scaled det J is worth below a floor
+INVALID = 1e3  # cost of a spline whose det J may be negative
 GOOD = 0.001  # cost of a spline that needs no rival
 
 
@@ -61,10 +62,11 @@ class Creases:
 def cost(spline: Spline, surface: TriMesh, floor: float) -> float:
     """Distance of the farthest percent either way, and what scaled det J lacks below a floor.
 
-    In diagonals; infinite where det J is not certified to be positive.
+    In diagonals; where det J is not certified to be positive, more than any that is, by how far
+    it is from that.
     """
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     if jacobian.lower_bound <= 0:
-        return np.inf
+        return INVALID - jacobian.min_scaled_detj
     lack = max(np.log2(floor / jacobian.min_scaled_detj), 0)
     return max(apart.to_surface.p99, apart.to_spline.p99) + WORTH * lack
