@@ -54,8 +54,7 @@ def _reader(path: Path) -> Callable[[Path], Soup]:
         raise InputError("this is a folder; give one file")
     if suffix not in READERS:
         raise InputError(
-            f"unknown kind of file {suffix!r}; can read "
-            f"{', '.join(KNOWN)} and example:NAME"
+            f"unknown kind of file {suffix!r}; can read {', '.join(KNOWN)} and example:NAME"
         )
     return READERS[suffix]
 
