@@ -6,6 +6,8 @@ the exposed faces, counter-clockwise from outside, are the boundary.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -104,6 +106,25 @@ def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     where = np.zeros(inverse.max() + 1, np.int64)
     where[inverse[: len(faces)]] = np.arange(len(faces))
     return np.divmod(where[inverse[len(faces) :]], 6)
+
+
+def part(mesh: HexMesh, elements: np.ndarray, sides: np.ndarray) -> tuple[HexMesh, np.ndarray]:
+    """Some hexes (E,) of a mesh, with those of its boundary quads that they have, and the vertices
+    used (V',), ascending.
+
+    sides : (Q, 2) hex and face of each boundary quad of the mesh
+    """
+    used, hexes = np.unique(mesh.hexes[elements], return_inverse=True)
+    kept = np.isin(sides[:, 0], elements)
+    piece = replace(
+        mesh,
+        vertices=mesh.vertices[used],
+        hexes=hexes.reshape(-1, 8),
+        quads=np.searchsorted(used, mesh.quads[kept]),
+        patch=mesh.patch[kept],
+        cell=mesh.cell[elements],
+    )
+    return piece, used
 
 
 def neighbours(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -21,13 +21,14 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.geometry.surface import volume
 from polycube.io.clean import clean
+from polycube.io.units import METRES
 from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)
 
 STEP = (".step", ".stp")
 SUFFIXES = (*STEP, ".iges", ".igs", ".brep")
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3, "in": 25.4, "ft": 304.8}
+MILLIMETRES = {name: 1000 * metres for name, metres in METRES.items()}
 PREFIX = {"": 1000.0, ".MILLI.": 1.0, ".CENTI.": 10.0, ".MICRO.": 1e-3}  # of a metre, in mm
 LOST = 0.05  # share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"

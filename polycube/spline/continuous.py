@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, eye
 
-from polycube.geometry.hexes import quad_sides
+from polycube.geometry.hexes import part, quad_sides
 from polycube.geometry.octree import split
 from polycube.spline.extraction import TENSOR, bezier_nodes
 from polycube.spline.subdivision import bezier_halves
@@ -54,21 +54,7 @@ class ContinuousSpace:
 
     def halved(self, elements: np.ndarray) -> tuple[HexMesh, csr_matrix]:
         """Some hexes in eight, and the Bezier nodes (B', B) of their children from those here."""
-        mesh = split(_part(self.mesh, elements, self.sides))
+        mesh = split(part(self.mesh, elements, self.sides)[0])
         nodes = bezier_nodes(mesh.hexes[:, TENSOR])[0]
         wanted = np.arange(nodes.max() + 1)
         return mesh, bezier_halves(self.nodes[elements], nodes, wanted, len(self.points))
-
-
-def _part(mesh: HexMesh, elements: np.ndarray, sides: np.ndarray) -> HexMesh:
-    """Some hexes of a mesh, with those of its boundary quads (Q, 2) that they have."""
-    used, hexes = np.unique(mesh.hexes[elements], return_inverse=True)
-    kept = np.isin(sides[:, 0], elements)
-    return replace(
-        mesh,
-        vertices=mesh.vertices[used],
-        hexes=hexes.reshape(-1, 8),
-        quads=np.searchsorted(used, mesh.quads[kept]),
-        patch=mesh.patch[kept],
-        cell=mesh.cell[elements],
-    )

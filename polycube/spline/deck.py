@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from polycube.io.atomic import whole
-from polycube.spline.material import METRES, Material, material
+from polycube.io.units import METRES
+from polycube.spline.material import Material, material
 
 
 def write_modal_deck(

@@ -14,10 +14,11 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, eye, kron
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from polycube.io.units import METRES
 from polycube.spline.assembly import assemble
 from polycube.spline.constraints import Support, constrain, free_rigid_motions
 from polycube.spline.factorization import factorize
-from polycube.spline.material import METRES, Material
+from polycube.spline.material import Material
 from polycube.types import Modes, Spline
 
 logger = logging.getLogger(__name__)

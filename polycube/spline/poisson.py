@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.io.units import METRES
 from polycube.spline.assembly import assemble_scalar, moments
 from polycube.spline.constraints import Support, constrain
 from polycube.spline.factorization import factorize
-from polycube.spline.material import METRES
 from polycube.spline.recovery import gradient_field
 from polycube.spline.trace import trace
 from polycube.types import Potential, Spline

@@ -13,10 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.io.units import METRES
 from polycube.spline.assembly import assemble
 from polycube.spline.constraints import Support, constrain, free_rigid_motions
 from polycube.spline.factorization import factorize
-from polycube.spline.material import METRES, Material
+from polycube.spline.material import Material
 from polycube.spline.recovery import field_of, gradient_field
 from polycube.spline.trace import trace
 from polycube.types import Deformation, Spline

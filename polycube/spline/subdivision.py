@@ -14,7 +14,7 @@ from functools import cached_property, reduce
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
-from polycube.geometry.hexes import PLACES, edges, quad_sides
+from polycube.geometry.hexes import PLACES, edges, part, quad_sides
 from polycube.geometry.octree import split
 from polycube.spline.extraction import CORNERS, TENSOR, bezier_nodes, extraction_matrix
 from polycube.types import HexMesh
@@ -180,31 +180,22 @@ class ControlMesh:
 
         At the rim of the elements, where others are missing, the mesh ends as at its boundary.
         """
-        part, used = self._part(elements)
-        halving = two_scale(part.mesh, part.sharp_edges, part.corner_vertices)
-        control = halving @ part.mesh.vertices
-        ends = np.sort(part.sharp_edges, axis=1)
-        finer = replace(split(part.mesh), vertices=control)
-        middles = len(used) + _places(edges(part.mesh.hexes), ends)
+        piece, used = self._part(elements)
+        halving = two_scale(piece.mesh, piece.sharp_edges, piece.corner_vertices)
+        control = halving @ piece.mesh.vertices
+        ends = np.sort(piece.sharp_edges, axis=1)
+        finer = replace(split(piece.mesh), vertices=control)
+        middles = len(used) + _places(edges(piece.mesh.hexes), ends)
         halves = np.stack([ends, np.stack([middles] * 2, axis=1)], axis=-1).reshape(-1, 2)
         shape = len(control), len(self.mesh.vertices)
         halving = csr_matrix((halving.data, used[halving.indices], halving.indptr), shape)
-        return ControlMesh(finer, halves, part.corner_vertices), halving
+        return ControlMesh(finer, halves, piece.corner_vertices), halving
 
     def _part(self, elements: np.ndarray) -> tuple[ControlMesh, np.ndarray]:
         """The part of some hexes, and the vertices it has (ascending)."""
-        used, hexes = np.unique(self.mesh.hexes[elements], return_inverse=True)
+        mesh, used = part(self.mesh, elements, self.sides)
         number = np.full(len(self.mesh.vertices), -1)
         number[used] = np.arange(len(used))
-        kept = np.isin(self.sides[:, 0], elements)
-        mesh = HexMesh(
-            self.mesh.vertices[used],
-            hexes.reshape(-1, 8),
-            number[self.mesh.quads[kept]],
-            self.mesh.patch[kept],
-            self.mesh.cell[elements],
-            self.mesh.primitives,
-        )
         sharp = np.sort(number[self.sharp_edges], axis=1)
         sharp = sharp[_places(edges(mesh.hexes), sharp) >= 0]
         tips = number[self.corner_vertices]
