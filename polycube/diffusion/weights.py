@@ -93,9 +93,11 @@ def load_denoiser(
 ) -> Denoiser:
     """Trained denoiser from a safetensors file or its folder; without one, that of a grid.
 
-    A checkpoint of a training (.ckpt) will do as well: its averaged weights.
+    A checkpoint of a training (.ckpt) will do as well: its averaged weights; so will the folder of
+    a training.
     """
     path = Path(path or shipped(grid))
+    path = path / "weights" if (path / "weights").is_dir() else path
     path = path / "weights.safetensors" if path.is_dir() else path
     for needed in (path,) if path.suffix == ".ckpt" else (path, path.with_suffix(".yaml")):
         if not needed.is_file():
