@@ -11,8 +11,9 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+import polycube.app.choices
 import polycube.app.dask_launcher
-import polycube.search_path  # noqa: F401  (both tell Hydra of themselves)
+import polycube.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME
 from polycube.errors import InputError
 

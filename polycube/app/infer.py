@@ -19,8 +19,9 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+import polycube.app.choices
 import polycube.app.dask_launcher
-import polycube.search_path  # noqa: F401  (both tell Hydra of themselves)
+import polycube.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME
 from polycube.app.batch import expanded, run_job
 from polycube.app.improve import Improvement, is_improvement
