@@ -6,6 +6,7 @@ Exit codes: 0, or 2 for an option that is refused.
 from __future__ import annotations
 
 import logging
+import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import registry
 from polycube.app.command import command
+from polycube.diffusion import history
 from polycube.diffusion.checkpoints import WholeCheckpoints
 from polycube.diffusion.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.module import DDPMPolycube, Learning, moving_average
@@ -87,13 +89,17 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
         trainer.logger.log_hyperparams(
             cfg, {f"final/{name}": value for name, value in metrics.items()}, module.steps_done
         )
+        trainer.logger.experiment.flush()
+        history.draw({"sampled": history.curves(folder)}, folder / "loss.png")
         path = save_denoiser(denoiser, config, metrics, folder / "weights")
         logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
     return metrics
 
 
 def main() -> None:
-    """Command line."""
+    """Command line; what libraries say of themselves is left out."""
+    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
+    warnings.filterwarnings("ignore", ".*LeafSpec.*", FutureWarning)  # Lightning's use of torch
     command("train", train)
 
 
@@ -125,6 +131,7 @@ def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
         plugins=[WholeCheckpoints()],
         use_distributed_sampler=False,  # ours know of other processes
         limit_train_batches=cfg["batches_per_epoch"],
+        log_every_n_steps=min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),
         default_root_dir=str(folder),
         enable_model_summary=False,
     )
