@@ -1,0 +1,65 @@
+"""What the documentation names is there: functions, files, and headings that are linked to."""
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FUNCTION = re.compile(r"`((?:polycube|plugins|tests)/[\w/]+\.py):(\w+(?:\.\w+)?)`")
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+
+
+def pages(pattern: re.Pattern) -> list:
+    """Of every page, what matches."""
+    return [
+        pytest.param(page, match, id=f"{page.stem}: {match}")
+        for page in PAGES
+        for match in sorted(set(pattern.findall(page.read_text(encoding="utf-8"))))
+    ]
+
+
+@cache
+def defined(path: Path) -> set[str]:
+    """Names of the functions and classes of a file, methods as `Class.method`."""
+    names = set()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+            inner = node.body if isinstance(node, ast.ClassDef) else []
+            names |= {f"{node.name}.{n.name}" for n in inner if isinstance(n, ast.FunctionDef)}
+    return names
+
+
+@cache
+def anchors(path: Path) -> set[str]:
+    """Of the headings of a page, as GitHub makes them."""
+    heads = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize(("page", "named"), pages(FUNCTION))
+def test_a_function_that_is_named_exists(page: Path, named: tuple[str, str]) -> None:
+    path, name = named
+    assert name in defined(ROOT / path)
+
+
+@pytest.mark.parametrize(("page", "target"), pages(LINK))
+def test_a_link_leads_somewhere(page: Path, target: str) -> None:
+    if target.startswith("https://"):
+        return
+    path, _, anchor = target.partition("#")
+    there = (page.parent / path).resolve() if path else page
+    assert there.exists()
+    assert not anchor or anchor in anchors(there)
+
+
+def test_the_method_page_names_functions_of_every_part() -> None:
+    text = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
+    folders = {Path(path).parent.as_posix() for path, _ in FUNCTION.findall(text)}
+    assert {"polycube/diffusion", "polycube/geometry", "polycube/spline", "plugins"} <= folders
+    assert len(FUNCTION.findall(text)) > 40
