@@ -47,7 +47,7 @@ def expanded(arguments: list[str]) -> list[str]:
     result, several, single = [], bool(MANY & set(arguments)), []
     for argument in arguments:
         key, is_setting, value = argument.partition("=")
-        paths = _files(value) if is_setting and key == "mesh" else []
+        paths = _files(value) if key == "mesh" and value else []
         if paths:
             several = True
             _check_names(paths)

@@ -15,25 +15,21 @@ import polycube.app.choices
 import polycube.app.dask_launcher
 import polycube.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME
+from polycube.app.overrides import plain_refusals
 from polycube.errors import InputError
 
 
 def command(config_name: str, job: Callable[[dict[str, object], Path], object]) -> None:
     """Run job(config, output folder); exit code 2, and one sentence, for what is refused."""
-    started = []
 
     @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
     def compose_and_run(cfg: DictConfig) -> None:
-        started.append(True)
-        try:
-            folder = Path(HydraConfig.get().runtime.output_dir)
-            job(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
-        except (InputError, OmegaConfBaseException) as error:
-            sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
-            sys.exit(2)
+        folder = Path(HydraConfig.get().runtime.output_dir)
+        job(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
 
     try:
-        compose_and_run()
-    except SystemExit as end:
-        refused = not started and end.code  # Hydra has said what is wrong with the overrides
-        sys.exit(2 if refused else end.code)
+        with plain_refusals(config_name):
+            compose_and_run()
+    except (InputError, OmegaConfBaseException) as error:
+        sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+        sys.exit(2)

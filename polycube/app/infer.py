@@ -25,6 +25,7 @@ import polycube.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME
 from polycube.app.batch import expanded, run_job
 from polycube.app.improve import Improvement, is_improvement
+from polycube.app.overrides import plain_refusals
 from polycube.app.run import Run
 from polycube.errors import InputError, MeshingError
 from polycube.pipeline import State
@@ -81,12 +82,10 @@ def main() -> None:
 
     try:
         sys.argv[1:] = expanded(sys.argv[1:])
-        compose_and_run()
+        with plain_refusals("infer"):
+            compose_and_run()
     except InputError as error:
         sys.exit(_refused(error))
-    except SystemExit as end:
-        refused = not codes and end.code == 1  # Hydra has said what is wrong with the overrides
-        sys.exit(2 if refused else end.code)
     sys.exit(max(codes, default=0))
 
 
@@ -99,7 +98,8 @@ def _command(cfg: DictConfig) -> int:
     """Exit code of a run, or of a job of a batch; says on the terminal what is wrong."""
     hydra_cfg = HydraConfig.get() if HydraConfig.initialized() else None
     try:
-        if OmegaConf.is_missing(cfg, "mesh") and not cfg.resume and not cfg.hex:
+        given = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
+        if not given and not cfg.resume and not cfg.hex:
             raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
         settings = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
     except (InputError, OmegaConfBaseException) as error:
