@@ -36,32 +36,58 @@ class Stage:
         return self.plugin(*(state[name] for name in KINDS[self.kind].takes))
 
 
+@dataclass(frozen=True, eq=False)
+class Made:
+    """What a call came to."""
+
+    value: object
+    error: InputError | MeshingError | None
+    seconds: float  # that it took
+    effort: Counter[str]  # of descent, see `counted`
+
+
 @dataclass
 class Clock:
-    """Seconds, and effort of descent (`counted`), spent per stage, summed over repeats."""
+    """Seconds, and effort of descent (`counted`), spent per stage, summed over repeats.
+
+    A stage that was made on another thread counts with the seconds that were waited for it, so
+    that the sum is time as it passed; its effort counts in full.
+    """
 
     seconds: dict[str, float] = field(default_factory=dict)
     effort: dict[str, Counter[str]] = field(default_factory=dict)
 
     def run(self, name: str, call: Callable[[], object]) -> object:
         """Call, time, log one line; a bug or a failed computation names the stage it came from."""
-        begin = time.perf_counter()
-        with counted() as effort:
-            try:
-                return call()
-            except (InputError, MeshingError):
-                raise
-            except Exception as error:
-                logger.debug("stage %s failed", name, exc_info=True)
-                raise MeshingError(
-                    f"stage {name} failed: {type(error).__name__}: {error}"
-                ) from error
-            finally:
-                spent = time.perf_counter() - begin
-                self.seconds[name] = self.seconds.get(name, 0.0) + spent
-                self.effort[name] = self.effort.get(name, Counter()) + effort
-                numbers = [f"{spent:6.1f} s", *(f"{n} {what}" for what, n in effort.items())]
-                logger.info("%-18s %s", name, ", ".join(numbers))
+        made = make(name, call)
+        return self.take(name, made, made.seconds)
+
+    def take(self, name: str, made: Made, waited: float) -> object:
+        """The value of what was made, its time and one line noted; raises its error."""
+        self.seconds[name] = self.seconds.get(name, 0.0) + waited
+        self.effort[name] = self.effort.get(name, Counter()) + made.effort
+        aside = [f"{made.seconds:.1f} s beside others"] if waited < made.seconds else []
+        numbers = [f"{waited:6.1f} s", *aside, *(f"{n} {what}" for what, n in made.effort.items())]
+        logger.info("%-18s %s", name, ", ".join(numbers))
+        if made.error is not None:
+            raise made.error
+        return made.value
+
+
+def make(name: str, call: Callable[[], object]) -> Made:
+    """Call and time; an error becomes one that names the stage, unless it does already."""
+    begin = time.perf_counter()
+    value, error = None, None
+    with counted() as effort:
+        try:
+            value = call()
+        except (InputError, MeshingError) as refused:
+            error = refused
+        except Exception as bug:
+            logger.debug("stage %s failed", name, exc_info=True)
+            error = MeshingError(f"stage {name} failed: {type(bug).__name__}: {bug}")
+            error.__cause__ = bug
+    return Made(value, error, time.perf_counter() - begin, effort)
 
 
 def build_stages(order: Sequence[str], configs: Mapping[str, Mapping[str, object]]) -> list[Stage]:

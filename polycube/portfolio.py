@@ -1,17 +1,28 @@
-"""Variants of a chain of stages, run one by one; the best result is kept."""
+"""Variants of a chain of stages, run one by one; the best result is kept.
+
+On more than one core, threads run ahead what will probably be asked for; see `ahead`.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import logging
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import islice
 
+from polycube.ahead import Ahead, Memo, Records, held, holding, replay
 from polycube.errors import MeshingError
+from polycube.geometry.quality import scaled_jacobian
 from polycube.kinds import KINDS
-from polycube.pipeline import Clock, Stage, State
+from polycube.pipeline import Clock, Made, Stage, State, make
 
 logger = logging.getLogger(__name__)
+
+PROMISING = 0.55  # scaled Jacobian before the last stage, where that is enough on 22 of 24 parts
+LARGE = 6000  # hexes; beyond, kernels use the cores themselves
 
 Options = Mapping[str, Mapping[str, object]]  # to replace, by stage
 
@@ -34,13 +45,13 @@ class Portfolio:
     scores: dict[tuple[int, bool], float] = field(default_factory=dict)  # (variant, short or not)
     _found: list[tuple[float, State, list[object]]] = field(default_factory=list)
     _failures: list[MeshingError] = field(default_factory=list)
-    _is_blocked: bool = False  # a stage that no variant changes has failed
-    _memo: dict = field(default_factory=dict)
+    _memo: Memo = field(default_factory=Memo)
+    _taken: set = field(default_factory=set)  # keys of the memo that the clock knows
 
     def __post_init__(self) -> None:
         self.variants = list(self.variants) or [{}]
-        self._changed = {kind for options in [*self.variants, self.trial or {}] for kind in options}
-        self.stages, self._once = _split_off(self.stages, self._changed)
+        changed = {kind for options in [*self.variants, self.trial or {}] for kind in options}
+        self.stages, self._once = _split_off(self.stages, changed)
 
     @property
     def best(self) -> float:
@@ -52,20 +63,22 @@ class Portfolio:
         """State of the best result."""
         return max(self._found, key=lambda each: each[0])[1]
 
-    def run(self, number: int, short: bool = False) -> float:
-        """Score of a variant, the first being 0; the worst of all where it fails."""
+    def run(
+        self, number: int, short: bool = False, watch: Callable[[State], None] | None = None
+    ) -> float:
+        """Score of a variant, the first being 0; the worst of all where it fails.
+
+        watch : is shown the state before the last stage
+        """
         name = f"{'trial of ' * short}variant {number + 1} of {len(self.variants)}"
-        options = _merged(self.variants[number], (self.trial or {}) if short else {})
-        stages = [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in self.stages]
-        first = next((i for i, s in enumerate(stages) if s.kind in self._changed), len(stages))
         end, path, value = dict(self.state), [], float("-inf")
         try:
-            if self._is_blocked:
-                raise self._failures[0]
-            _advance(stages[:first], end, path, self.clock, self._memo)
-            _advance(stages[first:], end, path, self.clock, self._memo)
+            stages = self._chain(number, short)
+            self._advance(stages[:-1], end, path)
+            if watch is not None:
+                watch(end)
+            self._advance(stages[-1:], end, path)
         except MeshingError as error:
-            self._is_blocked = len(path) < first
             self._failures.append(error)
             logger.info("%s: %s", name, error)
         else:
@@ -75,13 +88,45 @@ class Portfolio:
         self.scores[number, short] = value
         return value
 
-    def try_others(self, enough: float) -> None:
+    def prepare(self, number: int, short: bool = True) -> None:
+        """Make what `run` will take, for it to find; nothing of large meshes."""
+        state = dict(self.state)
+        for stage in self._chain(number, short):
+            made, _ = self._memo.get(*_work(stage, state))
+            if made.error is not None or len(getattr(made.value, "hexes", ())) > LARGE:
+                return
+            state[KINDS[stage.kind].gives] = made.value
+
+    def _chain(self, number: int, short: bool) -> list[Stage]:
+        """The stages of a run, but those that come once."""
+        options = _merged(self.variants[number], (self.trial or {}) if short else {})
+        return [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in self.stages]
+
+    def _advance(self, stages: Sequence[Stage], state: State, path: list[object]) -> None:
+        """Run stages on the state in place; equal plugins on equal hexes are run once."""
+        for stage in stages:
+            key, work = _work(stage, state)
+            begin = time.perf_counter()
+            made, records = self._memo.get(key, work)
+            waited = time.perf_counter() - begin
+            if key not in self._taken:
+                self._taken.add(key)
+                replay(records)
+                self.clock.take(stage.kind, made, waited)
+            if made.error is not None:
+                raise made.error
+            state[KINDS[stage.kind].gives] = made.value
+            path.append(made.value)
+
+    def try_others(self, enough: float, ahead: Ahead) -> None:
         """Short runs of all variants that had none, the first too, until one is enough."""
-        for number in range(len(self.variants)):
+        others = [n for n in range(len(self.variants)) if (n, True) not in self.scores]
+        if self.best < enough:
+            ahead.begin(partial(self.prepare, number) for number in reversed(others))
+        for number in others:
             if self.best >= enough:
                 break
-            if (number, True) not in self.scores:
-                self.run(number, short=True)
+            self.run(number, short=True)
 
     def promising(self) -> list[tuple[float, int]]:
         """Score and number of the variants that had a short run alone."""
@@ -97,7 +142,7 @@ class Portfolio:
         if not self._found:
             raise self._failures[0]
         _, end, path = max(self._found, key=lambda each: each[0])
-        _advance(self._once, end, path, self.clock, self._memo)
+        self._advance(self._once, end, path)
         return end, path
 
 
@@ -118,23 +163,63 @@ def search(
     has_rival : compare the second start before the other variants of the first one
     """
     tried: list[Portfolio] = []
-    for start in starts:
-        if not tried:
-            start.run(0)
-        elif start.run(0, short=True) <= max(each.best for each in tried):
+    coming = _Coming(starts)
+    with holding(), Ahead() as ahead:
+        for start in coming:
+            if not tried:
+                _begin(start, coming, ahead, has_rival)
+            elif start.run(0, short=True) <= max(each.best for each in tried):
+                tried.append(start)
+                continue
+            else:
+                ahead.drop()  # variants of a worse structure
             tried.append(start)
-            continue
-        tried.append(start)
-        if len(tried) > 1 or not has_rival:
-            start.try_others(enough)
-        if is_settled(start):
-            break
-    max(tried, key=lambda each: each.best).try_others(enough)
-    short = [(*each, start) for start in tried for each in start.promising()]
-    if short and max(each.best for each in tried) < enough:
-        _, number, start = max(short, key=lambda each: each[0])
-        start.run(number)
+            if not is_settled(start):
+                ahead.begin(partial(each.prepare, 0) for each in coming.look())
+            if len(tried) > 1 or not has_rival:
+                start.try_others(enough, ahead)
+            if is_settled(start):
+                break
+        max(tried, key=lambda each: each.best).try_others(enough, ahead)
+        short = [(*each, start) for start in tried for each in start.promising()]
+        if short and max(each.best for each in tried) < enough:
+            _, number, start = max(short, key=lambda each: each[0])
+            start.run(number)
     return max(tried, key=lambda each: each.best)
+
+
+class _Coming:
+    """An iterator that may be asked for what comes next; what that logs is kept until its turn."""
+
+    def __init__(self, starts: Iterable[Portfolio]) -> None:
+        self._starts = iter(starts)
+        self._next: list[tuple[Portfolio, Records]] = []
+
+    def __iter__(self) -> Iterator[Portfolio]:
+        while self._next or any(True for _ in self.look()):
+            start, records = self._next.pop()
+            replay(records)
+            yield start
+
+    def look(self) -> Iterator[Portfolio]:
+        """The next one, if any."""
+        with held() as records:
+            if not self._next:
+                self._next = [(start, records) for start in islice(self._starts, 1)]
+        yield from (start for start, _ in self._next)
+
+
+def _begin(start: Portfolio, coming: _Coming, ahead: Ahead, has_rival: bool) -> None:
+    """Run the first variant in full; beside it, short runs of what follows where that is bad."""
+
+    def watch(state: State) -> None:
+        if _is_promising(state):
+            ahead.drop()
+
+    if has_rival:
+        ahead.begin(partial(each.prepare, 0) for each in coming.look())
+    ahead.begin(partial(start.prepare, n) for n in reversed(range(len(start.variants))))
+    start.run(0, watch=watch)
 
 
 def run_portfolio(
@@ -150,9 +235,12 @@ def run_portfolio(
     enough : score that ends the search
     """
     portfolio = Portfolio(stages, variants, state, clock, score)
-    for number in range(len(portfolio.variants)):
-        if portfolio.run(number) >= enough:
-            break
+    others = range(1, len(portfolio.variants))
+    with holding(), Ahead() as ahead:
+        ahead.begin(partial(portfolio.prepare, n, short=False) for n in reversed(others))
+        for number in range(len(portfolio.variants)):
+            if portfolio.run(number) >= enough:
+                break
     return portfolio.result()
 
 
@@ -171,17 +259,16 @@ def _split_off(
     return stages[:number], stages[number:]
 
 
-def _advance(
-    stages: Sequence[Stage], state: State, path: list[object], clock: Clock, memo: dict
-) -> None:
-    """Run stages on the state in place; equal plugins on equal hexes are run once."""
-    for stage in stages:
-        others = [id(state[name]) for name in KINDS[stage.kind].takes if name != "hexes"]
-        key = (stage.kind, repr(stage.plugin), _digest(state.get("hexes")), *others)
-        if key not in memo:
-            memo[key] = clock.run(stage.kind, lambda s=stage: s(state))
-        state[KINDS[stage.kind].gives] = memo[key]
-        path.append(memo[key])
+def _work(stage: Stage, state: State) -> tuple[tuple, Callable[[], Made]]:
+    """What tells the result of a stage on a state from others, and what makes it."""
+    others = [id(state[name]) for name in KINDS[stage.kind].takes if name != "hexes"]
+    key = (stage.kind, repr(stage.plugin), _digest(state.get("hexes")), *others)
+    return key, lambda: make(stage.kind, lambda: stage(state))
+
+
+def _is_promising(state: State) -> bool:
+    hexes = state.get("hexes")
+    return hexes is not None and scaled_jacobian(hexes.vertices, hexes.hexes).min() > PROMISING
 
 
 def _digest(hexes: object) -> str:

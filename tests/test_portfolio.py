@@ -7,11 +7,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from polycube import ahead
 from polycube.errors import MeshingError
 from polycube.pipeline import Clock, Stage
 from polycube.portfolio import Portfolio, run_portfolio, search
 from polycube.types import HexMesh, TriMesh
 from tests.test_pipeline import cube
+
+
+@pytest.fixture(autouse=True)
+def one_core(monkeypatch):
+    """Only what is asked for is run."""
+    monkeypatch.setattr(ahead, "cores", lambda: 1)
 
 
 @dataclass(frozen=True)

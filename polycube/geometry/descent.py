@@ -6,6 +6,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from threading import Event
 
 import numpy as np
 
@@ -14,6 +15,21 @@ STALL = 1e-9  # relative decrease that ends the search
 
 Function = Callable[[np.ndarray], tuple[float, np.ndarray]]
 _EFFORTS: ContextVar[tuple[Counter[str], ...]] = ContextVar("efforts", default=())
+_STOP: ContextVar[Event | None] = ContextVar("stop", default=None)
+
+
+class Stopped(BaseException):
+    """Nobody wants the result of a descent any more: see `stoppable`."""
+
+
+@contextmanager
+def stoppable(stop: Event) -> Iterator[None]:
+    """Descents inside raise Stopped at their next evaluation once the event is set."""
+    token = _STOP.set(stop)
+    try:
+        yield
+    finally:
+        _STOP.reset(token)
 
 
 @contextmanager
@@ -40,9 +56,11 @@ def descend(
     step : largest change of a coordinate in a first, unscaled step
     retract : brings a point back to where the search has to stay, as x is
     """
-    back = retract or (lambda place: place)
+    back, stop = retract or (lambda place: place), _STOP.get()
 
     def evaluate(place: np.ndarray) -> tuple[float, np.ndarray]:
+        if stop is not None and stop.is_set():
+            raise Stopped
         _count("evaluations")
         return function(place)
 

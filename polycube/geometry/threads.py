@@ -34,11 +34,16 @@ def parts(number: int, least: int) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
+def cores() -> int:
+    """Number of cores that are worth using: up to `MOST` of those the process may use."""
+    number = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return min(number or 1, MOST)
+
+
 @lru_cache(maxsize=1)
 def pool() -> ThreadPoolExecutor | None:
     """Threads beside the one that asks; none where the process may use one core only."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return ThreadPoolExecutor(min(cores, MOST) - 1) if cores and cores > 1 else None
+    return ThreadPoolExecutor(cores() - 1) if cores() > 1 else None
 
 
 if hasattr(os, "register_at_fork"):
