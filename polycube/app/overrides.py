@@ -25,11 +25,10 @@ def plain_refusals(config_name: str) -> Iterator[None]:
     """Around a function of `hydra.main`: InputError, one sentence, for a wrong command line."""
     arguments = sys.argv[1:]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # else Hydra prints several lines and ends the program
-    if flags := [word for word in arguments if word.startswith("-")]:
-        unknown = get_args_parser().parse_known_args(flags)[1]
-        if any(word.startswith("-") for word in unknown):
-            name = unknown[0].lstrip("-").partition("=")[0]
-            raise InputError(f"unknown flag {unknown[0]}; options are given as {name}=value")
+    for word in get_args_parser().parse_known_args(arguments)[1]:
+        if word.startswith("-"):
+            name = word.lstrip("-").partition("=")[0]
+            raise InputError(f"unknown flag {word}; options are given as {name}=value")
     try:
         yield
     except HydraException as error:

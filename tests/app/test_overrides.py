@@ -66,3 +66,10 @@ def test_programs_end_with_code_2_and_one_line(tmp_path, words, says):
     assert done.stderr.count("\n") == 1
     assert done.stderr.startswith("error: ") and says in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_flags_of_hydra_keep_their_values(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["train.py", "--cfg", "job", "schedule=cosine"])
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+    with plain_refusals("train"):
+        pass
