@@ -7,6 +7,7 @@ placement, except on the polycube, whose cell edge is 1.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -41,9 +42,16 @@ class TriMesh:
 
     vertices: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3) into vertices
+    region: Sequence[int] = ()  # (F,) face of the CAD model, from 1; empty where there is none
+    region_names: tuple[str, ...] = ()  # of these faces, in their order; "" where it has no name
 
     def __post_init__(self) -> None:
-        freeze(self, vertices=("V 3", np.float64), faces=("F 3", np.int64))
+        freeze(
+            self,
+            vertices=("V 3", np.float64),
+            faces=("F 3", np.int64),
+            region=("F" if len(self.region) else "0", np.int64),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,6 +192,7 @@ class HexMesh:
     `quads` are the boundary faces, counter-clockwise from outside, and `patch` the polycube face
     each came from; `cell` is the grid cell of each hex and `primitives` what fills each grid cell.
     `geometry.hexes.hex_mesh` fills them in.  `warnings` say what was asked for and not to be had.
+    `sets` name parts of the boundary; `geometry.patches.boundary_sets` finds them at the end.
     """
 
     vertices: np.ndarray  # (V, 3)
@@ -193,6 +202,7 @@ class HexMesh:
     cell: np.ndarray  # (H,)
     primitives: tuple[str | None, ...] = ()  # of each grid cell; empty where it is not known
     warnings: tuple[str, ...] = ()  # a sentence each
+    sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # quads (N,) by name
 
     def __post_init__(self) -> None:
         freeze(
@@ -223,6 +233,7 @@ class Spline:
     sides: np.ndarray  # (Q, 2) element and face of it
     patch: np.ndarray  # (Q,)
     extraordinary_edges: int = 0
+    sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # numbers of sides (N,) by name
 
     def __post_init__(self) -> None:
         freeze(

@@ -9,7 +9,7 @@ from polycube.spline.material import check_units, material
 from polycube.spline.modal import free_modes
 from polycube.types import Modes, Spline
 
-from .places import check_supports, supports
+from .places import check_supports, places, supports
 
 logger = logging.getLogger(__name__)
 
@@ -36,6 +36,11 @@ class Modal:
                 f"modes >= 1 and gauss >= 2 are needed; got {self.modes}, {self.gauss}"
             )
         check_supports("fixed", self.fixed, {"components"})
+
+    @property
+    def places(self) -> list[object]:
+        """What it needs to find on the boundary."""
+        return [place for place, _ in places(self.fixed)]
 
     def __call__(self, spline: Spline) -> Modes:
         """The modes in SI units; logs mass and the elastic frequencies."""

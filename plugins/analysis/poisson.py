@@ -42,6 +42,11 @@ class Poisson:
                 f"conductivity > 0 and gauss >= 2 are needed; got {self.conductivity}, {self.gauss}"
             )
 
+    @property
+    def places(self) -> list[object]:
+        """What it needs to find on the boundary."""
+        return [place for place, _ in places((*self.fixed, *self.flux))]
+
     def __call__(self, spline: Spline) -> Potential:
         """u with its flux; logs what flows through the fixed places."""
         fixed = [

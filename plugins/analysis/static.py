@@ -44,6 +44,11 @@ class Static:
         if self.gauss < 2:
             raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
 
+    @property
+    def places(self) -> list[object]:
+        """What it needs to find on the boundary."""
+        return [place for place, _ in places((*self.fixed, *self.loads))]
+
     def __call__(self, spline: Spline) -> Deformation:
         """The solid at rest; logs the largest displacement and stress."""
         found = deform(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,9 @@ from polycube.geometry import surface as topology
 from polycube.geometry.certificate import certify
 from polycube.geometry.lattice import describe
 from polycube.geometry.parametrization import pull_back
+from polycube.geometry.patches import sets_of_spline
 from polycube.geometry.quality import ENOUGH, INVALID, accept, scaled_jacobian, score
+from polycube.geometry.regions import with_sets
 from polycube.geometry.regular import read_structure
 from polycube.io.cad import Cad
 from polycube.io.read import read_surface
@@ -35,6 +38,7 @@ from polycube.portfolio import Portfolio, search
 from polycube.ranking import GOOD_SCORE, Ranked, enough, rank, worth_a_try
 from polycube.registry import build
 from polycube.report.results import clear_results
+from polycube.spline.patches import check_names
 from polycube.types import Candidate, HexMesh, Polycube
 
 logger = logging.getLogger(__name__)
@@ -136,7 +140,9 @@ class Run:
             save_stage(self.folder, stage.kind, value)
         if first is not None:
             self._make(self.meshing[first:], kept)
-        self._check(self.state["hexes"])
+        hexes = self.state["hexes"] = with_sets(self.state["hexes"], self.state["surface"])
+        self._check(hexes)
+        self._check_places(hexes)
 
     def _make(self, stages: list[Stage], kept: list[Stage]) -> None:
         ranked = self.state["ranked"]
@@ -160,6 +166,16 @@ class Run:
                 f"(certify=everywhere), the first is number {open_ones[0]} at {where}"
             )
 
+    def _check_places(self, hexes: HexMesh) -> None:
+        """Raise InputError for a place that an analysis needs and the boundary has not."""
+        for stage in self.solving:
+            try:
+                check_names(getattr(stage.plugin, "places", ()), hexes.sets)
+            except InputError as error:
+                raise InputError(
+                    f"{stage.kind}: {error}; the mesh is kept, resume={self.folder} from=spline"
+                ) from None
+
     def _not_certified(self, hexes: HexMesh) -> np.ndarray:
         """Hexes that are not positive everywhere, where that is asked for."""
         if self._backend.get("certify") != "everywhere":
@@ -179,6 +195,9 @@ class Run:
                 self.state[gives] = load_stage(Path(self.cfg["resume"]), stage.kind)
             else:
                 self.state[gives] = self.clock.run(stage.kind, lambda s=stage: s(self.state))
+            if gives == "spline":
+                spline, hexes = self.state["spline"], self.state["hexes"]
+                self.state["spline"] = replace(spline, sets=sets_of_spline(spline, hexes))
             save_stage(self.folder, stage.kind, self.state[gives])
 
     def _kept(self, stage: str) -> bool:

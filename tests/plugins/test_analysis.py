@@ -143,9 +143,9 @@ def test_refuses_too_few_supports_and_places_that_are_not_there(spline):
     with pytest.raises(InputError, match=r"u is given on no patch"):
         poisson(fixed=[])(spline)
     with pytest.raises(
-        InputError, match=r"no boundary patch 'top'; there are x_min \(\d\), .*z_max"
+        InputError, match=r"no boundary set 'hole_1'; there are x_min, .*z_max, pat"
     ):
-        static(fixed=["top"])(spline)
+        static(fixed=["hole_1"])(spline)
     with pytest.raises(InputError, match=r"lies in box 1 1 1 2 2 2; the part fills 0 0 0 to 100 "):
         modal(fixed=[{"box": [1, 1, 1, 2, 2, 2]}])(spline)
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
+from polycube.geometry.patches import ENDS
 from polycube.spline.assembly import assemble_scalar, integrate
 from polycube.spline.constraints import Support, constrain
 from polycube.spline.modal import lowest
-from polycube.spline.patches import ENDS, faces_of
+from polycube.spline.patches import faces_of
 from polycube.spline.poisson import Inflow, conduct
 from polycube.spline.recovery import samples
 from tests.hex_solids import hex_ball, hex_cylinder

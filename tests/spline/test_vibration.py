@@ -5,10 +5,11 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from polycube.geometry.patches import ENDS
 from polycube.spline.constraints import Support
 from polycube.spline.material import MATERIALS, Material
 from polycube.spline.modal import free_modes
-from polycube.spline.patches import ENDS, faces_of
+from polycube.spline.patches import faces_of
 from tests.hex_solids import hex_ball, hex_cylinder
 from tests.spline.spaces import box, cube, spline_of
 
