@@ -9,12 +9,12 @@ import hashlib
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from itertools import islice
 
 from polycube.ahead import Ahead, Memo, Records, held, holding, replay
-from polycube.errors import MeshingError
+from polycube.errors import InputError, MeshingError
 from polycube.geometry.quality import scaled_jacobian
 from polycube.kinds import KINDS
 from polycube.pipeline import Clock, Made, Stage, State, make
@@ -43,14 +43,17 @@ class Portfolio:
     score: Callable[[State], float]
     trial: Options | None = None
     scores: dict[tuple[int, bool], float] = field(default_factory=dict)  # (variant, short or not)
-    _found: list[tuple[float, State, list[object]]] = field(default_factory=list)
+    preferred: tuple[int, bool] | None = None  # the run whose result is kept; None: the best
+    _found: dict[tuple[int, bool], tuple[State, list[object]]] = field(default_factory=dict)
     _failures: list[MeshingError] = field(default_factory=list)
     _memo: Memo = field(default_factory=Memo)
     _taken: set = field(default_factory=set)  # keys of the memo that the clock knows
 
     def __post_init__(self) -> None:
         self.variants = list(self.variants) or [{}]
-        changed = {kind for options in [*self.variants, self.trial or {}] for kind in options}
+        options = [*self.variants, self.trial or {}]
+        _check(self.stages, options)
+        changed = {kind for each in options for kind in each}
         self.stages, self._once = _split_off(self.stages, changed)
 
     @property
@@ -61,7 +64,12 @@ class Portfolio:
     @property
     def end(self) -> State:
         """State of the best result."""
-        return max(self._found, key=lambda each: each[0])[1]
+        return self._found[self.chosen][0]
+
+    @property
+    def chosen(self) -> tuple[int, bool]:
+        """The run whose result is kept: its variant, and whether it was short."""
+        return self.preferred or max(self._found, key=self.scores.__getitem__)
 
     def run(
         self, number: int, short: bool = False, watch: Callable[[State], None] | None = None
@@ -84,9 +92,21 @@ class Portfolio:
         else:
             value = self.score(end)
             logger.info("%s: score %.3f", name, value)
-            self._found.append((value, end, path))
+            self._found[number, short] = end, path
         self.scores[number, short] = value
         return value
+
+    def chosen_plugin(self, kind: str) -> object | None:
+        """The stage of a kind in the run whose result is kept."""
+        return next((s.plugin for s in self._chain(*self.chosen) if s.kind == kind), None)
+
+    def rerun(self, options: Options) -> tuple[tuple[int, bool], State | None]:
+        """The run whose result is kept, as a new variant: its number, its state if it succeeds."""
+        number, short = self.chosen
+        self.variants.append(_merged(self.variants[number], options))
+        name = len(self.variants) - 1, short
+        self.run(*name)
+        return name, self._found.get(name, (None,))[0]
 
     def prepare(self, number: int, short: bool = True) -> None:
         """Make what `run` will take, for it to find; nothing of large meshes."""
@@ -141,7 +161,7 @@ class Portfolio:
         """
         if not self._found:
             raise self._failures[0]
-        _, end, path = max(self._found, key=lambda each: each[0])
+        end, path = self._found[self.chosen]
         self._advance(self._once, end, path)
         return end, path
 
@@ -215,10 +235,12 @@ def _begin(start: Portfolio, coming: _Coming, ahead: Ahead, has_rival: bool) -> 
     def watch(state: State) -> None:
         if _is_promising(state):
             ahead.drop()
+        else:
+            ahead.begin([partial(start.prepare, 0)])
 
     if has_rival:
         ahead.begin(partial(each.prepare, 0) for each in coming.look())
-    ahead.begin(partial(start.prepare, n) for n in reversed(range(len(start.variants))))
+    ahead.begin(partial(start.prepare, n) for n in reversed(range(1, len(start.variants))))
     start.run(0, watch=watch)
 
 
@@ -257,6 +279,19 @@ def _split_off(
     while number and KINDS[stages[number - 1].kind].once and stages[number - 1].kind not in changed:
         number -= 1
     return stages[:number], stages[number:]
+
+
+def _check(stages: Sequence[Stage], options: Iterable[Options]) -> None:
+    """Raise InputError where options are to be replaced that a stage's plugin does not have."""
+    plugins = {stage.kind: stage.plugin for stage in stages}
+    for kind, names in ((kind, each[kind]) for each in options for kind in each if kind in plugins):
+        lacking = sorted(set(names) - {known.name for known in fields(plugins[kind])})
+        if lacking:
+            raise InputError(
+                f"a variant of meshing sets {', '.join(lacking)} of {kind}, which "
+                f"{type(plugins[kind]).__name__} does not have; say meshing.portfolio=[{{}}] and "
+                "~meshing.trial, or name variants of your own"
+            )
 
 
 def _work(stage: Stage, state: State) -> tuple[tuple, Callable[[], Made]]:

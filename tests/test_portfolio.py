@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from polycube import ahead
-from polycube.errors import MeshingError
+from polycube.errors import InputError, MeshingError
 from polycube.pipeline import Clock, Stage
 from polycube.portfolio import Portfolio, run_portfolio, search
 from polycube.types import HexMesh, TriMesh
@@ -219,3 +219,12 @@ def test_portfolio_passes_over_a_variant_that_fails_unless_all_do():
     assert end["hexes"].vertices.max() == 2
     with pytest.raises(MeshingError, match="factor inf"):
         run_portfolio(stages, portfolio[:1], state, Clock(), score)
+
+
+@pytest.mark.parametrize("where", ["variants", "trial"])
+def test_variants_of_another_plugin_are_refused(where):
+    odd = {"meshing/optimize": {"features": False, "factor": 2.0}}
+    chosen = {"variants": [{}, odd]} if where == "variants" else {"variants": [{}], "trial": odd}
+    stages = [Stage("meshing/optimize", Scale(3.0))]
+    with pytest.raises(InputError, match=r"sets features of meshing/optimize, which Scale does"):
+        Portfolio(stages=stages, state={}, clock=Clock(), score=lambda state: 0.0, **chosen)
