@@ -1,0 +1,84 @@
+"""docs/plugins.md: its package works as written, from outside."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+
+PAGE = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
+FILES = dict(re.findall(r"```(?:python|yaml|toml)\n# ([\w/.]+)\n(.*?)```", PAGE, re.DOTALL))
+COMMANDS = [shlex.split(line) for line in re.findall(r"^polycube-.+$", PAGE, re.MULTILINE)]
+MAIN = {"polycube-train": "train.py", "polycube-infer": "infer.py"}
+QUICK = {
+    "polycube-train": ["batches_per_epoch=1", "batch_size=2", "held_out=2", "trainer.max_epochs=1"],
+    "polycube-infer": ["structure=slices", "meshing.size=14%", "order=[meshing,report]"],
+}
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Path:
+    """The package's files, and what pip would write of it."""
+    folder = tmp_path_factory.mktemp("site")
+    for name, text in FILES.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    (folder / "acme" / "__init__.py").touch()
+    points = re.search(
+        r'\[project\.entry-points\."(.+)"\]\n(\w+) = "(\w+)"', FILES["pyproject.toml"]
+    )
+    info = folder / "acme_polycube-0.1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme-polycube\nVersion: 0.1\n")
+    (info / "entry_points.txt").write_text("[{}]\n{} = {}\n".format(*points.groups()))
+    return folder
+
+
+def run(package: Path, *arguments: object) -> str:
+    paths = os.pathsep.join([str(package), str(ROOT)])
+    done = subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        cwd=package,
+        env=os.environ | {"PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_there_is_a_file_of_each_kind_with_its_yaml() -> None:
+    kinds = {"primitive", "schedule", "meshing/optimize", "export"}
+    shown = {Path(n).relative_to("acme/conf").parent.as_posix() for n in FILES if "conf" in n}
+    assert shown == kinds
+    for kind in kinds:
+        assert sum(f'@register("{kind}"' in text for text in FILES.values()) == 1
+
+
+def test_every_plugin_keeps_its_promises(package: Path) -> None:
+    assert FILES["tests/test_acme.py"].count("check_plugin(") == 4
+    run(package, "tests/test_acme.py")
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+def test_the_commands_compose_with_them(package: Path, command: list[str]) -> None:
+    name, *overrides = command
+    said = run(package, ROOT / MAIN[name], "--cfg", "job", *overrides)
+    plugins = {"polycube-train": ["geometric"], "polycube-infer": ["laplacian", "csv"]}[name]
+    assert all(f"plugin: {plugin}" in said for plugin in plugins)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+def test_the_commands_run(package: Path, command: list[str]) -> None:
+    name, *overrides = command
+    run(package, ROOT / MAIN[name], *overrides, *QUICK[name])
+    made = {"polycube-train": "outputs/train/*/weights/*", "polycube-infer": "results/hex.csv"}
+    assert list(package.glob(made[name]))
