@@ -16,7 +16,7 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"diffusion", "spline", "artifacts"},
     {"kinds"},
     {"registry", "search_path"},
-    {"pipeline", "portfolio", "ahead", "report", "testing", "ranking"},
+    {"pipeline", "portfolio", "ahead", "finer", "report", "testing", "ranking"},
     {"app", "doctor", "evaluate"},
 )
 HEAVY = {"open3d", "pyvista", "vtk", "vtkmodules", "matplotlib", "trimesh"}

@@ -14,6 +14,7 @@ import numpy as np
 
 from polycube.app.proposals import no_structure, propose
 from polycube.errors import InputError, MeshingError
+from polycube.finer import meet
 from polycube.geometry import surface as topology
 from polycube.geometry.certificate import certify
 from polycube.geometry.lattice import describe
@@ -269,7 +270,9 @@ class Run:
             )
 
         rival = enough(ranked, choices, choices[0]) > GOOD_SCORE
-        self.state, path = search(starts(), ENOUGH, is_settled, rival).result()
+        found = search(starts(), ENOUGH, is_settled, rival)
+        meet(found, self._backend.get("deviation"))
+        self.state, path = found.result()
         save_stage(self.folder, "structure", [ranked, self.state["chosen"]])
         for stage, result in zip(stages, path, strict=True):
             save_stage(self.folder, stage.kind, result)

@@ -67,7 +67,7 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
     reach : distance that 99 % of the surface should be within, in diagonals
     """
     before = quality(mesh, surface)
-    least = min(LEAST, KEPT * before.scaled_jacobian)
+    least = least_jacobian(before.scaled_jacobian)
     best, fine = None, split(mesh)
     for recipe in RECIPES:
         for way, tried in _tries(fine, target(surface), recipe, features, least):
@@ -92,6 +92,11 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
         logger.info("refine: no finer mesh keeps a scaled Jacobian of %.2f", least)
         return mesh
     return best[1]
+
+
+def least_jacobian(coarse: float) -> float:
+    """Scaled Jacobian that a finer mesh must keep where the coarse one has this."""
+    return min(LEAST, KEPT * coarse)
 
 
 def _tries(

@@ -1,0 +1,68 @@
+"""A smaller size where the deviation asked for is not met, if that is cheaper than refinement.
+
+The distance of hexes of length h from a curved surface is like h^2, their number like h^-3: a size
+less than twice as fine makes fewer hexes than every hex in eight.
+"""
+
+from __future__ import annotations
+
+import logging
+
+from polycube.geometry import sizing
+from polycube.geometry.quality import doubts, quality
+from polycube.geometry.refinement import least_jacobian
+from polycube.geometry.surface import diagonal
+from polycube.portfolio import Portfolio
+from polycube.types import HexMesh, TriMesh
+
+logger = logging.getLogger(__name__)
+
+MOST = 1.9  # times as fine; beyond, refinement makes about as many hexes
+SPARE = 1.05  # finer than h^2 says
+TRIES = 2
+
+
+def meet(found: Portfolio, deviation: float | str | None) -> None:
+    """Where the result is further off than `deviation`, prefer the first finer one that is not.
+
+    Its variant is run again with a size that should do, and once more with what that one tells.
+    The finer mesh must keep the scaled Jacobian that a refined one must keep, and be as free of
+    doubts; where there is none the result stays as it is, for `meshing/refine`.
+    """
+    subdivide = found.chosen_plugin("meshing/subdivide")
+    if deviation is None or getattr(subdivide, "level", 0) is not None:
+        return
+    surface: TriMesh = found.state["surface"]
+    coarse: HexMesh = found.end["hexes"]
+    wanted = sizing.length(deviation, diagonal(surface)) / diagonal(surface)
+    least = least_jacobian(quality(coarse, surface).scaled_jacobian)
+    times, apart = 1.0, _apart(coarse, surface)
+    for _ in range(TRIES if apart > wanted else 0):
+        times *= SPARE * (apart / wanted) ** 0.5
+        if times > MOST:
+            logger.info("deviation: %.2f %%, every hex in eight is the cheaper way", 100 * apart)
+            return
+        logger.info(
+            "deviation: %.2f %%, not %.2f %%; a size %.2f times as fine should do",
+            100 * apart,
+            100 * wanted,
+            times,
+        )
+        name, end = found.rerun({"meshing/subdivide": {"finer": times * subdivide.finer}})
+        if end is None:
+            return
+        hexes = end["hexes"]
+        apart, jacobian = _apart(hexes, surface), quality(hexes, surface).scaled_jacobian
+        if jacobian < least or len(doubts(hexes, surface)) > len(doubts(coarse, surface)):
+            logger.info("deviation: at that size the least scaled Jacobian is %.3f", jacobian)
+            return
+        if apart <= wanted:
+            found.preferred = name
+            logger.info("deviation: %.2f %% with %d hexes", 100 * apart, len(hexes.hexes))
+            return
+
+
+def _apart(hexes: HexMesh, surface: TriMesh) -> float:
+    """Distance in diagonals that 1 % of the points exceed, the worse of both ways."""
+    apart = quality(hexes, surface).deviation
+    return max(apart.to_surface.p99, apart.to_mesh.p99)
