@@ -1,4 +1,4 @@
-"""Charts as SVG text inside the page: they follow its colours and stay sharp on paper."""
+"""Charts as markup inside the page: they follow its colours, and their words keep their size."""
 
 from __future__ import annotations
 
@@ -9,40 +9,39 @@ import numpy as np
 
 from polycube.report.colours import QUALITY_COLOURS, ramp
 
-WIDTH, HEIGHT = 720, 250  # of the histogram, in user units; the page scales it
-_FOOT, _HEAD = 34, 34  # room for the axis below and the marks above
+N_BINS = 20  # of the histogram: wide enough for a finger on a phone
 
 
-def histogram(quality: np.ndarray, bins: int = 40) -> str:
-    """Scaled Jacobians as bars in their colours; minimum and mean marked."""
+def histogram(quality: np.ndarray, bins: int = N_BINS) -> str:
+    """Scaled Jacobians as bars in their colours; minimum and mean marked.
+
+    Every bar is a button that holds its range, for the 3D view; a table holds the numbers.
+    """
     low = 0.0 if quality.min() >= 0 else -1.0
     count, edges = np.histogram(np.clip(quality, low, 1), bins=bins, range=(low, 1))
-    x = (edges - low) / (1 - low) * WIDTH
-    tall = (HEIGHT - _FOOT - _HEAD) * count / count.max()
-    tall = np.where(count > 0, np.maximum(tall, 2.5), 0)  # a single bad hex must be seen
-    middle = (edges[1:] + edges[:-1]) / 2
-    bars = [
-        f'<rect x="{x[i] + 1:.1f}" y="{HEIGHT - _FOOT - tall[i]:.1f}" '
-        f'width="{x[i + 1] - x[i] - 2:.1f}" height="{tall[i]:.1f}" rx="1.5" fill="{_hex(colour)}">'
-        f"<title>{edges[i]:.3f} to {edges[i + 1]:.3f}: {count[i]} hexes</title></rect>"
-        for i, colour in enumerate(ramp(middle, QUALITY_COLOURS))
-        if count[i]
-    ]
-    ticks = [
-        f'<text class="tick" x="{(t - low) / (1 - low) * WIDTH:.1f}" y="{HEIGHT - 10}" '
-        f'text-anchor="{anchor}">{t:g}</text>'
-        for t, anchor in _ticks(low)
-    ]
+    colours = ramp((edges[1:] + edges[:-1]) / 2, QUALITY_COLOURS)
+    buttons = "".join(
+        f'<button type="button" data-low="{edges[i]:.4f}" data-high="{edges[i + 1]:.4f}" '
+        f'title="{_bin(edges, i)}: {n} hexes" aria-label="{_bin(edges, i)}: {n} hexes"'
+        f'{"" if n else " disabled"}><i style="height:{_tall(n, count.max()):.1f}%;'
+        f'background:{_hex(colours[i])}"></i></button>'
+        for i, n in enumerate(count)
+    )
+    ticks = np.linspace(low, 1, 6 if low == 0 else 5)
     marks = [
-        _mark((value - low) / (1 - low) * WIDTH, f"{name} {value:.3f}", row, name)
-        for row, (name, value) in enumerate((("min", quality.min()), ("mean", quality.mean())))
+        _mark((value - low) / (1 - low), f"{name} {value:.3f}", name)
+        for name, value in (("min", quality.min()), ("mean", quality.mean()))
     ]
-    base = HEIGHT - _FOOT
+    rows = "".join(
+        f"<tr><td>{_bin(edges, i)}</td><td>{n}</td></tr>" for i, n in enumerate(count) if n
+    )
     return (
-        f'<svg class="chart" viewBox="-8 0 {WIDTH + 16} {HEIGHT}" role="img" '
-        f'aria-label="histogram of scaled Jacobians, minimum {quality.min():.3f}">'
-        f'<line class="axis" x1="0" y1="{base}" x2="{WIDTH}" y2="{base}"/>'
-        f"{''.join(bars)}{''.join(ticks)}{''.join(marks)}</svg>"
+        f'<div class="histogram" role="group" aria-label="histogram of scaled Jacobians, '
+        f'minimum {quality.min():.3f}"><div class="bins">{buttons}</div>{"".join(marks)}</div>'
+        f"{_axis([f'{tick:g}' for tick in ticks])}"
+        "<details><summary>The numbers of the histogram</summary>"
+        f'<table class="numbers"><thead><tr><th>scaled Jacobian</th><th>hexes</th></tr></thead>'
+        f"<tbody>{rows}</tbody></table></details>"
     )
 
 
@@ -51,41 +50,36 @@ def spread(name: str, edges: Sequence[float], counts: Sequence[int], worst: str)
 
     worst : said above it
     """
-    width, base, tall = 340, 120, 80
     most = max([*counts, 1])
-    step = width / len(counts)
-    bars = [
-        f'<rect x="{i * step + 0.5:.1f}" y="{base - max(tall * n / most, 2.5):.1f}" '
-        f'width="{step - 1:.1f}" height="{max(tall * n / most, 2.5):.1f}" rx="1">'
-        f"<title>{edges[i]:.3g} to {edges[i + 1]:.3g}: {n} hexes</title></rect>"
+    bars = "".join(
+        f'<i title="{_bin(edges, i)}: {n} hexes" style="height:{_tall(n, most):.1f}%"></i>'
         for i, n in enumerate(counts)
-        if n
-    ]
+    )
     return (
-        f'<svg class="spread" viewBox="-4 0 {width + 8} {base + 24}" role="img" '
-        f'aria-label="histogram of {escape(name)}, {escape(worst)}">'
-        f'<text class="name" x="0" y="16">{escape(name)}</text>'
-        f'<text class="tick" x="{width}" y="16" text-anchor="end">{escape(worst)}</text>'
-        f'<line class="axis" x1="0" y1="{base}" x2="{width}" y2="{base}"/>{"".join(bars)}'
-        f'<text class="tick" x="0" y="{base + 18}">{edges[0]:g}</text>'
-        f'<text class="tick" x="{width}" y="{base + 18}" text-anchor="end">{edges[-1]:g}</text>'
-        "</svg>"
+        f'<div class="spread" role="img" aria-label="histogram of {escape(name)}, {escape(worst)}">'
+        f'<div class="ends"><b>{escape(name)}</b><span>{escape(worst)}</span></div>'
+        f'<div class="bins">{bars}</div>{_axis([f"{edges[0]:g}", f"{edges[-1]:g}"])}</div>'
     )
 
 
-def _ticks(low: float) -> list[tuple[float, str]]:
-    values = np.linspace(low, 1, 6 if low == 0 else 5)
-    return [(v, "start" if v == low else "end" if v == 1 else "middle") for v in values]
+def _bin(edges: Sequence[float], i: int) -> str:
+    return f"{edges[i]:.3g} to {edges[i + 1]:.3g}"
 
 
-def _mark(x: float, text: str, row: int, name: str) -> str:
-    right = x < WIDTH - 110
-    y = 14 + 17 * row
-    return (
-        f'<g class="mark {name}"><line x1="{x:.1f}" y1="{y - 11}" x2="{x:.1f}" '
-        f'y2="{HEIGHT - _FOOT}"/><text x="{x + (6 if right else -6):.1f}" y="{y}" '
-        f'text-anchor="{"start" if right else "end"}">{text}</text></g>'
-    )
+def _tall(count: int, most: int) -> float:
+    """Per cent of the chart's height; a single bad hex must be seen."""
+    return max(100 * count / most, 2.0) if count else 0.0
+
+
+def _axis(ticks: Sequence[str]) -> str:
+    return f'<div class="ends">{"".join(f"<span>{tick}</span>" for tick in ticks)}</div>'
+
+
+def _mark(share: float, text: str, name: str) -> str:
+    """A dashed line at a share of the width; its words on the side where there is room."""
+    left = share > 0.25 if name == "min" else share > 0.75
+    side = " left" if left else ""
+    return f'<div class="mark {name}{side}" style="left:{100 * share:.2f}%"><b>{text}</b></div>'
 
 
 def bars(seconds: Mapping[str, float]) -> str:

@@ -1,4 +1,4 @@
-"""The section of the hex mesh: view, measures, certificate, worst hexes, distances, primitives."""
+"""The sections of the hex mesh: view; measures, certificate, worst hexes, distances, primitives."""
 
 from __future__ import annotations
 
@@ -11,7 +11,18 @@ from polycube.geometry.metrics import MEASURES
 from polycube.geometry.quality import scaled_jacobian
 from polycube.report import charts
 from polycube.report.colours import DEVIATION_COLOURS, QUALITY_COLOURS
-from polycube.report.markup import facts, figure, gradient, grid, section, show, swatches, table
+from polycube.report.markup import (
+    distance_table,
+    facts,
+    figure,
+    folded,
+    gradient,
+    grid,
+    section,
+    show,
+    swatches,
+    table,
+)
 from polycube.report.scenes import cell_colour
 from polycube.report.viewer import viewer
 from polycube.types import HexMesh
@@ -28,6 +39,16 @@ FARTHEST = {
 N_NAMED = 12  # grid cells at most that are named under their picture
 
 
+def view(state: State) -> str:
+    """The hex mesh in three dimensions, the first thing under the verdict."""
+    mesh = state.get("hexes")
+    if mesh is None:
+        return ""
+    polycube = state.get("polycube")
+    context = polycube.context if polycube is not None else ()
+    return section("view", "3D view", viewer(mesh, state.get("surface"), context))
+
+
 def hexes(state: State, report: Mapping[str, object], pictures: Pictures) -> str:
     """The hex mesh: cut open, measures, worst hexes, distances from the input, primitives."""
     mesh, numbers = state.get("hexes"), report.get("hex", {})
@@ -40,7 +61,6 @@ def hexes(state: State, report: Mapping[str, object], pictures: Pictures) -> str
         "hexes",
         "Hex mesh",
         _improved(report, pictures),
-        viewer(mesh),
         grid(
             figure(pictures.get("hex"), "Hex mesh, coloured by scaled Jacobian.", QUALITY_BAR),
             ""  # beside the one given, already
@@ -50,6 +70,7 @@ def hexes(state: State, report: Mapping[str, object], pictures: Pictures) -> str
             ),
         ),
         f"<h3>Scaled Jacobian of {show(len(mesh.hexes))} hexes</h3>",
+        "<p class=note>A bar, clicked, shows its hexes in the view above.</p>",
         charts.histogram(quality),
         grid(
             facts(_rows(mesh, quality, numbers)),
@@ -115,7 +136,8 @@ def _measures(numbers: Numbers) -> str:
             text = f"worst {show(worst)}"
             small.append(charts.spread(words, shape["edges"], shape["counts"], text))
     title = "<h3>Other measures, VTK's numbers</h3>"
-    return f'{title}<div class="small">{"".join(small)}</div>{table(rows)}'
+    told = folded("What they mean, worst, mean and best", table(rows))
+    return f'{title}<div class="small">{"".join(small)}</div>{told}'
 
 
 def _worst(numbers: Numbers) -> str:
@@ -131,7 +153,7 @@ def _worst(numbers: Numbers) -> str:
         }
         for row in numbers.get("worst", ())
     ]
-    return f"<h3>Worst hexes</h3>{table(rows)}" if rows else ""
+    return folded("Worst hexes, and where they are", table(rows)) if rows else ""
 
 
 def _distances(state: State, numbers: Numbers, pictures: Pictures) -> str:
@@ -142,19 +164,7 @@ def _distances(state: State, numbers: Numbers, pictures: Pictures) -> str:
     diagonal = float(np.linalg.norm(np.ptp(found.vertices, axis=0)))
     ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
     ways |= {"boundary vertices to input": "vertex_off_surface"}
-    parts = {"largest": "max", "99 % below": "p99", "mean": "mean"}
-    rows = []
-    for name, way in ways.items():
-        row: dict[str, object] = {"from": name}
-        for title, part in parts.items():
-            value = numbers.get(f"{way}_{part}")
-            if value is not None:
-                row |= {
-                    f"{title}, % of diagonal": 100 * value,
-                    f"{title}, model units": value * diagonal,
-                }
-        if len(row) > 1:
-            rows.append(row)
+    rows = distance_table(numbers, ways, diagonal)
     found = numbers.get("deviation", {})
     far = f"{show(found.get('mesh_to_surface_max'))} model units"
     picture = grid(
@@ -165,7 +175,7 @@ def _distances(state: State, numbers: Numbers, pictures: Pictures) -> str:
         ),
         facts({name: _point(found.get(key)) for name, key in FARTHEST.items()}),
     )
-    return f"<h3>Distance between hex mesh and input</h3>{table(rows)}{picture}"
+    return f"<h3>Distance between hex mesh and input</h3>{rows}{picture}"
 
 
 def _primitives(state: State, mesh: HexMesh, pictures: Pictures) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
@@ -11,9 +12,10 @@ from string import Template
 from polycube import __version__
 from polycube.io.atomic import whole
 from polycube.report import sections, solutions
-from polycube.report.hexes import hexes
+from polycube.report.hexes import hexes, view
 from polycube.report.markup import section
 from polycube.report.pictures import denoising, pictures
+from polycube.report.verdict import subtitle, verdict
 
 _HERE = Path(__file__).parent
 
@@ -40,37 +42,45 @@ FILES = {
 }
 
 
-def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str, object]) -> Path:
+def write_report(
+    folder: Path,
+    state: Mapping[str, object],
+    report: Mapping[str, object],
+    drawing: bool = True,
+) -> Path:
     """Write `folder/report.html`; a run that stopped half way is told as far as it went.
 
     state : surface, polycube, labels, given, hexes, spline, solution, and trajectory with steps and
         points, as far as they were made
     report : the numbers of `report.json`, and the settings under "config"
+    drawing : with pictures, which take seconds; the 3D view is there without them
 
     A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
     """
-    drawn = pictures(state)
-    moving = denoising(state)
+    drawn = pictures(state) if drawing else {}
+    moving = denoising(state) if drawing else {}
     for name, image in moving.items():
         with whole(folder / name) as temporary:
             temporary.write_bytes(image)
     parts = [
+        view(state),
         sections.warnings(report),
-        sections.surface(state, report, drawn),
-        sections.structure(state, report, drawn),
-        sections.denoising(report, moving),
         hexes(state, report, drawn),
         sections.spline(state, report, drawn),
         solutions.section_of(state, report, drawn),
+        sections.surface(state, report, drawn),
+        sections.structure(state, report, drawn),
+        sections.denoising(report, moving),
         sections.seconds(report),
         _settings(report),
         _files(folder),
     ]
     text = page(
         Path(str(report.get("input", {}).get("path", "part"))).name,
-        sections.verdict(report),
+        verdict(report),
         "\n".join(filter(None, parts)),
         f"seed {report.get('seed', '')}",
+        subtitle(report),
     )
     path = folder / "report.html"
     with whole(path) as temporary:
@@ -78,10 +88,12 @@ def write_report(folder: Path, state: Mapping[str, object], report: Mapping[str,
     return path
 
 
-def page(title: str, verdict: str, body: str, note: str = "") -> str:
-    """A whole page; `verdict` and `body` are HTML, `title` and `note` plain text."""
+def page(title: str, verdict: str, body: str, note: str = "", subtitle: str = "") -> str:
+    """A whole page; `verdict` and `body` are HTML, the others plain text."""
     return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
         title=escape(title),
+        subtitle=f"<p class=subtitle>{escape(subtitle)}</p>" if subtitle else "",
+        links=_links(body),
         style=(_HERE / "page.css").read_text(encoding="utf-8"),
         verdict=verdict,
         body=body,
@@ -89,12 +101,21 @@ def page(title: str, verdict: str, body: str, note: str = "") -> str:
     )
 
 
+def _links(body: str) -> str:
+    """To every section, as their titles stand in the body."""
+    found = re.findall(r'<section id="(\w+)"><h2>([^<]*)</h2>', body)
+    links = "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in found)
+    return f'<nav aria-label="sections">{links}</nav>' if len(found) > 2 else ""
+
+
 def _settings(report: Mapping[str, object]) -> str:
     config = report.get("config")
     if not config:
         return ""
     text = escape(_yaml(config))
-    body = f"<details><summary>All options of this run</summary><pre>{text}</pre></details>"
+    body = (
+        f"<details class=long><summary>All options of this run</summary><pre>{text}</pre></details>"
+    )
     return section("settings", "Settings", body)
 
 

@@ -55,6 +55,38 @@ def _words(name: str) -> str:
     return escape(name.replace("_", " "))
 
 
+def distance_table(
+    numbers: Mapping[str, float], ways: Mapping[str, str], diagonal: float | None
+) -> str:
+    """Distances between two solids, in per cent of the diagonal and, where it is known, as lengths.
+
+    numbers : fractions of the diagonal, `<way>_max`, `<way>_p99`, `<way>_mean`
+    ways : title -> way
+    """
+    titles = {"largest": "max", "99 % below": "p99", "mean": "mean"}
+    rows = []
+    for name, way in ways.items():
+        found = {title: numbers.get(f"{way}_{part}") for title, part in titles.items()}
+        cells = {title: _distance(value, diagonal) for title, value in found.items()}
+        if any(cells.values()):
+            rows.append({"from": name, **cells})
+    if not rows:
+        return ""
+    return table(rows) + "<p class=note>Per cent of the diagonal; in brackets model units.</p>"
+
+
+def _distance(value: float | None, diagonal: float | None) -> str | None:
+    if value is None:
+        return None
+    length = f" ({show(value * diagonal)})" if diagonal else ""
+    return f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"
+
+
+def folded(title: str, body: str) -> str:
+    """What only some want to see, behind its title; open on paper."""
+    return f"<details><summary>{escape(title)}</summary>{body}</details>"
+
+
 def figure(picture: bytes | None, caption: str, legend: str = "", wide: bool = False) -> str:
     """A PNG or GIF inside the page; nothing where there is none.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -17,6 +17,8 @@ from polycube.types import HexMesh, TriMesh
 N_WORST = 5  # hexes told by their scaled Jacobian, and one by each other measure
 SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")  # in the table of the worst
 BINS = 40
+WAYS = ("spline_to_surface", "surface_to_spline")
+SPLINE_APART = 0.01  # of the diagonal, for 99 % of the points, both ways
 _ENDS = ("_max", "_mean", "_p99")  # of the names of distances
 # of the histograms; what lies beyond is counted in the last bar, so that runs can be compared
 RANGES = {
@@ -86,6 +88,31 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "worst": worst_hexes(mesh, context),
         "certificate": certificate(mesh),
     }
+
+
+def doubts(mesh: HexMesh, surface: TriMesh, told: Mapping[str, Mapping]) -> list[str]:
+    """Why the result should not be used without a look, a sentence each.
+
+    told : numbers of the report; "hex" has seen more points of the surface than `quality.doubts`,
+        "spline" is judged where it is there
+    """
+    found = quality.doubts(mesh, surface)
+    farthest = max(told["hex"]["mesh_to_surface_max"], told["hex"]["surface_to_mesh_max"])
+    if farthest >= quality.APART and not any("apart" in each for each in found):
+        found.append(
+            f"mesh and surface are up to {farthest:.2%} of the diagonal apart, more than "
+            f"{quality.APART:.1%}"
+        )
+    spline = told.get("spline")
+    if spline and not spline["is_positive"]:
+        found.append("the spline may fold over itself: its det J is not positive everywhere")
+    apart = max(spline[f"{way}_p99"] for way in WAYS) if spline else 0
+    if apart >= SPLINE_APART:
+        found.append(
+            f"spline and surface are up to {apart:.1%} of the diagonal apart for 99 % of the "
+            f"points, more than {SPLINE_APART:.0%}"
+        )
+    return found
 
 
 def distances(name: str, distances: quality.Distances) -> dict[str, float]:

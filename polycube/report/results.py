@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube import __version__
-from polycube.geometry import lattice, quality
+from polycube.geometry import lattice
 from polycube.geometry import surface as topology
 from polycube.io.atomic import whole
 from polycube.report import quality as hex_quality
@@ -54,7 +54,7 @@ def summarize(
     if failure is not None:
         report["failure"] = failure
     if "hexes" in state:
-        report["doubts"] = quality.doubts(state["hexes"], state["surface"])
+        report["doubts"] = hex_quality.doubts(state["hexes"], state["surface"], report)
     report["seconds"] = {stage: round(spent, 3) for stage, spent in seconds.items()}
     report["effort"] = {stage: dict(spent) for stage, spent in effort.items() if spent}
     report["version"] = __version__

@@ -1,6 +1,7 @@
-"""The sections of the page, in the order of the work: input, structure, spline.
+"""The sections of the page: input, structure, denoising, spline, time.
 
-The hex mesh and the solution have modules of their own, `hexes` and `solutions`.  Each takes the
+The first screen, the hex mesh and the solution have modules of their own: `verdict`, `hexes` and
+`solutions`.  Each takes the
 state, the numbers of `report.json` and the pictures, any of which may stop half way, and returns ""
 when there is nothing to tell.
 """
@@ -12,9 +13,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from polycube.geometry.lattice import NAMED
-from polycube.report import charts, solutions
+from polycube.report import charts
 from polycube.report.colours import AXIS_COLOURS
-from polycube.report.markup import facts, figure, grid, section, show, swatches, table
+from polycube.report.markup import (
+    distance_table,
+    facts,
+    figure,
+    folded,
+    grid,
+    section,
+    show,
+    swatches,
+    table,
+)
 from polycube.types import AXES
 
 State = Mapping[str, object]
@@ -22,34 +33,17 @@ Report = Mapping[str, object]
 Pictures = Mapping[str, bytes]
 
 N_CANDIDATES = 12  # shown
-
-
-def verdict(report: Report) -> str:
-    """The first thing to read: valid or not, and the handful of numbers that decide."""
-    hexes = report.get("hex", {})
-    tiles = {
-        "min scaled Jacobian": _fixed(hexes.get("min_scaled_jacobian")),
-        "mean scaled Jacobian": _fixed(hexes.get("mean_scaled_jacobian")),
-        "Jacobian positive": _positive(hexes.get("certificate")),
-        "hexes": hexes.get("hexes"),
-        "largest deviation, % of diagonal": _percent(_deviation(hexes)),
-        **solutions.tile(report),
-        "seconds": round(sum(report.get("seconds", {}).values()), 1) or None,
-    }
-    cells = "".join(
-        f"<div><b>{show(value)}</b><span>{name}</span></div>"
-        for name, value in tiles.items()
-        if value is not None
-    )
-    reasons = [report["failure"]] if report.get("failure") else report.get("doubts", [])
-    why = "".join(f"<p class=why>{show(reason)}</p>" for reason in reasons)
-    if not report.get("valid"):
-        mark = '<p class="verdict bad">No valid result</p>'
-    elif reasons:
-        mark = '<p class="verdict doubtful">Valid hex mesh, to be looked at</p>'
-    else:
-        mark = '<p class="verdict good">Valid hex mesh</p>'
-    return f'{mark}{why}<div class="tiles">{cells}</div>'
+SPLINE = {  # what is told of it, and under which key of report.json
+    "functions": "functions",
+    "elements": "elements",
+    "extraordinary edges": "extraordinary_edges",
+    "det J positive everywhere (bound)": "is_positive",
+    "least det J, over its mean": "min_scaled_detj",
+    "least det J, at": "min_detj_at",
+    "in element": "min_detj_element",
+    "volume, model units³": "volume",
+    "farthest from the input, at": "farthest_at",
+}
 
 
 def warnings(report: Report) -> str:
@@ -65,7 +59,9 @@ def surface(state: State, report: Report, pictures: Pictures) -> str:
     if not numbers:
         return ""
     size = " × ".join(show(float(s)) for s in np.ptp(box, axis=0))
-    rows = {**numbers, "size": size, "diagonal": float(np.linalg.norm(np.ptp(box, axis=0)))}
+    numbers["volume, model units³"] = numbers.pop("volume", None)
+    diagonal = float(np.linalg.norm(np.ptp(box, axis=0)))
+    rows = {**numbers, "size, model units": size, "diagonal, model units": diagonal}
     picture = figure(pictures.get("input"), "Input surface; sharp edges drawn.")
     return section("input", "Input", grid(picture, facts(rows)))
 
@@ -89,12 +85,12 @@ def structure(state: State, report: Report, pictures: Pictures) -> str:
             for i, row in enumerate(candidates)
         ]
         shown = rows[: max(N_CANDIDATES, chosen + 1)]
-        ranking = (
-            f"<h3>Ranking of {len(rows)} proposals</h3>"
+        ranking = folded(
+            f"Ranking of {len(rows)} proposals",
             "<p>A short registration of each; the smallest score is tried first. "
             "Probability: by the trained classifier, among all structures of the part's genus "
             "that lie along the same axes. "
-            f"Meshed: rank {chosen + 1}.</p>{table(shown, chosen)}"
+            f"Meshed: rank {chosen + 1}.</p>{table(shown, chosen)}",
         )
     return section("structure", "Structure", pictured, facts(numbers) if numbers else "", ranking)
 
@@ -141,30 +137,17 @@ def spline(state: State, report: Report, pictures: Pictures) -> str:
     picture = figure(pictures.get("spline"), "Spline solid with the edges of its Bézier elements.")
     if not numbers and not picture:
         return ""
-    return section("spline", "Volumetric spline", grid(picture, facts(numbers)))
+    diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
+    told = {name: numbers.get(key) for name, key in SPLINE.items()}
+    if "volume_error" in numbers:
+        told["volume error, %"] = 100 * numbers["volume_error"]
+    facing = facts(told)
+    ways = {"spline to input": "spline_to_surface", "input to spline": "surface_to_spline"}
+    apart = distance_table(numbers, ways, diagonal)
+    return section("spline", "Volumetric spline", grid(picture, facing), apart)
 
 
 def seconds(report: Report) -> str:
     """Where the time went."""
     spent = report.get("seconds", {})
     return section("time", "Time", charts.bars(spent)) if spent else ""
-
-
-def _deviation(numbers: Mapping[str, object]) -> float | None:
-    """Larger of the two one-sided distances, as a fraction of the diagonal."""
-    both = [numbers.get(f"{way}_max") for way in ("mesh_to_surface", "surface_to_mesh")]
-    return max(both) if None not in both else None
-
-
-def _positive(certificate: Mapping[str, object] | None) -> str | None:
-    if certificate is None or not certificate["positive_at_corners"]:
-        return None
-    return "everywhere" if certificate["positive_everywhere"] else "at corners"
-
-
-def _percent(value: float | None) -> str | None:
-    return None if value is None else f"{100 * value:.2f}"
-
-
-def _fixed(value: float | None) -> str | None:
-    return None if value is None else f"{value:.3f}"

@@ -77,7 +77,7 @@ def tile(report: Report) -> dict[str, str | None]:
         found = report["modes"]
         elastic = found["frequency_hz"][found.get("rigid", 6) :]
         unit = found.get("units", {}).get("frequency", "")
-        first = f"{show(elastic[0])} {unit}".strip() if elastic else None
+        first = _frequency(elastic[0], unit) if elastic else None
         return {"first elastic frequency": first}
     if "static" in report:
         found = report["static"]
@@ -117,7 +117,7 @@ def _modes_section(found: Modes, pictures: Pictures) -> str:
     pictured = [
         figure(
             pictures.get(f"mode_{i}"),
-            f"Mode {i + 1}: {show(found.frequency[i])} {units.get('frequency', '')}".strip(),
+            f"Mode {i + 1}: {_frequency(found.frequency[i], units.get('frequency', ''))}",
             gradient(DISPLACEMENT_COLOURS, "at rest", "largest"),
         )
         for i in range(len(rows))
@@ -172,6 +172,13 @@ def _poisson_section(told: Report, pictures: Pictures) -> str:
         "<h3>Flows</h3>",
         table(rows),
     )
+
+
+def _frequency(value: float, unit: str) -> str:
+    """In kHz or MHz where that reads better."""
+    if unit == "Hz" and value >= 1e4:
+        return f"{value / 1e6:.4g} MHz" if value >= 1e6 else f"{value / 1e3:.4g} kHz"
+    return f"{show(value)} {unit}".strip()
 
 
 def _stress(value: float) -> str:

@@ -1,13 +1,16 @@
-// Turn, zoom, cut and filter the hex mesh: plain WebGL, no library.
+// Turn, zoom, cut, filter, colour and ask the hex mesh: plain WebGL, no library.
 // The mesh comes deflated: vertices (3 float32), hexes (8 int32), the hex beyond each of the six
-// faces or -1 (int32), quality (float32), one after the other.
+// faces or -1 (int32), quality (float32), distance from the input per face or -1 (6 float32), grid
+// cell (int32), one after the other.
 (async () => {
   const root = document.getElementById("viewer");
   const canvas = root.querySelector("canvas");
+  const told = root.querySelector("output");
   const given = JSON.parse(root.querySelector("script").textContent);
-  const gl = canvas.getContext("webgl", { antialias: true, alpha: true });
+  const options = { antialias: true, alpha: true, preserveDrawingBuffer: true };
+  const gl = canvas.getContext("webgl", options);
   if (!gl || !self.DecompressionStream) {
-    root.querySelector("output").textContent = "This browser shows no 3D view.";
+    told.textContent = "This browser shows no 3D view.";
     return;
   }
 
@@ -19,60 +22,92 @@
   const hexes = new Int32Array(buffer, 12 * V, 8 * H);
   const beyond = new Int32Array(buffer, 12 * V + 32 * H, 6 * H);
   const quality = new Float32Array(buffer, 12 * V + 56 * H, H);
+  const distance = new Float32Array(buffer, 12 * V + 60 * H, 6 * H);
+  const cell = new Int32Array(buffer, 12 * V + 84 * H, H);
   const centre = new Float32Array(3 * H);
   for (let h = 0; h < H; h++)
     for (let i = 0; i < 8; i++)
       for (let k = 0; k < 3; k++) centre[3 * h + k] += vertices[3 * hexes[8 * h + i] + k] / 8;
+  const corners = (f) => given.faces[f % 6].map((i) => {
+    const v = 3 * hexes[8 * ((f / 6) | 0) + i];
+    return [vertices[v], vertices[v + 1], vertices[v + 2]];
+  });
 
   // ---- which faces are seen, and in which colour
   const control = (name) => root.querySelector(`[name=${name}]`);
-  function colour(q) {
-    const x = Math.min(Math.max(q, 0), 1) * (given.colours.length - 1);
-    const i = Math.min(Math.floor(x), given.colours.length - 2);
-    return given.colours[i].map((c, k) => (c + (x - i) * (given.colours[i + 1][k] - c)) / 255);
+  const chosen = { from: -1, to: 1, hex: -1 }; // range of quality, and the one hex asked for
+  const INSIDE = [0.72, 0.75, 0.78];
+  function ramp(stops, share) {
+    const x = Math.min(Math.max(share, 0), 1) * (stops.length - 1);
+    const i = Math.min(Math.floor(x), stops.length - 2);
+    return stops[i].map((c, k) => (c + (x - i) * (stops[i + 1][k] - c)) / 255);
   }
-  function faces() {
+  function colour(f) {
+    const h = (f / 6) | 0;
+    switch (control("colour").value) {
+      case "distance":
+        return distance[f] < 0 ? INSIDE : ramp(given.far, distance[f] / (given.farthest || 1));
+      case "cell":
+        return given.cells[cell[h] % given.cells.length].map((c) => c / 255);
+      case "primitive":
+        return given.cells[given.primitive[cell[h]] % given.cells.length].map((c) => c / 255);
+      default:
+        return ramp(given.colours, quality[h]);
+    }
+  }
+  let seen = [];
+  function choose() {
     const axis = ["x", "y", "z"].indexOf(control("axis").value);
     const side = control("flip").checked === given.view[2][axis] > 0 ? -1 : 1; // away from the eye
     const at = axis < 0 ? 0 : given.low[axis] + control("cut").value * (given.high[axis] - given.low[axis]);
-    const most = +control("most").value;
+    const most = Math.min(chosen.to, +control("most").value);
     const kept = new Uint8Array(H);
     let count = 0;
     for (let h = 0; h < H; h++) {
-      kept[h] = quality[h] <= most && (axis < 0 || side * (centre[3 * h + axis] - at) <= 1e-6);
+      kept[h] = quality[h] <= most && quality[h] >= chosen.from && (chosen.hex < 0 || h === chosen.hex)
+        && (axis < 0 || side * (centre[3 * h + axis] - at) <= 1e-6);
       count += kept[h];
     }
-    const seen = [];
+    seen = [];
     for (let f = 0; f < 6 * H; f++)
       if (kept[(f / 6) | 0] && (beyond[f] < 0 || !kept[beyond[f]])) seen.push(f);
-    root.querySelector("output").textContent =
-      `${count.toLocaleString()} of ${H.toLocaleString()} hexes, scaled Jacobian up to ${most.toFixed(2)}`;
-    return seen;
+    const from = chosen.from > -1 ? `${chosen.from.toFixed(2)} to ` : most < 1 ? "up to " : "";
+    const range = from ? `, scaled Jacobian ${from}${most.toFixed(2)}` : "";
+    if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${H.toLocaleString("en")} hexes${range}`;
+    return count < H;
   }
-  let nTriangles = 0, nLines = 0;
-  const triangles = gl.createBuffer(), lines = gl.createBuffer();
-  function build() {
-    const seen = faces();
-    const t = new Float32Array(seen.length * 54), l = new Float32Array(seen.length * 24);
-    seen.forEach((f, n) => {
-      const h = (f / 6) | 0, c = colour(quality[h]);
-      const p = given.faces[f % 6].map((i) => {
-        const v = 3 * hexes[8 * h + i];
-        return [vertices[v], vertices[v + 1], vertices[v + 2]];
-      });
+  const buffers = { triangles: gl.createBuffer(), lines: gl.createBuffer(), ghost: gl.createBuffer() };
+  const counts = { triangles: 0, lines: 0, ghost: 0 };
+  function fill(name, data, size) {
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);
+    gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+    counts[name] = data.length / size;
+  }
+  function polygons(faces) {
+    const t = new Float32Array(faces.length * 54);
+    faces.forEach((f, n) => {
+      const p = corners(f), c = colour(f);
       const a = p[2].map((x, k) => x - p[0][k]), b = p[3].map((x, k) => x - p[1][k]);
       const normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
       const size = Math.hypot(...normal) || 1;
       [0, 1, 2, 0, 2, 3].forEach((i, j) =>
         t.set([...p[i], ...normal.map((x) => x / size), ...c], 54 * n + 9 * j));
+    });
+    return t;
+  }
+  let isPart = false;
+  function build() {
+    isPart = choose();
+    const l = new Float32Array(seen.length * 24);
+    seen.forEach((f, n) => {
+      const p = corners(f);
       [0, 1, 1, 2, 2, 3, 3, 0].forEach((i, j) => l.set(p[i], 24 * n + 3 * j));
     });
-    nTriangles = seen.length * 6;
-    nLines = seen.length * 8;
-    gl.bindBuffer(gl.ARRAY_BUFFER, triangles);
-    gl.bufferData(gl.ARRAY_BUFFER, t, gl.DYNAMIC_DRAW);
-    gl.bindBuffer(gl.ARRAY_BUFFER, lines);
-    gl.bufferData(gl.ARRAY_BUFFER, l, gl.DYNAMIC_DRAW);
+    fill("triangles", polygons(seen), 9);
+    fill("lines", l, 3);
+    root.querySelectorAll("[data-colour]").forEach((legend) => {
+      legend.hidden = legend.dataset.colour !== control("colour").value;
+    });
     draw();
   }
 
@@ -93,8 +128,9 @@
       shown = mix(tint * light, vec3(0.10, 0.14, 0.18), plain);
       gl_Position = vec4(p.xy * scale + shift, -0.4 * p.z - 0.002 * plain, 1.0);
     }`));
-  gl.attachShader(program, shader(gl.FRAGMENT_SHADER,
-    "precision mediump float; varying vec3 shown; void main() { gl_FragColor = vec4(shown, 1.0); }"));
+  gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `
+    precision mediump float; varying vec3 shown; uniform float ghost;
+    void main() { gl_FragColor = mix(vec4(shown, 1.0), vec4(0.06, 0.065, 0.07, 0.12), ghost); }`));
   gl.linkProgram(program);
   gl.useProgram(program);
   const uniform = (name) => gl.getUniformLocation(program, name);
@@ -102,8 +138,9 @@
   gl.enable(gl.DEPTH_TEST);
   gl.enable(gl.POLYGON_OFFSET_FILL);
   gl.polygonOffset(2, 2);
+  gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
 
-  let turn, zoom, shift;
+  let turn, zoom, shift, fit;
   function home() { turn = given.view; zoom = 1; shift = [0, 0]; }
   function draw() {
     const ratio = self.devicePixelRatio || 1;
@@ -113,52 +150,110 @@
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const size = [canvas.width, canvas.height];
     const pixels = 0.94 * zoom * Math.min(...size.map((s, k) => s / given.extent[k]));
-    const fit = size.map((s) => pixels / s);
+    fit = size.map((s) => pixels / s);
     const columns = [0, 1, 2].flatMap((j) => [0, 1, 2].map((i) => turn[i][j]));
     gl.uniformMatrix3fv(uniform("turn"), false, columns);
     gl.uniform2fv(uniform("scale"), fit);
     gl.uniform2fv(uniform("shift"), shift);
-    const show = (buffer, stride, kind, count, plain) => {
-      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-      ["place", "normal", "tint"].forEach((name, i) => {
-        gl.enableVertexAttribArray(attribute(name));
-        gl.vertexAttribPointer(attribute(name), 3, gl.FLOAT, false, stride, plain ? 0 : 12 * i);
+    const show = (name, kind, plain, ghost) => {
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);
+      ["place", "normal", "tint"].forEach((each, i) => {
+        gl.enableVertexAttribArray(attribute(each));
+        gl.vertexAttribPointer(attribute(each), 3, gl.FLOAT, false, plain ? 12 : 36, plain ? 0 : 12 * i);
       });
       gl.uniform1f(uniform("plain"), plain);
-      gl.drawArrays(kind, 0, count);
+      gl.uniform1f(uniform("ghost"), ghost);
+      gl.drawArrays(kind, 0, counts[name]);
     };
-    show(triangles, 36, gl.TRIANGLES, nTriangles, 0);
-    if (control("edges").checked) show(lines, 12, gl.LINES, nLines, 1);
+    show("triangles", gl.TRIANGLES, 0, 0);
+    if (control("edges").checked) show("lines", gl.LINES, 1, 0);
+    if (isPart) { // the rest of the part, as a shade
+      gl.enable(gl.BLEND);
+      gl.depthMask(false);
+      show("ghost", gl.TRIANGLES, 0, 1);
+      gl.depthMask(true);
+      gl.disable(gl.BLEND);
+    }
   }
+
+  // ---- asking: the hex under a finger, the worst one, those of a bar of the histogram
+  const onScreen = (p) => [0, 1].map((k) => fit[k] * p.reduce((s, x, j) => s + turn[k][j] * x, 0) + shift[k]);
+  const depth = (p) => p.reduce((s, x, j) => s + turn[2][j] * x, 0);
+  function under(x, y) {
+    let best = -1, nearest = -Infinity;
+    for (const f of seen) {
+      const p = corners(f), q = p.map(onScreen);
+      let inside = false;
+      for (let i = 0, j = 3; i < 4; j = i++)
+        if (q[i][1] > y !== q[j][1] > y &&
+            x < ((q[j][0] - q[i][0]) * (y - q[i][1])) / (q[j][1] - q[i][1]) + q[i][0]) inside = !inside;
+      const z = p.reduce((s, each) => s + depth(each), 0);
+      if (inside && z > nearest) { nearest = z; best = (f / 6) | 0; }
+    }
+    return best;
+  }
+  function describe(h) {
+    const at = [0, 1, 2].map((k) => +(given.middle[k] + given.size * centre[3 * h + k]).toPrecision(4));
+    const filled = given.names[given.primitive[cell[h]]];
+    told.textContent = `hex ${h}: scaled Jacobian ${quality[h].toFixed(3)}, at (${at.join(", ")}), ` +
+      `cell ${cell[h]}${filled ? `, ${filled}` : ""}`;
+  }
+  function all() {
+    Object.assign(chosen, { from: -1, to: 1, hex: -1 });
+    control("most").value = 1;
+    control("axis").value = "";
+  }
+  document.querySelectorAll(".histogram button").forEach((bar) => bar.addEventListener("click", () => {
+    all();
+    Object.assign(chosen, { from: +bar.dataset.low, to: +bar.dataset.high });
+    build();
+    root.scrollIntoView({ block: "nearest" });
+  }));
+  control("worst").addEventListener("click", () => {
+    all();
+    chosen.hex = quality.reduce((least, q, h) => (q < quality[least] ? h : least), 0);
+    build();
+    describe(chosen.hex);
+  });
 
   // ---- hands: one finger or button turns, two fingers or shift move and zoom, the wheel zooms
   const fingers = new Map();
+  let moved = 0;
   const spread = () => {
     const [a, b] = [...fingers.values()];
     return Math.hypot(a[0] - b[0], a[1] - b[1]);
   };
+  function rotate(dx, dy) {
+    const [ca, sa, cb, sb] = [Math.cos(dx / 150), Math.sin(dx / 150), Math.cos(dy / 150), Math.sin(dy / 150)];
+    const [r, u, t] = turn;
+    const r2 = r.map((x, k) => ca * x + sa * t[k]), t2 = t.map((x, k) => ca * x - sa * r[k]);
+    turn = [r2, u.map((x, k) => cb * x - sb * t2[k]), t2.map((x, k) => cb * x + sb * u[k])];
+  }
   canvas.addEventListener("pointerdown", (e) => {
     canvas.setPointerCapture(e.pointerId);
     fingers.set(e.pointerId, [e.clientX, e.clientY]);
+    moved = 0;
   });
-  ["pointerup", "pointercancel"].forEach((name) =>
-    canvas.addEventListener(name, (e) => fingers.delete(e.pointerId)));
+  canvas.addEventListener("pointercancel", (e) => fingers.delete(e.pointerId));
+  canvas.addEventListener("pointerup", (e) => {
+    fingers.delete(e.pointerId);
+    if (moved > 4) return;
+    const box = canvas.getBoundingClientRect();
+    const h = under((2 * (e.clientX - box.x)) / box.width - 1, 1 - (2 * (e.clientY - box.y)) / box.height);
+    if (h >= 0) describe(h);
+  });
   canvas.addEventListener("pointermove", (e) => {
     const old = fingers.get(e.pointerId);
     if (!old) return;
     const before = fingers.size === 2 ? spread() : 0;
     const dx = e.clientX - old[0], dy = e.clientY - old[1];
+    moved += Math.abs(dx) + Math.abs(dy);
     fingers.set(e.pointerId, [e.clientX, e.clientY]);
     if (fingers.size === 2) zoom *= spread() / before;
     if (fingers.size === 2 || e.shiftKey) {
       shift = [shift[0] + (2 * dx) / canvas.clientWidth / fingers.size,
                shift[1] - (2 * dy) / canvas.clientHeight / fingers.size];
-    } else {
-      const [ca, sa, cb, sb] = [Math.cos(dx / 150), Math.sin(dx / 150), Math.cos(dy / 150), Math.sin(dy / 150)];
-      const [r, u, t] = turn;
-      const r2 = r.map((x, k) => ca * x + sa * t[k]), t2 = t.map((x, k) => ca * x - sa * r[k]);
-      turn = [r2, u.map((x, k) => cb * x - sb * t2[k]), t2.map((x, k) => cb * x + sb * u[k])];
-    }
+    } else rotate(dx, dy);
     draw();
   });
   canvas.addEventListener("wheel", (e) => {
@@ -166,10 +261,26 @@
     zoom *= Math.exp(-e.deltaY / 600);
     draw();
   }, { passive: false });
-  ["axis", "flip", "cut", "most"].forEach((name) => control(name).addEventListener("input", build));
+  canvas.addEventListener("keydown", (e) => {
+    const step = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, -20], ArrowDown: [0, 20] }[e.key];
+    if (!step) return;
+    e.preventDefault();
+    rotate(...step);
+    draw();
+  });
+  control("cut").addEventListener("input", () => { if (!control("axis").value) control("axis").value = "x"; });
+  ["axis", "flip", "cut", "most", "colour"].forEach((name) => control(name).addEventListener("input", () => {
+    chosen.hex = -1;
+    build();
+  }));
   control("edges").addEventListener("input", draw);
-  control("home").addEventListener("click", () => { home(); draw(); });
+  control("home").addEventListener("click", () => { home(); all(); build(); });
   self.addEventListener("resize", draw);
+  self.addEventListener("beforeprint", () =>
+    document.querySelectorAll("details:not(.long)").forEach((each) => { each.open = true; }));
   home();
+  const outside = [];
+  for (let f = 0; f < 6 * H; f++) if (beyond[f] < 0) outside.push(f);
+  fill("ghost", polygons(outside), 9);
   build();
 })();

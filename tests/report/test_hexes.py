@@ -19,13 +19,14 @@ def text(page: str) -> str:
 
 
 def test_measures_worst_hexes_and_distances_are_told(run, numbers) -> None:
+    numbers = numbers | {"surface_to_mesh_max": 0.0123}
     told = text(hexes(run, {"hex": numbers}, {"cells": b"\x89PNG"}))
     worst = numbers["worst"][0]
     assert f"scaled Jacobian {worst['hex']} {worst['scaled_jacobian']:.4g}" in told
     assert ", ".join(f"{c:.4g}" for c in worst["center"]) in told
     assert f"{numbers['quality']['edge_ratio']['max']:.4g}" in told
     assert f"{numbers['quality']['condition']['mean']:.4g}" in told
-    assert f"{numbers['deviation']['surface_to_mesh_max']:.4g}" in told
+    assert f"input to hex mesh 1.23 % ({0.0123 * numbers['deviation']['diagonal']:.4g})" in told
     assert "Jacobian positive everywhere (Bernstein bounds)" in told
     assert (
         "0 cube" in told

@@ -12,7 +12,7 @@ from polycube.geometry.quality import scaled_jacobian
 from polycube.report import html
 from polycube.report.html import write_report
 from polycube.report.markup import show, table
-from polycube.report.sections import verdict
+from polycube.report.verdict import verdict
 
 VOID = {"meta", "img", "line", "rect", "path", "input", "br"}
 
@@ -97,7 +97,7 @@ def page(run, report, drawn, moving, folder: Path) -> str:
 
 
 def test_all_sections_in_order(page: str) -> None:
-    wanted = "warnings input structure denoising hexes spline modes time settings files"
+    wanted = "view warnings hexes spline modes input structure denoising time settings files"
     assert Outline(page).sections == wanted.split()
 
 
@@ -136,7 +136,7 @@ def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path
     )
     page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
     outline = Outline(page)
-    assert "No valid result" in page and "stage meshing/smooth failed" in page
+    assert "No valid result" in page and "Stage meshing/smooth failed" in page
     assert {"input", "structure"} <= set(outline.sections)
     assert not {"hexes", "spline", "modes"} & set(outline.sections)
 
@@ -145,15 +145,47 @@ def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
     report = {"valid": True, "doubts": ["the volume is 93% of the surface's"]}
     page = write_report(tmp_path, {}, report).read_text(encoding="utf-8")
     assert "Valid hex mesh, to be looked at" in page
-    assert "the volume is 93% of the surface" in page
+    assert "The volume is 93% of the surface" in page
 
 
-@pytest.mark.parametrize(("everywhere", "words"), [(True, "everywhere"), (False, "at corners")])
-def test_the_first_thing_to_read_says_where_it_is_positive(everywhere, words) -> None:
-    certificate = {"positive_at_corners": True, "positive_everywhere": everywhere}
-    page = verdict({"valid": True, "hex": {"certificate": certificate}})
-    assert f"<b>{words}</b><span>Jacobian positive</span>" in page
-    assert "Jacobian positive" not in verdict({"valid": True, "hex": {}})
+@pytest.mark.parametrize(
+    ("corners", "everywhere", "words"),
+    [
+        (True, True, "everywhere (proved)"),
+        (True, False, "at corners"),
+        (False, False, "not in all"),
+    ],
+)
+def test_the_first_thing_to_read_says_where_it_is_positive(corners, everywhere, words) -> None:
+    certificate = {"positive_at_corners": corners, "positive_everywhere": everywhere}
+    page = verdict({"valid": True, "hex": {"hexes": 8, "certificate": certificate}})
+    assert f"Jacobian positive: {words}<" in page
+    assert "Jacobian positive" not in verdict({"valid": True, "hex": {"hexes": 8}})
+
+
+@pytest.mark.parametrize(
+    ("numbers", "mark"),
+    [
+        ({"min_scaled_jacobian": 0.5}, "good"),
+        ({"min_scaled_jacobian": 0.1}, "doubtful"),
+        ({"min_scaled_jacobian": -0.1}, "bad"),
+        ({"volume_error": 0.01}, "good"),
+        ({"volume_error": 0.05}, "doubtful"),
+        ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.02}, "good"),
+        ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.05}, "doubtful"),
+    ],
+)
+def test_a_number_beyond_its_limit_is_marked(numbers, mark) -> None:
+    assert f'<div class="tile {mark}">' in verdict({"valid": True, "hex": numbers})
+
+
+def test_a_spline_is_judged_by_its_sign_and_its_distance() -> None:
+    spline = {"is_positive": True, "min_scaled_detj": 0.1, "functions": 9}
+    spline |= {"surface_to_spline_p99": 0.001, "spline_to_surface_p99": 0.002}
+    assert 'tile good"><span>spline' in verdict({"spline": spline})
+    assert 'tile doubtful"><span>spline' in verdict({"spline": {**spline, "is_positive": False}})
+    far = {**spline, "surface_to_spline_p99": 0.02}
+    assert 'tile doubtful"><span>spline' in verdict({"spline": far})
 
 
 def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:

@@ -14,14 +14,20 @@ from polycube.report import viewer
 
 def test_the_mesh_is_in_the_page(run) -> None:
     mesh = run["hexes"]
-    page = viewer.viewer(mesh)
+    page = viewer.viewer(mesh, run["surface"], run["polycube"].context)
     data = json.loads(re.search(r'<script type="application/json">(.*?)</script>', page)[1])
     raw = zlib.decompress(base64.b64decode(data["data"]))
     n, h = data["V"], data["H"]
-    assert len(raw) == 12 * n + 60 * h  # the offsets that viewer.js reads at
+    assert len(raw) == 12 * n + 88 * h  # the offsets that viewer.js reads at
     places = np.frombuffer(raw, "<f4", 3 * n).reshape(n, 3)
     hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8)
     quality = np.frombuffer(raw, "<f4", h, 12 * n + 56 * h)
+    distance = np.frombuffer(raw, "<f4", 6 * h, 12 * n + 60 * h).reshape(h, 6)
+    cell = np.frombuffer(raw, "<i4", h, 12 * n + 84 * h)
+    np.testing.assert_array_equal(cell, mesh.cell)
+    np.testing.assert_array_equal(distance < 0, viewer.beyond(mesh.hexes) >= 0)
+    assert data["farthest"] == pytest.approx(distance.max())
+    assert [data["names"][i] for i in data["primitive"]] == list(run["polycube"].context)
     np.testing.assert_array_equal(hexes, mesh.hexes)
     np.testing.assert_allclose(quality, scaled_jacobian(mesh.vertices, mesh.hexes), atol=1e-6)
     size = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
@@ -44,3 +50,9 @@ def test_beyond_is_mutual_and_open_at_the_boundary(run) -> None:
 def test_a_mesh_too_large_for_a_page_is_left_out(run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(viewer, "MOST", len(run["hexes"].hexes) - 1)
     assert viewer.viewer(run["hexes"]) == ""
+
+
+def test_without_the_input_there_is_no_distance_to_colour_by(run) -> None:
+    page = viewer.viewer(run["hexes"])
+    assert 'value="quality"' in page and 'value="cell"' in page
+    assert 'value="distance"' not in page and 'value="primitive"' not in page

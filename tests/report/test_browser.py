@@ -1,0 +1,248 @@
+"""The page as people meet it: in a browser, with a mouse, on a phone, in the dark, on paper."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from polycube.geometry.quality import scaled_jacobian
+from polycube.report import html, quality
+from polycube.report.html import write_report
+from polycube.report.summary import summary_page
+from tests import browser
+
+CANVAS = "#viewer canvas"
+# texts that are seen, and the size of their letters, in CSS pixels; [] where all are 14 or more
+SMALL = """[...document.querySelectorAll('body *')].filter((e) => e.getClientRects().length
+  && !e.closest('script') && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim())
+  && parseFloat(getComputedStyle(e).fontSize) < 14).map((e) => e.outerHTML.slice(0, 80))"""
+# what a finger must meet, less than 32 pixels tall; the bars of the histogram are as tall as it
+NARROW = """[...document.querySelectorAll('button, select, input, summary, nav a')]
+  .filter((e) => !e.disabled && e.getClientRects().length
+  && (e.closest('label') || e).getBoundingClientRect().height < 32).map((e) => e.outerHTML)"""
+# contrast of each text with what lies behind it, the least of all
+CONTRAST = """(() => {
+  const parse = (c) => c.match(/[\\d.]+/g).map(Number);
+  const light = (c) => parse(c).slice(0, 3).map((x) => x / 255)
+    .map((x) => (x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4))
+    .reduce((s, x, i) => s + x * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = (e) => { for (; e; e = e.parentElement) {
+    const c = getComputedStyle(e).backgroundColor;
+    if (parse(c).length < 4 || parse(c)[3] > 0) return c; } return 'rgb(255, 255, 255)'; };
+  return Math.min(...[...document.querySelectorAll('main *')].filter((e) =>
+    e.getClientRects().length && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()))
+    .map((e) => { const [a, b] = [light(getComputedStyle(e).color), light(behind(e))];
+      return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); }));
+})()"""
+WIDER = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+
+
+@pytest.fixture(scope="module")
+def report(run) -> dict[str, object]:
+    numbers = quality.full(run["hexes"], run["surface"], run["polycube"].context)
+    box = [run["surface"].vertices.min(0).tolist(), run["surface"].vertices.max(0).tolist()]
+    modes = run["solution"]
+    frequency = {"frequency_hz": modes.frequency.tolist(), "rigid": 6, "units": dict(modes.units)}
+    ranked = {"proposal": "slices", "context": ["cube", "hole_z"], "key": "k", "score": 0.25}
+    return {
+        "valid": True,
+        "doubts": ["the volume is 93 % of the surface's"],
+        "warnings": ["3 vertices welded"],
+        "input": {"path": "parts/a_part_with_a_long_name_that_goes_on_and_on.stl", "bbox": box},
+        "polycube": {"grid": [2, 1, 1], "candidates": [ranked] * 3, "chosen": 0},
+        "hex": numbers,
+        "modes": frequency,
+        "seconds": {"read": 0.5, "meshing/optimize": 9.5},
+        "config": {"mesh": "bent.stl"},
+    }
+
+
+@pytest.fixture(scope="module")
+def window() -> Iterator[browser.Page]:
+    program = browser.found()
+    if program is None:
+        pytest.skip("no browser found; install chromium, or name one in POLYCUBE_BROWSER")
+    with browser.browser(program) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def written(window, run, report, drawn, moving, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("page")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(html, "pictures", lambda state: drawn)
+        patch.setattr(html, "denoising", lambda state: moving)
+        return write_report(folder, run, report)
+
+
+@pytest.fixture
+def desktop(window, written) -> browser.Page:
+    """The page, newly loaded, with its 3D view drawn."""
+    window.media()
+    window.size(1280, 900)
+    window.said.clear()
+    window.asked.clear()
+    window.open(written)
+    window.wait("document.querySelector('#viewer output').textContent.includes('hexes')")
+    return window
+
+
+def changed(before: np.ndarray, after: np.ndarray) -> float:
+    """Share of the pixels that are another."""
+    assert before.shape == after.shape
+    return float((np.abs(before.astype(int) - after) > 8).any(axis=2).mean())
+
+
+def said(page: browser.Page) -> str:
+    return page.run("document.querySelector('#viewer output').textContent")
+
+
+def test_it_opens_without_a_complaint_and_without_the_network(desktop, written) -> None:
+    assert desktop.said == []
+    assert [a for a in desktop.asked if not a.startswith("data:")] == [written.resolve().as_uri()]
+
+
+def test_the_first_screen_answers(desktop, run, report) -> None:
+    shown = desktop.run(
+        "[...document.querySelectorAll('header *')].filter((e) => "
+        "e.getBoundingClientRect().bottom <= innerHeight).map((e) => e.textContent).join(' ')"
+    )
+    assert "Valid hex mesh, to be looked at" in shown and "93 % of the surface" in shown
+    assert f"{report['hex']['min_scaled_jacobian']:.3f}" in shown
+    assert f"{len(run['hexes'].hexes)}" in shown and "Jacobian positive" in shown
+    assert "of the diagonal" in shown and "volume error" in shown
+    assert f"{run['solution'].frequency[6]:.4g} Hz" in shown
+    assert desktop.box("canvas")[1] < 900  # and the part is there without scrolling far
+
+
+def test_a_drag_turns_the_part(desktop) -> None:
+    before = desktop.picture(CANVAS)
+    assert len(np.unique(before.reshape(-1, 3), axis=0)) > 20  # it is not an empty canvas
+    desktop.drag(CANVAS, 90, 30)
+    assert changed(before, desktop.picture(CANVAS)) > 0.05
+    desktop.click("[name=home]")
+    assert changed(before, desktop.picture(CANVAS)) < 0.001
+
+
+def test_the_plane_cuts_hexes_off(desktop, run) -> None:
+    n = len(run["hexes"].hexes)
+    before = desktop.picture(CANVAS)
+    desktop.set("[name=cut]", 0.3)  # chooses an axis where none was
+    assert desktop.run("document.querySelector('[name=axis]').value") == "x"
+    first, left = desktop.picture(CANVAS), int(said(desktop).split(" of ")[0])
+    assert 0 < left < n and changed(before, first) > 0.02
+    desktop.set("[name=cut]", 0.7)
+    assert int(said(desktop).split(" of ")[0]) != left
+    assert changed(first, desktop.picture(CANVAS)) > 0.02
+    now = int(said(desktop).split(" of ")[0])
+    desktop.set("[name=flip]", True)
+    assert int(said(desktop).split(" of ")[0]) == n - now
+
+
+@pytest.mark.parametrize("colouring", ["distance", "cell", "primitive"])
+def test_the_colouring_can_be_chosen(desktop, colouring) -> None:
+    before = desktop.picture(CANVAS)
+    desktop.set("[name=colour]", colouring)
+    assert changed(before, desktop.picture(CANVAS)) > 0.02
+    shown = desktop.run(
+        "[...document.querySelectorAll('[data-colour]')].filter((e) => !e.hidden)"
+        ".map((e) => e.dataset.colour)"
+    )
+    assert shown == [colouring]
+
+
+def test_only_the_worse_hexes_are_left(desktop, run) -> None:
+    jacobian = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    most = round(float(np.median(jacobian)), 2)
+    desktop.set("[name=most]", most)
+    assert said(desktop).startswith(f"{int((jacobian <= most).sum())} of {len(jacobian)} hexes")
+
+
+def test_a_bar_of_the_histogram_shows_its_hexes(desktop, run) -> None:
+    jacobian = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    bar = ".histogram button:not([disabled])"
+    low = float(desktop.run(f"document.querySelector('{bar}').dataset.low"))
+    desktop.click(bar)
+    count = int(((jacobian >= low) & (jacobian <= low + 0.05)).sum())
+    assert said(desktop).startswith(f"{count} of {len(jacobian)} hexes, scaled Jacobian {low:.2f}")
+
+
+def test_a_hex_that_is_clicked_tells_of_itself(desktop, run) -> None:
+    desktop.click("[name=worst]")
+    jacobian = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    assert said(desktop).startswith(
+        f"hex {jacobian.argmin()}: scaled Jacobian {jacobian.min():.3f}"
+    )
+    desktop.click("[name=home]")
+    _, _, width, height = desktop.box(CANVAS)
+    seen = desktop.picture(CANVAS).astype(int)
+    inside = np.abs(seen - seen[2, 2]).sum(2) > 60
+    row, column = np.argwhere(inside)[inside.sum() // 3]
+    desktop.click(CANVAS, column + 0.5 - width / 2, row + 0.5 - height / 2)
+    words = said(desktop)
+    assert words.startswith("hex ") and "cell " in words
+    number = int(words.split()[1].rstrip(":"))
+    assert f"{jacobian[number]:.3f}" in words
+    at = np.array(words.split("(")[1].split(")")[0].split(","), float)
+    middle = run["hexes"].vertices[run["hexes"].hexes[number]].mean(0)
+    np.testing.assert_allclose(at, middle, rtol=1e-3, atol=1e-2)
+
+
+def test_the_keyboard_turns_it_too(desktop) -> None:
+    before = desktop.picture(CANVAS)
+    desktop.run("document.querySelector('canvas').focus()")
+    desktop.send("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft")
+    desktop.frame()
+    assert changed(before, desktop.picture(CANVAS)) > 0.02
+
+
+def test_the_modes_swing(desktop) -> None:
+    film = "#modes img[src^='data:image/gif']"
+    first = desktop.picture(film)
+    assert any(changed(first, desktop.picture(film)) > 0.01 for _ in range(20))
+
+
+def test_a_phone_shows_all_of_it(desktop, written) -> None:
+    desktop.size(390, 844, phone=True)
+    desktop.open(written)
+    desktop.wait("document.querySelector('#viewer output').textContent.includes('hexes')")
+    assert desktop.run(WIDER) == 0
+    desktop.run("document.querySelectorAll('details').forEach((e) => { e.open = true; })")
+    assert desktop.run(WIDER) == 0
+    assert desktop.run(SMALL) == [] and desktop.run(NARROW) == []
+    left, _, width, height = desktop.box(CANVAS)
+    assert left >= 16 and left + width <= 374 and height < 420  # room to scroll beside it
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_words_stand_out(desktop, scheme) -> None:
+    desktop.media(prefers_color_scheme=scheme)
+    desktop.frame()
+    assert desktop.run(CONTRAST) > 4.5
+    background = desktop.run("getComputedStyle(document.body).backgroundColor")
+    assert (sum(map(int, background[4:-1].split(","))) < 200) == (scheme == "dark")
+    assert desktop.run(SMALL) == []
+
+
+def test_paper_is_white_and_holds_the_numbers(desktop) -> None:
+    desktop.media("print", prefers_color_scheme="dark")
+    desktop.frame()
+    assert desktop.run("getComputedStyle(document.body).backgroundColor") == "rgb(251, 252, 253)"
+    assert desktop.run("document.querySelector('.controls').getClientRects().length") == 0
+    desktop.run("dispatchEvent(new Event('beforeprint'))")
+    assert desktop.run("[...document.querySelectorAll('details:not(.long)')].every((e) => e.open)")
+    paper = desktop.send("Page.printToPDF", printBackground=True)["data"]
+    assert paper.startswith("JVBERi0")  # %PDF-
+
+
+def test_the_table_of_a_batch_fits_a_phone_too(window, tmp_path) -> None:
+    rows = [
+        {"part": f"part{i}", "result": "valid", "hexes": 1000, "says": "x" * 90, "folder": "a"}
+        for i in range(3)
+    ]
+    path = tmp_path / "summary.html"
+    path.write_text(summary_page(rows, list(rows[0]), tmp_path), encoding="utf-8")
+    window.media()
+    window.size(390, 844, phone=True)
+    window.open(path)
+    assert window.run(WIDER) == 0 and window.run(SMALL) == []
