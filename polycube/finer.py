@@ -48,7 +48,7 @@ def meet(found: Portfolio, deviation: float | str | None) -> None:
             100 * wanted,
             times,
         )
-        name, end = found.rerun({"meshing/subdivide": {"finer": times * subdivide.finer}})
+        name, end = found.rerun({"meshing/subdivide": _finer(subdivide, times, diagonal(surface))})
         if end is None:
             return
         hexes = end["hexes"]
@@ -60,6 +60,14 @@ def meet(found: Portfolio, deviation: float | str | None) -> None:
             found.preferred = name
             logger.info("deviation: %.2f %% with %d hexes", 100 * apart, len(hexes.hexes))
             return
+
+
+def _finer(subdivide: object, times: float, unit: float) -> dict[str, float]:
+    """Options for a size so many times finer, and as many more hexes where the surface curves."""
+    options = {"finer": times * subdivide.finer}
+    if getattr(subdivide, "curvature", None) is not None:
+        options["curvature"] = sizing.length(subdivide.curvature, unit) / times**2
+    return options
 
 
 def _apart(hexes: HexMesh, surface: TriMesh) -> float:

@@ -40,6 +40,7 @@ class Cut:
     """Stands for the subdivision: `parts` times finer; where that is more than one, perhaps bad."""
 
     parts: int = 4
+    curvature: float | str | None = None
     finer: float = 1.0
     level: int | None = None
     turn: float = 0.0
@@ -83,14 +84,14 @@ def test_the_size_that_meets_it_makes_fewer_hexes_than_refinement(surface, times
 
 
 def test_a_length_in_model_units_and_the_variants_own_factor(surface):
-    found = portfolio(surface, parts=3, finer=4 / 3)
+    found = portfolio(surface, parts=3, finer=4 / 3, curvature="0.4%")
     unit = np.linalg.norm(np.ptp(surface.vertices, axis=0))
     wanted = apart(found) / 2
     meet(found, wanted * unit)
     assert apart(found) <= wanted
-    assert found.chosen_plugin("meshing/subdivide").finer == pytest.approx(
-        4 / 3 * 1.05 * 2**0.5, rel=1e-6
-    )
+    plugin = found.chosen_plugin("meshing/subdivide")
+    assert plugin.finer == pytest.approx(4 / 3 * 1.05 * 2**0.5)
+    assert plugin.curvature == pytest.approx(0.004 * unit / (1.05 * 2**0.5) ** 2)
 
 
 @pytest.mark.parametrize(
