@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
+from numba import njit
+from scipy.sparse import bsr_matrix, csr_matrix
 
 from polycube.errors import MeshingError
 from polycube.spline.bernstein import gauss, tensor, volume_basis
@@ -20,6 +21,7 @@ from polycube.spline.bezier import bezier_points
 from polycube.types import ElementFunctions, Spline
 
 CHUNK = 64  # elements at a time
+BLOCKS = 100_000  # pairs of functions at a time
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class Integrals:
 
 def assemble(
     spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
-) -> tuple[csr_matrix, csr_matrix]:
+) -> tuple[bsr_matrix, csr_matrix]:
     """Stiffness (3 C, 3 C), displacement i of control point a at 3 a + i, and mass (C, C).
 
     The mass is the same for the three directions.  n_gauss : Gauss points per direction.
@@ -62,26 +64,24 @@ def assemble(
     """
     functions = spline.element_functions()
     pattern = _Pattern.of(functions, len(spline.control))
-    gradient = np.zeros((len(pattern.keys), 9))
-    mass = np.zeros(len(pattern.keys))
+    stiffness, mass = pattern.zeros(3), pattern.zeros(1)
     for chunk in integrate(spline, functions, n_gauss):
-        slots = pattern.slots(chunk.functions)
-        gradient += slots @ chunk.gradient.transpose(0, 1, 3, 2, 4).reshape(-1, 9)
-        mass += density * (slots @ chunk.mass.ravel())
-    stiffness = _elastic(gradient.reshape(-1, 3, 3), young, poisson)
-    return pattern.blocks(stiffness).tocsr(), pattern.matrix(mass)
+        pattern.add(stiffness, chunk.functions, chunk.gradient.swapaxes(2, 3))
+        pattern.add(mass, chunk.functions, density * chunk.mass[..., None, None])
+    for rows in np.array_split(stiffness, len(stiffness) // BLOCKS + 1):
+        rows[:] = _elastic(rows, young, poisson)
+    return pattern.matrix(stiffness), pattern.matrix(mass).tocsr()
 
 
 def assemble_scalar(spline: Spline, n_gauss: int = 4) -> tuple[csr_matrix, csr_matrix]:
     """Stiffness of -laplace u and mass, both (C, C).  Raises MeshingError as `assemble`."""
     functions = spline.element_functions()
     pattern = _Pattern.of(functions, len(spline.control))
-    laplace, mass = np.zeros(len(pattern.keys)), np.zeros(len(pattern.keys))
+    laplace, mass = pattern.zeros(1), pattern.zeros(1)
     for chunk in integrate(spline, functions, n_gauss):
-        slots = pattern.slots(chunk.functions)
-        laplace += slots @ chunk.laplace.ravel()
-        mass += slots @ chunk.mass.ravel()
-    return pattern.matrix(laplace), pattern.matrix(mass)
+        pattern.add(laplace, chunk.functions, chunk.laplace[..., None, None])
+        pattern.add(mass, chunk.functions, chunk.mass[..., None, None])
+    return pattern.matrix(laplace).tocsr(), pattern.matrix(mass).tocsr()
 
 
 def moments(
@@ -151,36 +151,52 @@ class _Pattern:
     """Pairs of functions that share an element, by rows."""
 
     indptr: np.ndarray  # (C + 1,)
-    indices: np.ndarray  # (Z,)
-    keys: np.ndarray  # (Z,) row (C + 1) + column, ascending
+    indices: np.ndarray  # (Z,) ascending in each row
 
     @classmethod
     def of(cls, functions: ElementFunctions, size: int) -> _Pattern:
         """The pattern of all elements, for `size` functions."""
         has = csr_matrix(
-            (np.ones(len(functions.functions)), functions.functions, functions.offsets),
+            (np.ones(len(functions.functions), np.int8), functions.functions, functions.offsets),
             (len(functions.offsets) - 1, size),
         )
         pairs = (has.T @ has).tocsr()
         pairs.sort_indices()
-        rows = np.repeat(np.arange(size), np.diff(pairs.indptr))
-        return cls(pairs.indptr, pairs.indices, rows * (size + 1) + pairs.indices)
+        return cls(pairs.indptr, pairs.indices)
 
-    def slots(self, functions: np.ndarray) -> csc_matrix:
-        """(Z, n f f) matrix that adds element blocks (n, f, f) where they belong."""
-        size = len(self.indptr) - 1
-        pair = np.stack(np.broadcast_arrays(functions[:, :, None], functions[:, None]))
-        present = (pair < size).all(axis=0).ravel()
-        slot = np.searchsorted(self.keys, (pair[0] * (size + 1) + pair[1]).ravel()[present])
-        indptr = np.concatenate([[0], np.cumsum(present)])
-        return csc_matrix((np.ones(len(slot)), slot, indptr), (len(self.keys), len(present)))
+    def zeros(self, n: int) -> np.ndarray:
+        """(Z, n, n) blocks."""
+        return np.zeros((len(self.indices), n, n))
 
-    def matrix(self, values: np.ndarray) -> csr_matrix:
-        """(C, C) matrix of values (Z,)."""
-        size = len(self.indptr) - 1
-        return csr_matrix((values, self.indices, self.indptr), (size, size))
+    def add(self, total: np.ndarray, functions: np.ndarray, blocks: np.ndarray) -> None:
+        """Add blocks (e, f, f, n, n) of elements with functions (e, f) to a total (Z, n, n)."""
+        _add(self.indptr, self.indices, functions, blocks, total)
 
-    def blocks(self, values: np.ndarray) -> bsr_matrix:
-        """(3 C, 3 C) matrix of blocks (Z, 3, 3)."""
-        size = 3 * (len(self.indptr) - 1)
-        return bsr_matrix((values, self.indices, self.indptr), (size, size))
+    def matrix(self, blocks: np.ndarray) -> bsr_matrix:
+        """(n C, n C) of blocks (Z, n, n)."""
+        size = blocks.shape[1] * (len(self.indptr) - 1)
+        return bsr_matrix((blocks, self.indices, self.indptr), (size, size))
+
+
+@njit(cache=True, nogil=True)
+def _add(
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    functions: np.ndarray,
+    blocks: np.ndarray,
+    total: np.ndarray,
+) -> None:
+    size, n = len(indptr) - 1, total.shape[1]
+    for element in range(len(functions)):
+        present = functions[element]
+        for a in range(len(present)):
+            row = present[a]
+            if row == size:
+                continue
+            first, last = indptr[row], indptr[row + 1]
+            for b in range(len(present)):
+                if present[b] < size:
+                    at = first + np.searchsorted(indices[first:last], present[b])
+                    for i in range(n):
+                        for j in range(n):
+                            total[at, i, j] += blocks[element, a, b, i, j]

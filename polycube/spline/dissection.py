@@ -1,7 +1,7 @@
 """Elimination order of a sparse symmetric matrix by nested dissection in space.
 
-The unknowns are cut across the direction that needs the thinnest separator: those of one half that
-touch the other.  Both halves are eliminated, each cut likewise, before their separator.
+The unknowns are cut across one of the axes, near the median, where the separator is thinnest: those
+of one half that touch the other.  Both halves are eliminated, each cut likewise, before it.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 LEAF = 200  # unknowns that are not cut further
+SHARES = np.linspace(0.4, 0.6, 5)  # of the unknowns below a cut, tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +64,13 @@ def _cut(
         yield nodes, ()
         return
     part, weight = graph[nodes][:, nodes], size[nodes]
-    choices = [_separator(part, points[nodes, axis], weight) for axis in range(points.shape[1])]
-    touching, side = min(choices, key=lambda choice: weight[choice[0]].sum())
+    choices = [
+        choice
+        for axis in range(points.shape[1])
+        for choice in _separators(part, points[nodes, axis], weight)
+    ]
+    none = np.zeros((2, len(nodes)), bool)
+    touching, side = min(choices, key=lambda choice: _cost(*choice, weight), default=none)
     if not touching.any():
         touching[np.argmax(side)] = True  # halves that do not touch: a front needs an unknown
     halves = [nodes[side & ~touching], nodes[~side]]
@@ -78,12 +84,22 @@ def _cut(
     yield nodes[touching], tuple(children)
 
 
-def _separator(
+def _separators(
     part: csr_matrix, x: np.ndarray, weight: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes of one half that touch the other, and that half; cut at the median of x, the better."""
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Nodes of one side that touch the other, and that side, for cuts across x near its median."""
     order = np.argsort(x, kind="stable")
-    high = np.zeros(len(x), bool)
-    high[order[np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2) :]] = True
-    found = [(side & (part @ (~side).astype(np.float64) != 0), side) for side in (high, ~high)]
-    return min(found, key=lambda choice: weight[choice[0]].sum())
+    level = np.round(x[order] / max(np.ptp(x), np.finfo(float).tiny), 6)
+    near = level[np.searchsorted(np.cumsum(weight[order]) / weight.sum(), SHARES)]
+    places = np.union1d(np.searchsorted(level, near), np.searchsorted(level, near, "right"))
+    for place in places[(places > 0) & (places < len(x))]:
+        high = np.zeros(len(x), bool)
+        high[order[place:]] = True
+        for side in (high, ~high):
+            yield side & (part @ (~side).astype(np.float64) != 0), side
+
+
+def _cost(touching: np.ndarray, side: np.ndarray, weight: np.ndarray) -> float:
+    """Unknowns of the separator over those of the two parts, multiplied."""
+    apart = weight[side & ~touching].sum() * weight[~side].sum()
+    return weight[touching].sum() / max(apart, 1e-9)

@@ -1,7 +1,8 @@
 """Vibration of an elastic solid: the lowest modes of K u = omega^2 M u, free or held on patches.
 
-Solved for unit diagonal, E = 1 and density 1, by Lanczos about a shift just below zero, and scaled
-to SI afterwards: omega^2 by E / (density L^2), mass by density L^3.
+Solved for unit diagonal, E = 1 and density 1, and scaled to SI afterwards: omega^2 by
+E / (density L^2), mass by density L^3.  The modes are found in double precision, helped by a
+Cholesky factor in single precision of K - shift M, with a shift just below zero.
 """
 
 from __future__ import annotations
@@ -11,12 +12,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags, eye, kron
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.linalg import eigh
+from scipy.sparse import csr_matrix, diags, eye, kron, spmatrix
 
 from polycube.io.units import METRES
 from polycube.spline.assembly import assemble
 from polycube.spline.constraints import Support, constrain, free_rigid_motions
+from polycube.spline.davidson import davidson
 from polycube.spline.factorization import factorize
 from polycube.spline.material import Material
 from polycube.types import Modes, Spline
@@ -24,6 +26,7 @@ from polycube.types import Modes, Spline
 logger = logging.getLogger(__name__)
 
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros alike
+DENSE = 10  # unknowns per mode, up to which the matrices are taken as dense
 
 
 def free_modes(
@@ -69,8 +72,8 @@ def free_modes(
 
 
 def lowest(
-    stiffness: csr_matrix,
-    mass: csr_matrix,
+    stiffness: spmatrix,
+    mass: spmatrix,
     n_modes: int,
     shift: float = SHIFT,
     points: np.ndarray | None = None,
@@ -80,15 +83,13 @@ def lowest(
     points : (N, 3) where each unknown is, see `factorize`
     Raises ValueError unless K - shift M is positive definite.
     """
-    factor = factorize(stiffness - shift * mass, points)
-    inverse = LinearOperator(stiffness.shape, factor.solve, dtype=np.float64)
-    start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
-    values, vectors = eigsh(stiffness, n_modes, mass, sigma=shift, OPinv=inverse, v0=start)
-    residual = stiffness @ vectors - mass @ vectors * values
-    logger.info(
-        "eigenvalues %.3g to %.3g, residual at most %.1e of the stiffness",
-        values[0],
-        values[-1],
-        np.linalg.norm(residual, axis=0).max() / abs(stiffness).max(),
-    )
-    return values, vectors
+    if stiffness.shape[0] <= DENSE * n_modes:
+        values, vectors = eigh(stiffness.toarray(), mass.toarray())
+        if values[0] <= shift:
+            raise ValueError("matrix is not positive definite")
+        return values[:n_modes], vectors[:, :n_modes]
+    try:
+        factor = factorize(csr_matrix(stiffness - shift * mass, dtype=np.float32), points)
+    except ValueError:  # too ill-conditioned for single precision
+        factor = factorize(csr_matrix(stiffness - shift * mass), points)
+    return davidson(stiffness, mass, factor.solve, n_modes, shift)

@@ -65,6 +65,25 @@ def test_fronts_part_the_unknowns_and_halves_do_not_touch():
         below.append(np.concatenate([front.own, *inside]))
 
 
+def test_a_cube_is_cut_at_three_layers_of_functions():
+    """As many as a C2 cubic needs between functions that do not overlap."""
+    matrix, points = elastic(box((8, 8, 8), space="h2s"))
+    root = dissect(matrix, points)[-1].own
+    assert len(root) == 3 * 3 * 9 * 9
+    assert sorted(len(np.unique(x)) for x in points[root].T) == [3, 9, 9]
+
+
+def test_single_precision_is_kept_and_double_is_not_lost():
+    matrix, points = SOLIDS["bar"]()
+    right = np.random.default_rng(5).normal(size=len(points))
+    for dtype, error in ((np.float32, 1e-3), (np.float64, 1e-11)):
+        factor = factorize(matrix.astype(dtype), points)
+        assert factor.below[0].dtype == dtype
+        found = factor.solve(right)
+        assert found.dtype == np.float64
+        assert np.linalg.norm(matrix @ found - right) < error * np.linalg.norm(right)
+
+
 def test_keeps_far_less_than_the_whole_triangle():
     matrix, points = elastic(box((100, 2, 2), (50.0, 1.0, 1.0), "h2s"))
     assert factorize(matrix, points).entries < 0.1 * matrix.shape[0] ** 2

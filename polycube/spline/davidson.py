@@ -1,0 +1,111 @@
+"""Lowest eigenpairs of K x = lambda M x by a block Davidson method.
+
+The space is enlarged by P r, the preconditioned residuals r = K x - theta M x of the Ritz vectors
+that have not converged.  With P near the inverse of K - shift M that is inverse iteration speeded
+up by all that was seen before, yet P may be rough: what is found depends on K and M alone.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse import spmatrix
+
+from polycube.errors import MeshingError
+
+logger = logging.getLogger(__name__)
+
+TOLERANCE = 1e-10  # of the residual, in the norm of the inverse, to the root of lambda - shift
+ROOM = 8  # vectors kept per pair sought, before a restart with a quarter of them
+ROUNDING = 1e-6  # residual, below which one that does not halve in PATIENCE iterations is final
+PATIENCE = 6
+ITERATIONS = 500  # at most
+DEPENDENT = 1e-14  # share of the largest squared length, below which a direction is left out
+
+
+def davidson(
+    stiffness: spmatrix,
+    mass: spmatrix,
+    precondition: Callable[[np.ndarray], np.ndarray],
+    n_pairs: int,
+    shift: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (K,), ascending, and M-orthonormal vectors (N, K).
+
+    precondition : (N, k) -> (N, k), near the inverse of K - shift M, which is positive definite
+    Stops at TOLERANCE, or where rounding keeps the residual from falling.  Raises MeshingError when
+    the residual is neither after ITERATIONS.
+    """
+    start = np.random.default_rng(0).standard_normal((stiffness.shape[0], n_pairs))
+    space = _Space(stiffness, mass, ROOM * max(n_pairs, 4))
+    space.add(precondition(mass @ start))
+    errors: list[float] = []
+    while True:
+        values, x, kx, mx = space.ritz(n_pairs)
+        residual = kx - mx * values
+        better = precondition(residual)
+        energy = np.einsum("nk,nk->k", residual, better)
+        error = np.sqrt(np.maximum(energy, 0) / (values - shift))
+        errors.append(error.max())
+        before = min(errors[:-PATIENCE], default=np.inf)
+        if errors[-1] <= TOLERANCE or (before < ROUNDING and min(errors) > before / 2):
+            break
+        if len(errors) == ITERATIONS:
+            raise MeshingError(
+                f"the modes did not converge in {ITERATIONS} iterations: residual {errors[-1]:.1e}"
+            )
+        space.add(better[:, error > TOLERANCE])
+    logger.info(
+        "eigenvalues %.3g to %.3g after %d iterations, %d vectors, residual at most %.1e",
+        values[0],
+        values[-1],
+        len(errors),
+        space.seen,
+        errors[-1],
+    )
+    return values, x
+
+
+class _Space:
+    """M-orthonormal vectors V, K V and M V."""
+
+    def __init__(self, stiffness: spmatrix, mass: spmatrix, room: int) -> None:
+        """`room` : vectors at most; more are reduced to the lowest Ritz vectors."""
+        self.stiffness, self.mass = stiffness, mass
+        self.seen = self.size = 0
+        self._kept = np.zeros((3, stiffness.shape[0], room))
+
+    @property
+    def parts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """V, K V and M V, each (N, size)."""
+        v, kv, mv = self._kept[..., : self.size]
+        return v, kv, mv
+
+    def add(self, w: np.ndarray) -> None:
+        """Enlarge the space by the columns of w (N, k), made M-orthonormal to it."""
+        self.seen += w.shape[1]
+        if self.size + w.shape[1] > self._kept.shape[2]:
+            kept = np.stack(self.ritz(self._kept.shape[2] // 4)[1:])
+            self.size = kept.shape[2]
+            self._kept[..., : self.size] = kept
+        v, _, mv = self.parts
+        w = w / np.linalg.norm(w, axis=0)
+        for _ in range(2):
+            w = w - v @ (mv.T @ w)
+            lengths, turn = np.linalg.eigh(w.T @ (self.mass @ w))
+            long = lengths > DEPENDENT * lengths[-1]
+            w = w @ (turn[:, long] / np.sqrt(lengths[long]))
+        end = self.size + w.shape[1]
+        for part, new in zip(self._kept, (w, self.stiffness @ w, self.mass @ w), strict=True):
+            part[:, self.size : end] = new
+        self.size = end
+
+    def ritz(self, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Lowest n Ritz values (n,), vectors x (N, n), K x and M x."""
+        v, kv, mv = self.parts
+        small = v.T @ kv
+        values, turn = np.linalg.eigh((small + small.T) / 2)
+        turn = turn[:, :n]
+        return values[:n], v @ turn, kv @ turn, mv @ turn
