@@ -7,7 +7,10 @@ they save time and do not change the answer.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
+from numba import njit
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from polycube.geometry import closest, energy
@@ -16,6 +19,7 @@ from polycube.geometry.energy import Springs, Terms
 from polycube.geometry.hexes import EDGES, FACES, PLACES, neighbours, quad_edges
 from polycube.geometry.quality import triangles
 from polycube.geometry.target import Target
+from polycube.geometry.threads import parts, side_by_side
 from polycube.types import HexMesh
 
 
@@ -56,10 +60,7 @@ class Body:
 
         smooth : steps on the logarithms; isotropy : share of the mean of the three directions
         """
-        ends = x[self.hexes[:, EDGES]]  # (H, 12, 2, 3)
-        length = (
-            np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).reshape(-1, 3, 4).mean(axis=2)
-        )
+        length = _edge_lengths(np.ascontiguousarray(x, np.float64), self.hexes)
         log = np.log(np.maximum(length, 0.15 * np.median(length))).ravel()
         for _ in range(smooth):
             log = 0.5 * log + 0.5 * (self._alike @ log)
@@ -68,7 +69,9 @@ class Body:
 
     def scaled_jacobian(self, x: np.ndarray) -> np.ndarray:
         """(H,) see `quality.scaled_jacobian`."""
-        return energy.scaled_jacobian(x, self.hexes)
+        cuts = parts(len(self.hexes), energy.LEAST)
+        calls = [partial(energy.scaled_jacobian, x, self.hexes[cut]) for cut in cuts]
+        return np.concatenate(side_by_side(calls))
 
     def feet(
         self, x: np.ndarray, normals: np.ndarray, alpha: float, free: float = 0.0
@@ -127,6 +130,23 @@ class Body:
         touched = np.zeros(len(self.mesh.vertices), bool)
         touched[self.hexes[is_bad]] = True
         return touched
+
+
+@njit(cache=True, nogil=True)
+def _edge_lengths(x, hexes):
+    """(H, 3) mean length of the four edges along xi, eta, zeta."""
+    result = np.empty((len(hexes), 3))
+    for h in range(len(hexes)):
+        for k in range(3):
+            total = 0.0
+            for e in range(4 * k, 4 * k + 4):
+                a, b = hexes[h, EDGES[e, 0]], hexes[h, EDGES[e, 1]]
+                square = 0.0
+                for d in range(3):
+                    square += (x[b, d] - x[a, d]) ** 2
+                total += np.sqrt(square)
+            result[h, k] = total / 4
+    return result
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from threading import Event
 
 import numpy as np
+from numba import njit
 
 MEMORY = 8  # pairs of steps and gradient changes
+BLOCK = 8192  # numbers of a product at a time: longer ones BLAS may cut by the number of cores
 STALL = 1e-9  # relative decrease that ends the search
 
 Function = Callable[[np.ndarray], tuple[float, np.ndarray]]
@@ -65,25 +67,20 @@ def descend(
         return function(place)
 
     value, gradient = evaluate(x)
-    pairs: deque[tuple[np.ndarray, np.ndarray, float]] = deque(maxlen=MEMORY)
+    pairs = _Pairs(x.size)
     for _ in range(iterations):
-        direction = _direction(gradient, pairs, step)
-        slope = -_dot(gradient, direction)
+        direction, slope = pairs.direction(gradient, step)
         if slope >= 0:
             pairs.clear()
-            direction = _direction(gradient, pairs, step)
-            slope = -_dot(gradient, direction)
+            direction, slope = pairs.direction(gradient, step)
         found = _backtrack(evaluate, back, x, value, direction, slope)
         if found is None:
-            if not pairs:
+            if not pairs.number:
                 break
             pairs.clear()
             continue
         moved, lower, turned = found
-        change, bend = moved - x, turned - gradient
-        curvature = _dot(change, bend)
-        if curvature > 1e-14 * np.sqrt(_dot(change, change) * _dot(bend, bend)):
-            pairs.append((change, bend, 1 / curvature))
+        pairs.add(moved - x, turned - gradient)
         _count("steps")
         decrease = value - lower
         x, value, gradient = moved, lower, turned
@@ -97,23 +94,70 @@ def _count(what: str) -> None:
         effort[what] += 1
 
 
-def _dot(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.vdot(a, b))
+class _Pairs:
+    """The last steps and gradient changes, from which the inverse Hessian is estimated."""
+
+    def __init__(self, size: int) -> None:
+        self._changes, self._bends = np.empty((MEMORY, size)), np.empty((MEMORY, size))
+        self._inverses = np.empty(MEMORY)  # of the curvatures, change . bend
+        self.number, self._next = 0, 0
+
+    def clear(self) -> None:
+        """Forget all."""
+        self.number = 0
+
+    def add(self, change: np.ndarray, bend: np.ndarray) -> None:
+        """Keep a pair, in the place of the oldest, unless its curvature is not safely positive."""
+        change, bend = change.reshape(-1), bend.reshape(-1)
+        curvature = _dot(change, bend)
+        if curvature > 1e-14 * np.sqrt(_dot(change, change) * _dot(bend, bend)):
+            self._changes[self._next], self._bends[self._next] = change, bend
+            self._inverses[self._next] = 1 / curvature
+            self._next = (self._next + 1) % MEMORY
+            self.number = min(self.number + 1, MEMORY)
+
+    def direction(self, gradient: np.ndarray, step: float) -> tuple[np.ndarray, float]:
+        """Inverse Hessian estimate times gradient, and the slope against it.
+
+        step : largest change of a coordinate where there are no pairs
+        """
+        flat = np.ascontiguousarray(gradient, np.float64).reshape(-1)
+        if self.number:
+            order = (self._next - 1 - np.arange(self.number)) % MEMORY  # from the newest on
+            direction = _two_loops(flat, self._changes, self._bends, self._inverses, order)
+        else:
+            direction = flat * (step / (np.abs(flat).max() + 1e-30))
+        return direction.reshape(gradient.shape), -_dot(flat, direction)
 
 
-def _direction(gradient: np.ndarray, pairs: deque, step: float) -> np.ndarray:
-    """Inverse Hessian estimate times gradient (two loops over the pairs)."""
-    if not pairs:
-        return gradient * (step / (np.abs(gradient).max() + 1e-30))
+@njit(cache=True, nogil=True)
+def _dot(a, b):
+    """Product of vectors (n,), the same whatever the number of cores."""
+    total = 0.0
+    for start in range(0, len(a), BLOCK):
+        total += np.dot(a[start : start + BLOCK], b[start : start + BLOCK])
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _two_loops(gradient, changes, bends, inverses, order):
+    """Nocedal and Wright 2006, algorithm 7.4; pairs in order, the newest first."""
     direction = gradient.copy()
-    shares = []
-    for change, bend, inverse in reversed(pairs):
-        shares.append(inverse * _dot(change, direction))
-        direction -= shares[-1] * bend
-    change, bend, inverse = pairs[-1]
-    direction *= 1 / (inverse * _dot(bend, bend))
-    for (change, bend, inverse), share in zip(pairs, reversed(shares), strict=True):
-        direction += (share - inverse * _dot(bend, direction)) * change
+    shares = np.empty(len(order))
+    for k in range(len(order)):
+        i = order[k]
+        shares[k] = inverses[i] * _dot(changes[i], direction)
+        for j in range(len(direction)):
+            direction[j] -= shares[k] * bends[i, j]
+    newest = order[0]
+    scale = 1 / (inverses[newest] * _dot(bends[newest], bends[newest]))
+    for j in range(len(direction)):
+        direction[j] *= scale
+    for k in range(len(order) - 1, -1, -1):
+        i = order[k]
+        share = shares[k] - inverses[i] * _dot(bends[i], direction)
+        for j in range(len(direction)):
+            direction[j] += share * changes[i, j]
     return direction
 
 
