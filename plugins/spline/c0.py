@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from polycube.registry import register
 from polycube.spline.continuous import ContinuousSpace
 from polycube.spline.extraction import volumetric_spline
+from polycube.spline.sharpness import Sharp
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric
@@ -17,7 +16,7 @@ from .volumetric import Volumetric
 class C0(Volumetric):
     """The solid of h2s with all Bezier points free: tricubic on each hex, continuous between."""
 
-    def space(self, hexes: HexMesh, sharp: np.ndarray, corners: np.ndarray) -> ContinuousSpace:
+    def space(self, hexes: HexMesh, sharp: Sharp) -> ContinuousSpace:
         """One function for each Bezier node, with the points of h2s."""
-        plain = volumetric_spline(hexes, sharp, corners)
+        plain = volumetric_spline(hexes, *sharp)
         return ContinuousSpace(hexes, plain.extraction @ plain.control)

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from polycube.registry import register
+from polycube.spline.sharpness import Sharp
 from polycube.spline.subdivision import ControlMesh
 from polycube.types import HexMesh
 
@@ -20,6 +19,6 @@ class H2S(Volumetric):
     boundary lies inside the mesh's, and there its second normal derivative is 0.
     """
 
-    def space(self, hexes: HexMesh, sharp: np.ndarray, corners: np.ndarray) -> ControlMesh:
+    def space(self, hexes: HexMesh, sharp: Sharp) -> ControlMesh:
         """The functions of the vertices."""
-        return ControlMesh(hexes, sharp, corners)
+        return ControlMesh(hexes, *sharp)

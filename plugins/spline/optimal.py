@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from polycube.registry import register
 from polycube.spline.extraction import volumetric_spline
 from polycube.spline.optimal import OptimalSpace, smallest_space
+from polycube.spline.sharpness import Sharp
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric
@@ -21,8 +20,8 @@ class Optimal(Volumetric):
     the hexes gives a space that contains it.
     """
 
-    def space(self, hexes: HexMesh, sharp: np.ndarray, corners: np.ndarray) -> OptimalSpace:
+    def space(self, hexes: HexMesh, sharp: Sharp) -> OptimalSpace:
         """The functions, with the Bezier points of h2s."""
-        plain = volumetric_spline(hexes, sharp, corners)
+        plain = volumetric_spline(hexes, *sharp)
         points = plain.extraction @ plain.control
-        return smallest_space(hexes, points, sharp, corners)
+        return smallest_space(hexes, points, *sharp)

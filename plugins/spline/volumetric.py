@@ -17,7 +17,7 @@ from polycube.spline.fit import Fit
 from polycube.spline.hierarchy import Space
 from polycube.spline.refinement import refined_spline
 from polycube.spline.selection import Refinement
-from polycube.spline.sharpness import GOOD, Creases, Sharp, cost
+from polycube.spline.sharpness import GOOD, INVALID, POOR, Creases, Sharp, Trial
 from polycube.types import HexMesh, Spline, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -33,8 +33,8 @@ class Volumetric(ABC):
     two edges of one face, so `single_hex_edges` makes the first sharp and the second corners.
     `sharp: auto` keeps creases too, but for those that end in the smooth surface, whose free end
     would stick out, and those that would spoil det J, mostly concave ones.  These are tried as
-    well where the spline is fitted, which may mend det J: the better of the two splines is kept.
-    Edges that are given are kept as they are.
+    well where the spline is fitted, which may mend det J, and with the hexes round them straight
+    where it does not: the best of these splines is kept.  Edges that are given are all kept.
     """
 
     sharp: str | list[list[int]] = "auto"  # or none, edges as pairs of vertices, a file of these
@@ -57,19 +57,21 @@ class Volumetric(ABC):
         object.__setattr__(self, "fit", Fit.of(self.fit))
 
     @abstractmethod
-    def space(self, hexes: HexMesh, sharp: np.ndarray, corners: np.ndarray) -> Space:
-        """The functions on the hexes and their coefficients; sharp (S, 2), corners (P,)."""
+    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
+        """The functions on the hexes and their coefficients."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
-        spline, sharp = self._better(surface, hexes)
+        best = self._better(surface, hexes)
+        spline, sharp = best.spline, best.sharp
         jacobian, apart = min_detj(spline), deviation(spline, surface)
         logger.info(
-            "%d functions, %d elements, %d sharp and %d extraordinary edges, volume %.6g, "
-            "det J %.3g at least (element %d at %.4g %.4g %.4g), scaled %.3g",
+            "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
+            "volume %.6g, det J %.3g at least (element %d at %.4g %.4g %.4g), scaled %.3g",
             len(spline.control),
             len(spline.nodes),
             len(sharp.edges),
+            len(sharp.straight),
             spline.extraordinary_edges,
             jacobian.volume,
             jacobian.min_detj,
@@ -88,34 +90,36 @@ class Volumetric(ABC):
             logger.warning("the spline is not valid: det J is not positive everywhere")
         return spline
 
-    def _better(self, surface: TriMesh, hexes: HexMesh) -> tuple[Spline, Sharp]:
-        """The spline, with all creases or with the harmless ones, and what is sharp."""
+    def _better(self, surface: TriMesh, hexes: HexMesh) -> Trial:
+        """The spline that costs least of those with all creases, the harmless ones, and all with
+        straight hexes; each is made only where those before are not good.
+        """
         harmless = self.sharpened(hexes)
-        if self.sharp != "auto" or self.fit.iterations == 0:
-            return self._solid(surface, hexes, harmless), harmless
-        every = self._creases(hexes).all_but(NONE)
-        if all(map(np.array_equal, every, harmless)):
-            return self._solid(surface, hexes, harmless), harmless
-        sharper = self._solid(surface, hexes, every)
-        price = cost(sharper, surface, self.fit.floor)
-        if price <= GOOD:
-            logger.info("all creases kept: %s", _numbers_of(sharper, surface))
-            return sharper, every
-        rounder = self._solid(surface, hexes, harmless)
-        keep = price < cost(rounder, surface, self.fit.floor)
-        logger.info(
-            "%s creases kept: %d sharp edges for %s, %d for %s",
-            "all" if keep else "harmless",
-            len(every.edges),
-            _numbers_of(sharper, surface),
-            len(harmless.edges),
-            _numbers_of(rounder, surface),
-        )
-        return (sharper, every) if keep else (rounder, harmless)
+
+        def trial(name: str, sharp: Sharp) -> Trial:
+            spline = self._solid(surface, hexes, sharp)
+            return Trial.of(name, spline, sharp, surface, self.fit.floor)
+
+        if self.fit.iterations == 0:
+            return trial("harmless", harmless)
+        creases = self._creases(hexes)
+        every = creases.all_but(NONE) if self.sharp == "auto" else harmless
+        trials = [trial("all", every)]
+        if trials[0].cost > GOOD and not all(map(np.array_equal, every, harmless)):
+            trials.append(trial("harmless", harmless))
+        if min(t.cost for t in trials) > POOR or trials[0].cost >= INVALID:
+            eased = creases.straightened(every)
+            if len(eased.straight):
+                trials.append(trial("all", eased))
+        best = min(trials, key=lambda t: t.cost)
+        if self.sharp == "auto" or len(trials) > 1:
+            words = "; ".join(t.words(surface) for t in trials)
+            logger.info("%s creases kept, %s", best.name, words)
+        return best
 
     def _solid(self, surface: TriMesh, hexes: HexMesh, sharp: Sharp) -> Spline:
         singular = len(extraordinary_edges(hexes)[0])
-        space = self.space(hexes, *sharp)
+        space = self.space(hexes, sharp)
         return self.fit(refined_spline(space, self.refine, surface, singular), surface)
 
     def sharpened(self, hexes: HexMesh) -> Sharp:
@@ -162,11 +166,3 @@ def _numbers(path: str) -> np.ndarray:
         return np.loadtxt(path, dtype=np.int64, ndmin=2)
     except ValueError as error:
         raise InputError(f"{path} must hold vertex numbers, as many a line: {error}") from error
-
-
-def _numbers_of(spline: Spline, surface: TriMesh) -> str:
-    """What decides between two splines, in words."""
-    apart, jacobian = deviation(spline, surface), min_detj(spline)
-    farthest = max(apart.to_surface.p99, apart.to_spline.p99)
-    valid = "" if jacobian.lower_bound > 0 else " (not valid)"
-    return f"{100 * farthest:.3f} % and scaled det J {jacobian.min_scaled_detj:.3g}{valid}"

@@ -51,7 +51,7 @@ def scaled_detj(spline: Spline) -> np.ndarray:
     return _scaled(values @ tensor(*[weights[None]] * 3)[0], values)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def min_detj(spline: Spline) -> Jacobian:
     """Smallest det J of the spline, where it is, and a bound that no point goes below.
 

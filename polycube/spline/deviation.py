@@ -29,7 +29,7 @@ class Deviation:
     volume: float  # the spline's over the surface's, less 1
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def deviation(spline: Spline, surface: TriMesh) -> Deviation:
     """Of 25 points on each boundary face, and of samples and vertices of the surface.
 

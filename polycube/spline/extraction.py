@@ -5,6 +5,9 @@ there, so neighbours share it.  It lies in a stratum of dimension d: 3 inside, 2
 boundary, 1 on a sharp curve, 0 at a sharp corner.  Its row is the mean over the d-cells round the
 entity of sum_w (2/3)^(d-m) (1/3)^m e_w: w the corners of the cell, m the directions in which w
 differs from the nearest corner (the hex-to-spline construction of TH-spline3D, level 0).
+
+A hex may be straight: its faces, edges and vertices then are strata of their own, so that its map
+is the trilinear one of its corners, and its neighbours meet it only continuously.
 """
 
 from __future__ import annotations
@@ -39,6 +42,7 @@ def _local(fixed: list[int], free: list[int], base: int) -> list[np.ndarray]:
 CORNERS = _local([0, 1], [0, 1], 2)  # the corners of each entity
 OWN = _local([0, 3], [1, 2], 4)  # its Bezier nodes nearest to those corners
 CLOSURE = _local([0, 3], [0, 1, 2, 3], 4)  # its Bezier nodes and those of its sides
+NO_HEXES = np.zeros(0, np.int64)
 
 
 @dataclass(frozen=True)
@@ -51,16 +55,20 @@ class Cells:
 
 
 def volumetric_spline(
-    mesh: HexMesh, sharp_edges: np.ndarray, corner_vertices: Sequence[int] = ()
+    mesh: HexMesh,
+    sharp_edges: np.ndarray,
+    corner_vertices: Sequence[int] = (),
+    straight: np.ndarray = NO_HEXES,
 ) -> Spline:
     """The spline whose control points are the vertices of the mesh.
 
     sharp_edges : (S, 2) ends of boundary edges to keep as curves.  A vertex with two of them lies
         on the curve, with one or more than two it is a corner, and so are `corner_vertices`.
+    straight : hexes that stay trilinear
     Elsewhere the surface is smooth, and det J is 0 along a smooth boundary edge with a single hex.
     Raises ValueError for sharp edges and corners off the boundary and for vertices without a hex.
     """
-    extraction, nodes = extraction_matrix(mesh, sharp_edges, corner_vertices)
+    extraction, nodes = extraction_matrix(mesh, sharp_edges, corner_vertices, straight)
     return Spline(
         control=mesh.vertices,
         extraction=extraction,
@@ -74,7 +82,10 @@ def volumetric_spline(
 
 
 def extraction_matrix(
-    mesh: HexMesh, sharp_edges: np.ndarray, corner_vertices: Sequence[int] = ()
+    mesh: HexMesh,
+    sharp_edges: np.ndarray,
+    corner_vertices: Sequence[int] = (),
+    straight: np.ndarray = NO_HEXES,
 ) -> tuple[csr_matrix, np.ndarray]:
     """Rows (B, C) of all Bezier nodes and the nodes (H, 64) of each hex; see volumetric_spline."""
     corners = mesh.hexes[:, TENSOR]
@@ -84,7 +95,7 @@ def extraction_matrix(
         raise ValueError(f"hex mesh has {unused} vertices that no hex uses")
     ends, count = np.unique(sharp_edges, return_counts=True)
     tips = np.union1d(ends[count != 2], corner_vertices)
-    strata = _strata(corners, nodes, numbers, np.sort(sharp_edges, axis=1), tips)
+    strata = _strata(corners, nodes, numbers, np.sort(sharp_edges, axis=1), tips, straight)
     return _extraction(strata, nodes.max() + 1, len(mesh.vertices)), nodes
 
 
@@ -112,6 +123,7 @@ def _strata(
     numbers: list[np.ndarray],
     sharp_edges: np.ndarray,
     tips: np.ndarray,
+    straight: np.ndarray,
 ) -> list[Cells]:
     """The cells of dimension 3, 2, 1, 0 that rule the nodes; a later one overrules the earlier."""
 
@@ -122,12 +134,17 @@ def _strata(
     hexes = np.arange(len(corners))
     outside = np.bincount(numbers[2].ravel())[numbers[2]] == 1  # (H, 6)
     edge_ends = np.sort(corners[:, CORNERS[1]], axis=-1)  # (H, 12, 2)
-    bodies = cells(3, hexes, np.zeros_like(hexes))
-    quads = cells(2, *np.nonzero(outside))
-    curves = cells(1, *_first(numbers[1], is_among(edge_ends, sharp_edges)))
-    points = cells(0, *_first(numbers[0], np.isin(corners, tips)))
-    _check_sharp(sharp_edges, tips, curves, quads)
-    return [bodies, quads, curves, points]
+    sharp = is_among(edge_ends, sharp_edges)
+    _check_sharp(
+        sharp_edges, tips, cells(1, *_first(numbers[1], sharp)), cells(2, *np.nonzero(outside))
+    )
+    own = [np.isin(n, n[straight]) for n in numbers]  # [d] (H, n_d) entities of straight hexes
+    return [
+        cells(3, hexes, np.zeros_like(hexes)),
+        cells(2, *_first(numbers[2], outside | own[2])),
+        cells(1, *_first(numbers[1], sharp | own[1])),
+        cells(0, *_first(numbers[0], np.isin(corners, tips) | own[0])),
+    ]
 
 
 def _first(numbers: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

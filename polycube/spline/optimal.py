@@ -23,6 +23,8 @@ from scipy.sparse import csr_matrix, diags
 
 from polycube.spline.continuous import ContinuousSpace
 from polycube.spline.cuts import HalfEdges, children, cut_faces
+from polycube.spline.extraction import NO_HEXES
+from polycube.spline.features import union
 from polycube.types import HexMesh
 
 STEP = np.array([1, 4, 16])  # between nodes along each axis
@@ -47,12 +49,15 @@ def smallest_space(
     points: np.ndarray,
     sharp_edges: np.ndarray,
     corner_vertices: Sequence[int] = (),
+    straight: np.ndarray = NO_HEXES,
 ) -> OptimalSpace:
     """The space with the fewest functions among those of longer and shorter cuts.
 
-    points : (B, 3) Bezier points that `volumetric_spline` gives with the same sharp edges
+    points : (B, 3) Bezier points that `volumetric_spline` gives with the same sharp edges, corners
+        and straight hexes
     """
-    short, long = (cut_faces(mesh, sharp_edges, corner_vertices, rings) for rings in RINGS)
+    tips = union(np.asarray(corner_vertices, np.int64), mesh.hexes[straight].ravel())
+    short, long = (cut_faces(mesh, sharp_edges, tips, rings) for rings in RINGS)
     space = OptimalSpace(mesh, points, long)
     if np.array_equal(short, long):
         return space

@@ -8,7 +8,7 @@ coarser ones wherever the mesh is regular, not round extraordinary edges.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix, diags, vstack
 
 from polycube.geometry.hexes import PLACES, edges, part, quad_sides
 from polycube.geometry.octree import split
-from polycube.spline.extraction import CORNERS, TENSOR, bezier_nodes, extraction_matrix
+from polycube.spline.extraction import CORNERS, NO_HEXES, TENSOR, bezier_nodes, extraction_matrix
 from polycube.types import HexMesh
 
 LOW = np.array([[8, 0, 0, 0], [4, 4, 0, 0], [2, 4, 2, 0], [1, 3, 3, 1]]) / 8  # de Casteljau's
@@ -44,11 +44,14 @@ def bezier_halves(
 
 
 def two_scale(
-    mesh: HexMesh, sharp_edges: np.ndarray, corner_vertices: Sequence[int] = ()
+    mesh: HexMesh,
+    sharp_edges: np.ndarray,
+    corner_vertices: Sequence[int] = (),
+    straight: np.ndarray = NO_HEXES,
 ) -> csr_matrix:
     """(V', V) control points of the mesh that `octree.split` gives, from those of the mesh.
 
-    sharp_edges : (S, 2) and corner_vertices as for `volumetric_spline`
+    sharp_edges : (S, 2), corner_vertices and straight as for `volumetric_spline`
     Faces that one hex has follow the rules of the boundary.
     """
     corners = mesh.hexes[:, TENSOR]
@@ -60,13 +63,17 @@ def two_scale(
     n_sharp = touch.valence(0, 1, sharp)
     tip = (n_sharp == 1) | (n_sharp > 2)
     tip[np.asarray(corner_vertices, np.int64)] = True
+    tip[number[0][straight]] = True
+    sharp[number[1][straight]] = True
+    flat = outside.copy()
+    flat[number[2][straight]] = True
 
     same, edge, face, body = (touch.centres(d) for d in range(4))
-    faces = _choose((~outside, (touch.mean(2, 3) @ body + face) / 2), (outside, face))
+    faces = _choose((~flat, (touch.mean(2, 3) @ body + face) / 2), (flat, face))
     n = touch.valence(1, 3)
     inner = touch.mean(1, 3) @ body + 2 * touch.mean(1, 2) @ face + diags(n - 3.0) @ edge
     edges = _choose(
-        (~on_edge, diags(1 / n) @ inner),
+        (~on_edge & ~sharp, diags(1 / n) @ inner),
         (on_edge & ~sharp, (touch.mean(1, 2, outside) @ face + edge) / 2),
         (sharp, edge),
     )
@@ -75,7 +82,7 @@ def two_scale(
     outer = touch.mean(0, 2, outside) @ face + 2 * touch.mean(0, 1, on_edge) @ edge
     curve = (n_sharp == 2) & ~tip
     vertices = _choose(
-        (~on_vertex, (inner + same) / 8),
+        (~on_vertex & ~tip, (inner + same) / 8),
         (on_vertex & ~curve & ~tip, diags(1 / n) @ (outer + diags(n - 3.0) @ same)),
         (curve, (touch.mean(0, 1, sharp) @ edge + same) / 2),
         (tip, same),
@@ -145,10 +152,11 @@ class ControlMesh:
     mesh: HexMesh
     sharp_edges: np.ndarray  # (S, 2)
     corner_vertices: np.ndarray  # (P,)
+    straight: np.ndarray = field(default_factory=lambda: NO_HEXES)  # (T,) hexes, trilinear
 
     @cached_property
     def _rows(self) -> tuple[csr_matrix, np.ndarray]:
-        return extraction_matrix(self.mesh, self.sharp_edges, self.corner_vertices)
+        return extraction_matrix(self.mesh, self.sharp_edges, self.corner_vertices, self.straight)
 
     @property
     def control(self) -> np.ndarray:
@@ -181,7 +189,7 @@ class ControlMesh:
         At the rim of the elements, where others are missing, the mesh ends as at its boundary.
         """
         piece, used = self._part(elements)
-        halving = two_scale(piece.mesh, piece.sharp_edges, piece.corner_vertices)
+        halving = two_scale(piece.mesh, piece.sharp_edges, piece.corner_vertices, piece.straight)
         control = halving @ piece.mesh.vertices
         ends = np.sort(piece.sharp_edges, axis=1)
         finer = replace(split(piece.mesh), vertices=control)
@@ -189,7 +197,8 @@ class ControlMesh:
         halves = np.stack([ends, np.stack([middles] * 2, axis=1)], axis=-1).reshape(-1, 2)
         shape = len(control), len(self.mesh.vertices)
         halving = csr_matrix((halving.data, used[halving.indices], halving.indptr), shape)
-        return ControlMesh(finer, halves, piece.corner_vertices), halving
+        straight = (8 * piece.straight[:, None] + np.arange(8)).ravel()
+        return ControlMesh(finer, halves, piece.corner_vertices, straight), halving
 
     def _part(self, elements: np.ndarray) -> tuple[ControlMesh, np.ndarray]:
         """The part of some hexes, and the vertices it has (ascending)."""
@@ -199,7 +208,8 @@ class ControlMesh:
         sharp = np.sort(number[self.sharp_edges], axis=1)
         sharp = sharp[_places(edges(mesh.hexes), sharp) >= 0]
         tips = number[self.corner_vertices]
-        return ControlMesh(mesh, sharp, tips[tips >= 0]), used
+        straight = np.flatnonzero(np.isin(elements, self.straight))
+        return ControlMesh(mesh, sharp, tips[tips >= 0], straight), used
 
 
 def _places(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -97,7 +97,7 @@ def test_a_spline_refined_somewhere_has_the_sets_of_its_mesh(space):
     mesh = without((3, 3, 1), [(1.5, 1.5, 0.5)])
     mesh = replace(mesh, sets=boundary_sets(mesh))
     maker = build("spline", {"plugin": space})
-    coarse = coarsest(maker.space(mesh, *maker.sharpened(mesh)))
+    coarse = coarsest(maker.space(mesh, maker.sharpened(mesh)))
     spline = hierarchical_spline([coarse, finer_level(coarse, np.array([0, 4]))])
     assert len(spline.sides) > len(mesh.quads)
     sets = sets_of_spline(spline, mesh)

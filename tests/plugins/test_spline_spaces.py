@@ -14,7 +14,7 @@ from tests.hex_solids import hex_ball, hex_box, hex_cylinder
 def solid(mesh, name="h2s", **options):
     """The spline before it is fitted to a surface."""
     plugin = build("spline", {"plugin": name, **options})
-    return refined_spline(plugin.space(mesh, *plugin.sharpened(mesh)), plugin.refine, None)
+    return refined_spline(plugin.space(mesh, plugin.sharpened(mesh)), plugin.refine, None)
 
 
 @pytest.mark.parametrize("name", ["optimal", "c0"])

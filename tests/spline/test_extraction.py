@@ -222,3 +222,27 @@ def test_control_points_are_the_vertices_and_faces_distinct(mesh):
     assert np.array_equal(spline.control, mesh.vertices)
     _, _, count = unique_rows(np.sort(spline.nodes, axis=1))
     assert (count == 1).all()
+
+
+LINEAR = np.array([[3, 0], [2, 1], [1, 2], [0, 3]]) / 3
+TRILINEAR = np.kron(LINEAR, np.kron(LINEAR, LINEAR))  # (64, 8)
+
+
+def test_straight_hexes_are_trilinear_and_the_others_as_they_were(mesh):
+    rng = np.random.default_rng(0)
+    mesh = hex_mesh(rng.random(mesh.vertices.shape), mesh.hexes)
+    straight = rng.choice(len(mesh.hexes), 3, replace=False)
+    plain, found = (volumetric_spline(mesh, sharp_of(mesh), (), s) for s in ([], straight))
+    expected = TRILINEAR @ mesh.vertices[mesh.hexes[:, TENSOR]]
+    assert bezier_points(found)[straight] == pytest.approx(expected[straight], abs=1e-15)
+    shared = np.isin(found.nodes, found.nodes[straight])
+    assert np.array_equal(bezier_points(found)[~shared], bezier_points(plain)[~shared])
+    assert found.extraction.min() >= 0
+    assert abs(found.extraction.sum(axis=1) - 1).max() < 1e-15 * 4
+    assert np.linalg.matrix_rank(found.extraction.toarray()) == len(mesh.vertices)
+
+
+def test_with_all_hexes_straight_the_spline_is_the_mesh(mesh):
+    found = volumetric_spline(mesh, NONE, (), np.arange(len(mesh.hexes)))
+    expected = TRILINEAR @ mesh.vertices[mesh.hexes[:, TENSOR]]
+    assert bezier_points(found) == pytest.approx(expected, abs=1e-15)

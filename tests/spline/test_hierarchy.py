@@ -32,7 +32,7 @@ SPACES = ("h2s", "optimal", "c0")
 
 def space_of(mesh, plugin="h2s"):
     maker = build("spline", {"plugin": plugin})
-    return maker.space(mesh, *maker.sharpened(mesh))
+    return maker.space(mesh, maker.sharpened(mesh))
 
 
 def levels_of(space, *refined):
@@ -106,6 +106,15 @@ def test_any_refinement_has_no_crack_and_sums_to_one(name, plugin, seed):
     assert abs(spline.extraction.sum(axis=1) - 1).max() < 1e-14
     assert sum(4.0 ** -spline.level[spline.sides[:, 0]]) == len(mesh.quads)
     assert sum(8.0**-spline.level) == len(mesh.hexes)
+
+
+def test_straight_hexes_beside_others_refine_without_a_crack():
+    mesh = MESHES["ball"]
+    space = replace(space_of(mesh), straight=np.array([0, 3]))
+    levels = levels_of(space, ring(space, np.array([0]))[:5], [0, 7, 9])
+    spline = hierarchical_spline(levels)
+    assert crack(mesh, levels, spline) < 1e-13
+    assert abs(spline.extraction.sum(axis=1) - 1).max() < 1e-14
 
 
 def test_the_crack_test_finds_cracks():

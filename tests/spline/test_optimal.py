@@ -34,7 +34,7 @@ SOLIDS = {
 
 def space_of(mesh, kind="optimal", **options):
     plugin = build("spline", {"plugin": kind, **options})
-    return plugin.space(mesh, *plugin.sharpened(mesh))
+    return plugin.space(mesh, plugin.sharpened(mesh))
 
 
 SPACES = {name: space_of(mesh) for name, mesh in SOLIDS.items()}
@@ -192,14 +192,16 @@ def test_smallest_space_carries_cuts_on():
 
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_any_choice_of_sharp_edges_keeps_all_this(seed):
+def test_any_choice_of_sharp_edges_and_straight_hexes_keeps_all_this(seed):
     rng = np.random.default_rng(seed)
     mesh = SOLIDS["cylinder"]
     edges, _ = quad_edges(mesh.quads)
     sharp = edges[rng.random(len(edges)) < rng.random()]
     tips = rng.choice(np.unique(mesh.quads), 3)
-    plain = volumetric_spline(mesh, sharp, tips)
+    straight = rng.choice(len(mesh.hexes), rng.integers(3), replace=False)
+    plain = volumetric_spline(mesh, sharp, tips, straight)
     points = plain.extraction @ plain.control
+    tips = union(tips, mesh.hexes[straight].ravel())
     space = OptimalSpace(mesh, points, cut_faces(mesh, sharp, tips, rng.choice([0, 1, None])))
     test_rows_are_convex_weights(space)
     test_functions_are_independent(space)

@@ -34,7 +34,7 @@ def rod(folder, elements=()):
     """The published mesh's space with its sharp edges, refined; nothing else is done to it."""
     mesh, _ = read_hexes(folder / "rod_hex_paper_used.vtk")
     maker = build("spline", {"plugin": "h2s", "sharp": str(folder / "sharp.txt")} | PUBLISHED)
-    space = maker.space(mesh, *maker.sharpened(mesh))
+    space = maker.space(mesh, maker.sharpened(mesh))
     return space, refined_spline(space, Refinement(elements=elements), boundary(mesh))
 
 

@@ -158,3 +158,21 @@ def test_extraction_of_the_finer_mesh_is_its_own():
     rows, nodes = extraction_matrix(fine.mesh, NONE)
     assert np.array_equal(nodes, fine.nodes)
     assert abs(rows - fine.extraction).max() == 0
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+def test_children_of_straight_hexes_are_straight(mesh):
+    straight = np.array([1, len(mesh.hexes) - 1])
+    coarse = ControlMesh(mesh, sharp_of(mesh), np.zeros(0, np.int64), straight)
+    fine, rows = coarse.finer(np.arange(len(mesh.hexes)))
+    inside = fine.nodes[np.isin(np.arange(8 * len(mesh.hexes)) // 8, straight)]
+    assert np.array_equal(
+        fine.straight, [*range(8, 16), *range(8 * straight[1], 8 * straight[1] + 8)]
+    )
+    halves = bezier_halves(
+        coarse.nodes, fine.nodes, np.arange(fine.nodes.max() + 1), coarse.nodes.max() + 1
+    )
+    gap = abs(halves @ coarse.extraction - fine.extraction @ rows).max(axis=1).toarray().ravel()
+    assert gap[inside].max() < 1e-15 * 4
+    part, _ = coarse.finer(straight)
+    assert np.array_equal(part.straight, np.arange(16))
