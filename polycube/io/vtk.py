@@ -13,6 +13,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from polycube.geometry.hexes import quad_sides
 from polycube.geometry.lattice import cell_of_box
 from polycube.geometry.metrics import metrics
 from polycube.io.atomic import whole
@@ -33,15 +34,16 @@ def write_hex_vtu(
     context: Sequence[str | None] = (),
     point_data: Arrays | None = None,
 ) -> Path:
-    """Write the hex mesh with its measures, the grid cell and the primitive of each hex.
+    """Write the hex mesh with its measures and sets, the grid cell and primitive of each hex.
 
     context : primitive per grid cell, as in `Polycube.context`; empty where it is not known
     point_data : more arrays (V,) or (V, 3)
     """
     boundary = np.zeros(len(hexes.vertices), np.uint8)
     boundary[hexes.quads] = 1
-    points = {"boundary": boundary, **(point_data or {})}
-    cell_data = {**metrics(hexes.vertices, hexes.hexes), "cell": hexes.cell}
+    at_vertices, at_hexes = set_arrays(hexes)
+    points = {"boundary": boundary, **(point_data or {}), **at_vertices}
+    cell_data = {**metrics(hexes.vertices, hexes.hexes), "cell": hexes.cell, **at_hexes}
     comment = ""
     if context:
         names, primitive = numbered_primitives(context)
@@ -99,6 +101,23 @@ def write_cells(
     counts = f'NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}"'
     version = "1.0" if cell_type == HEXAHEDRON else "2.1"  # 2.1: today's order of Bezier points
     return _write(path, "UnstructuredGrid", counts, body, comment, version)
+
+
+def set_arrays(hexes: HexMesh) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Arrays of the sets of the boundary that have a name of their own, no patch number.
+
+    Returns (V,) 1 on the quads of the set, and (H,) the sum of 1, 2, 4, 8, 16, 32 for those of the
+    faces -xi +xi -eta +eta -zeta +zeta of each hex that are in the set; uint8.
+    """
+    owner, side = quad_sides(hexes)
+    at_vertices, at_hexes = {}, {}
+    for name, quads in hexes.sets.items():
+        if not name.startswith("patch_"):
+            at_vertices[name] = np.zeros(len(hexes.vertices), np.uint8)
+            at_vertices[name][hexes.quads[quads]] = 1
+            at_hexes[name] = np.zeros(len(hexes.hexes), np.uint8)
+            np.bitwise_or.at(at_hexes[name], owner[quads], (1 << side[quads]).astype(np.uint8))
+    return at_vertices, at_hexes
 
 
 def numbered_primitives(context: Sequence[str | None]) -> tuple[list[str], np.ndarray]:

@@ -1,0 +1,109 @@
+"""Exodus II."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.io import netcdf_file
+
+from polycube.geometry.hexes import quad_sides
+from polycube.io.atomic import whole
+from polycube.registry import register
+from polycube.types import HexMesh
+
+from .groups import blocks, node_sets, side_sets
+
+SIDES = np.array([4, 2, 1, 3, 5, 6])  # Exodus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
+NAME = 256  # longest name, with the zero at its end
+
+
+@register("export", "exodus")
+@dataclass(frozen=True)
+class Exodus:
+    """Exodus II, `.exo`, in the netCDF of 64-bit offsets: blocks of the grid cells, named
+    sets of nodes and sides.
+
+    No element sets of the primitives, which are in the names of the blocks: VTK does not read them.
+    """
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        path = path.with_suffix(".exo")
+        with whole(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
+            _head(file)
+            _nodes(file, hexes)
+            _elements(file, hexes)
+            _sets(file, hexes)
+        return path
+
+
+def _head(file: netcdf_file) -> None:
+    file.api_version = file.version = np.float32(5.1)
+    file.floating_point_word_size, file.file_size = np.int32(8), np.int32(1)
+    file.maximum_name_length = np.int32(NAME - 1)
+    file.title = "hex mesh of polycube, lengths in the units of the input"
+    file.createDimension("time_step", None)
+    for name, size in {"len_string": 33, "len_name": NAME, "len_line": 81, "four": 4}.items():
+        file.createDimension(name, size)
+    file.createVariable("time_whole", "d", ("time_step",))
+
+
+def _nodes(file: netcdf_file, mesh: HexMesh) -> None:
+    file.createDimension("num_dim", 3)
+    file.createDimension("num_nodes", len(mesh.vertices))
+    for axis, name in enumerate("xyz"):
+        _array(file, f"coord{name}", mesh.vertices[:, axis], "num_nodes")
+    _names(file, "coor_names", list("xyz"), "num_dim")
+
+
+def _elements(file: netcdf_file, mesh: HexMesh) -> None:
+    """A block per grid cell; `elem_num_map` has the numbers of the hexes in the mesh, from one."""
+    own = blocks(mesh)
+    file.createDimension("num_elem", len(mesh.hexes))
+    file.createDimension("num_el_blk", len(own))
+    _listed(file, "eb", list(own), "num_el_blk")
+    for k, rows in enumerate(own.values(), start=1):
+        file.createDimension(f"num_el_in_blk{k}", len(rows))
+        file.createDimension(f"num_nod_per_el{k}", 8)
+        sizes = (f"num_el_in_blk{k}", f"num_nod_per_el{k}")
+        _array(file, f"connect{k}", mesh.hexes[rows] + 1, *sizes).elem_type = "HEX8"
+    _array(file, "elem_num_map", np.concatenate([*own.values()]) + 1, "num_elem")
+
+
+def _sets(file: netcdf_file, mesh: HexMesh) -> None:
+    """Element numbers of sets are places in the order of the blocks."""
+    place = np.argsort(np.concatenate([*blocks(mesh).values()]))
+    owner, side = quad_sides(mesh)
+    nodes, sides = node_sets(mesh), side_sets(mesh)
+    file.createDimension("num_node_sets", len(nodes))
+    _listed(file, "ns", list(nodes), "num_node_sets")
+    for k, own in enumerate(nodes.values(), start=1):
+        file.createDimension(f"num_nod_ns{k}", len(own))
+        _array(file, f"node_ns{k}", own + 1, f"num_nod_ns{k}")
+    file.createDimension("num_side_sets", len(sides))
+    _listed(file, "ss", list(sides), "num_side_sets")
+    for k, own in enumerate(sides.values(), start=1):
+        file.createDimension(f"num_side_ss{k}", len(own))
+        _array(file, f"elem_ss{k}", place[owner[own]] + 1, f"num_side_ss{k}")
+        _array(file, f"side_ss{k}", SIDES[side[own]], f"num_side_ss{k}")
+
+
+def _listed(file: netcdf_file, kind: str, names: list[str], size: str) -> None:
+    """Status, number and name of each block or set of a kind."""
+    _array(file, f"{kind}_status", np.ones(len(names), np.int32), size)
+    _array(file, f"{kind}_prop1", np.arange(1, len(names) + 1), size).name = "ID"
+    _names(file, f"{kind}_names", names, size)
+
+
+def _names(file: netcdf_file, variable: str, names: list[str], size: str) -> None:
+    rows = [list(name.encode()[: NAME - 1].ljust(NAME, b"\0")) for name in names]
+    file.createVariable(variable, "c", (size, "len_name"))[:] = np.array(rows, np.uint8).view("c")
+
+
+def _array(file: netcdf_file, name: str, values: np.ndarray, *sizes: str) -> object:
+    kind = "d" if values.dtype.kind == "f" else "i"
+    variable = file.createVariable(name, kind, sizes)
+    variable[:] = values
+    return variable

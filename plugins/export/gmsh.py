@@ -1,0 +1,120 @@
+"""Gmsh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from polycube.registry import register
+from polycube.types import HexMesh
+
+from .groups import blocks, first_sets, primitive_sets, side_sets
+from .text import count, floats, integers, numbered, write
+
+VERSIONS = ("2.2", "4.1")
+QUAD, HEXAHEDRON = 3, 5  # Gmsh's numbers of the kinds of element
+
+
+@register("export", "gmsh")
+@dataclass(frozen=True)
+class Gmsh:
+    """Gmsh, `.msh`: physical surfaces and volumes.
+
+    In 2.2, what most solvers read, an element has one group: a quad the first set that it is in,
+    a hex its grid cell.  In 4.1 it has all.
+    """
+
+    version: str = "2.2"  # or 4.1
+
+    def __post_init__(self) -> None:
+        if self.version not in VERSIONS:
+            raise ValueError(f"version must be {' or '.join(VERSIONS)}; got {self.version!r}")
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written."""
+        parts = _in_one_group(hexes) if self.version == "2.2" else _in_all_groups(hexes)
+        return write(path.with_suffix(".msh"), f"$MeshFormat\n{self.version} 0 8\n", *parts)
+
+
+def _in_one_group(mesh: HexMesh) -> list[str]:
+    """Format 2.2, after its first line."""
+    surfaces, of_quad = first_sets(mesh)
+    volumes = blocks(mesh)
+    of_hex = np.searchsorted(np.unique(mesh.cell), mesh.cell)
+    quads = _tagged(QUAD, of_quad, mesh.quads, 1)
+    hexes = _tagged(HEXAHEDRON, of_hex, mesh.hexes, 1 + len(quads))
+    return [
+        _names(surfaces, list(volumes)),
+        f"$Nodes\n{len(mesh.vertices)}\n",
+        numbered(mesh.vertices, " "),
+        f"$EndNodes\n$Elements\n{len(quads) + len(hexes)}\n",
+        integers(quads),
+        integers(hexes),
+        "$EndElements\n",
+    ]
+
+
+def _tagged(kind: int, group: np.ndarray, nodes: np.ndarray, first: int) -> np.ndarray:
+    """Rows of an element: number, kind, two tags (physical, elementary), nodes from one."""
+    numbers = np.arange(first, first + len(nodes))
+    tags = np.column_stack([numbers, np.full_like(numbers, kind), np.full_like(numbers, 2)])
+    return np.column_stack([tags, group + 1, group + 1, nodes + 1])
+
+
+def _in_all_groups(mesh: HexMesh) -> list[str]:
+    """Format 4.1, after its first line: an entity for each combination of groups."""
+    surfaces, volumes = side_sets(mesh), blocks(mesh) | primitive_sets(mesh)
+    quads, of_quads = _entities(surfaces, len(mesh.quads))
+    hexes, of_hexes = _entities(volumes, len(mesh.hexes))
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    box = " ".join(f"{x:.17g}" for x in (*low, *high))
+
+    def entity(tag: int, groups: np.ndarray) -> str:
+        return f"{tag} {box} {len(groups)} {' '.join(map(str, groups + 1))} 0\n"
+
+    def block(dimension: int, tag: int, kind: int, nodes: np.ndarray, rows: np.ndarray) -> str:
+        first = 1 if dimension == 2 else 1 + len(mesh.quads)
+        return f"{dimension} {tag} {kind} {len(rows)}\n" + integers(
+            np.column_stack([first + rows, nodes[rows] + 1])
+        )
+
+    n_nodes, n_elements = len(mesh.vertices), len(mesh.quads) + len(mesh.hexes)
+    blocks_of = [(2, QUAD, mesh.quads, quads), (3, HEXAHEDRON, mesh.hexes, hexes)]
+    return [
+        _names(list(surfaces), list(volumes)),
+        f"$Entities\n0 0 {len(quads)} {len(hexes)}\n",
+        *(entity(tag, groups) for tag, groups in enumerate(of_quads, start=1)),
+        *(entity(tag, groups) for tag, groups in enumerate(of_hexes, start=1)),
+        f"$EndEntities\n$Nodes\n1 {n_nodes} 1 {n_nodes}\n3 1 0 {n_nodes}\n",
+        integers(count(mesh.vertices)[:, :1]),
+        floats(mesh.vertices),
+        f"$EndNodes\n$Elements\n{len(quads) + len(hexes)} {n_elements} 1 {n_elements}\n",
+        *(
+            block(dimension, tag, kind, nodes, rows)
+            for dimension, kind, nodes, entities in blocks_of
+            for tag, rows in enumerate(entities, start=1)
+        ),
+        "$EndElements\n",
+    ]
+
+
+def _entities(
+    sets: Mapping[str, np.ndarray], number: int
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Elements that are in the same sets, and the numbers of these sets."""
+    member = np.zeros((number, len(sets)), bool)
+    for k, own in enumerate(sets.values()):
+        member[own, k] = True
+    rows, which = np.unique(member, axis=0, return_inverse=True)
+    entities = [np.flatnonzero(which.ravel() == k) for k in range(len(rows))]
+    return entities, [np.flatnonzero(row) for row in rows]
+
+
+def _names(surfaces: list[str], volumes: list[str]) -> str:
+    rows = [f'2 {k} "{name}"\n' for k, name in enumerate(surfaces, start=1)]
+    rows += [f'3 {k} "{name}"\n' for k, name in enumerate(volumes, start=1)]
+    names = f"$PhysicalNames\n{len(rows)}\n{''.join(rows)}$EndPhysicalNames\n"
+    return f"$EndMeshFormat\n{names}"

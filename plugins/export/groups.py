@@ -1,0 +1,45 @@
+"""What all formats call the parts of a mesh: sets of boundary quads, nodes and hexes, by name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.geometry.patches import boundary_sets
+from polycube.io.vtk import numbered_primitives
+from polycube.types import HexMesh
+
+
+def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
+    """Numbers of boundary quads by name: x_min ..., hole_1 ..., cad_face_1 ..., patch_0 ..."""
+    return dict(mesh.sets) or boundary_sets(mesh)
+
+
+def node_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
+    """Numbers of the vertices on the quads of each set, ascending."""
+    return {name: np.unique(mesh.quads[quads]) for name, quads in side_sets(mesh).items()}
+
+
+def first_sets(mesh: HexMesh) -> tuple[list[str], np.ndarray]:
+    """For formats where a quad has one group: names, and the number (Q,) of the first it is in."""
+    sets = side_sets(mesh)
+    number = np.full(len(mesh.quads), len(sets))
+    for k, quads in reversed(list(enumerate(sets.values()))):
+        number[quads] = k
+    used, number = np.unique(number, return_inverse=True)
+    return [list(sets)[k] for k in used], number.ravel()
+
+
+def blocks(mesh: HexMesh) -> dict[str, np.ndarray]:
+    """Hexes of each grid cell: cell_0, or cell_0_hole_z where it is known what fills it."""
+    filled = {c: f"_{name}" for c, name in enumerate(mesh.primitives) if name}
+    cells = np.unique(mesh.cell).tolist()
+    return {f"cell_{c}{filled.get(c, '')}": np.flatnonzero(mesh.cell == c) for c in cells}
+
+
+def primitive_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
+    """Hexes of each primitive: primitive_hole_z; none where it is not known."""
+    names, primitive = numbered_primitives(mesh.primitives)
+    return {
+        f"primitive_{name}": np.flatnonzero(primitive[mesh.cell] == k)
+        for k, name in enumerate(names)
+    }

@@ -1,0 +1,52 @@
+"""Numbers as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+
+from polycube.io.atomic import whole
+
+
+def count(rows: np.ndarray) -> np.ndarray:
+    """Rows with their number, from one, in front."""
+    return np.column_stack([np.arange(1, len(rows) + 1), rows])
+
+
+def floats(values: np.ndarray) -> str:
+    """Rows of numbers that read back to the same bits."""
+    return lines(values, "%.17g")
+
+
+def integers(values: np.ndarray, between: str = " ") -> str:
+    """Rows of whole numbers."""
+    return lines(values, "%d", between)
+
+
+def numbered(points: np.ndarray, between: str = ", ") -> str:
+    """Points that read back to the same bits, with their number from one."""
+    return lines(count(points), ["%d"] + 3 * ["%.17g"], between)
+
+
+def lines(values: np.ndarray, form: str | list[str], between: str = " ") -> str:
+    """Rows in a format of `numpy.savetxt`."""
+    text = StringIO()
+    np.savetxt(text, values, form, between)
+    return text.getvalue()
+
+
+def wrapped(numbers: Iterable[int], width: int, columns: str = "%d", between: str = "") -> str:
+    """Whole numbers, so many to a line."""
+    numbers = list(numbers)
+    rows = (numbers[i : i + width] for i in range(0, len(numbers), width))
+    return "".join(between.join(columns % n for n in row) + "\n" for row in rows)
+
+
+def write(path: Path, *parts: str) -> Path:
+    """The file, whole or not at all."""
+    with whole(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as file:
+        file.writelines(parts)
+    return path
