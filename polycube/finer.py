@@ -35,6 +35,7 @@ def meet(found: Portfolio, deviation: float | str | None) -> None:
     surface: TriMesh = found.state["surface"]
     coarse: HexMesh = found.end["hexes"]
     wanted = sizing.length(deviation, diagonal(surface)) / diagonal(surface)
+    found.preferred = found.chosen
     least = least_jacobian(quality(coarse, surface).scaled_jacobian)
     times, apart = 1.0, _apart(coarse, surface)
     for _ in range(TRIES if apart > wanted else 0):

@@ -61,7 +61,7 @@ def portfolio(surface: TriMesh, **options: object) -> Portfolio:
     """One run of that subdivision."""
     state = {"surface": surface, "polycube": None, "rough_map": None}
     stages = [Stage("meshing/subdivide", Cut(**options))]
-    found = Portfolio(stages, [{}], state, Clock(), lambda end: -len(end["hexes"].hexes))
+    found = Portfolio(stages, [{}], state, Clock(), lambda end: len(end["hexes"].hexes))
     found.run(0)
     return found
 
