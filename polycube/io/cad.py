@@ -8,28 +8,25 @@ from __future__ import annotations
 
 import json
 import logging
-import re
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
 from polycube.geometry.surface import volume
 from polycube.io.clean import clean
-from polycube.io.units import METRES
+from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
 from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)
 
-STEP = (".step", ".stp")
 SUFFIXES = (*STEP, ".iges", ".igs", ".brep")
-MILLIMETRES = {name: 1000 * metres for name, metres in METRES.items()}
-PREFIX = {"": 1000.0, ".MILLI.": 1.0, ".CENTI.": 10.0, ".MICRO.": 1e-3}  # of a metre, in mm
 LOST = 0.05  # share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
 
@@ -53,11 +50,13 @@ class Cad:
 
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
-    """Closed, oriented surface of a solid, and what is doubtful; raises InputError."""
+    """Closed, oriented surface of a solid with its CAD faces, and doubts; raises InputError."""
     path.open("rb").close()  # raises OSError, as the other readers do
     found = _tessellated(path, options)
     unit = file_unit(path)
     surface, notes = clean(found["vertices"] / MILLIMETRES[unit], found["faces"])
+    if "cad_face" in found:
+        surface = _regions(surface, found, path)
     size = found.get("volume", np.nan) / MILLIMETRES[unit] ** 3
     logger.info("%s: lengths in %s, volume %.6g %s3", path, unit, size, unit)
     if options.units not in (None, unit):
@@ -76,32 +75,26 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     return surface, notes
 
 
-def file_unit(path: Path) -> str:
-    """Length unit that a STEP file declares, a key of MILLIMETRES; other files: mm."""
-    if path.suffix.lower() not in STEP:
-        return "mm"
-    text = re.sub(r"\s+", "", path.read_text(errors="replace").upper())
-    entity = dict(re.findall(r"#(\d+)=([^;]*);", text))
-    context = re.search(r"GLOBAL_UNIT_ASSIGNED_CONTEXT\(\(([#\d,]*)\)", text)
-    units = [entity.get(n, "") for n in re.findall(r"\d+", context[1] if context else "")]
-    length = next((unit for unit in units if "LENGTH_UNIT()" in unit), "")
-    size = _millimetres(length, entity)
-    known = [name for name, value in MILLIMETRES.items() if np.isclose(value, size)]
-    return known[0] if known else "mm"
+def _regions(surface: TriMesh, found: dict[str, np.ndarray], path: Path) -> TriMesh:
+    """The surface with the CAD face that each of its triangles is on, and the faces' names.
 
-
-def _millimetres(unit: str, entity: dict[str, str]) -> float:
-    """Of one unit: an SI unit, or so many of another."""
-    if based := re.search(r"CONVERSION_BASED_UNIT\('[^']*',#(\d+)\)", unit):
-        measure = entity.get(based[1], "")
-        factor = re.search(r"LENGTH_MEASURE\(([-+.\dE]+)\),#(\d+)", measure)
-        return float(factor[1]) * _millimetres(entity.get(factor[2], ""), entity) if factor else 1.0
-    metre = re.search(r"SI_UNIT\((\.\w+\.|\$),\.METRE\.\)", unit)
-    return PREFIX.get(metre[1].replace("$", ""), 1.0) if metre else 1.0
+    Cleaning may have dropped and turned triangles: the middles tell which are left.
+    """
+    unit = MILLIMETRES[file_unit(path)]
+    middles = found["vertices"][found["faces"]].mean(axis=1) / unit
+    nearest = cKDTree(middles).query(surface.vertices[surface.faces].mean(axis=1))[1]
+    corners = np.split(found["corners"] / unit, np.cumsum(found["n_corners"])[:-1])
+    names = face_names(path, found["face_kind"].tolist(), corners)
+    if not any(names):
+        names = tuple(found["face_name"].tolist())
+    return replace(surface, region=found["cad_face"][nearest], region_names=names)
 
 
 def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
-    """Arrays in millimetres: volume (one number, where it is known), vertices, faces."""
+    """Arrays in millimetres: volume (one number), vertices, faces, those of `cad_worker` beside.
+
+    Only vertices and faces where gmsh does not load.
+    """
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "solid.npz"
         asked = {"path": str(path), "output": str(output)}

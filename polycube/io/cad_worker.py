@@ -60,7 +60,10 @@ def _diagonal(gmsh: object) -> float:
 
 
 def _triangles(gmsh: object, solids: list[int], chosen: int) -> dict[str, np.ndarray]:
-    """Vertices (V, 3), faces (F, 3) and the CAD face of each, from 1."""
+    """Vertices (V, 3), faces (F, 3), the CAD face of each (F,), from 1.
+
+    Of each CAD face: kind of surface, name, number of corners, and these, all in a row.
+    """
     others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
     gmsh.model.occ.remove(others, recursive=True)
     gmsh.model.occ.synchronize()
@@ -71,18 +74,28 @@ def _triangles(gmsh: object, solids: list[int], chosen: int) -> dict[str, np.nda
     tags, points, _ = gmsh.model.mesh.getNodes()
     place = np.zeros(int(tags.max()) + 1, np.int64)
     place[tags] = np.arange(len(tags))
-    faces, owner = [], []
-    for number, (_, face) in enumerate(
-        gmsh.model.getBoundary([(3, solids[chosen])], oriented=False)
-    ):
-        _, corners = gmsh.model.mesh.getElementsByType(2, face)
-        faces.append(place[corners.reshape(-1, 3)])
-        owner.append(np.full(len(faces[-1]), number + 1))
+    sides = sorted(tag for _, tag in gmsh.model.getBoundary([(3, solids[chosen])], oriented=False))
+    faces = [place[gmsh.model.mesh.getElementsByType(2, side)[1].reshape(-1, 3)] for side in sides]
+    ends = [gmsh.model.getBoundary([(2, side)], oriented=False, recursive=True) for side in sides]
+    corners = [gmsh.model.getValue(0, tag, []) for own in ends for _, tag in own]
     return {
         "vertices": points.reshape(-1, 3),
         "faces": np.concatenate(faces),
-        "cad_face": np.concatenate(owner),
+        "cad_face": np.repeat(np.arange(1, len(sides) + 1), [len(own) for own in faces]),
+        "face_kind": np.array([gmsh.model.getType(2, side) for side in sides]),
+        "face_name": np.array(_names(gmsh, sides)),
+        "corners": np.reshape(corners, (-1, 3)),
+        "n_corners": np.array([len(own) for own in ends]),
     }
+
+
+def _names(gmsh: object, sides: list[int]) -> list[str]:
+    """What gmsh calls each face; where it has no names but several colours, `colour_ff0000`."""
+    names = [gmsh.model.getEntityName(2, side).rpartition("/")[2] for side in sides]
+    colours = [gmsh.model.getColor(2, side) for side in sides]
+    if any(names) or len(set(colours)) == 1:
+        return names
+    return ["colour_{:02x}{:02x}{:02x}".format(*c[:3]) if c[3] else "" for c in colours]
 
 
 if __name__ == "__main__":

@@ -1,16 +1,20 @@
 """CAD files written by gmsh in another process, read back."""
 
 import os
+import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from polycube.errors import InputError
 from polycube.geometry.surface import genus, volume
-from polycube.io.cad import Cad, file_unit
+from polycube.io.cad import Cad
+from polycube.io.cad_worker import _names
 from polycube.io.read import read_surface
+from polycube.io.step import face_names, file_unit
 
 BORED = 100 * 60 * 40 - np.pi * 12**2 * 40  # volume
 WRITE = """
@@ -48,6 +52,77 @@ def test_a_bored_box_keeps_volume_place_and_hole(tmp_path, suffix):
     assert volume(surface) == pytest.approx(BORED, rel=2e-3)
     np.testing.assert_allclose(surface.vertices.min(axis=0), [5, -7, 3], atol=1e-5)
     np.testing.assert_allclose(surface.vertices.max(axis=0), [105, 53, 43], atol=1e-5)
+
+
+def test_triangles_know_their_face(step):
+    """Six sides of the box and the wall of the hole, each triangle on the right one."""
+    surface, _ = read_surface(step)
+    assert sorted(np.unique(surface.region)) == [1, 2, 3, 4, 5, 6, 7]
+    assert surface.region_names == ("",) * 7
+    off = []
+    for face in range(1, 8):
+        points = surface.vertices[surface.faces[surface.region == face]].reshape(-1, 3)
+        flat = np.ptp(points, axis=0) < 1e-6
+        radius = np.linalg.norm(points[:, :2] - [55, 23], axis=1)
+        off.append(flat.any() or np.abs(radius - 12).max() < 1e-6)
+    assert all(off)
+
+
+def named_by_place(text):
+    """The STEP file with its plane faces named by where they lie, such as "x 5"."""
+    entity = dict(re.findall(r"#(\d+) ?= ?([^;]*);", text))
+
+    def name(face):
+        plane = entity[re.search(r"#(\d+),\.[TF]\.", face[0])[1]]
+        if not plane.startswith("PLANE"):
+            return face[0].replace("''", "'Bore #1'", 1)
+        place = entity[re.search(r"#(\d+)", plane)[1]]
+        point, normal = (
+            np.array(re.findall(r"-?\d+\.[\dE+-]*", entity[n]), float)
+            for n in re.findall(r"#(\d+)", place)[:2]
+        )
+        axis = int(np.abs(normal).argmax())
+        return face[0].replace("''", f"'{'xyz'[axis]} {point[axis]:g}'", 1)
+
+    return re.sub(r"ADVANCED_FACE\([^;]*", name, text)
+
+
+def test_names_of_faces_are_those_of_the_file(tmp_path, step):
+    path = tmp_path / "named.step"
+    path.write_text(named_by_place(step.read_text()))
+    surface, _ = read_surface(path)
+    assert sorted(surface.region_names) == [
+        "Bore #1",
+        "x 105",
+        "x 5",
+        "y -7",
+        "y 53",
+        "z 3",
+        "z 43",
+    ]
+    for face, name in enumerate(surface.region_names, start=1):
+        points = surface.vertices[surface.faces[surface.region == face]].reshape(-1, 3)
+        if name != "Bore #1":
+            axis, place = name.split()
+            assert points[:, "xyz".index(axis)] == pytest.approx(float(place))
+    corner = np.array([[5.0, -7, 3], [1, 2, 3]])  # no face has these
+    assert face_names(path, ["Plane", "Plane"], [corner, corner[:0]]) == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("names", "colours", "expected"),
+    [
+        (["Shapes/part/top", ""], [(1, 2, 3, 255)] * 2, ["top", ""]),
+        (["", ""], [(1, 2, 3, 255)] * 2, ["", ""]),
+        (["", ""], [(255, 0, 0, 255), (0, 0, 255, 0)], ["colour_ff0000", ""]),
+    ],
+    ids=["named", "one colour", "one of two coloured"],
+)
+def test_names_or_else_colours_of_gmsh(names, colours, expected):
+    model = SimpleNamespace(
+        getEntityName=lambda _, side: names[side], getColor=lambda _, side: colours[side]
+    )
+    assert _names(SimpleNamespace(model=model), [0, 1]) == expected
 
 
 def test_more_segments_are_nearer_to_the_solid(step):

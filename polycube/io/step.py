@@ -1,0 +1,105 @@
+"""What a STEP file says that the program which reads its shapes does not pass on: unit, names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.io.units import METRES
+
+STEP = (".step", ".stp")
+MILLIMETRES = {name: 1000 * metres for name, metres in METRES.items()}
+PREFIX = {"": 1000.0, ".MILLI.": 1.0, ".CENTI.": 10.0, ".MICRO.": 1e-3}  # of a metre, in mm
+SAME = 1e-6  # of the diagonal: vertices this near are one
+ADVANCED_FACE = r"ADVANCED_FACE\s*\(\s*'([^']*)'\s*,\s*\(([^)]*)\)\s*,\s*#(\d+)"
+KINDS = {  # elementary surfaces: STEP's word, gmsh's
+    "PLANE": "Plane",
+    "CYLINDRICAL_SURFACE": "Cylinder",
+    "CONICAL_SURFACE": "Cone",
+    "SPHERICAL_SURFACE": "Sphere",
+    "TOROIDAL_SURFACE": "Torus",
+}
+
+
+def file_unit(path: Path) -> str:
+    """Length unit that a STEP file declares, a key of MILLIMETRES; other files: mm."""
+    if path.suffix.lower() not in STEP:
+        return "mm"
+    text = re.sub(r"\s+", "", path.read_text(errors="replace").upper())
+    entity = dict(re.findall(r"#(\d+)=([^;]*);", text))
+    context = re.search(r"GLOBAL_UNIT_ASSIGNED_CONTEXT\(\(([#\d,]*)\)", text)
+    units = [entity.get(n, "") for n in re.findall(r"\d+", context[1] if context else "")]
+    length = next((unit for unit in units if "LENGTH_UNIT()" in unit), "")
+    size = _millimetres(length, entity)
+    known = [name for name, value in MILLIMETRES.items() if np.isclose(value, size)]
+    return known[0] if known else "mm"
+
+
+def _millimetres(unit: str, entity: dict[str, str]) -> float:
+    """Of one unit: an SI unit, or so many of another."""
+    if based := re.search(r"CONVERSION_BASED_UNIT\('[^']*',#(\d+)\)", unit):
+        measure = entity.get(based[1], "")
+        factor = re.search(r"LENGTH_MEASURE\(([-+.\dE]+)\),#(\d+)", measure)
+        return float(factor[1]) * _millimetres(entity.get(factor[2], ""), entity) if factor else 1.0
+    metre = re.search(r"SI_UNIT\((\.\w+\.|\$),\.METRE\.\)", unit)
+    return PREFIX.get(metre[1].replace("$", ""), 1.0) if metre else 1.0
+
+
+def face_names(path: Path, kinds: Sequence[str], corners: Sequence[np.ndarray]) -> tuple[str, ...]:
+    """Names of the faces of a solid as the STEP file has them; "" where it has none, or is not one.
+
+    kinds : gmsh's word for the surface of each face
+    corners : the vertices (N, 3) round each face, in the file's unit
+    A face is the one with the same vertices; where several of different names have them, "".
+    """
+    if path.suffix.lower() not in STEP:
+        return ("",) * len(kinds)
+    text = path.read_text(errors="replace")
+    entity = dict(re.findall(r"#(\d+)\s*=\s*([^;]*);", text))
+    named = [
+        (face[1].strip(), KINDS.get(_word(entity.get(face[3], ""))), _points(face[2], entity))
+        for body in entity.values()
+        if (face := re.match(ADVANCED_FACE, body, re.DOTALL)) and face[1].strip()
+    ]
+    if not named:
+        return ("",) * len(kinds)
+    tree = cKDTree(np.concatenate([points for _, _, points in named]))
+    near = SAME * np.linalg.norm(np.ptp(tree.data, axis=0))
+    called: dict[tuple[str | None, frozenset], set[str]] = {}
+    for name, kind, points in named:
+        called.setdefault((kind, _places(tree, points, near)), set()).add(name)
+    found = []
+    for kind, points in zip(kinds, corners, strict=True):
+        plain = kind if kind in KINDS.values() else None
+        names = called.get((plain, _places(tree, points, near)), set())
+        found.append(names.pop() if len(names) == 1 else "")
+    return tuple(found)
+
+
+def _word(body: str) -> str:
+    return body.partition("(")[0].strip()
+
+
+def _references(body: str) -> list[str]:
+    return re.findall(r"#(\d+)", body)
+
+
+def _points(body: str, entity: dict[str, str]) -> np.ndarray:
+    """(N, 3) vertices that an entity, or a list of references, comes down to."""
+    word, below = _word(body), _references(body)
+    if word == "CARTESIAN_POINT":
+        return np.array([re.findall(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?", body)[-3:]], np.float64)
+    if word == "EDGE_CURVE":
+        below = below[:2]  # the third is the curve
+    found = [_points(entity.get(number, ""), entity) for number in below]
+    return np.concatenate([np.zeros((0, 3)), *found])
+
+
+def _places(tree: cKDTree, points: np.ndarray, near: float) -> frozenset[int]:
+    """The points by their numbers in the tree; -1 for those that are none of its own."""
+    off, number = tree.query(np.reshape(points, (-1, 3)))
+    return frozenset(np.where(off <= near, number, -1).tolist())
