@@ -1,6 +1,7 @@
 # make demo    a made part all the way to its report     make demo MESH=part.stl
 # make test    tests that are not slow                   make test MARK=  for all
 # make train   train the denoiser                        make train ARGS=experiment=smoke
+# make gallery docs/gallery.md with its pictures, from the parts that the program makes itself
 # make lint    format and lint, changing nothing
 # make doctor  what of this machine can be used
 #
@@ -21,7 +22,7 @@ CODE := polycube plugins tests train.py infer.py
 export MPLBACKEND := Agg
 export PYVISTA_OFF_SCREEN := true
 
-.PHONY: demo test train lint doctor
+.PHONY: demo test train gallery lint doctor
 
 demo: $(READY)
 	$(RUN) infer.py mesh=$(MESH) output_dir=$(OUTPUT) $(ARGS)
@@ -32,6 +33,12 @@ test: $(READY)
 
 train: $(READY)
 	$(RUN) train.py $(ARGS)
+
+EXAMPLES := example:dice,example:ring,example:rod,example:lantern
+EXAMPLES := $(EXAMPLES),example:eight,example:key,example:barrel,example:cup
+gallery: $(READY)
+	$(RUN) infer.py -m mesh=$(EXAMPLES) output_dir=outputs/gallery
+	$(RUN) -m polycube.report.gallery docs outputs/gallery/*
 
 lint: $(READY)
 	$(RUN) -m ruff format --check $(CODE)
