@@ -1,34 +1,157 @@
-"""What the README shows works."""
+"""The commands and the Python of the README and of docs/ work.
+
+Every command is composed, and what it configures is built, so that names, options and their values
+are right; Python is run.  The README's own commands are also run to their end (slow).
+"""
 
 import re
-from dataclasses import dataclass
+import shlex
+import subprocess
+import sys
+from importlib.util import find_spec
+from itertools import product
+from pathlib import Path
 
-import numpy as np
+import pytest
+import yaml
+from hydra import compose, initialize_config_dir
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf import OmegaConf
 
-from polycube import registry
-from polycube.testing import check
+import polycube.app.infer  # noqa: F401  (the resolvers of its configuration)
+from polycube import HOME, __version__
+from polycube.app.improve import Improvement, is_improvement
+from polycube.app.run import Run
+from polycube.registry import build
 from tests.conftest import ROOT
 
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES += [ROOT / "plugins" / "weights" / "README.md"]
+PROGRAMS = {
+    ("python", "infer.py"): "infer",
+    ("python", "train.py"): "train",
+    ("python", "-m", "polycube.evaluate"): "evaluate",
+    ("polycube-infer",): "infer",
+    ("polycube-train",): "train",
+}
+LISTS = ("mesh=",)  # of the command line, which `batch.expanded` splits: a file each
+FROM_OUTSIDE = "docs/plugins.md"  # composed with its package, in test_plugins_page.py
 
-def blocks() -> list[str]:
-    """Python of the README, in its order."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    return re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+
+def lines(page: Path) -> list[str]:
+    """Command lines of the code blocks of a page, without what stands beside them."""
+    text = page.read_text(encoding="utf-8")
+    blocks = re.findall(r"^```(?:bash)?\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    blocks += re.findall(r"(?:^ {4}.+\n)+", text, re.MULTILINE)
+    joined = re.sub(r" *\\\n *", " ", "\n".join(blocks))
+    cut = (re.split(r"\s{2,}(?=\S+ |#)|\s#", line.strip())[0] for line in joined.splitlines())
+    starts = ("python ", "polycube-", "make ")
+    return [line for line in cut if line.startswith(starts)]
+
+
+def of_all_pages() -> list:
+    return [
+        pytest.param(page, line, id=f"{page.relative_to(ROOT)}: {line}")
+        for page in PAGES
+        for line in dict.fromkeys(lines(page))
+        if str(page.relative_to(ROOT)) != FROM_OUTSIDE
+    ]
+
+
+def choices(words: list[str]) -> list[list[str]]:
+    """The overrides of each job that a command line makes."""
+    words = [w for w in words if w not in ("-m", "--multirun") and not w.startswith("hydra")]
+    values = []
+    for word in words:
+        if word.startswith(LISTS):
+            word = word.partition("=")[0] + "=part.stl"
+        [override] = OverridesParser.create().parse_overrides([word])
+        several = override.is_sweep_override()
+        key = override.get_key_element()
+        values.append(
+            [f"{key}={v}" for v in override.sweep_string_iterator()] if several else [word]
+        )
+    return [list(each) for each in product(*values)]
+
+
+def check(program: str, overrides: list[str]) -> None:
+    """Compose it, and build what it names."""
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = OmegaConf.to_container(compose(program, overrides), resolve=True)
+    if program == "infer":
+        Improvement(cfg) if is_improvement(cfg) else Run(cfg)
+    else:
+        kinds = ("schedule", "model", "data", "sampler")
+        built = [build(kind, cfg[kind]) for kind in kinds if kind in cfg]
+        assert built
+
+
+@pytest.mark.parametrize(("page", "line"), of_all_pages())
+def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) -> None:
+    words = shlex.split(line)
+    if words[0] == "make":
+        targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
+        assert words[1] in targets
+        return
+    found = [n for n in (1, 2, 3) if tuple(words[:n]) in PROGRAMS]
+    if not found:
+        assert words[:2] == ["python", "-m"] and find_spec(words[2]), line
+        return
+    monkeypatch.chdir(tmp_path)
+    for word in words:  # files of vertices that a spline's options read
+        if word.endswith(".txt"):
+            Path(word.partition("=")[2]).write_text("0 1\n")
+    for overrides in choices(words[found[0] :]):
+        check(PROGRAMS[tuple(words[: found[0]])], overrides)
+
+
+def test_there_are_commands_on_most_pages() -> None:
+    assert len(of_all_pages()) > 40
+    assert len({param.values[0] for param in of_all_pages()}) > 8
+
+
+def test_the_readme_is_one_screen() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(text) <= 80 and max(map(len, text)) <= 120
 
 
 def test_the_script_of_the_readme_runs(capfd) -> None:
-    script, _ = blocks()
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    [script] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     quick = script.replace("part.step", "example:dice").replace("size=4%", "size=14%")
     known: dict = {}
     exec(quick, known)
     assert known["part"].report["valid"] and known["part"].modes.frequency[-1] > 0
 
 
-def test_the_plugin_of_the_readme_keeps_the_promises_of_its_kind(monkeypatch) -> None:
-    registry.names("schedule")
-    monkeypatch.setattr(registry, "_classes", dict(registry._classes))
-    _, code = blocks()
-    [name] = re.findall(r'@register\("schedule", "(\w+)"\)', code)
-    known = {"register": registry.register, "dataclass": dataclass, "np": np, "__name__": "readme"}
-    exec(code, known)
-    check("schedule", registry.build("schedule", {"plugin": name}))
+def test_the_citation_names_this_version() -> None:
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert cited["version"] == __version__ and cited["license"] == "BSD-3-Clause"
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert f'version = "{__version__}"\n' in project
+    assert len(cited["preferred-citation"]["authors"]) == 5
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
+    """On a made part, with fewer hexes and without what only takes time."""
+    from polycube.io.examples import example
+
+    part = example("dice")
+    rows = [f"v {x} {y} {z}\n" for x, y, z in part.vertices.tolist()]
+    rows += [f"f {a} {b} {c}\n" for a, b, c in (part.faces + 1).tolist()]
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "dice.obj").write_text("".join(rows))
+    for line in lines(ROOT / "README.md"):
+        words = shlex.split(line)
+        if words[0] == "make":
+            continue
+        words = [re.sub(r"^mesh=part\.\w+$", "mesh=parts/dice.obj", word) for word in words]
+        words = ["context=[cube]" if word.startswith("context=") else word for word in words]
+        if words[1] == "infer.py":
+            words = [word for word in words if "meshing.size" not in word]
+            words += ["meshing.size=14%", "structure=slices", "order=[meshing,spline]"]
+        command = [sys.executable, ROOT / words[1], *words[2:]]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, (line, done.stdout + done.stderr)
+    assert list(tmp_path.rglob("hex.vtu")) and list(tmp_path.rglob("weights.safetensors"))
