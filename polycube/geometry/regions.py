@@ -19,7 +19,6 @@ from polycube.types import HexMesh, TriMesh
 logger = logging.getLogger(__name__)
 
 ALPHA = 0.04  # of the diagonal: how far a normal that is the other way counts
-CLEAR = 2 / 3  # of the points of a quad on its face, at least; else it is told
 NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2, 5 / 6)])
 
 
@@ -42,7 +41,7 @@ def _cad_sets(mesh: HexMesh, surface: TriMesh) -> dict[str, np.ndarray]:
         "CAD faces: %d of %d on the mesh, %d of %d quads lie on several%s",
         len(numbers) - len(bare),
         len(numbers),
-        (share < CLEAR).sum(),
+        (share < 1).sum(),
         len(region),
         f"; without a quad: {', '.join(map(str, bare))}" if len(bare) else "",
     )
