@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from ctypes.util import find_library
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from shutil import which
 
 TIMEOUT = 120  # seconds for a probe
 PACKAGES = ("numpy", "scipy", "numba", "torch", "lightning", "hydra-core", "trimesh", "matplotlib")
@@ -39,6 +40,13 @@ assert colours > 1, "the picture is empty"
 print(type(plotter.render_window).__name__, end="")
 """
 OPEN3D = "import open3d; print(open3d.__version__, end='')"
+GMSH = "import gmsh; print(gmsh.__version__, end='')"
+GMSH_CURE = (
+    "STEP, IGES and BREP files need it: pip install 'polycube[cad]', and on Debian or Ubuntu "
+    "apt-get install libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1 libxfixes3 "
+    "libxext6 libfontconfig1 libgomp1; without it cascadio reads STEP"
+)
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 Item = tuple[str, bool, str]  # what, whether it works, more about it
 
@@ -53,7 +61,11 @@ def examine() -> Iterator[Item]:
         cure = f"{purpose} need it; on Debian or Ubuntu: apt-get install {package}"
         yield f"lib{library}", found is not None, found or cure
     yield _probe("open3d (FBX)", OPEN3D)
+    name, works, more = _probe("gmsh (CAD)", GMSH)
+    yield name, works, more if works else f"{more}; {GMSH_CURE}"
     yield _probe("picture without a screen", PICTURE)
+    browser = next(filter(None, map(which, BROWSERS)), None)
+    yield "browser", True, browser or "none; only tests of the report's page ask for chromium"
     yield _writable(Path.cwd())
     yield _writable(Path(tempfile.gettempdir()))
 

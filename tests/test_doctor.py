@@ -55,3 +55,13 @@ def test_missing_library_names_its_package(monkeypatch):
         "libgl1",
         "libx11-6",
     ]
+
+
+@pytest.mark.parametrize("found", ["/usr/bin/chromium", None])
+def test_what_is_optional_is_said_and_not_missed(monkeypatch, found):
+    monkeypatch.setattr(doctor, "which", lambda name: found)
+    monkeypatch.setattr(doctor, "_probe", lambda name, code: (name, "gmsh" not in name, "no gmsh"))
+    items = {name: (works, more) for name, works, more in doctor.examine()}
+    assert items["browser"][0] and (found or "only tests") in items["browser"][1]
+    works, more = items["gmsh (CAD)"]
+    assert not works and "pip install 'polycube[cad]'" in more and "cascadio reads STEP" in more
