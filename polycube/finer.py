@@ -54,13 +54,22 @@ def meet(found: Portfolio, deviation: float | str | None) -> None:
             return
         hexes = end["hexes"]
         apart, jacobian = _apart(hexes, surface), quality(hexes, surface).scaled_jacobian
-        if jacobian < least or len(doubts(hexes, surface)) > len(doubts(coarse, surface)):
-            logger.info("deviation: at that size the least scaled Jacobian is %.3f", jacobian)
+        logger.info(
+            "deviation: %.2f %% with %d hexes, scaled Jacobian at least %.3f",
+            100 * apart,
+            len(hexes.hexes),
+            jacobian,
+        )
+        doubted = doubts(hexes, surface)
+        if jacobian < least or len(doubted) > len(doubts(coarse, surface)):
+            why = "; ".join(doubted) or f"a finer one must keep {least:.2f}"
+            logger.info("deviation: the mesh before is kept, for %s", why)
             return
         if apart <= wanted:
             found.preferred = name
-            logger.info("deviation: %.2f %% with %d hexes", 100 * apart, len(hexes.hexes))
             return
+    if apart > wanted:
+        logger.info("deviation: not met, the mesh before is kept")
 
 
 def _finer(subdivide: object, times: float, unit: float) -> dict[str, float]:

@@ -100,7 +100,7 @@ def test_a_length_in_model_units_and_the_variants_own_factor(surface):
         (0.9, {}, ""),  # it is met
         (5.0, {}, "every hex in eight is the cheaper way"),
         (2.0, {"level": 2}, ""),  # the number of parts is asked for
-        (2.0, {"turn": 3.0}, "at that size the least scaled Jacobian is"),
+        (2.0, {"turn": 3.0}, "the mesh before is kept, for boundary vertices lie"),
         (2.0, {"most": 1.2}, "too many"),
     ],
 )
