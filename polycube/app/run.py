@@ -151,12 +151,14 @@ class Run:
         self._mesh_choices(choices, stages)
 
     def _check(self, hexes: HexMesh) -> None:
-        """Raise MeshingError unless the hexes are positive where `certify` asks for it."""
+        """Raise MeshingError unless the hexes are good enough, and positive where asked."""
         worst = scaled_jacobian(hexes.vertices, hexes.hexes).min()
-        if worst <= 0:
+        least = self.cfg["least_jacobian"]
+        if worst <= 0 or worst < least:
+            needed = f"{least:g} or more, as asked" if worst > 0 else "above 0"
             raise MeshingError(
                 f"stage {self.meshing[-1].kind} left a mesh that is not valid: "
-                f"smallest scaled Jacobian {worst:.3f}, must be above 0"
+                f"smallest scaled Jacobian {worst:.3f}, must be {needed}"
             )
         open_ones = self._not_certified(hexes)
         if len(open_ones):
@@ -293,6 +295,9 @@ def _check_settings(cfg: Mapping[str, object]) -> None:
             raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
     if not isinstance(cfg["quiet"], bool):
         raise InputError(f"quiet must be true or false; got {cfg['quiet']!r}")
+    least = cfg["least_jacobian"]
+    if isinstance(least, bool) or not isinstance(least, int | float) or not 0 <= least <= 1:
+        raise InputError(f"least_jacobian must be a number from 0 to 1; got {least!r}")
 
 
 def meshing_stages(meshing: Mapping[str, object], have: tuple[str, ...]) -> list[Stage]:

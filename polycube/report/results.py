@@ -168,7 +168,7 @@ def write_results(
         named = replace(state["hexes"], primitives=tuple(context))
         off = {"off_surface": hex_quality.off_surface(state["hexes"], state["surface"])}
         vtk.write_hex_vtu(folder / "hex.vtu", state["hexes"], context, off)
-        for export in exports:
+        for export in exports if report["hex"]["inverted"] == 0 else ():  # solvers see no mark
             export(named, folder / "hex")
     if "spline" in state:
         _write_spline(folder, state, cfg)
