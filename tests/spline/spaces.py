@@ -8,13 +8,20 @@ from scipy.sparse import csr_matrix, kron
 from polycube.geometry.hexes import hex_mesh
 from polycube.io.hexes import boundary, patches
 from polycube.registry import build
-from polycube.types import HexMesh, Spline
+from polycube.types import HexMesh, Spline, TriMesh
 from tests.hex_solids import hex_box
 
 
 def spline_of(mesh: HexMesh, space: str = "optimal") -> Spline:
     mesh = hex_mesh(mesh.vertices, mesh.hexes, mesh.quads, patches(mesh))
     return build("spline", {"plugin": space})(boundary(mesh), mesh)
+
+
+def meshed_box(counts, high=(1.0, 1.0, 1.0)) -> tuple[HexMesh, TriMesh]:
+    """A box of hexes, a patch per side, and its surface."""
+    plain = hex_box(counts, high)
+    mesh = hex_mesh(plain.vertices, plain.hexes, plain.quads, patches(plain))
+    return mesh, boundary(mesh)
 
 
 def box(counts, high=(1.0, 1.0, 1.0), space="optimal") -> Spline:
