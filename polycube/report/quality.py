@@ -67,6 +67,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
     found = measured(mesh)
     diagonal = topology.diagonal(surface)
     lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
+    named = mesh.sets.items()
     return {
         **numbers,
         "deviation": {
@@ -87,7 +88,15 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "histograms": {name: histogram(name, values) for name, values in found.items()},
         "worst": worst_hexes(mesh, context),
         "certificate": certificate(mesh),
+        "sets": {name: {"quads": len(own), "area": _area(mesh, own)} for name, own in named},
     }
+
+
+def _area(mesh: HexMesh, quads: np.ndarray) -> float:
+    """Of some boundary quads, by four triangles each, in model units squared."""
+    corners = quality.triangles(mesh.vertices, mesh.quads[quads])
+    sides = corners[:, 1:] - corners[:, :1]
+    return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2)
 
 
 def doubts(mesh: HexMesh, surface: TriMesh, told: Mapping[str, Mapping]) -> list[str]:

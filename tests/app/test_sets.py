@@ -25,6 +25,8 @@ def block(tmp_path_factory):
     path = write_hex_vtu(folder / "block.vtu", hex_box((3, 2, 2), (30.0, 20.0, 20.0)))
     report = run(f"hex={path}", f"output_dir={folder / 'run'}", "order=[meshing]", *FAST)
     assert report["valid"]
+    found = {name: (own["quads"], own["area"]) for name, own in report["hex"]["sets"].items()}
+    assert found["x_max"] == (4, pytest.approx(400)) and found["z_min"] == (6, pytest.approx(600))
     return folder / "run"
 
 
