@@ -76,6 +76,7 @@ class Clock:
 
 def make(name: str, call: Callable[[], object]) -> Made:
     """Call and time; an error becomes one that names the stage, unless it does already."""
+    logger.debug("%s begins", name, extra={"stage": name})
     begin = time.perf_counter()
     value, error = None, None
     with counted() as effort:

@@ -55,6 +55,8 @@ def mesh(source: object, *overrides: str, output_dir: str | Path | None = None) 
             cfg["order"] = [half for half in cfg["order"] if half != "report"]
         cfg["output_dir"] = str(output_dir or Path(scratch) / "run")
         state, report = finish(cfg)
+    if report.get("interrupted"):
+        raise KeyboardInterrupt
     if not report["valid"]:
         raise MeshingError(report["failure"])
     names = ("surface", "polycube", "hexes", "spline", "solution")

@@ -26,6 +26,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
+from polycube.app.stopping import INTERRUPTED
 from polycube.errors import InputError
 from polycube.io.atomic import whole
 from polycube.io.read import KNOWN
@@ -35,7 +36,7 @@ ROW = "row.json"
 VERDICT = {0: "valid", 2: "refused", 3: "no valid result"}
 LAST = ["says", "folder", "identity", "exit"]  # columns of a row at the end, and those left out
 MANY = {"-m", "--multirun"}
-PRESENTATION = ("output_dir", "quiet")  # settings that do not change a result
+PRESENTATION = ("output_dir", "quiet", "verbose")  # settings that do not change a result
 
 
 def expanded(arguments: list[str]) -> list[str]:
@@ -140,6 +141,9 @@ def run_job(
         except Exception as error:
             code, sentence = 1, f"{type(error).__name__}: {error}"
             (folder / "failure.txt").write_text(traceback.format_exc())
+        if code == INTERRUPTED:  # no row: the next time it is run again
+            sys.stderr.write(f"{folder.name}: {sentence}\n")
+            return code
         row = {"identity": identity, "exit": code, "part": name, "settings": overrides}
         row |= {"result": VERDICT.get(code, "failed"), **_numbers(folder), "says": sentence}
         with whole(path) as temporary:

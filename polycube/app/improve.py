@@ -75,12 +75,14 @@ class Improvement(Run):
         """The best mesh of the portfolio, or the one given where none is better."""
         given = self.state["given"]
         start, end = self._score(given), None
+        clock = self.clock.on(self.state)
+        clock.keep(given)
         try:
             end, path = run_portfolio(
                 stages,
                 self._backend["portfolio"],
                 self.state,
-                self.clock,
+                clock,
                 lambda end: self._score(end["hexes"]),
                 max(start, BEST_SCORE),
             )

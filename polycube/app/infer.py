@@ -1,6 +1,7 @@
 """`infer.py`: the config in, the results folder and an exit code out.
 
-Exit codes: 0 a valid result, 2 an input or option that must be refused, 3 no valid result.
+Exit codes: 0 a valid result, 2 an input or option that must be refused, 3 no valid result, 130
+interrupted.
 """
 
 from __future__ import annotations
@@ -8,9 +9,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from logging.handlers import MemoryHandler
+from collections.abc import Mapping
 from pathlib import Path
 
 import hydra
@@ -27,31 +26,39 @@ from polycube.app.batch import expanded, run_job
 from polycube.app.improve import Improvement, is_improvement
 from polycube.app.overrides import plain_refusals
 from polycube.app.run import Run
+from polycube.app.stopping import INTERRUPTED, terminable
+from polycube.app.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.errors import InputError, MeshingError
+from polycube.geometry.quality import scaled_jacobian
 from polycube.pipeline import State
 from polycube.report.results import summarize, write_results
 
 logger = logging.getLogger(__name__)
 
-INTERRUPTED = 130  # as shells say it
 
-
-def infer(cfg: Mapping[str, object], level: int | None = None) -> dict[str, object]:
+def infer(
+    cfg: Mapping[str, object], level: int | None = None, is_alone: bool = False
+) -> dict[str, object]:
     """Do the whole run and write its folder; returns the numbers of `report.json`, as `finish`."""
-    return finish(cfg, level)[1]
+    return finish(cfg, level, is_alone)[1]
 
 
-def finish(cfg: Mapping[str, object], level: int | None = None) -> tuple[State, dict[str, object]]:
+def finish(
+    cfg: Mapping[str, object], level: int | None = None, is_alone: bool = False
+) -> tuple[State, dict[str, object]]:
     """Do the whole run and write its folder; returns what was made, and its numbers.
 
-    level : of messages that go to the terminal; by default `quiet` says which
+    level : of messages that go to the terminal; by default `quiet` and `verbose` say which
+    is_alone : the process does nothing else, see `terminal.logging_to`
     Raises InputError before anything is written.  When a stage fails, what was made before it is
-    kept, the report names the stage, and `valid` is false.
+    kept, the report names the stage, and `valid` is false.  A KeyboardInterrupt, or SIGTERM, while
+    there is a folder ends in a report too, marked "interrupted"; before, it is raised.
     """
     if level is None:
-        level = logging.WARNING if cfg["quiet"] is True else logging.INFO
-    with _logging(level) as log_to:
+        level = QUIET if cfg["quiet"] is True else VERBOSE if cfg["verbose"] is True else PLAIN
+    with terminable() as asked, logging_to(level, is_alone) as log_to:
         run = Improvement(cfg) if is_improvement(cfg) else Run(cfg)
+        run.clock.asked = asked
         run.read()
         run.structure()
         folder = _folder(cfg)
@@ -63,10 +70,23 @@ def finish(cfg: Mapping[str, object], level: int | None = None) -> tuple[State, 
                 run.solve()
         except MeshingError as error:
             run.state["failure"] = str(error)
+        except KeyboardInterrupt:
+            _note_interruption(run.state)
+        logger.debug("report begins", extra={"stage": "report"})
         report = summarize(run.state, run.clock.seconds, run.clock.effort, cfg)
         write_results(folder, run.state, report, run.exports, cfg)
         _say(report, folder)
         return run.state, report
+
+
+def _note_interruption(state: State) -> None:
+    logger.warning("interrupted: writing what there is; once more, and it stops at once")
+    state["interrupted"] = True
+    hexes = state.get("hexes")
+    if hexes is None or scaled_jacobian(hexes.vertices, hexes.hexes).min() <= 0:
+        state["failure"] = "interrupted before there was a valid mesh"
+    elif "stopped" not in state:
+        state["stopped"] = "the run was interrupted after meshing"
 
 
 def main() -> None:
@@ -107,7 +127,7 @@ def _command(cfg: DictConfig) -> int:
     if hydra_cfg and hydra_cfg.mode == RunMode.MULTIRUN:
         folder = Path(hydra_cfg.runtime.output_dir)
         return run_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
-    code, sentence = _attempt(settings)
+    code, sentence = _attempt(settings, is_alone=HydraConfig.initialized())
     if sentence:
         sys.stderr.write(f"error: {sentence}\n")
     return code
@@ -117,16 +137,21 @@ def _silently(cfg: Mapping[str, object]) -> tuple[int, str]:
     return _attempt(cfg, logging.CRITICAL)
 
 
-def _attempt(cfg: Mapping[str, object], level: int | None = None) -> tuple[int, str]:
+def _attempt(
+    cfg: Mapping[str, object], level: int | None = None, is_alone: bool = False
+) -> tuple[int, str]:
     """Exit code, and where it is not 0, the sentence why."""
     try:
-        report = infer(cfg, level)
+        report = infer(cfg, level, is_alone)
     except (InputError, OmegaConfBaseException) as error:
         return 2, " ".join(str(error).split())
     except MeshingError as error:
         return 3, f"{' '.join(str(error).split())}; nothing was written"
     except KeyboardInterrupt:
         return INTERRUPTED, "interrupted; stages that had finished are kept"
+    if report.get("interrupted"):
+        kept = "the best mesh so far is kept" if report["valid"] else "there is no valid mesh yet"
+        return INTERRUPTED, f"interrupted; {kept}"
     if not report["valid"]:
         return 3, f"{report['failure']}; what was made is kept, marked invalid"
     return 0, ""
@@ -166,35 +191,3 @@ def _folder(cfg: Mapping[str, object]) -> Path:
     except OSError as error:
         raise InputError(f"cannot write results to {folder}: {error.strerror}") from None
     return folder
-
-
-@contextmanager
-def _logging(level: int) -> Iterator[object]:
-    """Log to the terminal, and to a file as soon as the run has a folder; yields `log_to(path)`."""
-    root = logging.getLogger("polycube")
-    terminal = logging.StreamHandler(sys.stderr)
-    terminal.setLevel(level)
-    terminal.setFormatter(logging.Formatter("%(message)s"))
-    early = MemoryHandler(10_000, flushLevel=logging.CRITICAL + 1, flushOnClose=False)
-    before = root.level
-    root.setLevel(logging.INFO)
-    handlers: list[logging.Handler] = [terminal, early]
-    for handler in handlers:
-        root.addHandler(handler)
-
-    def log_to(path: Path) -> None:
-        file = logging.FileHandler(path, mode="w", encoding="utf-8")
-        file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
-        early.setTarget(file)
-        early.flush()
-        root.addHandler(file)
-        handlers.append(file)
-        root.removeHandler(early)
-
-    try:
-        yield log_to
-    finally:
-        root.setLevel(before)
-        for handler in handlers:
-            root.removeHandler(handler)
-            handler.close()

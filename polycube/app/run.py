@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.app.proposals import no_structure, propose
+from polycube.app.stopping import TimeIsUp, Watch
 from polycube.errors import InputError, MeshingError
 from polycube.finer import meet
 from polycube.geometry import surface as topology
@@ -27,7 +28,6 @@ from polycube.io.cad import Cad
 from polycube.io.read import read_surface
 from polycube.kinds import KINDS, check_chain
 from polycube.pipeline import (
-    Clock,
     Stage,
     State,
     build_stages,
@@ -58,7 +58,7 @@ class Run:
     def __init__(self, cfg: Mapping[str, object]) -> None:
         _check_settings(cfg)
         self.cfg = cfg
-        self.clock = Clock()
+        self.clock = Watch()
         self.state: State = {}
         self.folder: Path | None = None  # set when the input is known to be good
         self.cad = Cad(**cfg["cad"], units=cfg["analysis"].get("units"))
@@ -131,6 +131,7 @@ class Run:
     def mesh(self) -> None:
         """Hexes on the best structure; where they are not accepted, the next is tried as well.
 
+        When the time for it is up, or at Ctrl-C, the best valid mesh so far is the result.
         Raises MeshingError when the best mesh has a hex that is not valid; it is kept.
         """
         first = next((i for i, s in enumerate(self.meshing) if not self._kept(s.kind)), None)
@@ -140,10 +141,33 @@ class Run:
             self.state[KINDS[stage.kind].gives] = value
             save_stage(self.folder, stage.kind, value)
         if first is not None:
-            self._make(self.meshing[first:], kept)
+            self._make_in_time(self.meshing[first:], kept)
         hexes = self.state["hexes"] = with_sets(self.state["hexes"], self.state["surface"])
         self._check(hexes)
         self._check_places(hexes)
+
+    def _make_in_time(self, stages: list[Stage], kept: list[Stage]) -> None:
+        seconds = self.cfg["seconds"]
+        try:
+            with self.clock.limited(seconds):
+                self._make(stages, kept)
+        except TimeIsUp:
+            self._keep_best(f"meshing was stopped after {seconds:g} s, as asked")
+        except KeyboardInterrupt:
+            self._keep_best("meshing was interrupted")
+            raise
+
+    def _keep_best(self, why: str) -> None:
+        """Make the best valid mesh so far the result, for later stages too, if there is any."""
+        best = self.clock.best(lambda state: self._score(state["hexes"]))
+        if best is None:
+            return
+        self.state = {**best, "stopped": f"{why}; this is the best valid mesh until then"}
+        logger.warning("warning: %s", self.state["stopped"])
+        if "ranked" in best:
+            self._keep_structure(self.folder)
+        for stage in self.meshing:
+            save_stage(self.folder, stage.kind, best.get(KINDS[stage.kind].gives, best["hexes"]))
 
     def _make(self, stages: list[Stage], kept: list[Stage]) -> None:
         ranked = self.state["ranked"]
@@ -259,7 +283,7 @@ class Run:
                     stages,
                     self._backend["portfolio"],
                     dict(self.state),
-                    self.clock,
+                    self.clock.on(self.state),
                     lambda end: self._score(end["hexes"]),
                     self._backend.get("trial"),
                 )
@@ -293,11 +317,16 @@ def _check_settings(cfg: Mapping[str, object]) -> None:
         value = cfg[name]
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
-    if not isinstance(cfg["quiet"], bool):
-        raise InputError(f"quiet must be true or false; got {cfg['quiet']!r}")
+    for name in ("quiet", "verbose"):
+        if not isinstance(cfg[name], bool):
+            raise InputError(f"{name} must be true or false; got {cfg[name]!r}")
     least = cfg["least_jacobian"]
     if isinstance(least, bool) or not isinstance(least, int | float) or not 0 <= least <= 1:
         raise InputError(f"least_jacobian must be a number from 0 to 1; got {least!r}")
+    seconds = cfg["seconds"]
+    is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+    if seconds is not None and not (is_number and 0 < seconds < np.inf):
+        raise InputError(f"seconds must be null or a positive number; got {seconds!r}")
 
 
 def meshing_stages(meshing: Mapping[str, object], have: tuple[str, ...]) -> list[Stage]:

@@ -53,6 +53,7 @@ def summarize(
     report |= {"valid": failure is None, "warnings": warnings, "seed": cfg["seed"]}
     if failure is not None:
         report["failure"] = failure
+    report |= {name: state[name] for name in ("stopped", "interrupted") if name in state}
     if "hexes" in state:
         report["doubts"] = hex_quality.doubts(state["hexes"], state["surface"], report)
     report["seconds"] = {stage: round(spent, 3) for stage, spent in seconds.items()}
@@ -181,7 +182,8 @@ def write_results(
     if "report" in cfg["order"]:
         from polycube.report.html import write_report
 
-        write_report(folder, state, {**report, "config": cfg})
+        pictured = not report.get("interrupted")  # the one who waits is waiting
+        write_report(folder, state, {**report, "config": cfg}, pictured)
 
 
 def _write_spline(folder: Path, state: State, cfg: Mapping[str, object]) -> None:

@@ -1,0 +1,45 @@
+"""The same seed on the same machine gives the same bytes, on any number of its cores."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from polycube import HOME
+from tests.app.test_infer import FAST
+
+HEXES = ("hex.vtu", "polycube.vtu", "labels.vtp")
+ALL = (*HEXES, "spline.bext", "spline.npz", "modes.csv")
+
+
+def result(folder: Path, n_cores: int, order: str) -> tuple[dict, list[bytes]]:
+    """Numbers without times, and files, of a run in a process of its own."""
+    cores = sorted(os.sched_getaffinity(0))[:n_cores]
+    command = [sys.executable, str(HOME / "infer.py"), "mesh=example:dice", f"output_dir={folder}"]
+    command += ["seed=3", f"order={order}", "analysis.modes=8", *FAST]
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: os.sched_setaffinity(0, cores),
+    )
+    assert done.returncode == 0, done.stderr
+    report = json.loads((folder / "report.json").read_text())
+    del report["seconds"]
+    files = HEXES if order == "[meshing]" else ALL
+    return report, [(folder / name).read_bytes() for name in files]
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores can not be chosen here")
+@pytest.mark.parametrize(
+    "order", ["[meshing]", pytest.param("[meshing,spline,analysis]", marks=pytest.mark.slow)]
+)
+def test_two_runs_are_the_same_to_the_last_bit(order: str, tmp_path: Path) -> None:
+    report, files = result(tmp_path / "a", 1, order)
+    again, the_same = result(tmp_path / "b", 2, order)
+    assert report == again
+    for name, one, other in zip(ALL, files, the_same, strict=False):
+        assert one == other, name
