@@ -8,6 +8,7 @@ depends on the number of cores or on who was faster.
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext, suppress
@@ -15,7 +16,9 @@ from contextvars import ContextVar
 from threading import Event, Lock
 
 from polycube.geometry.descent import Stopped, stoppable
-from polycube.geometry.threads import cores
+from polycube.geometry.threads import busy, cores
+
+SWITCH = 5e-4  # seconds after which a thread that holds Python's lock gives it to one that waits
 
 Records = list[logging.LogRecord]
 _HELD: ContextVar[Records | None] = ContextVar("held", default=None)
@@ -69,11 +72,14 @@ class Ahead:
         number = cores() - 1
         self._workers = ThreadPoolExecutor(number) if number else None
         self._stop = Event()
+        self._before = sys.getswitchinterval()
 
     def __enter__(self) -> Ahead:
+        sys.setswitchinterval(min(SWITCH, self._before))
         return self
 
     def __exit__(self, *_: object) -> None:
+        sys.setswitchinterval(self._before)
         self.drop()
         if self._workers is not None:
             self._workers.shutdown(wait=False, cancel_futures=True)
@@ -95,7 +101,7 @@ class Ahead:
     @staticmethod
     def _do(job: Callable[[], object], stop: Event) -> None:
         if not stop.is_set():
-            with stoppable(stop), held(), suppress(Stopped):
+            with busy(), stoppable(stop), held(), suppress(Stopped):
                 job()
 
 
