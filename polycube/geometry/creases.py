@@ -4,7 +4,9 @@ An edge is sharp where the normals turn by more than 46 degrees: above a cylinde
 (45) and its coarser drawing of a smooth part, below all machined edges.  A crease is a chain of
 sharp edges between two corners, or a loop; a corner is a vertex where not two sharp edges meet or
 where they make a kink.  What is shorter than a hex is noise: pieces of less than `SHORT`, and
-creases of less than `LOOSE` for each loose end, are dropped (at unit scale, diagonal 1).
+creases of less than `LOOSE` for each loose end, are dropped (at unit scale, diagonal 1).  So is
+what is sharp from near only: most of a crease must turn by `STILL` seen from half a hex away, or
+be one of `LONG` ones, which make low steps, not noise.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from polycube.geometry import sliding
+from polycube.geometry.broad import broad_turns
 from polycube.geometry.surface import half_edges, twins
 from polycube.types import TriMesh
 
@@ -24,6 +27,9 @@ SHARP = np.deg2rad(46)  # least angle between the normals at a sharp edge
 KINK = np.deg2rad(50)  # least turn of a crease at a corner of its own
 WINDOW = 0.01  # length over which a turn is measured
 SHORT = 0.05  # total length below which connected creases are noise
+BROAD = 0.025  # half a hex: radius within which an edge must turn still
+STILL = np.deg2rad(40)  # least angle between the mean normals there
+LONG = 0.2  # four hexes: length of a crease that noise seldom has
 LOOSE = 0.06  # length per loose end below which a crease is noise
 
 
@@ -77,20 +83,25 @@ class Features:
     creases: tuple[Crease, ...]
     corners: np.ndarray  # (C, 3)
     is_fixed: np.ndarray  # (C,) whether more than the loose end of one crease
+    noise: np.ndarray  # (N, 2) ends of the edges that are sharp seen from near only
 
 
 def features(surface: TriMesh, normals: np.ndarray) -> Features:
     """The graph of the sharp edges of a surface at unit scale; normals (F, 3)."""
     sides, inside = _sharp_edges(surface, normals)
     points = surface.vertices
-    sides, inside = _without_noise(points, sides, inside)
+    is_broad = broad_turns(surface, normals, sides, BROAD) > STILL
+    is_broad |= _in_steps(points, sides, is_broad)
+    folds = sides[~is_broad]
+    sides, inside = _without_noise(points, sides, inside, is_broad)
+    noise = folds[~np.isin(folds, sides).all(axis=1)]
     chains = [part for chain in _chains(sides) for part in _between_kinks(points, sides, chain)]
     ends = {v for chain in chains for v in _ends(sides, chain)}
     number = {v: i for i, v in enumerate(sorted(ends))}
     creases = tuple(_crease(points, sides, inside, chain, number) for chain in chains)
     at = np.array(sorted(ends), np.int64)
     degree = np.bincount(sides.ravel(), minlength=len(points))
-    return Features(creases, points[at].reshape(-1, 3), degree[at] != 1)
+    return Features(creases, points[at].reshape(-1, 3), degree[at] != 1, noise)
 
 
 def _sharp_edges(surface: TriMesh, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -106,10 +117,21 @@ def _sharp_edges(surface: TriMesh, normals: np.ndarray) -> tuple[np.ndarray, np.
     return sides, np.where(convex, np.pi - turn[sharp], np.pi + turn[sharp])
 
 
+def _in_steps(points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray) -> np.ndarray:
+    """(S,) edges of long chains that are not broad, where these are most of all that are not."""
+    length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
+    in_steps = np.zeros(len(sides), bool)
+    for chain in _chains(sides):
+        edge = [name // 2 for name in chain]
+        in_steps[edge] = length[edge].sum() >= LONG
+    folds = np.bincount(in_steps[~is_broad], length[~is_broad], 2)  # in short chains, in long ones
+    return in_steps & (folds[1] > folds[0])
+
+
 def _without_noise(
-    points: np.ndarray, sides: np.ndarray, inside: np.ndarray
+    points: np.ndarray, sides: np.ndarray, inside: np.ndarray, is_broad: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The edges without short pieces and short loose ends."""
+    """The edges without short pieces, short loose ends and chains that are not broad (S,)."""
     while len(sides):
         length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
         graph = coo_matrix((np.ones(len(sides)), tuple(sides.T)), shape=(len(points),) * 2)
@@ -119,11 +141,12 @@ def _without_noise(
         for chain in _chains(sides):
             loose = (degree[list(_ends(sides, chain))] == 1).sum()
             edge = [name // 2 for name in chain]
-            if length[edge].sum() < LOOSE * loose:
+            whole = length[edge].sum()
+            if whole < LOOSE * loose or length[edge] @ is_broad[edge] < whole / 2:
                 keep[edge] = False
         if keep.all():
             break
-        sides, inside = sides[keep], inside[keep]
+        sides, inside, is_broad = sides[keep], inside[keep], is_broad[keep]
     return sides, inside
 
 

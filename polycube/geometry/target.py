@@ -11,9 +11,13 @@ from functools import lru_cache
 import numpy as np
 
 from polycube.geometry import closest
+from polycube.geometry.broad import steady_normals
 from polycube.geometry.creases import Features, features
+from polycube.geometry.samples import spread
 from polycube.geometry.surface import diagonal, face_areas, face_normals
 from polycube.types import TriMesh
+
+STEADY = 0.025  # half a hex: radius of the mean by which noisy faces look
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,23 +64,18 @@ def target(surface: TriMesh) -> Target:
     center, scale = (low + high) / 2, diagonal(surface)
     unit = TriMesh((surface.vertices - center) / scale, surface.faces)
     normals = face_normals(unit)
+    graph = features(unit, normals)
+    normals = steady_normals(unit, normals, graph.noise, STEADY)
     by_vertex = np.zeros_like(unit.vertices)
     weighted = normals * face_areas(unit)[:, None]
     for k in range(3):
         np.add.at(by_vertex, unit.faces[:, k], weighted)
     by_vertex /= np.maximum(np.linalg.norm(by_vertex, axis=1, keepdims=True), 1e-30)
     tree = closest.tree(unit.vertices[unit.faces], normals)
-    return Target(center, scale, unit, normals, by_vertex, tree, features(unit, normals))
+    return Target(center, scale, unit, normals, by_vertex, tree, graph)
 
 
 @lru_cache(maxsize=16)
 def _samples(target: Target, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Steps of equal area along the faces; the place within a face from a fixed generator."""
-    area = np.cumsum(face_areas(target.surface))
-    step = (np.arange(number) + 0.381966) / number * area[-1]
-    face = np.minimum(np.searchsorted(area, step), len(area) - 1)
-    root, share = np.random.default_rng(0).random((2, number, 1))
-    root = np.sqrt(root)
-    a, b, c = np.moveaxis(target.surface.vertices[target.surface.faces[face]], 1, 0)
-    points = (1 - root) * a + root * (1 - share) * b + root * share * c
+    points, face = spread(target.surface, number)
     return points, target.normals[face]

@@ -73,10 +73,19 @@ def test_short_pieces_and_loose_ends_are_noise():
     points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [4, 0, 0]], float)
     points = np.vstack([points, [[2, 0.05, 0], [9, 0, 0], [9, 0.04, 0]]])
     sides = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [2, 5], [6, 7]])
-    kept, inside = _without_noise(points, sides, np.arange(6.0))
+    every = np.ones(6, bool)
+    kept, inside = _without_noise(points, sides, np.arange(6.0), every)
     assert kept.tolist() == sides[:4].tolist() and inside.tolist() == [0, 1, 2, 3]
     points[5, 1] = 0.07
-    assert len(_without_noise(points, sides, np.arange(6.0))[0]) == 5
+    assert len(_without_noise(points, sides, np.arange(6.0), every)[0]) == 5
+
+
+@pytest.mark.parametrize(("broad", "kept"), [([0, 1, 1, 1], 4), ([0, 0, 0, 1], 0)])
+def test_a_crease_of_which_most_is_sharp_from_near_only_is_noise(broad, kept):
+    points = np.arange(5.0)[:, None] * [1, 0, 0]
+    sides = np.stack([np.arange(4), np.arange(1, 5)], axis=1)
+    found, _ = _without_noise(points, sides, np.arange(4.0), np.array(broad, bool))
+    assert len(found) == kept
 
 
 @given(st.integers(0, 10**6))
