@@ -24,6 +24,7 @@ import polycube.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME
 from polycube.app.batch import expanded, run_job
 from polycube.app.improve import Improvement, is_improvement
+from polycube.app.intake import check
 from polycube.app.overrides import plain_refusals
 from polycube.app.run import Run
 from polycube.app.stopping import INTERRUPTED, terminable
@@ -142,6 +143,8 @@ def _attempt(
 ) -> tuple[int, str]:
     """Exit code, and where it is not 0, the sentence why."""
     try:
+        if cfg["preflight"] is not False:
+            return check(cfg)
         report = infer(cfg, level, is_alone)
     except (InputError, OmegaConfBaseException) as error:
         return 2, " ".join(str(error).split())

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.app.intake import REPAIR, check_intake, keep_repair, kept_repair, read_part
 from polycube.app.proposals import no_structure, propose
 from polycube.app.stopping import TimeIsUp, Watch
 from polycube.errors import InputError, MeshingError
@@ -25,7 +26,6 @@ from polycube.geometry.quality import ENOUGH, INVALID, accept, scaled_jacobian, 
 from polycube.geometry.regions import with_sets
 from polycube.geometry.regular import read_structure
 from polycube.io.cad import Cad
-from polycube.io.read import read_surface
 from polycube.kinds import KINDS, check_chain
 from polycube.pipeline import (
     Stage,
@@ -57,6 +57,7 @@ class Run:
 
     def __init__(self, cfg: Mapping[str, object]) -> None:
         _check_settings(cfg)
+        check_intake(cfg)
         self.cfg = cfg
         self.clock = Watch()
         self.state: State = {}
@@ -91,9 +92,12 @@ class Run:
         """The surface, checked; raises InputError."""
         if self._kept("read"):
             surface, path, warnings = load_stage(Path(self.cfg["resume"]), "read")
+            self.state |= kept_repair(Path(self.cfg["resume"]))
         else:
             path = str(self.cfg["mesh"])
-            surface, warnings = self.clock.run("read", lambda: read_surface(path, self.cad))
+            reading = self.clock.run("read", lambda: read_part(self.cfg, self.cad))
+            surface, warnings, repair = reading
+            self.state |= {REPAIR: repair} if repair else {}
         for warning in warnings:
             logger.warning("warning: %s", warning)
         self.state |= {"surface": surface, "path": path, "warnings": list(warnings)}
@@ -123,6 +127,7 @@ class Run:
             clear_stages(folder)
         kept = [self.state["surface"], self.state["path"], self.state["warnings"]]
         save_stage(folder, "read", kept)
+        keep_repair(folder, self.state)
         self._keep_structure(folder)
 
     def _keep_structure(self, folder: Path) -> None:

@@ -83,15 +83,19 @@ def nonmanifold_edges(faces: np.ndarray) -> np.ndarray:
 
 def nonmanifold_vertices(faces: np.ndarray) -> np.ndarray:
     """(N,) vertices whose faces form more than one fan."""
+    _, corner = np.unique(fans(faces), return_index=True)
+    vertices, n_fans = np.unique(faces.ravel()[corner], return_counts=True)
+    return vertices[n_fans > 1]
+
+
+def fans(faces: np.ndarray) -> np.ndarray:
+    """(3 F,) fan, 0, 1, ..., of faces around a vertex that each corner belongs to."""
     first, second = twins(faces)
     start, after = faces.ravel(), _next(np.arange(faces.size))
     same_way = start[first] == start[second]
     left = np.where(same_way, second, after[second])  # corner of the twin at the start of `first`
     right = np.where(same_way, after[second], second)
-    fan = connected(np.append(first, after[first]), np.append(left, right), faces.size)
-    _, corner = np.unique(fan, return_index=True)
-    vertices, n_fans = np.unique(start[corner], return_counts=True)
-    return vertices[n_fans > 1]
+    return connected(np.append(first, after[first]), np.append(left, right), faces.size)
 
 
 def misoriented_edges(faces: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ WELD = 1e-6  # of the diagonal: corners this near are one
 COLLAPSE = 0.1  # of the faces: welding that costs more is refused
 FLAT = 1e-12  # of the diagonal squared: a face no larger has no area
 DIAGONALS = 1e-60, 1e60  # whose fourth power is still a float64
-MAX_FACES = 100_000  # up to here crossing faces are looked for
+MAX_FACES = 2_000_000  # up to here crossing faces are looked for
 N_PLACES = 3  # where they cross, named
 
 Step = tuple[TriMesh, list[str]]  # the surface, and what was done
@@ -37,21 +37,21 @@ Step = tuple[TriMesh, list[str]]  # the surface, and what was done
 
 def clean(vertices: np.ndarray, faces: np.ndarray) -> Step:
     """Surface of one solid, and one sentence for each thing changed or doubtful."""
-    surface, notes = _checked(vertices, faces)
-    for step in (_weld_equal, _weld_near, _drop_repeated, _drop_flat):
+    surface, notes = checked(vertices, faces)
+    for step in (weld_equal, weld_near, drop_repeated, drop_flat):
         if is_closed(surface.faces) and (face_areas(surface) > _flat(surface)).all():
             break
         surface, done = step(surface)
         notes += done
     check_closed(surface)
-    for step in (_orient, _flip_flat):
+    for step in (orient, flip_flat):
         surface, done = step(surface)
         notes += done
     check_surface(surface)
-    return surface, notes + _crossings(surface)
+    return surface, notes + crossings(surface)
 
 
-def _checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
+def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
     """Refuse what is no geometry; leave out vertices that no face uses."""
     if not len(faces):
         raise InputError(f"the file has no triangles (and {len(vertices)} vertices)")
@@ -77,12 +77,12 @@ def _checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
     return surface, [f"left out vertices that no face uses: {len(vertices) - len(used)}"]
 
 
-def _weld_equal(surface: TriMesh) -> Step:
+def weld_equal(surface: TriMesh) -> Step:
     """Make one vertex of all at the same place, as STL needs."""
     return _merge(surface, np.unique(surface.vertices, axis=0, return_inverse=True)[1].ravel())
 
 
-def _weld_near(surface: TriMesh) -> Step:
+def weld_near(surface: TriMesh) -> Step:
     """Make one vertex of those nearer than WELD times the diagonal."""
     scale = diagonal(surface)
     near = cKDTree(surface.vertices / scale).query_pairs(WELD, output_type="ndarray")
@@ -107,40 +107,41 @@ def _merge(surface: TriMesh, group: np.ndarray) -> Step:
     faces = group[surface.faces]
     kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     merged = TriMesh(surface.vertices[first], faces[kept])
-    return merged, _left_out(surface, ~kept, "with two equal corners")
+    return merged, left_out(surface, ~kept, "with two equal corners")
 
 
-def _drop_repeated(surface: TriMesh) -> Step:
+def drop_repeated(surface: TriMesh) -> Step:
     """Keep one of the faces with the same corners."""
     _, first = np.unique(np.sort(surface.faces, axis=1), axis=0, return_index=True)
     extra = np.ones(len(surface.faces), dtype=bool)
     extra[first] = False
     kept = TriMesh(surface.vertices, surface.faces[~extra])
-    return kept, _left_out(surface, extra, "given twice")
+    return kept, left_out(surface, extra, "given twice")
 
 
-def _drop_flat(surface: TriMesh) -> Step:
+def drop_flat(surface: TriMesh) -> Step:
     """Leave out faces of no area: where edges stand open they hang on an edge beside others."""
     if is_closed(surface.faces):
         return surface, []
     flat = face_areas(surface) <= _flat(surface)
     used, faces = np.unique(surface.faces[~flat], return_inverse=True)
     kept = TriMesh(surface.vertices[used], faces.reshape(-1, 3))
-    return kept, _left_out(surface, flat, "of no area")
+    return kept, left_out(surface, flat, "of no area")
 
 
 def _flat(surface: TriMesh) -> float:
     return FLAT * diagonal(surface) ** 2
 
 
-def _left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
+def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
+    """One sentence about faces (F,) that were left out, the first with its place."""
     if not faces.any():
         return []
     first = surface.vertices[surface.faces[faces.argmax(), 0]]
     return [f"left out faces {why}: {faces.sum()}, the first at {place(surface, first)}"]
 
 
-def _orient(surface: TriMesh) -> Step:
+def orient(surface: TriMesh) -> Step:
     """Turn faces so that neighbours agree and the volume is positive.
 
     Two nodes stand for each face, as given and turned; neighbours that agree link equal nodes,
@@ -170,7 +171,7 @@ def _orient(surface: TriMesh) -> Step:
     return surface, []
 
 
-def _flip_flat(surface: TriMesh) -> Step:
+def flip_flat(surface: TriMesh) -> Step:
     """Give faces of no area some of a neighbour's, by flipping their longest edges."""
     flat = face_areas(surface) <= _flat(surface)
     if not flat.any():
@@ -195,7 +196,8 @@ def _flip_flat(surface: TriMesh) -> Step:
     return flipped, [f"flipped the longest edges of faces of no area: {flat.sum()}"]
 
 
-def _crossings(surface: TriMesh) -> list[str]:
+def crossings(surface: TriMesh) -> list[str]:
+    """One sentence where faces cross, with places."""
     if len(surface.faces) > MAX_FACES:
         return [f"crossing faces were not looked for: more than {MAX_FACES} faces"]
     pairs = self_intersections(surface)

@@ -13,15 +13,17 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.io.cad import SUFFIXES, Cad, read_cad
-from polycube.io.clean import clean
+from polycube.io.clean import clean, crossings
 from polycube.io.examples import example
 from polycube.io.obj import read_obj
+from polycube.io.repair import LEVELS, Repair, finite, repaired
 from polycube.io.stl import read_stl
 from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)
 
 EXAMPLE = "example:"
+LOOK = "preflight=true lists, preflight=FILE.vtp draws all that is wrong"
 
 Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
@@ -32,20 +34,74 @@ def read_surface(path: str | Path, cad: Cad | None = None) -> tuple[TriMesh, lis
     `path` is a file or `example:NAME`; `cad` is how CAD files are read.
     Raises InputError, one sentence, for what can not be used.
     """
+    surface, warnings, _ = read_repaired(path, cad, LEVELS[0])
+    return surface, warnings
+
+
+def read_repaired(
+    path: str | Path, cad: Cad | None, level: str
+) -> tuple[TriMesh, list[str], Repair | None]:
+    """As `read_surface`, after a repair of a level of `repair.LEVELS`; None where it is off."""
     if str(path).startswith(EXAMPLE):
-        return example(str(path).removeprefix(EXAMPLE)), []
+        return example(str(path).removeprefix(EXAMPLE)), [], None
     path = Path(path)
+    repair = None
     try:
-        if path.suffix.lower() in SUFFIXES and not path.is_dir():
+        if is_cad(path) and level != LEVELS[0]:
+            raise InputError("repair works on triangles, not on CAD solids; export the part as STL")
+        if is_cad(path):
             surface, warnings = read_cad(path, cad or Cad())
         else:
-            surface, warnings = clean(*_reader(path)(path))
+            soup = _reader(path)(path)
+            if level == LEVELS[0]:
+                surface, warnings = _cleaned(*soup)
+            else:
+                surface, repair = repaired(*soup, level)
+                warnings = [repair.sentence(), *crossings(surface)]
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
         raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
-    return surface, warnings
+    return surface, warnings, repair
+
+
+def read_soup(path: Path) -> Soup:
+    """Vertices and faces as they stand in a file that is no CAD file; raises InputError."""
+    try:
+        return _reader(path)(path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error.__cause__
+    except OSError as error:
+        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+
+
+def is_cad(path: Path) -> bool:
+    """Whether the name is that of a CAD file."""
+    return path.suffix.lower() in SUFFIXES and not path.is_dir()
+
+
+def _cleaned(vertices: np.ndarray, faces: np.ndarray) -> tuple[TriMesh, list[str]]:
+    """As `clean`; a refusal says which repair would help."""
+    try:
+        return clean(vertices, faces)
+    except InputError as error:
+        raise InputError(f"{error}{_remedy(vertices, faces)}") from error.__cause__
+
+
+def _remedy(vertices: np.ndarray, faces: np.ndarray) -> str:
+    """The end of a refusal: what to say, where that helps."""
+    try:
+        finite(vertices, faces)
+    except InputError:
+        return ""
+    for level in LEVELS[1:]:
+        try:
+            repaired(vertices, faces, level)
+        except InputError:
+            continue
+        return f"; repair={level} makes it usable, {LOOK}"
+    return f"; {LOOK}"
 
 
 def _reader(path: Path) -> Callable[[Path], Soup]:

@@ -1,4 +1,4 @@
-"""Read STL files, binary and ASCII, and refuse broken ones by name."""
+"""Read STL files, binary and ASCII, and refuse broken ones by name; write binary ones."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.io.atomic import whole
 
 HEADER, RECORD = 84, 50  # bytes: 80 of text and a count; a triangle
 VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)\s*$", re.IGNORECASE | re.MULTILINE)
@@ -33,6 +34,21 @@ def read_stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
     else:
         raise InputError("not an STL file: neither binary, nor text that begins with 'solid'")
     return corners, np.arange(len(corners)).reshape(-1, 3)
+
+
+def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
+    """Write a binary STL file, in single precision, as the format has it."""
+    records = np.zeros((len(faces), RECORD), np.uint8)
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
+    floats = np.concatenate([normals[:, None], corners], axis=1).reshape(-1, 12).astype("<f4")
+    records[:, :48] = floats.view(np.uint8)
+    with whole(path) as temporary:
+        head = b"repaired surface".ljust(80) + len(faces).to_bytes(4, "little")
+        temporary.write_bytes(head + records.tobytes())
+    return Path(path)
 
 
 def _binary(data: bytes) -> np.ndarray:

@@ -80,6 +80,27 @@ def write_labels_vtp(path: Path, surface: TriMesh, labels: Labels) -> Path:
     return _write(path, "PolyData", counts, body)
 
 
+def write_named_vtp(
+    path: Path, points: np.ndarray, items: Mapping[str, np.ndarray], array: str
+) -> Path:
+    """Write vertices (N, 1), edges (N, 2) and faces (N, 3) by name; `array` numbers the names.
+
+    A comment in the file says what the numbers are.
+    """
+    body, number, counts = "", [], [f'NumberOfPoints="{len(points)}"']
+    for width, tag in enumerate(("Verts", "Lines", "Polys"), start=1):
+        own = [(i, rows) for i, rows in enumerate(items.values()) if rows.shape[1] == width]
+        cells = np.concatenate([np.empty((0, width), np.int64), *(rows for _, rows in own)])
+        number += [np.full(len(rows), i) for i, rows in own]
+        offsets = width * np.arange(1, len(cells) + 1)
+        body += _element(tag, {"connectivity": cells.ravel(), "offsets": offsets})
+        counts.append(f'NumberOf{tag}="{len(cells)}"')
+    numbers = np.concatenate([np.empty(0, np.int64), *number])
+    head = _element("CellData", {array: numbers}) + _element("Points", {"points": points})
+    legend = ", ".join(f"{i} {name}" for i, name in enumerate(items))
+    return _write(path, "PolyData", " ".join(counts), head + body, f"<!-- {array}: {legend} -->\n")
+
+
 def write_cells(
     path: Path,
     points: np.ndarray,

@@ -15,6 +15,7 @@ from polycube.report import sections, solutions
 from polycube.report.hexes import hexes, view
 from polycube.report.markup import section
 from polycube.report.pictures import denoising, pictures
+from polycube.report.repairs import repairs
 from polycube.report.verdict import subtitle, verdict
 
 _HERE = Path(__file__).parent
@@ -24,6 +25,8 @@ FILES = {
     "report.json": "every number of this page",
     "config.json": "the settings",
     "run.log": "what the run said",
+    "repaired.stl": "the repaired surface, in single precision",
+    "repaired.vtp": "the repaired surface",
     "polycube.vtu": "polycube",
     "labels.vtp": "input surface with axis and patch per face",
     "hex.vtu": "hex mesh; measures, cell, primitive per hex, off_surface per vertex",
@@ -69,6 +72,7 @@ def write_report(
         sections.spline(state, report, drawn),
         solutions.section_of(state, report, drawn),
         sections.surface(state, report, drawn),
+        repairs(report),
         sections.structure(state, report, drawn),
         sections.denoising(report, moving),
         sections.seconds(report),

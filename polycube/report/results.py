@@ -41,7 +41,7 @@ def summarize(
     seconds, effort : of the stages, see `pipeline.Clock`; stages that descend nothing are left out
     """
     parts = {"input": _input, "given": _given, "polycube": _polycube, "hex": _hex}
-    parts |= {"spline": _spline}
+    parts |= {"spline": _spline, "repair": lambda state: state["repair"]}
     needs = {"input": "surface", "polycube": "ranked", "hex": "hexes"}
     report = {
         name: numbers(state) for name, numbers in parts.items() if needs.get(name, name) in state
@@ -188,13 +188,15 @@ def write_results(
 
 def _write_spline(folder: Path, state: State, cfg: Mapping[str, object]) -> None:
     from polycube.io import bext, bext2, bezier
+    from polycube.spline.bezier import scaled_bounds
     from polycube.spline.deck import settings_of, write_modal_deck
 
     spline = state["spline"]
     bext.write_bext(folder / "spline.bext", spline)
     bext2.write_bext2(folder / "spline.bxt", spline)
     write_modal_deck(folder / "modal.k", "spline.bext", **settings_of(cfg["analysis"]))
-    bezier.write_bezier_vtu(folder / "spline.vtu", spline)
+    bounds = {"scaled_det_j": scaled_bounds(spline)}
+    bezier.write_bezier_vtu(folder / "spline.vtu", spline, cell_data=bounds)
     with whole(folder / "spline.npz") as temporary, open(temporary, "wb") as file:
         matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
         arrays = {name: getattr(spline, name) for name in ARRAYS}

@@ -1,0 +1,86 @@
+"""Look at a surface before it is meshed: what is wrong, how many, where, and what would help."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.geometry.defects import Defect, find_defects
+from polycube.geometry.surface import diagonal, genus, place, volume
+from polycube.io import clean
+from polycube.io.cad import Cad
+from polycube.io.read import EXAMPLE, is_cad, read_repaired, read_soup
+from polycube.io.repair import finite
+from polycube.io.vtk import write_named_vtp
+from polycube.types import TriMesh
+
+N_PLACES = 3  # of each problem, printed
+
+
+@dataclass(frozen=True, eq=False)
+class Preflight:
+    """What was found in a file, and what a run would make of it."""
+
+    path: str
+    surface: TriMesh  # as it was given, equal corners welded, faces of no numbers left out
+    lost: int  # vertices that are not finite
+    defects: list[Defect]
+    verdict: str  # one sentence
+    is_usable: bool
+
+    def table(self) -> str:
+        """For the terminal: a line per problem."""
+        surface = self.surface
+        rows = [
+            f"{self.path}: {len(surface.vertices)} vertices, {len(surface.faces)} faces, "
+            f"diagonal {diagonal(surface):.5g}"
+        ]
+        if self.lost:
+            rows.append(f"{self.lost:>9}  vertices that are not finite")
+        for defect in self.defects:
+            where = [place(surface, surface.vertices[i].mean(axis=0)) for i in defect.items]
+            note = f" ({defect.note})" if defect.note else ""
+            more = ", ..." if len(where) > N_PLACES else ""
+            at = ", ".join(where[:N_PLACES])
+            rows.append(f"{len(where):>9}  {defect.problem}{note}, at {at}{more}")
+        if not self.defects and not self.lost:
+            rows.append("           nothing is wrong with it")
+        return "\n".join(rows)
+
+    def write(self, path: Path) -> Path:
+        """The places as points, lines and triangles of a `.vtp`, `problem` numbered in each."""
+        if Path(path).suffix.lower() != ".vtp":
+            raise InputError(f"preflight writes a .vtp file, or is true; got {path}")
+        items = {defect.problem: defect.items for defect in self.defects}
+        try:
+            return write_named_vtp(Path(path), self.surface.vertices, items, "problem")
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror}") from None
+
+
+def preflight(path: str, cad: Cad, level: str) -> Preflight:
+    """Look at a file, and try a repair of the level; raises InputError where it can not be read."""
+    if path.startswith(EXAMPLE) or is_cad(Path(path)):
+        given, lost = read_repaired(path, cad, "off")[0], 0
+    else:
+        vertices, faces = read_soup(Path(path))
+        lost = int((~np.isfinite(vertices).all(axis=1)).sum())
+        try:
+            given = clean.weld_equal(finite(vertices, faces)[0])[0]
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error.__cause__
+    try:
+        surface, notes, _ = read_repaired(path, cad, level)
+    except InputError as error:
+        sentence = str(error).removeprefix(f"{path}: ").partition("; preflight=")[0]
+        verdict, is_usable = f"refused: {sentence.partition(', preflight=')[0]}", False
+    else:
+        verdict = (
+            f"usable: closed, genus {genus(surface)}, volume {volume(surface):.6g}"
+            f"{''.join(f'; {note}' for note in notes)}"
+        )
+        is_usable = True
+    return Preflight(path, given, lost, find_defects(given), verdict, is_usable)
