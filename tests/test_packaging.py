@@ -70,6 +70,10 @@ def test_wheel_holds_plugins_and_conf_inside_the_package(wheels: list[Path]) -> 
     assert wanted <= names
     for yaml in (ROOT / "conf").rglob("*.yaml"):
         assert f"polycube/conf/{yaml.relative_to(ROOT / 'conf').as_posix()}" in names
+    for grid in ("2x1", "2x2"):
+        assert f"polycube/plugins/weights/{grid}/weights.safetensors" in names
+    assert not [name for name in names if "__pycache__" in name or name.endswith((".nbc", ".nbi"))]
+    assert wheels[0].stat().st_size < 10e6
 
 
 def test_our_code_comes_from_the_wheel(python: Path, tmp_path: Path) -> None:
@@ -98,6 +102,30 @@ def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Pa
     chosen = ("schedule=quadratic", "schedule.steps=77", "primitives=cube_and_notch")
     said = run(train, "--cfg", "job", *chosen, cwd=tmp_path)
     assert "plugin: quadratic" in said and "steps: 77" in said and "- notch" in said
+
+
+def test_help_lists_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
+    said = run(python.parent / "polycube-train", "--help", cwd=tmp_path)
+    lines = [" ".join(line.split()) for line in said.splitlines()]
+    assert "quadratic beta grows with the square of t" in lines
+    assert "notch a cell with one edge cut away" in lines
+
+
+@pytest.mark.slow
+def test_a_surface_all_the_way_from_a_foreign_folder(python: Path, tmp_path: Path) -> None:
+    """By the command and in Python; paths start from there."""
+    write = "from polycube.io.examples import example; e = example('dice'); print(*("
+    write += "'v %r %r %r' % tuple(v) for v in e.vertices.tolist()), "
+    write += "*('f %d %d %d' % tuple(f) for f in (e.faces + 1).tolist()), sep='\\n')"
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "part.obj").write_text(run(python, "-c", write, cwd=tmp_path))
+    quick = ("structure=slices", "meshing.size=14%")
+    infer = python.parent / "polycube-infer"
+    run(infer, "mesh=mine/part.obj", "output_dir=made", *quick, cwd=tmp_path)
+    assert (tmp_path / "made" / "report.html").is_file()
+    code = "import polycube; part = polycube.mesh('mine/part.obj', 'structure=slices', "
+    code += "'meshing.size=14%'); print(part.modes.frequency[-1] > 0, part.report['valid'])"
+    assert "True True" in run(python, "-c", code, cwd=tmp_path)
 
 
 @pytest.mark.slow
