@@ -38,11 +38,13 @@ def write_bezier_vtu(
     spline: Spline,
     point_data: Mapping[str, np.ndarray] | None = None,
     bezier_data: Mapping[str, np.ndarray] | None = None,
+    cell_data: Mapping[str, np.ndarray] | None = None,
 ) -> Path:
     """Write the Bezier elements, with the hex each came from.
 
     point_data : coefficients at the control points, (C,) or (C, n), of fields on the spline
     bezier_data : Bezier coefficients of other fields, (B,) or (B, n)
+    cell_data : numbers of the elements, (E,) or (E, n)
     """
     fields = {name: spline.extraction @ array for name, array in (point_data or {}).items()}
     fields |= bezier_data or {}
@@ -52,7 +54,7 @@ def write_bezier_vtu(
         spline.nodes[:, VTK_ORDER],
         BEZIER_HEXAHEDRON,
         fields,
-        {"hex": spline.element_hex},
+        {"hex": spline.element_hex, **(cell_data or {})},
     )
 
 

@@ -25,6 +25,7 @@ FAIR = 0.02  # of the membrane beside the squared gaps, by the means of their di
 STILL = 1e-6  # of a control point's own step: those the boundary hardly feels stay
 EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface already
 LOOSE = 0.5  # share of its scaled det J that an element keeps at least, before it is raised
+WORTH = 0.001  # distance, in diagonals, that half the least scaled det J is worth below the floor
 FIRST = 0.2  # share of the floor that is wanted as long as an element is not positive
 
 
@@ -83,25 +84,34 @@ class Fit:
         share, old = shares(spline), scaled_detj(spline)
         enough = np.clip(old.min(), 0, self.floor)
 
-        def value(control: np.ndarray) -> tuple[float, bool, float]:
-            scaled = scaled_detj(replace(spline, control=control))
-            least, lack = scaled.min(), np.maximum(self.floor - scaled, 0).sum()
-            return np.clip(least, 0, enough), least > 0, -lack
-
-        control = damped(spline, moved, LOOSE * np.minimum(old, self.floor), share)
-        for _ in range(self.rounds):
+        def at(control: np.ndarray) -> tuple[Spline, np.ndarray]:
             now = replace(spline, control=control)
-            low = scaled_detj(now).min()
+            return now, scaled_detj(now)
+
+        def value(state: tuple[Spline, np.ndarray]) -> tuple[float, float]:
+            least = state[1].min()
+            if least <= 0:
+                return 0.0, float(least)
+            rows, goal, _, weight = matcher(state[0].control)
+            gaps = np.linalg.norm(rows @ state[0].control - goal, axis=1)[weight > 0]
+            price = np.percentile(gaps, 99) + WORTH * max(np.log2(self.floor / least), 0)
+            return 1 + min(least, enough), -price
+
+        best = at(damped(spline, moved, LOOSE * np.minimum(old, self.floor), share))
+        for _ in range(self.rounds):
+            low = best[1].min()
             if low >= self.floor:
                 break
             wanted = self.floor * (1 if low > 0 else FIRST)
-            higher = raised(now, wanted, self.floor, share, matcher(control), graph)
-            control, last = max(control, higher, key=value), control
-            if control is last:
+            matches = matcher(best[0].control)
+            higher = at(raised(*best, wanted, self.floor, share, matches, graph))
+            if value(higher) <= value(best):
                 break
+            best = higher
+        control = best[0].control
         back = damped(spline, control, np.minimum(old, max(enough, LOOSE * self.floor)), share)
         safe = restored(spline, control, np.minimum(old, enough), share)
-        return max(back, safe, control, key=value)
+        return max(at(back), at(safe), best, key=value)[0].control
 
 
 def laplacian(spline: Spline) -> csr_matrix:

@@ -96,6 +96,13 @@ def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Sp
     functions = [_functions(*pair) for pair in zip(levels, active, strict=True)]
     truncated = _truncated(levels, [own for own, _ in functions])
     carried = _carried(levels, truncated, [gone for _, gone in functions])
+    most = max(abs(part).max() for part in carried)
+    if most > NESTED:
+        logger.info(
+            "levels are not nested: remainders up to %.3g carried to %d Bezier nodes",
+            most,
+            sum((abs(part).max(axis=1) > NESTED).sum() for part in carried),
+        )
     rows, nodes, sides, patch = [], [], [], []
     n_nodes = n_elements = 0
     for level, elements, coefficients, more in zip(levels, active, truncated, carried, strict=True):

@@ -23,8 +23,8 @@ SAMPLES = 6000  # of the surface
 STEP = 0.004  # between points on creases, in diagonals
 ALPHA = 0.04  # length that a whole turn of the normal is worth, in diagonals
 FREE = 1.0  # square difference of normals (60 degrees) that costs nothing
-COVER = 0.5  # weight of the surface's points beside the own
-CREASE = 2.0  # weight of a crease's points, per length of a face's side
+COVER = 2.0  # weight of the surface's points beside the own
+CREASE = 0.3  # weight of a crease's points, per length of a face's side; more swells round edges
 REACH = 0.7  # sides of a face from which a crease pulls
 
 

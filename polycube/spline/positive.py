@@ -24,6 +24,7 @@ WATCHED = 3.0  # floors below which an element near them is raised as well, shou
 ABOVE = 1.1  # floors that a sample is raised to: between samples det J is lower
 ITERATIONS = 60
 TANGENTIAL = 0.05  # weight of a gap along the surface beside one across
+CHUNK = 128  # elements at a time
 STIFF = 0.02  # of the membrane on the step, by the means of the diagonals
 
 
@@ -66,6 +67,7 @@ def restored(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_ma
 
 def raised(
     spline: Spline,
+    scaled: np.ndarray,
     wanted: float,
     floor: float,
     share: csr_matrix,
@@ -74,10 +76,11 @@ def raised(
 ) -> np.ndarray:
     """Control points (C, 3) with the elements below `wanted`, at most the floor, raised to it.
 
+    scaled : (E,) scaled det J of the spline
     Minimises the squared lack of scaled det J at 5^3 points of each, over the square of the floor,
     the gaps of the boundary to its matches, over the mean area of a face, and a membrane.
     """
-    moves = np.flatnonzero((share[scaled_detj(spline) < wanted] > INFLUENCE).sum(axis=0))
+    moves = np.flatnonzero((share[scaled < wanted] > INFLUENCE).sum(axis=0))
     lack = _Lack(spline, moves, share, wanted, floor)
     gap = _Gap(spline.control, moves, matches)
     membrane = graph[moves][:, moves]
@@ -116,21 +119,28 @@ class _Lack:
 
     def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         points = (self.rows @ y + self.rest)[self.local]  # (e, 64, 3)
-        u, v, w = self._tangents(points)
-        cofactors = _cross(v, w), _cross(w, u), _cross(u, v)
-        det = (u * cofactors[0]).sum(axis=0)  # (samples, e)
-        lack = np.maximum(self.wanted - det / self.unit, 0)
-        by_det = -2 * lack / self.unit
-        by_tangent = np.stack([(c * by_det).transpose(1, 0, 2) for c in cofactors])
-        by_point = (self.table.T @ by_tangent.reshape(len(self.table), -1)).reshape(64, 3, -1)
+        value, by_point = 0.0, np.zeros_like(points)
+        for start in range(0, len(points), CHUNK):
+            part = slice(start, start + CHUNK)
+            more, by_point[part] = self._of(points[part], self.unit[part])
+            value += more
         by_node = np.zeros((len(self.rest), 3))
-        np.add.at(by_node, self.local.ravel(), by_point.transpose(2, 0, 1).reshape(-1, 3))
-        return float((lack**2).sum()), self.rows.T @ by_node
+        np.add.at(by_node, self.local.ravel(), by_point.reshape(-1, 3))
+        return value, self.rows.T @ by_node
 
-    def _tangents(self, points: np.ndarray) -> np.ndarray:
-        """(3, 3, samples, e): d/du, d/dv, d/dw, the coordinates, where, and of which element."""
+    def _of(self, points: np.ndarray, unit: np.ndarray) -> tuple[float, np.ndarray]:
+        """Of some elements: the value, and its slope by their points (e, 64, 3)."""
         flat = self.table @ points.transpose(1, 2, 0).reshape(64, -1)
-        return flat.reshape(3, -1, 3, len(points)).transpose(0, 2, 1, 3)
+        u, v, w = flat.reshape(3, -1, 3, len(points)).transpose(0, 2, 1, 3)  # (3, samples, e)
+        cofactor = _cross(v, w)
+        lack = np.maximum(self.wanted - (u * cofactor).sum(axis=0) / unit, 0)
+        if not lack.any():
+            return 0.0, np.zeros_like(points)
+        by_det = -2 * lack / unit
+        cofactors = cofactor, _cross(w, u), _cross(u, v)
+        by_tangent = np.stack([(c * by_det).transpose(1, 0, 2) for c in cofactors])
+        by_point = self.table.T @ by_tangent.reshape(len(self.table), -1)
+        return float((lack**2).sum()), by_point.reshape(64, 3, -1).transpose(2, 0, 1)
 
 
 class _Gap:

@@ -37,7 +37,10 @@ def test_order_is_vtk_s():
 
 @pytest.mark.parametrize("element", [0, 7, 20])
 def test_vtk_evaluates_the_same_solid(spline, element, tmp_path):
-    grid = pyvista.read(write_bezier_vtu(tmp_path / "spline.vtu", spline))
+    numbers = {"scaled_det_j": np.arange(len(spline.nodes)) / 3}
+    path = write_bezier_vtu(tmp_path / "spline.vtu", spline, cell_data=numbers)
+    grid = pyvista.read(path)
+    assert np.array_equal(grid.cell_data["scaled_det_j"], numbers["scaled_det_j"])
     assert (grid.celltypes == 79).all()
     assert np.array_equal(grid.cell_data["hex"], spline.element_hex)
     cell = grid.GetCell(element)

@@ -12,9 +12,9 @@ from polycube.types import HexMesh, Spline, TriMesh
 from tests.hex_solids import hex_box
 
 
-def spline_of(mesh: HexMesh, space: str = "optimal") -> Spline:
+def spline_of(mesh: HexMesh, space: str = "optimal", **options) -> Spline:
     mesh = hex_mesh(mesh.vertices, mesh.hexes, mesh.quads, patches(mesh))
-    return build("spline", {"plugin": space})(boundary(mesh), mesh)
+    return build("spline", {"plugin": space, **options})(boundary(mesh), mesh)
 
 
 def meshed_box(counts, high=(1.0, 1.0, 1.0)) -> tuple[HexMesh, TriMesh]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.spline.bernstein import gauss, tensor, volume_basis
-from polycube.spline.bezier import bezier_points, min_detj
+from polycube.spline.bezier import bezier_points, min_detj, scaled_bounds, scaled_detj
 from polycube.spline.extraction import volumetric_spline
 from polycube.spline.features import single_hex_edges
 from tests.hex_solids import hex_ball, hex_box, hex_cylinder
@@ -58,6 +58,22 @@ def test_bound_lies_below_every_sample_and_close_to_the_least(solid, amount):
     volumes = dense_detj(spline, t) @ tensor(*[w[None]] * 3)[0]
     assert volumes.sum() == pytest.approx(found.volume, rel=1e-12)
     assert found.min_scaled_detj == pytest.approx((values.min(axis=1) / volumes).min(), rel=0.03)
+
+
+@pytest.mark.parametrize("amount", [0.02, 0.2])
+def test_each_element_has_a_bound_below_its_samples_and_close(amount):
+    spline = moved(spline_of(hex_ball(2)), amount)
+    t, w = gauss(5)
+    volumes = dense_detj(spline, t) @ tensor(*[w[None]] * 3)[0]
+    least = dense_detj(spline, np.linspace(0, 1, 17)).min(axis=1) / volumes
+    bound = scaled_bounds(spline)
+    assert (bound <= least + 1e-12).all()
+    assert (bound >= least - 0.05).all()
+    assert (bound <= scaled_detj(spline) + 1e-12).all()
+
+
+def test_bounds_of_a_box_are_one():
+    assert scaled_bounds(spline_of(hex_box((2, 3, 1)))) == pytest.approx(np.ones(6), rel=1e-8)
 
 
 def test_position_is_the_place_of_the_least_value():

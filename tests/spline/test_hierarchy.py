@@ -1,3 +1,4 @@
+import logging
 from dataclasses import replace
 from itertools import pairwise
 
@@ -117,11 +118,16 @@ def test_straight_hexes_beside_others_refine_without_a_crack():
     assert abs(spline.extraction.sum(axis=1) - 1).max() < 1e-14
 
 
-def test_the_crack_test_finds_cracks():
+def test_the_crack_test_finds_cracks(caplog):
     """Without what is carried, h2s levels do not meet at an extraordinary edge."""
     mesh = MESHES["cylinder"]
     levels = levels_of(space_of(mesh), np.arange(len(mesh.hexes) // 3))
-    spline = hierarchical_spline(levels)
+    with caplog.at_level(logging.INFO):
+        spline = hierarchical_spline(levels)
+        assert "levels are not nested: remainders up to 0.0" in caplog.text
+        caplog.clear()
+        hierarchical_spline(levels_of(space_of(mesh, "optimal"), [0, 1, 2]))
+        assert "not nested" not in caplog.text
     assert crack(mesh, levels, spline) < 1e-14
     coarse, fine = levels
     missed = remainder(coarse, fine)

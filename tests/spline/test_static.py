@@ -23,11 +23,16 @@ def stress_of(gradient, material):
     return 2 * shear * strain + lame * np.trace(strain) * np.eye(3)
 
 
+HALF = {"boxes": [{"box": [-1, -1, 0, 0, 1, 0.6]}]}
+
+
 def solids():
     return {
         "ball": spline_of(hex_ball(2), "h2s"),
         "cylinder": spline_of(hex_cylinder(2, 2, 2), "h2s"),
         "cylinder, optimal": spline_of(hex_cylinder(1, 1, 2)),
+        "cylinder, two levels": spline_of(hex_cylinder(2, 1, 2), "h2s", refine=HALF),
+        "cylinder, optimal, two levels": spline_of(hex_cylinder(1, 1, 2), refine=HALF),
         "unclamped": unclamped(2),
     }
 
