@@ -189,7 +189,6 @@ def write_results(
 def _write_spline(folder: Path, state: State, cfg: Mapping[str, object]) -> None:
     from polycube.io import bext, bext2, bezier
     from polycube.spline.bezier import scaled_bounds
-    from polycube.spline.bezier import scaled_bounds
     from polycube.spline.deck import settings_of, write_modal_deck
 
     spline = state["spline"]
