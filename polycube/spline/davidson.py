@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.sparse import spmatrix
+from scipy.sparse.linalg import LinearOperator
 
 from polycube.errors import MeshingError
 
@@ -27,7 +28,7 @@ DEPENDENT = 1e-14  # share of the largest squared length, below which a directio
 
 def davidson(
     stiffness: spmatrix,
-    mass: spmatrix,
+    mass: spmatrix | LinearOperator,
     precondition: Callable[[np.ndarray], np.ndarray],
     n_pairs: int,
     shift: float,
@@ -71,7 +72,7 @@ def davidson(
 class _Space:
     """M-orthonormal vectors V, K V and M V."""
 
-    def __init__(self, stiffness: spmatrix, mass: spmatrix, room: int) -> None:
+    def __init__(self, stiffness: spmatrix, mass: LinearOperator, room: int) -> None:
         """`room` : vectors at most; more are reduced to the lowest Ritz vectors."""
         self.stiffness, self.mass = stiffness, mass
         self.seen = self.size = 0

@@ -85,7 +85,8 @@ def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
         if len(others):
             side = trsm(1.0, low, side, side=1, lower=1, trans_a=1)
             rest = syrk(-1.0, side, beta=1.0, c=rest, lower=1, overwrite_c=1)
-        updates[k] = others, rest
+        updates[k] = others, _packed(rest)
+        del rest
         later.append(others)
         diagonal.append(low)
         below.append(side)
@@ -122,7 +123,7 @@ def _front(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Dense columns of the own unknowns (own + later, own), and the rest (later, later), lower.
 
-    entries : of the matrix, columns a to b, on and below the diagonal.  pending : places and
+    entries : of the matrix, columns a to b, on and below the diagonal.  pending : places and packed
         update of each child; emptied, for they are large
     """
     n = b - a
@@ -142,17 +143,28 @@ def _front(
 
 
 @njit(cache=True, nogil=True)
+def _packed(square: np.ndarray) -> np.ndarray:
+    """Lower triangle, column by column."""
+    n = len(square)
+    found = np.empty(n * (n + 1) // 2, square.dtype)
+    at = 0
+    for j in range(n):
+        found[at : at + n - j] = square[j:, j]
+        at += n - j
+    return found
+
+
+@njit(cache=True, nogil=True)
 def _add(dense: np.ndarray, rest: np.ndarray, at: np.ndarray, update: np.ndarray) -> None:
-    """Add the lower triangle of a child's update to the rows and columns `at` of a front.
+    """Add a child's packed update to the rows and columns `at` of a front.
 
     dense : (own + later, own) first columns of the front.  rest : (later, later) the others
     """
-    n = dense.shape[1]
+    n, k = dense.shape[1], 0
     for j in range(len(at)):
         c = at[j]
-        if c < n:
-            for i in range(j, len(at)):
-                dense[at[i], c] += update[i, j]
-        else:
-            for i in range(j, len(at)):
-                rest[at[i] - n, c - n] += update[i, j]
+        column = dense[:, c] if c < n else rest[:, c - n]
+        shift = 0 if c < n else n
+        for i in range(j, len(at)):
+            column[at[i] - shift] += update[k]
+            k += 1

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix, diags, eye, kron, spmatrix
+from scipy.sparse.linalg import LinearOperator
 
 from polycube.io.units import METRES
 from polycube.spline.assembly import assemble
@@ -55,8 +56,9 @@ def free_modes(
     if lumped:
         mass = diags(np.asarray(mass.sum(axis=1)).ravel())
     basis = held.basis
-    inertia = kron(mass, eye(3), "csr")
+    inertia = mass
     if supports:
+        inertia = kron(mass, eye(3), "csr")
         stiffness, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness, inertia))
     values, vectors = lowest(stiffness, inertia, n_modes, points=held.points(spline))
     length = diagonal * METRES[length_unit]
@@ -80,16 +82,32 @@ def lowest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest eigenvalues (K,), ascending, and M-orthonormal vectors (N, K) of K u = lambda M u.
 
+    mass : (N, N), or (N / n, N / n) where it is the same for the n components of each function
     points : (N, 3) where each unknown is, see `factorize`
     Raises ValueError unless K - shift M is positive definite.
     """
+    n_components = stiffness.shape[0] // mass.shape[0]
     if stiffness.shape[0] <= DENSE * n_modes:
-        values, vectors = eigh(stiffness.toarray(), mass.toarray())
+        values, vectors = eigh(stiffness.toarray(), np.kron(mass.toarray(), np.eye(n_components)))
         if values[0] <= shift:
             raise ValueError("matrix is not positive definite")
         return values[:n_modes], vectors[:, :n_modes]
+
+    def shifted(dtype: type) -> csr_matrix:
+        each = kron(mass, eye(n_components), "csr")
+        return csr_matrix(stiffness - shift * each, dtype=dtype)
+
+    def inertia(x: np.ndarray) -> np.ndarray:
+        return (mass @ x.reshape(mass.shape[0], -1)).reshape(x.shape)
+
     try:
-        factor = factorize(csr_matrix(stiffness - shift * mass, dtype=np.float32), points)
+        factor = factorize(shifted(np.float32), points)
     except ValueError:  # too ill-conditioned for single precision
-        factor = factorize(csr_matrix(stiffness - shift * mass), points)
-    return davidson(stiffness, mass, factor.solve, n_modes, shift)
+        factor = factorize(shifted(np.float64), points)
+    return davidson(
+        stiffness,
+        LinearOperator(stiffness.shape, inertia, matmat=inertia),
+        factor.solve,
+        n_modes,
+        shift,
+    )
