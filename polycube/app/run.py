@@ -167,7 +167,9 @@ class Run:
         best = self.clock.best(lambda state: self._score(state["hexes"]))
         if best is None:
             return
-        self.state = {**best, "stopped": f"{why}; this is the best valid mesh until then"}
+        told = f"{why}; this is the best valid mesh until then"
+        hexes = with_sets(best["hexes"], best["surface"])
+        self.state = {**best, "hexes": hexes, "stopped": told}
         logger.warning("warning: %s", self.state["stopped"])
         if "ranked" in best:
             self._keep_structure(self.folder)

@@ -22,6 +22,7 @@ from polycube.types import HexMesh
 logger = logging.getLogger(__name__)
 
 INTERRUPTED = 130  # exit code, as shells say it
+FIRST = "meshing/subdivide"  # its hexes are good, and not yet on the surface
 N_COMPARED = 5  # meshes of the largest scaled Jacobians, which then are scored
 
 
@@ -34,11 +35,12 @@ class Watch(Clock):
     """A clock that keeps every valid mesh it sees, in the state that it belongs to.
 
     state : what the stages start from; see `on`
-    kept : (smallest scaled Jacobian, state) of each valid mesh, of all that share this list
+    kept : of each valid mesh, of all that share this list: whether it is fitted to the surface,
+        its smallest scaled Jacobian, its state
     """
 
     state: State = field(default_factory=dict)
-    kept: list[tuple[float, State]] = field(default_factory=list)
+    kept: list[tuple[bool, float, State]] = field(default_factory=list)
     end: list[float] = field(default_factory=list)  # monotonic time when time is up, if ever
     asked: threading.Event = field(default_factory=threading.Event)  # to stop, see `terminable`
 
@@ -53,17 +55,17 @@ class Watch(Clock):
             if name in KINDS and KINDS[name].gives:
                 self.state[KINDS[name].gives] = value
             if isinstance(value, HexMesh):
-                self.keep(value)
+                self.keep(value, name != FIRST)
         finally:
             self.check()
         return value
 
-    def keep(self, mesh: HexMesh) -> None:
+    def keep(self, mesh: HexMesh, is_fitted: bool = True) -> None:
         """Note a mesh that belongs to the state, if it is valid."""
         worst = float(scaled_jacobian(mesh.vertices, mesh.hexes).min())
         if worst > 0:
-            self.kept.append((worst, dict(self.state)))
-            best = max(worst for worst, _ in self.kept)
+            self.kept.append((is_fitted, worst, dict(self.state)))
+            best = max(self.kept, key=lambda each: each[:2])[1]
             logger.debug("best scaled Jacobian so far: %.3f", best, extra={"best": best})
 
     def check(self) -> None:
@@ -75,8 +77,8 @@ class Watch(Clock):
 
     def best(self, score: Callable[[State], float]) -> State | None:
         """State with the best valid mesh so far; None where there is none."""
-        worst_of = sorted(self.kept, key=lambda each: -each[0])[:N_COMPARED]
-        return max((state for _, state in worst_of), key=score, default=None)
+        first = sorted(self.kept, key=lambda each: each[:2], reverse=True)[:N_COMPARED]
+        return max((state for *_, state in first), key=score, default=None)
 
     @contextmanager
     def limited(self, seconds: float | None) -> Iterator[None]:

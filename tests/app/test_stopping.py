@@ -52,6 +52,15 @@ def test_valid_meshes_are_kept_with_what_they_belong_to(mesh, inverted) -> None:
     assert watch.seconds == {"meshing/smooth": 0.0}
 
 
+def test_hexes_that_are_not_fitted_yet_do_not_crowd_out_others(mesh) -> None:
+    bent = replace(mesh, vertices=mesh.vertices + 0.2 * mesh.vertices[:, [1, 2, 0]] ** 2)
+    watch = Watch()
+    for number in range(9):
+        watch.on({"chosen": number}).take("meshing/subdivide", made(mesh), 0.0)
+    watch.on({"chosen": 9}).take("meshing/smooth", made(bent), 0.0)
+    assert watch.best(lambda state: state["chosen"])["hexes"] is bent
+
+
 def test_time_is_up_in_the_middle_of_a_stage(mesh) -> None:
     watch = Watch()
     watch.keep(mesh)
