@@ -42,7 +42,7 @@ def test_folders_patterns_and_lists_become_lists(parts, given, listed):
     found = expanded([f"mesh={given}", "seed=3", "meshing.size=4%,5%", "output_dir=x"])
     assert found[:3] == ["-m", f"mesh={listed}", "seed=3"]
     left_out = "hydra.job.config.override_dirname.exclude_keys="
-    assert found[-1] == f"{left_out}[mesh,hex,output_dir,quiet,seed,output_dir]"
+    assert found[-1] == f"{left_out}[mesh,hex,output_dir,quiet,verbose,seed,output_dir]"
     assert expanded([f"mesh={given}", "--multirun"])[:2] == ["-m", f"mesh={listed}"]
 
 
