@@ -157,7 +157,7 @@ class _Pattern:
     def of(cls, functions: ElementFunctions, size: int) -> _Pattern:
         """The pattern of all elements, for `size` functions."""
         has = csr_matrix(
-            (np.ones(len(functions.functions), np.int8), functions.functions, functions.offsets),
+            (np.ones(len(functions.functions), bool), functions.functions, functions.offsets),
             (len(functions.offsets) - 1, size),
         )
         pairs = (has.T @ has).tocsr()

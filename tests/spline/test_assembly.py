@@ -2,12 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
 
 from polycube.errors import MeshingError
-from polycube.spline.assembly import assemble, integrate
+from polycube.spline.assembly import _Pattern, assemble, integrate
 from polycube.spline.bezier import min_detj
 from polycube.spline.extraction import volumetric_spline
 from polycube.spline.features import creases, single_hex_edges, union
+from polycube.types import ElementFunctions
 from tests.hex_solids import hex_ball, hex_box, hex_cylinder
 
 
@@ -111,3 +113,10 @@ def test_refuses_inverted_elements():
     spline = SPLINES["box"]
     with pytest.raises(MeshingError, match=r"det J > 0; got -0.0833 at a Gauss point of element"):
         assemble(replace(spline, control=-spline.control), 1.0, 0.3, 1.0)
+
+
+def test_functions_that_share_256_elements_are_a_pair():
+    both = csr_matrix(np.ones((512, 64)))
+    functions = ElementFunctions(np.arange(257) * 2, np.tile([0, 1], 256), both)
+    pattern = _Pattern.of(functions, 2)
+    assert pattern.indices.tolist() == [0, 1, 0, 1]
