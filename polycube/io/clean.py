@@ -29,7 +29,7 @@ WELD = 1e-6  # of the diagonal: corners this near are one
 COLLAPSE = 0.1  # of the faces: welding that costs more is refused
 FLAT = 1e-12  # of the diagonal squared: a face no larger has no area
 DIAGONALS = 1e-60, 1e60  # whose fourth power is still a float64
-MAX_FACES = 200_000  # up to here crossing faces are looked for
+MAX_FACES = 1_000_000  # up to here crossing faces are looked for
 N_PLACES = 3  # where they cross, named
 
 Step = tuple[TriMesh, list[str]]  # the surface, and what was done
