@@ -88,9 +88,8 @@ def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
         f"resume={folder}", "from=analysis", f"output_dir={tmp_path}", "analysis.modes=8", *FAST
     )
     assert again["hex"] == first["hex"]
-    assert again["modes"]["omega_squared"] == pytest.approx(
-        first["modes"]["omega_squared"][:8], rel=1e-6, abs=1e-6
-    )
+    values = first["modes"]["omega_squared"][:8]  # the first six are noise beside the others
+    assert again["modes"]["omega_squared"] == pytest.approx(values, rel=1e-6, abs=1e-9 * values[6])
     assert "meshing/optimize" not in again["seconds"]
 
 
