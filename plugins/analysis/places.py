@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
 
 from polycube.spline.constraints import Support
-from polycube.spline.patches import check_place, faces_of, place_name
+from polycube.spline.patches import check_place, faces_of, place_name, place_of
 from polycube.types import Spline
 
 AXES = "xyz"
@@ -69,6 +69,7 @@ def places(items: Sequence[object]) -> Iterator[tuple[object, dict[str, object]]
 
 
 def _split(item: object) -> tuple[object, dict[str, object]]:
-    if not isinstance(item, Mapping) or "at" not in item:
+    place = place_of(item)
+    if place is item:
         return item, {}
-    return item["at"], {key: value for key, value in item.items() if key != "at"}
+    return place, {key: value for key, value in item.items() if key != "at"}

@@ -2,7 +2,7 @@
 
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,17 +12,23 @@ from polycube.errors import InputError
 from polycube.geometry.hexes import extraordinary_edges, quad_edges
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
-from polycube.spline.features import edges_between, is_among, kinks, single_hex_edges, union
+from polycube.spline.features import (
+    border,
+    edges_between,
+    is_among,
+    kinks,
+    single_hex_edges,
+    union,
+)
 from polycube.spline.fit import Fit
 from polycube.spline.hierarchy import Space
+from polycube.spline.patches import check_place, place_of, quads_of
 from polycube.spline.refinement import refined_spline
 from polycube.spline.selection import Refinement
-from polycube.spline.sharpness import GOOD, INVALID, POOR, Creases, Sharp, Trial
+from polycube.spline.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
 from polycube.types import HexMesh, Spline, TriMesh
 
 logger = logging.getLogger(__name__)
-
-NONE = np.zeros((0, 2), np.int64)
 
 
 @dataclass(frozen=True)
@@ -35,11 +41,14 @@ class Volumetric(ABC):
     would stick out, and those that would spoil det J, mostly concave ones.  These are tried as
     well where the spline is fitted, which may mend det J, and with the hexes round them straight
     where it does not: the best of these splines is kept.  Edges that are given are all kept.
+    The border of what an analysis holds is sharp where possible: inside a smooth sheet, a support
+    would otherwise hold the slope and curvature of the functions there too.
     """
 
     sharp: str | list[list[int]] = "auto"  # or none, edges as pairs of vertices, a file of these
     angle: float = 45.0  # degrees, of edges and of corners of their curves
     single_hex_edges: bool = True
+    held: Sequence[object] = ()  # places, as the analysis has them in `fixed`
     refine: Mapping | Refinement = field(default_factory=Refinement)
     fit: Mapping | Fit = field(default_factory=Fit)
 
@@ -53,6 +62,8 @@ class Volumetric(ABC):
             raise ValueError(
                 f"sharp must be auto, none, a list of edges or a file of such; got {self.sharp!r}"
             )
+        for item in self.held:
+            check_place(place_of(item))
         object.__setattr__(self, "refine", Refinement.of(self.refine))
         object.__setattr__(self, "fit", Fit.of(self.fit))
 
@@ -94,16 +105,15 @@ class Volumetric(ABC):
         """The spline that costs least of those with all creases, the harmless ones, and all with
         straight hexes; each is made only where those before are not good.
         """
-        harmless = self.sharpened(hexes)
+        harmless, creases = self.sharpened(hexes), self._creases(hexes)
 
         def trial(name: str, sharp: Sharp) -> Trial:
             spline = self._solid(surface, hexes, sharp)
-            return Trial.of(name, spline, sharp, surface, self.fit.floor)
+            return Trial.of(name, spline, sharp, surface, self.fit.floor, creases.lost(sharp))
 
         if self.fit.iterations == 0:
             return trial("harmless", harmless)
-        creases = self._creases(hexes)
-        every = creases.all_but(NONE) if self.sharp == "auto" else harmless
+        every = creases.all_but(NO_EDGES) if self.sharp == "auto" else harmless
         trials = [trial("all", every)]
         if trials[0].cost > GOOD and not all(map(np.array_equal, every, harmless)):
             trials.append(trial("harmless", harmless))
@@ -130,14 +140,17 @@ class Volumetric(ABC):
         found = self._creases(hexes)
         if self.sharp == "auto":
             return found.harmless()
+        sharp = union(found.forced, found.borders)
         if self.sharp == "none":
-            return Sharp(found.forced, found.folds(found.forced))
-        sharp = union(found.forced, self._given(hexes))
+            return Sharp(sharp, found.folds(sharp))
+        sharp = union(sharp, self._given(hexes))
         return Sharp(sharp, union(found.folds(sharp), kinks(hexes, sharp, found.angle)))
 
     def _creases(self, hexes: HexMesh) -> Creases:
-        forced = single_hex_edges(hexes) if self.single_hex_edges else NONE
-        return Creases(hexes, forced, np.radians(self.angle), self.single_hex_edges)
+        forced = single_hex_edges(hexes) if self.single_hex_edges else NO_EDGES
+        held = (border(hexes, quads_of(hexes, place_of(item))) for item in self.held)
+        borders = union(NO_EDGES, *held)
+        return Creases(hexes, forced, np.radians(self.angle), self.single_hex_edges, borders)
 
     def _given(self, hexes: HexMesh) -> np.ndarray:
         """(S, 2) the edges of the option or of its file, ends ascending, each once.

@@ -9,6 +9,7 @@ c_given - X c_others.  Then u = basis @ free + offset has the prescribed trace f
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -16,8 +17,11 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
+from polycube.spline.slopes import held_slopes
 from polycube.spline.trace import Trace, trace
 from polycube.types import Spline
+
+logger = logging.getLogger(__name__)
 
 ABSENT = 1e-18  # share of the largest squared norm of a trace, below which it counts as zero
 DEPENDENT = 1e-9  # pivot of the Gram matrix of unit diagonal, below which a trace is dependent
@@ -125,6 +129,7 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
         if key not in known:
             found = _hold(spline, owner)
             known[key] = found, found.basis(size)
+            _warn_of_flat(*held_slopes(spline, np.flatnonzero(owner >= 0), known[key][1]))
         held.append(known[key][0])
         bases.append(known[key][1])
         offset[:, i] = _given(held[-1], supports, i, size)
@@ -145,6 +150,16 @@ def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
             energy += motion.T @ (motion * held.trace.area[:, None]) / held.trace.area.sum()
     values = np.linalg.eigvalsh(energy)
     return int((values <= RIGID * max(values[-1], np.finfo(float).tiny)).sum())
+
+
+def _warn_of_flat(flat: int, border: int) -> None:
+    if flat:
+        logger.warning(
+            "warning: beside %d of the %d edges round what is held the spline can only start flat, "
+            "so the result is too stiff; a run from=spline makes them sharp where det J allows it",
+            flat,
+            border,
+        )
 
 
 def _given(held: Held, supports: Sequence[Support], i: int, size: int) -> np.ndarray:

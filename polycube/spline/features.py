@@ -16,6 +16,12 @@ def creases(mesh: HexMesh, angle: float) -> np.ndarray:
     return edges[_angle(normals[quads[:, 0]], normals[quads[:, 1]]) > angle]
 
 
+def border(mesh: HexMesh, quads: np.ndarray) -> np.ndarray:
+    """Boundary edges between some quads (F,), numbers into `mesh.quads`, and others."""
+    edges, sides = quad_edges(mesh.quads)
+    return edges[np.isin(sides, quads).sum(axis=1) == 1]
+
+
 def single_hex_edges(mesh: HexMesh) -> np.ndarray:
     """Boundary edges that one hex has; smooth, det J would be 0 along them."""
     edges, count = edge_valence(mesh.hexes)

@@ -1,4 +1,6 @@
-"""Boundary faces of a spline by what users call them: a name, a patch number, a box, a plane."""
+"""Boundary faces of a spline, or of its mesh, by what users call them: a name, a patch number, a
+box, a plane.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +10,16 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.geometry.cubic import FACES
-from polycube.geometry.patches import LEVEL, Sets, listed, may_name, set_name, sets_of_quads
-from polycube.types import Spline
+from polycube.geometry.patches import (
+    LEVEL,
+    Sets,
+    boundary_sets,
+    listed,
+    may_name,
+    set_name,
+    sets_of_quads,
+)
+from polycube.types import HexMesh, Spline
 
 CORNERS = [0, 3, 15, 12]  # of the 16 nodes of a face, in a circle
 
@@ -22,10 +32,15 @@ def faces_of(spline: Spline, where: object) -> np.ndarray:
     Raises InputError naming the sets there are.
     """
     if isinstance(where, Mapping):
-        return _within(spline, where)
-    sets = spline.sets or sets_of_sides(spline)
-    check_names([where], sets)
-    return np.asarray(sets[set_name(where)])
+        return _within((spline.extraction @ spline.control)[_corner_nodes(spline)], where)
+    return _named(spline.sets or sets_of_sides(spline), where)
+
+
+def quads_of(mesh: HexMesh, where: object) -> np.ndarray:
+    """(F,) numbers into `mesh.quads` of the faces that `where` names, as for `faces_of`."""
+    if isinstance(where, Mapping):
+        return _within(mesh.vertices[mesh.quads], where)
+    return _named(mesh.sets or boundary_sets(mesh), where)
 
 
 def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
@@ -60,6 +75,11 @@ def check_place(where: object) -> None:
         )
 
 
+def place_of(item: object) -> object:
+    """The place of an item of a list of supports or loads: what is `at`, or all of it."""
+    return item["at"] if isinstance(item, Mapping) and "at" in item else item
+
+
 def place_name(where: object) -> str:
     """The place in one word, for tables."""
     if not isinstance(where, Mapping):
@@ -68,11 +88,16 @@ def place_name(where: object) -> str:
     return f"{kind} {' '.join(f'{number:g}' for number in numbers)}"
 
 
-def _within(spline: Spline, where: Mapping[str, object]) -> np.ndarray:
+def _named(sets: Sets, name: object) -> np.ndarray:
+    check_names([name], sets)
+    return np.asarray(sets[set_name(name)])
+
+
+def _within(corners: np.ndarray, where: Mapping[str, object]) -> np.ndarray:
+    """(F,) faces, of those with corners (Q, 4, 3), in a box or on a plane."""
     [(kind, numbers)] = where.items()
     numbers = np.asarray(numbers, dtype=np.float64)
-    corners = (spline.extraction @ spline.control)[_corner_nodes(spline)]
-    slack = LEVEL * np.linalg.norm(np.ptp(spline.control, axis=0))
+    slack = LEVEL * np.linalg.norm(np.ptp(corners, axis=(0, 1)))
     if kind == "plane":
         off = np.abs(corners @ numbers[:3] - numbers[3]) / np.linalg.norm(numbers[:3])
         inside = off <= slack

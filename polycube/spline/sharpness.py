@@ -10,7 +10,7 @@ import numpy as np
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.deviation import deviation
 from polycube.spline.extraction import NO_HEXES, volumetric_spline
-from polycube.spline.features import creases, folds, kinks, union, without_dead_ends
+from polycube.spline.features import creases, folds, is_among, kinks, union, without_dead_ends
 from polycube.types import HexMesh, Spline, TriMesh
 
 LEAST = 0.05  # scaled det J below which a hex is made straight
@@ -18,9 +18,11 @@ FLOOR = 0.1  # scaled det J below which a crease may not push an element
 WORTH = 0.001  # distance, in diagonals, that half the scaled det J is worth below a floor
 VOLUME = 0.2  # distance, in diagonals, that an error of the whole volume is worth
 STRAIGHT = 0.01  # and to have all hexes straight
+LOST = 0.02  # and to have the border of what an analysis holds all smooth
 INVALID = 1e3  # least cost of a spline whose det J may be negative
 GOOD = 0.001  # cost of a spline that needs no rival
 POOR = 0.006  # cost of the best spline above which straight hexes are tried
+NO_EDGES = np.zeros((0, 2), np.int64)
 
 
 class Sharp(NamedTuple):
@@ -32,11 +34,21 @@ class Sharp(NamedTuple):
 
 
 class Creases:
-    """The creases of a mesh by angle, beside edges (S, 2) that are sharp anyhow."""
+    """The creases of a mesh by angle and the borders (B, 2) of what an analysis holds, beside edges
+    (S, 2) that are sharp anyhow.
+    """
 
-    def __init__(self, hexes: HexMesh, forced: np.ndarray, angle: float, fold: bool) -> None:
+    def __init__(
+        self,
+        hexes: HexMesh,
+        forced: np.ndarray,
+        angle: float,
+        fold: bool,
+        borders: np.ndarray = NO_EDGES,
+    ) -> None:
         self.hexes, self.forced, self.angle, self.fold = hexes, forced, angle, fold
-        self.found = creases(hexes, angle)
+        self.borders = borders
+        self.found = union(creases(hexes, angle), borders)
 
     def all_but(self, blunt: np.ndarray) -> Sharp:
         """All creases without ends in the smooth surface, but those that meet `blunt` vertices."""
@@ -74,6 +86,11 @@ class Creases:
                 return Sharp(*sharp[:2], straight)
             straight = union(straight, low)
 
+    def lost(self, sharp: Sharp) -> float:
+        """Share of the borders that is not sharp."""
+        kept = is_among(self.borders, sharp.edges)
+        return 1 - kept.mean() if len(kept) else 0.0
+
     def folds(self, edges: np.ndarray) -> np.ndarray:
         """(P,) vertices where edges fold along a face, where these are to be corners."""
         return folds(self.hexes, edges) if self.fold else np.zeros(0, np.int64)
@@ -89,11 +106,21 @@ class Trial:
     cost: float
 
     @classmethod
-    def of(cls, name: str, spline: Spline, sharp: Sharp, surface: TriMesh, floor: float) -> Trial:
-        """With its cost, straight hexes included; floor of scaled det J."""
+    def of(
+        cls,
+        name: str,
+        spline: Spline,
+        sharp: Sharp,
+        surface: TriMesh,
+        floor: float,
+        lost: float = 0.0,
+    ) -> Trial:
+        """With its cost, straight hexes and a share of lost borders included; floor of scaled
+        det J.
+        """
         hexes = spline.element_hex.max() + 1
         price = cost(spline, surface, floor) + STRAIGHT * len(sharp.straight) / hexes
-        return cls(name, spline, sharp, price)
+        return cls(name, spline, sharp, price + LOST * lost)
 
     def words(self, surface: TriMesh) -> str:
         """What decides, for the log."""

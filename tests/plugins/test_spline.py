@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
+from omegaconf import OmegaConf
 
 from polycube.geometry.hexes import hex_mesh
 from polycube.io.hexes import boundary
@@ -26,8 +26,9 @@ def solid(mesh, **options):
 
 
 def test_config_holds_the_defaults():
-    config = yaml.safe_load((CONF / "spline" / "h2s.yaml").read_text())
-    assert config == {"plugin": "h2s", **asdict(h2s())}
+    config = OmegaConf.load(CONF / "spline" / "h2s.yaml")
+    defaults = {"plugin": "h2s", **asdict(h2s()), "held": []}
+    assert OmegaConf.to_container(config, resolve=True) == defaults
     assert "h2s" in names("spline")
 
 

@@ -1,0 +1,87 @@
+"""Supports that end inside a smooth part of the boundary."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from polycube.geometry.hexes import hex_mesh
+from polycube.io.hexes import boundary
+from polycube.registry import build
+from polycube.spline.constraints import Support, constrain
+from polycube.spline.patches import faces_of
+from polycube.spline.poisson import conduct
+from polycube.spline.slopes import held_slopes
+from polycube.types import HexMesh
+from tests.hex_solids import hex_box, hex_cylinder
+
+COLD, HOT, ASIDE, CAPS = 0, 1, 2, 3
+
+
+def quartered(mesh: HexMesh) -> HexMesh:
+    """An upright column, its side in quarters round the axis: cold, aside, hot, aside."""
+    middle = mesh.vertices[mesh.quads].mean(axis=1) - mesh.vertices.mean(axis=0)
+    quarter = (middle[:, 0] > 0) * 2 + (middle[:, 1] > 0)
+    patch = np.array([ASIDE, COLD, HOT, ASIDE])[quarter]
+    low, high = mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max()
+    level = mesh.vertices[mesh.quads][..., 2]
+    patch[(level == low).all(axis=1) | (level == high).all(axis=1)] = CAPS
+    return hex_mesh(mesh.vertices, mesh.hexes, mesh.quads, patch)
+
+
+COLUMNS = {
+    "square": lambda n: quartered(hex_box((n, n, 2))),
+    "round": lambda n: quartered(hex_cylinder(n // 2, n // 2, 2)),
+}
+SURFACES = {"square": boundary(COLUMNS["square"](2)), "round": boundary(COLUMNS["round"](32))}
+
+
+def solid(column, n, space, held):
+    return build("spline", {"plugin": space, "held": held})(SURFACES[column], COLUMNS[column](n))
+
+
+def conductance(column, n, space, held=(COLD, {"at": HOT, "value": 1.0})):
+    """Between opposite quarters of its side, of a column of that surface, per height."""
+    spline = solid(column, n, space, held)
+    ends = [Support(str(k), faces_of(spline, k), (0,), float(k)) for k in (COLD, HOT)]
+    return conduct(spline, 1.0, ends, length_unit="m").flows[1] / np.ptp(spline.control[:, 2])
+
+
+@pytest.mark.parametrize(
+    ("column", "space"), [("square", "h2s"), ("square", "optimal"), ("round", "h2s")]
+)
+def test_between_quarters_of_a_column_that_a_quarter_turn_leaves_the_conductance_is_one(
+    column, space
+):
+    """Exact by duality: turned by a quarter, the others are held, and both times it is the same.
+
+    Where supports end the flux is infinite, so that the error goes with the size of the hexes.
+    """
+    coarse, fine = (conductance(column, n, space) - 1 for n in (4, 8))
+    assert 0 < fine < 0.045
+    assert 1.7 < coarse / fine < 2.6
+
+
+def test_without_sharp_borders_far_more_is_held_and_the_log_says_so(caplog):
+    with caplog.at_level(logging.WARNING):
+        conductance("square", 4, "h2s")
+    assert not caplog.records
+    with caplog.at_level(logging.WARNING):
+        assert conductance("square", 4, "h2s", held=()) > 1.9
+    assert "beside 8 of the 24 edges round what is held" in caplog.text
+
+
+@pytest.mark.parametrize(("space", "flat"), [("h2s", 4), ("optimal", 4), ("c0", 0)])
+def test_counts_edges_beside_which_functions_start_flat(space, flat):
+    for held, expected in (((), flat), ((COLD,), 0)):
+        spline = solid("square", 2, space, held)
+        faces = faces_of(spline, COLD)
+        constraints = constrain(spline, [Support("cold", faces, (0,))], 1)
+        assert held_slopes(spline, faces, constraints.basis) == (expected, 4 + 4)
+
+
+def test_nothing_is_flat_where_all_is_held():
+    spline = solid("square", 2, "h2s", ())
+    every = np.arange(len(spline.sides))
+    constraints = constrain(spline, [Support("all", every, (0,))], 1)
+    assert held_slopes(spline, every, constraints.basis) == (0, 0)
