@@ -19,6 +19,7 @@ class Polish:
     soft_rounds: int = 8
     hard_rounds: int = 4
     local_rounds: int = 40
+    crease_rounds: int = 12
     samples: int = 2500
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
@@ -30,5 +31,6 @@ class Polish:
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,
+            crease_rounds=self.crease_rounds,
             samples=self.samples,
         )

@@ -2,54 +2,38 @@
 
 Soft rounds lower sum exp(-beta (SJ - offset)) / beta with growing beta, while springs hold the
 boundary; hard rounds hold it stiffly, so that vertices slide in tangent planes and along sharp
-edges; local rounds move only what is near the worst hexes.  Every round snaps the boundary onto the
-surface, backing off where a hex would suffer, and the best mesh is kept.
+edges; local rounds move only what is near the worst hexes; last, creases that gave way are
+regained.  Every round snaps the boundary onto the surface, backing off where a hex would suffer,
+and the best mesh is kept.
 """
 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from polycube.geometry.body import Body
-from polycube.geometry.energy import Springs, Terms, pull
-from polycube.geometry.features import Goals, Matching, goals, match, no_features
-from polycube.geometry.quality import INVALID
+from polycube.geometry.energy import Terms, pull
+from polycube.geometry.features import Matching, match, no_features
+from polycube.geometry.regain import regain
+from polycube.geometry.snapping import GOOD, State, cover_of, goals_of, snap, state_of
 from polycube.geometry.target import Target
-from polycube.geometry.worst import ALPHA, raise_worst
+from polycube.geometry.worst import raise_worst
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
 KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which features give way, pass by pass
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
-OFF = 20.0  # scaled Jacobian that a diagonal off the surface is worth
 PATIENCE = 8  # rounds without a better mesh that end a phase
 BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first local round and in the last
 SHARPEN = 1.6  # factor after a local round of little gain
 LITTLE = 0.004  # gain of a local round that is little
 SET_BACK = 0.05  # loss of a local round after which it begins from the best again
-COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)
-GOOD = 0.6  # scaled Jacobian above which the surface pulls with weight 1
 MISSED = 0.008  # distance from the mesh, exceeded by 1 % of the surface, that costs nothing
 UNCOVERED = 10.0  # scaled Jacobian that a diagonal beyond that is worth, or beyond the start's
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """A mesh with its boundary snapped to the goals, as far as its hexes allow."""
-
-    x: np.ndarray  # (V, 3)
-    jacobian: float  # smallest
-    residual: float  # largest distance of a boundary vertex from its goal
-    trust: np.ndarray  # (V,) weight of features and coverage
-
-    @property
-    def score(self) -> float:
-        """Larger is better."""
-        return self.jacobian - OFF * self.residual - INVALID * (self.jacobian <= 0)
 
 
 def polish(
@@ -60,18 +44,20 @@ def polish(
     soft_rounds: int = 8,
     hard_rounds: int = 4,
     local_rounds: int = 40,
+    crease_rounds: int = 12,
     samples: int = 2500,
 ) -> HexMesh:
     """The best mesh found, in model units; never one with a worse score than the one given.
 
     features : also move vertices of sharp polycube edges onto sharp edges of the surface
     soft_rounds, hard_rounds, local_rounds : of matching and descent, at most
+    crease_rounds : that bring creases back, at most
     samples : points of the surface that look for the mesh
     """
     body = Body(mesh, target, samples)
     x = _untangled(body, target.to_unit(mesh.vertices))
     matching = match(body, x) if features else no_features()
-    best = _state(body, x, _goals(body, x, matching, np.ones(len(x))), np.ones(len(x)))
+    best = state_of(body, x, goals_of(body, x, matching, np.ones(len(x))), np.ones(len(x)))
     for keep in KEEP if matching.routes else KEEP[:1]:
         best = _soft(body, x, matching, best, soft_rounds, keep)
         best = _hard(body, matching, best, hard_rounds)
@@ -79,6 +65,7 @@ def polish(
             break
         x = best.x
     best = _local(body, matching, best, local_rounds)
+    best = regain(body, matching, best, crease_rounds)
     logger.info(
         "polish: least scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
         best.jacobian,
@@ -112,7 +99,7 @@ def _soft(
     found = rounds // 3  # round of the best
     for k, step in enumerate(np.linspace(0, 1, rounds)):
         beta, weight = 5 * 5**step, 10 * 30 ** min(1.0, 1.5 * step)
-        at = _goals(body, x, matching, np.ones(len(x)))
+        at = goals_of(body, x, matching, np.ones(len(x)))
         size = body.size(x)
         on = (np.maximum(weight * hold, 0.05) / size**2)[body.outer]
         _, quad_normals = body.normals(x)
@@ -128,8 +115,8 @@ def _soft(
         trust = _relaxed(trust, body.touching(jacobian < keep), 1.3)
         hold = _relaxed(hold, body.touching(jacobian < 0.15), 1.5)
         if k >= rounds // 3:
-            at = _goals(body, x, matching, trust)
-            new = _snap(body, x, at, min(keep, jacobian.min()), trust)
+            at = goals_of(body, x, matching, trust)
+            new = snap(body, x, at, min(keep, jacobian.min()), trust)
             if new.score > best.score:
                 best, found = new, k
             elif k - found > PATIENCE:
@@ -142,7 +129,7 @@ def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
     x, trust = best.x, best.trust
     found = 0  # round of the best
     for k, step in enumerate(np.linspace(0, 1, rounds)):
-        at = _goals(body, x, matching, trust)
+        at = goals_of(body, x, matching, trust)
         size = body.size(x)
         free = ~np.isin(body.outer, np.append(at.curve, at.corner))
         vertex, foot = body.outer[free], at.foot[free]
@@ -158,7 +145,7 @@ def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
         terms = Terms(shape=0.02, barrel=0.05, jacobian=1.0, beta=8 * 7.5**step, offset=offset)
         x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 25)
         least = max(min(best.score - 0.02, 0.6), 0.02)
-        new = _snap(body, x, _goals(body, x, matching, trust), least, trust)
+        new = snap(body, x, goals_of(body, x, matching, trust), least, trust)
         if new.score > best.score:
             best, found = new, k
         elif k - found > PATIENCE:
@@ -174,15 +161,15 @@ def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
     """
     x, trust, beta, strength = best.x, best.trust, BETAS[0], 1.0
     lengths = body.lengths(x, 2, 0.05)
-    cover, missed = _cover(body, best, strength)
+    cover, missed = cover_of(body, best, strength)
     allowed, value = max(missed, MISSED), best.score
     for _ in range(rounds):
-        x = raise_worst(body, x, lengths, _goals(body, x, matching, trust), cover, beta)
-        at = _goals(body, x, matching, trust)
+        x = raise_worst(body, x, lengths, goals_of(body, x, matching, trust), cover, beta)
+        at = goals_of(body, x, matching, trust)
         least = max(best.score - 0.02, 0.02)
-        states = _state(body, x, at, trust), _snap(body, x, at, least, trust)
+        states = state_of(body, x, at, trust), snap(body, x, at, least, trust)
         new = max(states, key=lambda state: state.score)
-        cover, missed = _cover(body, new, strength)
+        cover, missed = cover_of(body, new, strength)
         strength = 2 * strength if missed > 1.2 * allowed else max(1.0, 0.7 * strength)
         reached = new.score - UNCOVERED * max(0.0, missed - allowed)
         if reached < value + LITTLE:
@@ -193,47 +180,9 @@ def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
             break
         x = new.x
         if reached < value - SET_BACK:
-            x, (cover, _) = best.x, _cover(body, best, strength)
+            x, (cover, _) = best.x, cover_of(body, best, strength)
     return best
-
-
-def _cover(body: Body, state: State, strength: float) -> tuple[Springs, float]:
-    """Pulls of the surface on the quads, and the distance that 1 % of its points exceed."""
-    weight = np.full(len(state.x), strength * (COVER if state.jacobian < GOOD else 1.0))
-    springs = body.cover(state.x, body.normals(state.x)[1], 0.03, weight, 0.0)
-    reached = np.einsum("sk,skd->sd", springs.share, state.x[springs.vertex])
-    return springs, float(np.percentile(np.linalg.norm(reached - springs.goal, axis=1), 99))
-
-
-def _goals(body: Body, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
-    return goals(body, x, matching, ALPHA, trust > 0.3)
 
 
 def _relaxed(trust: np.ndarray, bad: np.ndarray, recovery: float) -> np.ndarray:
     return np.where(bad, 0.3 * trust, np.minimum(1, recovery * trust))
-
-
-def _state(body: Body, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
-    return _measured(body, x, at.place(body, x), trust)
-
-
-def _measured(body: Body, x: np.ndarray, goal: np.ndarray, trust: np.ndarray) -> State:
-    gap = np.linalg.norm((goal - x)[body.outer], axis=1)
-    return State(x, float(body.scaled_jacobian(x).min()), float(gap.max()), trust)
-
-
-def _snap(body: Body, x: np.ndarray, at: Goals, least: float, trust: np.ndarray) -> State:
-    """Move the boundary to its goals, less far at hexes that would fall below `least`.
-
-    A hex that is below it already may not get worse.
-    """
-    goal = at.place(body, x)
-    allowed = np.minimum(least, body.scaled_jacobian(x) - 1e-3)
-    share = np.ones((len(x), 1))
-    for attempt in range(100):
-        y = x + share * (goal - x)
-        vertex = np.unique(body.hexes[body.scaled_jacobian(y) < allowed])
-        if not share[vertex].any():
-            break
-        share[vertex] *= 0.5 if attempt < 6 else 0.0
-    return _measured(body, y, goal, trust)

@@ -14,12 +14,13 @@ import numpy as np
 from polycube.geometry import closest, energy
 from polycube.geometry import surface as surfaces
 from polycube.geometry.hexes import unique_rows
-from polycube.geometry.target import target
+from polycube.geometry.target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 BEST_SCORE = 0.6  # a scaled Jacobian counts in full up to this
 ENOUGH = 0.57  # score that ends the search: that hex, with creases .9 % off the mesh's edges
 BEYOND = 0.25  # what a scaled Jacobian counts beyond that
+CREASES = 0.003  # of the diagonal: as far may 5 % of the creases be from the mesh's edges
 INVALID = 1e6  # what an inverted hex costs: any valid mesh is better
 
 _GRID = np.array([1, 3, 5]) / 6
@@ -120,32 +121,43 @@ def deviation(mesh: HexMesh, surface: TriMesh, samples: int = 8000) -> Deviation
     return Deviation(float(on.max()), Distances.of(there), Distances.of(here))
 
 
-def off_creases(mesh: HexMesh, surface: TriMesh, step: float = 0.004) -> float:
-    """Distance that 5 % of the surface's creases are from the mesh's boundary edges, at least.
+def off_creases(goal: Target, edges: np.ndarray, step: float = 0.004) -> float:
+    """Distance that 5 % of the surface's creases are from edges (N, 2, 3), at least; unit scale.
 
-    step : between the points taken on the creases, in diagonals; distances are in diagonals too
+    step : between the points taken on the creases
     """
-    goal = target(surface)
     if not goal.features.creases:
         return 0.0
-    sides = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
-    ends = goal.to_unit(mesh.vertices)[unique_rows(np.sort(sides, axis=1))[0]]
-    edges = closest.tree(ends[:, [0, 1, 1]], np.zeros((len(ends), 3)))
+    tree = closest.tree(edges[:, [0, 1, 1]], np.zeros((len(edges), 3)))
     points = [
         crease.at(np.linspace(0, crease.length, 2 + int(crease.length / step)))[0]
         for crease in goal.features.creases
     ]
-    return float(np.percentile(closest.distance(edges, np.concatenate(points)), 95))
+    return float(np.percentile(closest.distance(tree, np.concatenate(points)), 95))
 
 
 @lru_cache(maxsize=4)
 def quality(mesh: HexMesh, surface: TriMesh) -> Quality:
     """Measure a mesh against the surface it was made for; kept, for score and doubts ask alike."""
+    goal = target(surface)
+    sides = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
+    edges = goal.to_unit(mesh.vertices)[unique_rows(np.sort(sides, axis=1))[0]]
     return Quality(
         float(scaled_jacobian(mesh.vertices, mesh.hexes).min()),
         deviation(mesh, surface),
-        off_creases(mesh, surface),
+        off_creases(goal, edges),
         volume(mesh) / surfaces.volume(surface),
+    )
+
+
+def worth(jacobian: float, vertices: float, creases: float) -> float:
+    """What the score counts of the worst hex, and of boundary vertices and creases that miss."""
+    return (
+        min(jacobian, BEST_SCORE)
+        + BEYOND * max(0, jacobian - BEST_SCORE)
+        - INVALID * (jacobian <= 0)
+        - 20 * max(0, vertices - 0.001)
+        - 5 * max(0, creases - CREASES)
     )
 
 
@@ -159,12 +171,8 @@ def score(mesh: HexMesh, surface: TriMesh) -> float:
     q = quality(mesh, surface)
     miss = max(q.deviation.to_surface.p99, q.deviation.to_mesh.p99)
     return (
-        min(q.scaled_jacobian, BEST_SCORE)
-        + BEYOND * max(0, q.scaled_jacobian - BEST_SCORE)
-        - INVALID * (q.scaled_jacobian <= 0)
-        - 20 * max(0, q.deviation.vertices - 0.001)
+        worth(q.scaled_jacobian, q.deviation.vertices, q.creases)
         - 5 * max(0, miss - 0.01)
-        - 5 * max(0, q.creases - 0.003)
         - 4 * max(0, abs(q.volume_ratio - 1) - 0.03)
     )
 

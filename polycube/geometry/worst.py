@@ -54,7 +54,7 @@ def raise_worst(
     """Positions (V, 3) with a higher soft minimum near the worst hexes of x.
 
     lengths : (H, 3) wanted; at : goals of x, vertices at theirs stay on the surface; cover : pulls
-    of the target on all quads; beta : sharpness of the minimum
+    on the boundary, of the target on all quads; beta : sharpness of the minimum
     """
     jacobian = body.scaled_jacobian(x)
     seeds = np.argsort(jacobian, kind="stable")[:MOST]
@@ -92,7 +92,8 @@ def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
     local = np.full(n_vertices, -1)
     local[part.vertices] = np.arange(len(part.vertices))
     index = local[cover.vertex]  # (S, 4)
-    kept = (index >= 0).all(axis=1) & part.moves[index].any(axis=1) & (cover.along > 0)
+    pulls = (cover.along != 0) | (cover.every != 0)
+    kept = (index >= 0).all(axis=1) & part.moves[index].any(axis=1) & pulls
     return Springs(*(values[kept] for values in cover))._replace(vertex=index[kept])
 
 

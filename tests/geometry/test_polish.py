@@ -12,6 +12,7 @@ from polycube.geometry.pillow import insert
 from polycube.geometry.polish import polish
 from polycube.geometry.quality import deviation, scaled_jacobian
 from polycube.geometry.registration import register
+from polycube.geometry.snapping import State, snap
 from polycube.geometry.target import target
 from polycube.types import HexMesh, TriMesh
 from tests.geometry.test_hexes import box
@@ -90,7 +91,7 @@ def test_local_rounds_gain_and_keep_the_surface_covered():
 
 def test_a_valid_state_beats_every_other():
     x, trust = np.zeros((1, 3)), np.ones(1)
-    valid, close = module.State(x, 0.01, 0.5, trust), module.State(x, -0.01, 0.0, trust)
+    valid, close = State(x, 0.01, 0.5, trust), State(x, -0.01, 0.0, trust)
     assert valid.score > close.score
 
 
@@ -102,9 +103,9 @@ def test_snap_backs_off_where_a_hex_would_suffer():
     at = goals(body, x, no_features(), 0.04, np.ones(len(x), bool))
     at.foot[0] = x[body.outer[0]] + 2 * (x.mean(axis=0) - x[body.outer[0]])
     least = 0.3
-    free = module._snap(body, x, at, -2.0, np.ones(len(x)))
+    free = snap(body, x, at, -2.0, np.ones(len(x)))
     assert free.jacobian < 0 and free.residual == pytest.approx(0, abs=1e-12)
-    state = module._snap(body, x, at, least, np.ones(len(x)))
+    state = snap(body, x, at, least, np.ones(len(x)))
     assert state.jacobian >= least
     assert state.residual > 0.1
     assert state.score < state.jacobian

@@ -112,11 +112,20 @@ def test_a_moved_mesh_deviates_by_its_move():
 
 def test_creases_of_the_cube_are_on_edges_until_the_mesh_turns():
     vertices, cubes = box(2, 2, 2)
-    assert quality.off_creases(hex_mesh(vertices, cubes), cube_surface()) < 1e-12
+    solid = cube_surface()
+    assert quality.quality(hex_mesh(vertices, cubes), solid).creases < 1e-12
     lower = hex_mesh(vertices - [0, 0, 0.1], cubes)  # four edges of twelve are 0.1 off all edges
-    assert quality.off_creases(lower, cube_surface()) == pytest.approx(0.1 / np.sqrt(12))
+    assert quality.quality(lower, solid).creases == pytest.approx(0.1 / np.sqrt(12))
     ball = tri(trimesh.creation.icosphere(subdivisions=2))
-    assert quality.off_creases(lower, ball) == 0
+    assert quality.quality(lower, ball).creases == 0
+
+
+def test_worth_counts_in_full_only_to_a_point_and_nothing_of_small_misses():
+    assert quality.worth(0.4, 0.001, 0.003) == 0.4
+    assert quality.worth(0.8, 0.0, 0.0) == pytest.approx(0.65)
+    assert quality.worth(0.5, 0.002, 0.0) == pytest.approx(0.48)
+    assert quality.worth(0.5, 0.0, 0.013) == pytest.approx(0.45)
+    assert quality.worth(-0.1, 0.0, 0.0) < quality.worth(0.01, 0.1, 0.1) - 1e5
 
 
 def test_deviation_equals_igl_on_a_sphere():

@@ -5,6 +5,7 @@ import pytest
 import trimesh
 
 from polycube.geometry.body import Body
+from polycube.geometry.energy import pull, together
 from polycube.geometry.features import goals, no_features
 from polycube.geometry.hexes import hex_mesh
 from polycube.geometry.registration import register
@@ -100,3 +101,23 @@ def test_a_perfect_mesh_is_left_alone():
     cover = body.cover(x, body.normals(x)[1], 0.03, np.ones(len(x)), 0.0)
     y = raise_worst(body, x, body.lengths(x, 2, 0.05), _goals(body, x), cover, 40.0)
     assert body.scaled_jacobian(y).min() == pytest.approx(1, abs=1e-6)
+
+
+def test_a_pull_along_a_plane_moves_its_vertex_on_the_surface(ball):
+    """Springs that leave one direction free count too; the vertex slides."""
+    body, x, lengths, cover = ball
+    worst = body.hexes[body.scaled_jacobian(x).argmin()]
+    vertex = np.intersect1d(worst, body.outer)[:1]
+    aside = np.cross(x[vertex], [0.3, 0.5, 0.8])
+    goal = x[vertex] + 0.02 * aside / np.linalg.norm(aside)
+    up = x[vertex] / np.linalg.norm(x[vertex])
+    strong = np.full(1, 1e4)
+    springs = together([cover, pull(vertex, goal, up, -strong, strong)])
+    free = raise_worst(body, x, lengths, _goals(body, x), cover, 40.0)
+    pulled = raise_worst(body, x, lengths, _goals(body, x), springs, 40.0)
+
+    def gap(z):
+        return np.linalg.norm(z[vertex] - goal)
+
+    assert gap(pulled) < 0.3 * gap(free)
+    assert np.linalg.norm(body.target.closest(pulled[vertex])[0] - pulled[vertex]) < 1e-9
