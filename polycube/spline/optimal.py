@@ -17,9 +17,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix
 
 from polycube.spline.continuous import ContinuousSpace
 from polycube.spline.cuts import HalfEdges, children, cut_faces
@@ -61,9 +62,7 @@ def smallest_space(
     space = OptimalSpace(mesh, points, long)
     if np.array_equal(short, long):
         return space
-    return min(
-        OptimalSpace(mesh, points, short), space, key=lambda space: space.extraction.shape[1]
-    )
+    return min(OptimalSpace(mesh, points, short), space, key=lambda space: space.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,42 +101,58 @@ class OptimalSpace(ContinuousSpace):
         near, far = self._near, self._far
         inner = BETWEEN | ~near
         rounds = _Rounds(self.nodes)
-        lines = (line * inner).sum(axis=-1)
+        lines = _together(line * inner)
         agree = rounds.all(lines) == rounds.any(lines)
         for bits, flag in ((line * inner, near), (own * inner, far)):
             agree &= rounds.clashes(bits, flag) == 0
         along = line * BETWEEN
-        kept = rounds.any(along.sum(axis=-1))
+        kept = rounds.any(_together(along))
         for flag in (near, far):
             kept &= ~rounds.clashes(along, flag)
         return inner & (line & np.where(agree, rounds.any(lines), kept)[self.nodes, None] > 0)
 
     @cached_property
-    def _rows(self) -> tuple[csr_matrix, csr_matrix]:
-        """Extraction (B, C) and a left inverse of it (C, B)."""
+    def _terms(self) -> _Terms:
         splined, nodes = self._splined, self.nodes
         state = np.where(splined, 1 + self.cut[:, None, ::2] + 2 * self.cut[:, None, 1::2], 0)
         nearer = _NEARER[state, PLACE]
-        weights = _products(nearer, 1 - nearer)  # (H, 64, 8)
-        hexes, node, term = np.nonzero(weights)
-        at = _sums(_PLACES[state, PLACE])[hexes, node, term]
+        weights = _products(nearer, 1 - nearer).ravel()
+        entry = np.flatnonzero(weights)
+        place, term = np.divmod(entry, 8)
+        first = place // 64 * 64  # place of the hex's first node
+        at = _sums(_PLACES[state, PLACE]).ravel()[entry]
         line, _ = self._directions
-        mask = (line[hexes, CORNER[at]] * splined[hexes, node]).sum(axis=-1)
+        there = line.reshape(-1, 3)[first // 8 + CORNER[at]]
+        mask = _together(there * splined.reshape(-1, 3)[place])
         shift = int(mask.max()).bit_length()
-        names, coefficient = np.unique((nodes[hexes, at] << shift) | mask, return_inverse=True)
-        count = np.bincount(nodes.ravel())
-        shape = len(count), len(names)
-        rows = csr_matrix((weights[hexes, node, term], (nodes[hexes, node], coefficient)), shape)
-        return diags(1 / count) @ rows, self._inverse(hexes, node, term, coefficient)
+        names = (nodes.ravel()[first + at] << shift) | mask
+        distinct, coefficient = np.unique(names, return_inverse=True)
+        return _Terms(place, term, coefficient, weights[entry], len(distinct))
 
-    def _inverse(
-        self, hexes: np.ndarray, node: np.ndarray, term: np.ndarray, coefficient: np.ndarray
-    ) -> csr_matrix:
-        """(C, B) each coefficient from the nodes of one hex, given the places of all terms."""
-        between = (BETWEEN | ~self._splined).all(axis=-1)[hexes, node]
-        chosen = np.flatnonzero((term == 0) & between)
-        wanted, first = np.unique(coefficient[chosen], return_index=True)
-        hexes, node = hexes[chosen[first]], node[chosen[first]]
+    @property
+    def size(self) -> int:
+        """How many functions there are."""
+        return self._terms.size
+
+    @cached_property
+    def extraction(self) -> csr_matrix:
+        """(B, C) rows of all Bezier nodes, each the mean of what the hexes round it say."""
+        terms, count = self._terms, np.bincount(self.nodes.ravel())
+        node = self.nodes.ravel()[terms.place]
+        weight = terms.weight / count[node]
+        return csr_matrix((weight, (node, terms.coefficient)), (len(count), terms.size))
+
+    @cached_property
+    def inverse(self) -> csr_matrix:
+        """(C, B) the coefficients of a function of the space from its Bezier nodes.
+
+        Each from the nodes of one hex.
+        """
+        terms = self._terms
+        between = (BETWEEN | ~self._splined).all(axis=-1).ravel()[terms.place]
+        chosen = np.flatnonzero((terms.term == 0) & between)
+        wanted, first = np.unique(terms.coefficient[chosen], return_index=True)
+        hexes, node = np.divmod(terms.place[chosen[first]], 64)
         extrapolated = (self._splined & ~self._near)[hexes, node]  # 2 near - far, else near
         weights = _products(1.0 + extrapolated, -1.0 * extrapolated)
         at = _sums(np.stack([PLACE[node], 3 - PLACE[node]], axis=-1))
@@ -148,16 +163,6 @@ class OptimalSpace(ContinuousSpace):
         )
         inverse.eliminate_zeros()
         return inverse
-
-    @property
-    def extraction(self) -> csr_matrix:
-        """(B, C) rows of all Bezier nodes."""
-        return self._rows[0]
-
-    @property
-    def inverse(self) -> csr_matrix:
-        """(C, B) the coefficients of a function of the space from its Bezier nodes."""
-        return self._rows[1]
 
     @cached_property
     def control(self) -> np.ndarray:
@@ -186,25 +191,40 @@ class OptimalSpace(ContinuousSpace):
         return fine, fine.inverse @ halves @ self.extraction
 
 
+class _Terms(NamedTuple):
+    """What each hex says of its nodes: sums of weighted coefficients."""
+
+    place: np.ndarray  # (N,) 64 hex + node
+    term: np.ndarray  # (N,) 0 to 7, which of two coefficients along each axis
+    coefficient: np.ndarray  # (N,)
+    weight: np.ndarray  # (N,)
+    size: int  # number of coefficients
+
+
 class _Rounds:
     """The hexes round each Bezier node."""
 
     def __init__(self, nodes: np.ndarray) -> None:
         """nodes : (H, 64)"""
         self._order = np.argsort(nodes.ravel(), kind="stable")
-        self._first = np.searchsorted(nodes.ravel()[self._order], np.arange(nodes.max() + 1))
+        self._start = np.searchsorted(nodes.ravel()[self._order], np.arange(nodes.max() + 1))
 
     def any(self, bits: np.ndarray) -> np.ndarray:
         """(B,) the bits that one of the hexes has; bits (H, 64)."""
-        return np.bitwise_or.reduceat(bits.ravel()[self._order], self._first)
+        return np.bitwise_or.reduceat(bits.ravel()[self._order], self._start)
 
     def all(self, bits: np.ndarray) -> np.ndarray:
         """(B,) the bits that all the hexes have; bits (H, 64)."""
-        return np.bitwise_and.reduceat(bits.ravel()[self._order], self._first)
+        return np.bitwise_and.reduceat(bits.ravel()[self._order], self._start)
 
     def clashes(self, bits: np.ndarray, flag: np.ndarray) -> np.ndarray:
         """(B,) the bits (H, 64, 3) for which hexes that have them differ in the flag."""
-        return self.any((bits * flag).sum(axis=-1)) & self.any((bits * ~flag).sum(axis=-1))
+        return self.any(_together(bits * flag)) & self.any(_together(bits * ~flag))
+
+
+def _together(bits: np.ndarray) -> np.ndarray:
+    """(...) the bits along all three axes, (..., 3)."""
+    return bits[..., 0] | bits[..., 1] | bits[..., 2]
 
 
 def _products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
