@@ -1,6 +1,8 @@
 """Fixtures shared by all tests."""
 
+import logging
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,15 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 collect_ignore = ["acme_polycube"]  # a package of its own; test_packaging runs its tests
+
+
+@pytest.fixture(autouse=True)
+def root_log() -> Iterator[None]:
+    """The root of the log as it was: Hydra's handlers write to the streams of their own test."""
+    handlers, level = logging.root.handlers[:], logging.root.level
+    yield
+    logging.root.handlers[:] = handlers
+    logging.root.setLevel(level)
 
 
 @pytest.fixture(scope="session")
