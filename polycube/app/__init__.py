@@ -1,5 +1,9 @@
 """The commands: Hydra and Lightning live here and nowhere else."""
 
+from polycube.app.blas import on_one_thread
+
+on_one_thread()
+
 
 def train_command() -> None:
     """`polycube-train`, `python train.py`."""
