@@ -13,9 +13,7 @@ IDLE = ["improve.order=[]", "order=[meshing,spline,analysis]"]
 @pytest.mark.parametrize(
     ("space", "mesh", "error"),
     [
-        pytest.param(
-            "h2s", pillowed_cube(2), 1e-3, marks=pytest.mark.slow
-        ),  # levels move the solid
+        ("h2s", pillowed_cube(2), 1e-3),  # levels move the solid
         ("optimal", hex_box((3, 3, 3)), 1e-6),
     ],
     ids=["h2s", "optimal"],
