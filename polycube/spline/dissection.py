@@ -89,7 +89,7 @@ def _separators(
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Nodes of one side that touch the other, and that side, for cuts across x near its median."""
     order = np.argsort(x, kind="stable")
-    level = np.round(x[order] / max(np.ptp(x), np.finfo(float).tiny), 6)
+    level = np.round((x[order] - x.min()) / max(np.ptp(x), np.finfo(float).tiny), 6)
     near = level[np.searchsorted(np.cumsum(weight[order]) / weight.sum(), SHARES)]
     places = np.union1d(np.searchsorted(level, near), np.searchsorted(level, near, "right"))
     for place in places[(places > 0) & (places < len(x))]:
