@@ -5,12 +5,15 @@ import logging
 import numpy as np
 import pytest
 
+from polycube.errors import InputError
 from polycube.geometry.hexes import hex_mesh
 from polycube.io.hexes import boundary
 from polycube.registry import build
 from polycube.spline.constraints import Support, constrain
-from polycube.spline.patches import faces_of
+from polycube.spline.features import border
+from polycube.spline.patches import faces_of, quads_of
 from polycube.spline.poisson import conduct
+from polycube.spline.sharpness import LOST, NO_EDGES, Creases, Sharp, Trial
 from polycube.spline.slopes import held_slopes
 from polycube.types import HexMesh
 from tests.hex_solids import hex_box, hex_cylinder
@@ -85,3 +88,22 @@ def test_nothing_is_flat_where_all_is_held():
     every = np.arange(len(spline.sides))
     constraints = constrain(spline, [Support("all", every, (0,))], 1)
     assert held_slopes(spline, every, constraints.basis) == (0, 0)
+
+
+def test_a_border_that_is_lost_costs_by_its_share():
+    mesh = COLUMNS["square"](2)
+    ring = border(mesh, quads_of(mesh, COLD))
+    found = Creases(mesh, NO_EDGES, np.radians(45), True, ring)
+    assert len(ring) == 8 and found.lost(found.harmless()) == 0
+    half = Sharp(ring[:4], NO_EDGES[:, 0])
+    assert found.lost(half) == 0.5
+    spline = solid("square", 2, "h2s", ())
+    costs = [Trial.of("", spline, half, SURFACES["square"], 0.1, lost).cost for lost in (0, 0.5)]
+    assert costs[1] - costs[0] == pytest.approx(LOST / 2)
+
+
+def test_a_place_that_is_not_there_is_refused():
+    with pytest.raises(InputError, match="no boundary set 'hole_1'"):
+        solid("square", 2, "h2s", ("hole_1",))
+    with pytest.raises(ValueError, match="boundary faces are a patch number"):
+        solid("square", 2, "h2s", ("left",))
