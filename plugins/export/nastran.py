@@ -25,8 +25,8 @@ class Nastran:
     """Nastran bulk data, `.bdf`: CHEXA whose property is the grid cell, from one.
 
     A SET1 of nodes and unit pressures PLOAD4, of the same number, for each set of the boundary; a
-    SET1 of elements for each primitive.  A comment before each says its name.  Material 1 is left to
-    the user.
+    SET1 of elements for each primitive.  A comment before each says its name.  Material 1 is left
+    to the user.
     """
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
