@@ -94,6 +94,9 @@ def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Numbers) -> dict[str, obj
         "inverted (at most 0)": int((quality <= 0).sum()),
         "below 0.2": int((quality < 0.2).sum()),
         "certificate": _certificate(numbers.get("certificate")),
+        "sharp edges to mesh edges, 95 % below, % of diagonal": _times(
+            100, numbers.get("creases_to_edges_p95")
+        ),
         "volume error, %": _times(100, numbers.get("volume_error")),
     }
 

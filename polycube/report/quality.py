@@ -19,7 +19,7 @@ SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")  # in the table o
 BINS = 40
 WAYS = ("spline_to_surface", "surface_to_spline")
 SPLINE_APART = 0.015  # of the diagonal, for 99 % of the points, both ways
-_ENDS = ("_max", "_mean", "_p99")  # of the names of distances
+_ENDS = ("_max", "_mean", "_p95", "_p99")  # of the names of distances
 # of the histograms; what lies beyond is counted in the last bar, so that runs can be compared
 RANGES = {
     "scaled_jacobian": (0.0, 1.0),
@@ -53,6 +53,7 @@ def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
         "vertex_off_surface_max": deviation.vertices,
         **distances("mesh_to_surface", deviation.to_surface),
         **distances("surface_to_mesh", deviation.to_mesh),
+        "creases_to_edges_p95": quality.creases_to_edges(mesh, surface),
         "volume": quality.volume(mesh),
         "volume_error": abs(quality.volume(mesh) / topology.volume(surface) - 1),
     }

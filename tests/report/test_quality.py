@@ -43,6 +43,7 @@ def test_a_box_on_its_box_is_perfect() -> None:
         "least_bound_hex": report["certificate"]["least_bound_hex"],
     }
     assert report["deviation"]["surface_to_mesh_max"] < 1e-12
+    assert report["creases_to_edges_p95"] < 1e-12
     assert report["deviation"]["diagonal"] == pytest.approx(np.sqrt(29))
 
 
@@ -52,6 +53,7 @@ def test_deviation_in_model_units_is_the_fraction_times_the_diagonal() -> None:
     lengths = report["deviation"]
     assert lengths["surface_to_mesh_max"] == pytest.approx(0.01)
     assert lengths["vertex_off_surface_max"] == pytest.approx(0.01)
+    assert lengths["creases_to_edges_p95"] == pytest.approx(0.01)  # 4 edges of 12
     for name, value in lengths.items():
         if name in report:
             assert value == pytest.approx(report[name] * lengths["diagonal"])
