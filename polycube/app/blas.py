@@ -2,7 +2,7 @@
 
 The OpenBLAS in each of their wheels asks the environment when it is loaded.  Its threads wait for
 each other in loops: on two busy cores, the fit of a spline took four times as long on two threads
-as on one, and a Cholesky factor eight times.
+as on one, and a Cholesky factor three to eight times.
 """
 
 from __future__ import annotations
