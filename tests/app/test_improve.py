@@ -126,7 +126,7 @@ def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys
 @pytest.mark.parametrize("asked", ["corners", "everywhere"])
 def test_a_mesh_with_the_certificate_asked_for_is_preferred(asked):
     good, friend = hex_box((1, 1, 1)), false_friend()
-    cfg = OmegaConf.to_container(config("hex=x.vtu", f"improve.certify={asked}"))
+    cfg = OmegaConf.to_container(config("hex=x.vtu", f"improve.certify={asked}"), resolve=True)
     job = Improvement(cfg)
     job.state["surface"] = boundary(friend)  # from which the good one is far
     assert (job._score(good) > job._score(friend)) == (asked == "everywhere")
