@@ -179,4 +179,4 @@ def test_the_clock_counts_time_as_it_passed(monkeypatch):
     )
     assert end["hexes"].vertices.max() == 2
     # both took .2 s, at the same time
-    assert 0.2 <= clock.seconds["meshing/optimize"] <= time.perf_counter() - begin
+    assert 0.19 <= clock.seconds["meshing/optimize"] <= time.perf_counter() - begin
