@@ -31,5 +31,10 @@ def command(config_name: str, job: Callable[[dict[str, object], Path], object]) 
         with plain_refusals(config_name):
             compose_and_run()
     except (InputError, OmegaConfBaseException) as error:
-        sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
-        sys.exit(2)
+        sys.exit(refused(error))
+
+
+def refused(error: Exception) -> int:
+    """The exit code for what is refused; says why on the terminal, in one line."""
+    sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+    return 2

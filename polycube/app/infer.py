@@ -18,11 +18,9 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-import polycube.app.choices
-import polycube.app.dask_launcher
-import polycube.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME
 from polycube.app.batch import expanded, run_job
+from polycube.app.command import refused
 from polycube.app.improve import Improvement, is_improvement
 from polycube.app.intake import check
 from polycube.app.overrides import plain_refusals
@@ -106,13 +104,8 @@ def main() -> None:
         with plain_refusals("infer"):
             compose_and_run()
     except InputError as error:
-        sys.exit(_refused(error))
+        sys.exit(refused(error))
     sys.exit(max(codes, default=0))
-
-
-def _refused(error: Exception) -> int:
-    sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
-    return 2
 
 
 def _command(cfg: DictConfig) -> int:
@@ -124,7 +117,7 @@ def _command(cfg: DictConfig) -> int:
             raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
         settings = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
     except (InputError, OmegaConfBaseException) as error:
-        return _refused(error)
+        return refused(error)
     if hydra_cfg and hydra_cfg.mode == RunMode.MULTIRUN:
         folder = Path(hydra_cfg.runtime.output_dir)
         return run_job(settings, folder, hydra_cfg.job.override_dirname, _silently)

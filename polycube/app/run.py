@@ -14,6 +14,7 @@ import numpy as np
 
 from polycube.app.intake import REPAIR, check_intake, keep_repair, kept_repair, read_part
 from polycube.app.proposals import no_structure, propose
+from polycube.app.settings import check_settings
 from polycube.app.stopping import TimeIsUp, Watch
 from polycube.errors import InputError, MeshingError
 from polycube.finer import meet
@@ -44,7 +45,6 @@ from polycube.types import Candidate, HexMesh, Polycube
 
 logger = logging.getLogger(__name__)
 
-HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
 READ_MARGIN = 0.05  # log-likelihood per point; 22 of 24 held-out pairs are read as what they are
 CERTIFY = ("corners", "everywhere")  # where a mesh's Jacobian must be positive
 PLACED = ("surface", "polycube", "rough_map", "parametrization")  # what meshing starts from
@@ -56,7 +56,7 @@ class Run:
     BEFORE = ("read", "structure")  # the meshing stages
 
     def __init__(self, cfg: Mapping[str, object]) -> None:
-        _check_settings(cfg)
+        check_settings(cfg)
         check_intake(cfg)
         self.cfg = cfg
         self.clock = Watch()
@@ -309,31 +309,6 @@ class Run:
         save_stage(self.folder, "structure", [ranked, self.state["chosen"]])
         for stage, result in zip(stages, path, strict=True):
             save_stage(self.folder, stage.kind, result)
-
-
-def _check_settings(cfg: Mapping[str, object]) -> None:
-    """Raise InputError for a run-wide setting that makes no sense."""
-    order = cfg["order"]
-    chain = [name for name in order if name != "report"] if isinstance(order, list) else ["?"]
-    if chain != list(HALVES[: len(chain)]):
-        raise InputError(
-            f"order is a list that begins as [{', '.join(HALVES)}] does, with report where the "
-            f"page is wanted; got {order}"
-        )
-    for name, least in {"tries": 1, "seed": 0}.items():
-        value = cfg[name]
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
-    for name in ("quiet", "verbose"):
-        if not isinstance(cfg[name], bool):
-            raise InputError(f"{name} must be true or false; got {cfg[name]!r}")
-    least = cfg["least_jacobian"]
-    if isinstance(least, bool) or not isinstance(least, int | float) or not 0 <= least <= 1:
-        raise InputError(f"least_jacobian must be a number from 0 to 1; got {least!r}")
-    seconds = cfg["seconds"]
-    is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-    if seconds is not None and not (is_number and 0 < seconds < np.inf):
-        raise InputError(f"seconds must be null or a positive number; got {seconds!r}")
 
 
 def meshing_stages(meshing: Mapping[str, object], have: tuple[str, ...]) -> list[Stage]:
