@@ -23,7 +23,7 @@ from polycube.registry import register
 from polycube.types import Candidate, RoughMap, TriMesh
 
 from .bricks_cut import minimum_cut
-from .bricks_knots import hole_knots, segmentations, with_knots
+from .bricks_knots import hole_knots, segment_costs, segmentations
 from .bricks_topology import corners, mend
 from .knots import cumulative, descend
 from .read import View
@@ -138,11 +138,15 @@ class BrickLattice:
         sides, ends = hole_knots(solid, apart)
         choices: list[list[tuple[np.ndarray, bool]]] = []
         for axis in range(3):
-            plain = segmentations(np.moveaxis(solid, axis, 0), self.slabs, apart)
-            holed = [with_knots(cut, sides[axis], apart) for cut in plain]
-            ended = [with_knots(cut, ends[axis], apart) for cut in plain + holed]
+            costs = segment_costs(np.moveaxis(solid, axis, 0))
+            plain, holed, ended, both = (
+                segmentations(costs, self.slabs, apart, wanted)
+                for wanted in ([], sides[axis], ends[axis], [*sides[axis], *ends[axis]])
+            )
             has_holes = {tuple(cut): cut for cut in holed}
-            others = {tuple(cut): cut for cut in plain + ended if tuple(cut) not in has_holes}
+            others = {
+                tuple(cut): cut for cut in plain + ended + both if tuple(cut) not in has_holes
+            }
             choices.append([(c, True) for c in has_holes.values()])
             choices[-1] += [(c, False) for c in others.values()]
         ways, misfit, is_holed = [], [], []

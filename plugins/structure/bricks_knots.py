@@ -1,12 +1,13 @@
 """Where to cut a voxel solid into slabs: where its slices change, and where its holes are.
 
 Per axis the stack of slices is cut into k segments that differ least from their majority slice.
-Small holes change few pixels and would get no knots, so those that a slice encloses add theirs.
+Small holes change few pixels and would get no knots, so the sides and ends of those that a slice
+encloses are held, and the other knots chosen with them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numba import njit
@@ -19,19 +20,27 @@ from .measure import PLANE
 ALIKE = 2.0  # ratio of the areas of one hole in two neighbouring slices, at most
 
 
-def segmentations(solid: np.ndarray, most: int, shortest: int) -> list[np.ndarray]:
-    """Best cuts of the slices along the first axis into 1, 2 ... `most` segments; ends included.
+def segmentations(
+    costs: np.ndarray, most: int, shortest: int, wanted: Sequence[int] = ()
+) -> list[np.ndarray]:
+    """Best cuts into 1, 2 ... `most` segments and one more for each knot that is wanted.
 
-    The cost of a segment is the number of voxels unlike the majority of their line through it.
+    costs : (X, X + 1) see `segment_costs`
+    shortest : slices of a segment, at least
+    wanted : knots that every cut has; not those too near to an end or to an earlier one
+
+    The others are chosen with these, for where a hole ends its sides need no other knot.
     """
-    slices = np.ascontiguousarray(solid.reshape(len(solid), -1).astype(np.uint8))
-    costs = _segment_costs(slices)
-    n = len(solid)
+    n, kept = len(costs), []
+    for at in wanted:
+        if all(abs(at - k) >= shortest for k in [0, *kept, n]):
+            kept.append(at)
+    costs = costs.copy()
+    for at in kept:
+        costs[:at, at + 1 :] = np.inf
     best = np.where(np.arange(n + 1) == 0, 0.0, np.inf)
     origins, cuts = [], []
-    for k in range(1, most + 1):
-        if k * shortest > n:
-            break
+    for k in range(1, min(most + len(kept), n // shortest) + 1):
         begin = np.zeros(n + 1, int)
         new = np.full(n + 1, np.inf)
         for end in range(k * shortest, n + 1):
@@ -40,16 +49,22 @@ def segmentations(solid: np.ndarray, most: int, shortest: int) -> list[np.ndarra
             new[end] = total[begin[end]]
         best = new
         origins.append(begin)
-        knots = [n]
-        for origin in reversed(origins):
-            knots.append(int(origin[knots[-1]]))
-        cuts.append(np.array(knots[::-1]))
+        if np.isfinite(best[n]):
+            knots = [n]
+            for origin in reversed(origins):
+                knots.append(int(origin[knots[-1]]))
+            cuts.append(np.array(knots[::-1]))
     return cuts
+
+
+def segment_costs(solid: np.ndarray) -> np.ndarray:
+    """(X, X + 1) voxels of slices i to j - 1 that differ from the majority of their line."""
+    return _segment_costs(np.ascontiguousarray(solid.reshape(len(solid), -1).astype(np.uint8)))
 
 
 @njit(cache=True)
 def _segment_costs(slices: np.ndarray) -> np.ndarray:
-    """(X, X + 1) voxels of slices i to j - 1 that differ from the majority of their line."""
+    """The costs of (X, N) slices."""
     n, area = slices.shape
     costs = np.zeros((n, n + 1))
     for i in range(n):
@@ -112,16 +127,3 @@ def _holes(solid: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray
         fill = np.sqrt(np.median(area[members]) / sides.prod())
         middle = np.median(spans[:, 1:].mean(axis=2), axis=0)
         yield spans[:, 0, 0].min(), spans[:, 0, 1].max(), middle, sides * min(1.0, fill)
-
-
-def with_knots(knots: np.ndarray, wanted: np.ndarray, apart: int) -> np.ndarray:
-    """The knots and the wanted ones; an inner knot nearer than `apart` to a wanted one goes.
-
-    Wanted knots that near to each other or to an end go too.
-    """
-    kept: list[int] = []
-    for at in wanted:
-        if apart <= at <= knots[-1] - apart and all(abs(at - k) >= apart for k in kept):
-            kept.append(int(at))
-    inner = [k for k in knots[1:-1] if all(abs(k - w) >= apart for w in kept)]
-    return np.array([knots[0], *sorted(kept + inner), knots[-1]])
