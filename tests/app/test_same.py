@@ -9,17 +9,17 @@ from pathlib import Path
 import pytest
 
 from polycube import HOME
-from tests.app.test_infer import FAST
 
 HEXES = ("hex.vtu", "polycube.vtu", "labels.vtp")
 ALL = (*HEXES, "spline.bext", "spline.npz", "modes.csv")
 
 
-def result(folder: Path, n_cores: int, order: str) -> tuple[dict, list[bytes]]:
+def result(folder: Path, n_cores: int, order: str, structure: str) -> tuple[dict, list[bytes]]:
     """Numbers without times, and files, of a run in a process of its own."""
     cores = sorted(os.sched_getaffinity(0))[:n_cores]
     command = [sys.executable, str(HOME / "infer.py"), "mesh=example:dice", f"output_dir={folder}"]
-    command += ["seed=3", f"order={order}", "analysis.modes=8", *FAST]
+    command += ["seed=3", f"order={order}", f"structure={structure}"]
+    command += ["meshing.size=12%", "analysis.modes=8"]
     done = subprocess.run(
         command,
         capture_output=True,
@@ -35,11 +35,16 @@ def result(folder: Path, n_cores: int, order: str) -> tuple[dict, list[bytes]]:
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores can not be chosen here")
 @pytest.mark.parametrize(
-    "order", ["[meshing]", pytest.param("[meshing,spline,analysis]", marks=pytest.mark.slow)]
+    ("order", "structure"),
+    [
+        ("[meshing]", "slices"),
+        pytest.param("[meshing]", "auto", marks=pytest.mark.slow),
+        pytest.param("[meshing,spline,analysis]", "slices", marks=pytest.mark.slow),
+    ],
 )
-def test_two_runs_are_the_same_to_the_last_bit(order: str, tmp_path: Path) -> None:
-    report, files = result(tmp_path / "a", 1, order)
-    again, the_same = result(tmp_path / "b", 2, order)
+def test_two_runs_are_the_same_to_the_last_bit(order: str, structure: str, tmp_path: Path) -> None:
+    report, files = result(tmp_path / "a", 1, order, structure)
+    again, the_same = result(tmp_path / "b", 2, order, structure)
     assert report == again
     for name, one, other in zip(ALL, files, the_same, strict=False):
         assert one == other, name

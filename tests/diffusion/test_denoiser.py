@@ -7,6 +7,7 @@ from torch import Tensor, nn
 
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.diffusion.encoding import point_order
+from polycube.diffusion.weights import load_denoiser
 from polycube.registry import build
 
 ALPHA_BAR = build("schedule", {"plugin": "linear", "steps": 30})()
@@ -141,3 +142,27 @@ def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
         DenoiserOptions(order="zigzag")
     with pytest.raises(LookupError, match="no primitive named 'cone'"):
         denoiser.vectors([("cone", None)])
+
+
+@pytest.mark.parametrize("n_threads", [2, 3])
+def test_answers_do_not_depend_on_the_number_of_threads(n_threads: int) -> None:
+    """To the last bit: the mesher makes another mesh of what differs by a millionth."""
+    denoiser = load_denoiser(build)
+    points, normals = cloud(batch=3)
+    sampler, contexts = build("sampler", {"plugin": "ddim", "steps": 5}), [("cube", "cube")] * 3
+
+    def said() -> list[np.ndarray]:
+        denoised = denoiser.denoise(points, normals, contexts, sampler, 0)
+        likely = denoiser.log_likelihood(points, normals, contexts)
+        return [denoised.points, *denoised.log_labels, likely, *denoiser.log_cells(points, normals)]
+
+    before = torch.get_num_threads()
+    try:
+        torch.set_num_threads(1)
+        one = said()
+        torch.set_num_threads(n_threads)
+        for expected, found in zip(one, said(), strict=True):
+            np.testing.assert_array_equal(found, expected)
+        assert torch.get_num_threads() == n_threads
+    finally:
+        torch.set_num_threads(before)
