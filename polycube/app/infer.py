@@ -74,7 +74,7 @@ def finish(
         logger.debug("report begins", extra={"stage": "report"})
         report = summarize(run.state, run.clock.seconds, run.clock.effort, cfg)
         write_results(folder, run.state, report, run.exports, cfg)
-        _say(report, folder)
+        _say(report, folder, cfg)
         return run.state, report
 
 
@@ -153,8 +153,8 @@ def _attempt(
     return 0, ""
 
 
-def _say(report: Mapping[str, object], folder: Path) -> None:
-    """The outcome in two lines."""
+def _say(report: Mapping[str, object], folder: Path, cfg: Mapping[str, object]) -> None:
+    """The outcome in two lines; doubts, and what else to try, in more."""
     if "hex" in report:
         numbers = report["hex"]
         everywhere = numbers["certificate"]["positive_everywhere"]
@@ -170,6 +170,8 @@ def _say(report: Mapping[str, object], folder: Path) -> None:
         )
     for doubt in report.get("doubts", ()):
         logger.warning("warning: look at the mesh before you use it: %s", doubt)
+    if report.get("doubts") and not cfg["hex"] and cfg["meshing"].get("otherwise"):
+        logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
     page = folder / "report.html"
     logger.info("results: %s", page if page.is_file() else folder)
 
