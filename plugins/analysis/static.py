@@ -17,6 +17,8 @@ from .places import check_items, check_supports, check_vector, is_number, places
 
 logger = logging.getLogger(__name__)
 
+WEIGHT = (0.0, 0.0, -9.81)  # m/s^2
+
 
 @register("analysis", "static")
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class Static:
     units: str = "mm"  # length unit of the part
     fixed: tuple[object, ...] = ("z_min",)  # places held, see `places`
     loads: tuple[object, ...] = ()  # {at: place, pressure: Pa, traction: [Pa], force: [N]}
-    gravity: tuple[float, ...] = (0.0, 0.0, -9.81)  # m/s^2
+    gravity: tuple[float, ...] | None = None  # m/s^2; None: WEIGHT where nothing else acts
     gauss: int = 4  # points per direction
 
     def __post_init__(self) -> None:
@@ -40,7 +42,8 @@ class Static:
                 raise ValueError(f"loads: pressure must be a number; got {said['pressure']!r}")
             for name in ("traction", "force"):
                 check_vector(f"loads: {name}", said.get(name, (0, 0, 0)))
-        check_vector("gravity", self.gravity)
+        if self.gravity is not None:
+            check_vector("gravity", self.gravity)
         if self.gauss < 2:
             raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
 
@@ -49,6 +52,14 @@ class Static:
         """What it needs to find on the boundary."""
         return [place for place, _ in places((*self.fixed, *self.loads))]
 
+    @property
+    def _acceleration(self) -> tuple[float, ...]:
+        """Of gravity; where nothing is said and nothing else moves the part, along -z."""
+        if self.gravity is not None:
+            return self.gravity
+        is_moved = any(said.get("value") for _, said in places(self.fixed))
+        return (0.0, 0.0, 0.0) if self.loads or is_moved else WEIGHT
+
     def __call__(self, spline: Spline) -> Deformation:
         """The solid at rest; logs the largest displacement and stress."""
         found = deform(
@@ -56,7 +67,7 @@ class Static:
             material(self.material),
             supports(spline, self.fixed),
             [Load(faces_of(spline, place), **said) for place, said in places(self.loads)],
-            self.gravity,
+            self._acceleration,
             self.units,
             self.gauss,
         )

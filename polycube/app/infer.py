@@ -157,16 +157,18 @@ def _say(report: Mapping[str, object], folder: Path, cfg: Mapping[str, object]) 
     """The outcome in two lines; doubts, and what else to try, in more."""
     if "hex" in report:
         numbers = report["hex"]
+        creases = numbers["creases_to_edges_p95"]
         everywhere = numbers["certificate"]["positive_everywhere"]
         valid = "valid" if everywhere else "valid (at corners only)"
         logger.info(
             "%s hex mesh: %d hexes, scaled Jacobian at least %.3f (mean %.3f), "
-            "within %.2f %% of the diagonal",
+            "within %.2f %% of the diagonal%s",
             valid if numbers["inverted"] == 0 else "INVALID",
             numbers["hexes"],
             numbers["min_scaled_jacobian"],
             numbers["mean_scaled_jacobian"],
             100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"]),
+            f", sharp edges within {100 * creases:.2f} % (95 of 100)" * (creases > 0),
         )
     for doubt in report.get("doubts", ()):
         logger.warning("warning: look at the mesh before you use it: %s", doubt)

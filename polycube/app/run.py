@@ -5,6 +5,7 @@ Each method is one step and adds to `state`; with `resume` a step before `from` 
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -14,7 +15,7 @@ import numpy as np
 
 from polycube.app.intake import REPAIR, check_intake, keep_repair, kept_repair, read_part
 from polycube.app.proposals import no_structure, propose
-from polycube.app.settings import check_settings
+from polycube.app.settings import check_settings, unlike
 from polycube.app.stopping import TimeIsUp, Watch
 from polycube.errors import InputError, MeshingError
 from polycube.finer import meet
@@ -122,13 +123,22 @@ class Run:
         A run from the beginning removes the results that an earlier one left there.
         """
         self.folder = folder
-        if not self.cfg["resume"]:
+        if self.cfg["resume"]:
+            self._say_what_differs(Path(self.cfg["resume"]) / "config.json")
+        else:
             clear_results(folder)
             clear_stages(folder)
         kept = [self.state["surface"], self.state["path"], self.state["warnings"]]
         save_stage(folder, "read", kept)
         keep_repair(folder, self.state)
         self._keep_structure(folder)
+
+    def _say_what_differs(self, kept: Path) -> None:
+        """Settings of the stages to come are those of this command line, not of the kept run."""
+        again = self.names[self.names.index(self.cfg["from"]) :]
+        before = json.loads(kept.read_text()) if kept.is_file() else self.cfg
+        for sentence in unlike(self.cfg, before, again):
+            logger.warning("warning: resumed with other settings: %s", sentence)
 
     def _keep_structure(self, folder: Path) -> None:
         save_stage(folder, "structure", [self.state["ranked"], self.state["chosen"]])

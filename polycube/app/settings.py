@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from polycube.errors import InputError
 
@@ -33,3 +33,26 @@ def check_settings(cfg: Mapping[str, object]) -> None:
     is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
     if seconds is not None and not (is_number and 0 < seconds < math.inf):
         raise InputError(f"seconds must be null or a positive number; got {seconds!r}")
+
+
+def unlike(
+    cfg: Mapping[str, object], kept: Mapping[str, object], kinds: Iterable[str]
+) -> list[str]:
+    """Settings of these kinds of stages that are not those of the kept run, in words."""
+    groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
+    now = {name: value for group in groups for name, value in _flat(cfg.get(group), group)}
+    before = {name: value for group in groups for name, value in _flat(kept.get(group), group)}
+    return [
+        f"{name} is {now.get(name)}, was {before.get(name)}"
+        for name in {**now, **before}
+        if now.get(name) != before.get(name)
+    ]
+
+
+def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
+    """Full names and values of what a setting holds."""
+    if not isinstance(value, Mapping):
+        yield name, value
+        return
+    for key, held in value.items():
+        yield from _flat(held, f"{name}.{key}")

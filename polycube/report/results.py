@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,6 +26,7 @@ logger = logging.getLogger(__name__)
 
 State = Mapping[str, object]
 
+REPAIRED = ("repaired.stl", "repaired.vtp")  # written before the results
 ARRAYS = ("control", "nodes", "element_hex", "level", "sides", "patch")  # in spline.npz
 CSR = ("data", "indices", "indptr")  # of the extraction matrix, there
 
@@ -142,11 +143,11 @@ def _spline(state: State) -> dict[str, object]:
     }
 
 
-def clear_results(folder: Path) -> None:
-    """Remove the results of an earlier run, so that a folder tells of one part; its log stays."""
+def clear_results(folder: Path, kept: Collection[str] = ()) -> None:
+    """Remove the results of an earlier run, so that a folder tells of one run; its log stays."""
     from polycube.report.html import FILES
 
-    for name in {*FILES, "report.html"} - {"run.log"}:
+    for name in {*FILES, "report.html"} - {"run.log", *kept}:
         (folder / name).unlink(missing_ok=True)
 
 
@@ -160,6 +161,7 @@ def write_results(
     """Write every file of the run; where `report.json` lies, all but the page lie too."""
     from polycube.io import vtk
 
+    clear_results(folder, REPAIRED)  # where this run was resumed
     if "polycube" in state:
         vtk.write_polycube_vtu(folder / "polycube.vtu", state["polycube"])
     if "labels" in state:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -91,6 +92,22 @@ def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
     values = first["modes"]["omega_squared"][:8]  # the first six are noise beside the others
     assert again["modes"]["omega_squared"] == pytest.approx(values, rel=1e-6, abs=1e-9 * values[6])
     assert "meshing/optimize" not in again["seconds"]
+
+
+def test_a_resumed_run_says_which_settings_are_others_and_leaves_no_old_results(
+    rod, tmp_path, caplog
+):
+    folder = tmp_path / "rod"
+    shutil.copytree(rod[1], folder)
+    for name in ("poisson.vtu", "hex.inp"):
+        (folder / name).write_text("of an earlier run")
+    run(f"resume={folder}", "from=analysis", "analysis=static", *FAST)
+    said = [m for m in caplog.messages if "resumed with other settings" in m]
+    assert any("analysis.plugin is static, was modal" in m for m in said)
+    assert any("analysis.fixed is ['z_min'], was []" in m for m in said)
+    assert not any("meshing" in m for m in said)
+    assert (folder / "static.vtu").is_file() and (folder / "spline.bext").is_file()
+    assert not {"poisson.vtu", "hex.inp", "modes.vtu", "modes.csv"} & tree(folder)
 
 
 @pytest.mark.slow

@@ -86,12 +86,14 @@ def test_places_by_name_number_box_and_plane_are_the_same(spline):
     assert all(values == found[0] for values in found)
 
 
+WEIGHT = 0.1 * 0.02 * 0.01 * 7850 * 9.81  # N, of the bar
+
+
 def test_weight_of_a_part_stands_on_its_foot(spline, caplog):
     with caplog.at_level(logging.INFO):
         found = static()(spline)
-    weight = 0.1 * 0.02 * 0.01 * 7850 * 9.81
-    assert found.load == pytest.approx([0, 0, -weight], rel=1e-9)
-    assert found.reactions == pytest.approx(-found.load[None], abs=1e-9 * weight)
+    assert found.load == pytest.approx([0, 0, -WEIGHT], rel=1e-9)
+    assert found.reactions == pytest.approx(-found.load[None], abs=1e-9 * WEIGHT)
     assert found.supports == ("z_min",)
     assert "load 0 0 -1.54 N" in caplog.text
 
@@ -102,15 +104,17 @@ def test_loads_add_up(spline):
         {"at": "x_max", "traction": [0.0, 1e4, 0.0]},  # on 200 mm^2
         {"at": "z_max", "pressure": 500.0},  # on 2000 mm^2
     ]
-    found = static(fixed=["x_min"], loads=loads, gravity=[0, 0, 0])(spline)
+    found = static(fixed=["x_min"], loads=loads)(spline)
     assert found.load == pytest.approx([3.0, 2.0, -1.0], rel=1e-9)
+    weighing = static(fixed=["x_min"], loads=loads, gravity=[0, 0, -9.81])(spline)
+    assert weighing.load == pytest.approx([3.0, 2.0, -1.0 - WEIGHT], rel=1e-9)
 
 
 def test_a_bar_pulled_by_displacement(spline):
     """Sides free to contract: stress E e, reaction E e A, energy half of force times way."""
     held = [{"at": f"{axis}_min", "components": axis} for axis in "xyz"]
     pulled = {"at": "x_max", "components": ["x"], "value": 0.1}
-    found = static(fixed=[*held, pulled], gravity=[0, 0, 0])(spline)
+    found = static(fixed=[*held, pulled])(spline)
     stress = 210e9 * 1e-3
     assert found.von_mises == pytest.approx(np.full(len(found.von_mises), stress), rel=1e-9)
     assert found.reactions[3, 0] == pytest.approx(stress * 200e-6, rel=1e-9)
