@@ -3,8 +3,10 @@
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -23,20 +25,19 @@ QUICK = {
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory) -> Path:
-    """The package's files, and what pip would write of it."""
-    folder = tmp_path_factory.mktemp("site")
+    """What pip installs of the package's files, and its test beside it."""
+    source = tmp_path_factory.mktemp("acme-polycube")
     for name, text in FILES.items():
-        path = folder / name
+        path = source / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    (folder / "acme" / "__init__.py").touch()
-    points = re.search(
-        r'\[project\.entry-points\."(.+)"\]\n(\w+) = "(\w+)"', FILES["pyproject.toml"]
-    )
-    info = folder / "acme_polycube-0.1.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme-polycube\nVersion: 0.1\n")
-    (info / "entry_points.txt").write_text("[{}]\n{} = {}\n".format(*points.groups()))
+    (source / "acme" / "__init__.py").touch()
+    wheels = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "-q"]
+    subprocess.run([*wheels, "-w", source / "dist", source], check=True)
+    folder = tmp_path_factory.mktemp("site")
+    [wheel] = (source / "dist").glob("*.whl")
+    zipfile.ZipFile(wheel).extractall(folder)
+    shutil.copytree(source / "tests", folder / "tests")
     return folder
 
 

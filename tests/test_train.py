@@ -211,6 +211,13 @@ def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) 
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
+    train(config("trainer.max_epochs=1"), tmp_path / "run")
+    ckpt = tmp_path / "run" / "checkpoints" / "last.ckpt"
+    with pytest.raises(InputError, match=r"schedule\.plugin is cosine.*model\.width is 16, was 8"):
+        train(config(f"ckpt={ckpt}", "model.width=16", "schedule=cosine"), tmp_path / "other")
+
+
 @pytest.mark.parametrize(
     ("argument", "message"),
     [

@@ -70,10 +70,12 @@ def known_denoiser(
     denoiser = load_denoiser(build, weights, grid)
     if tuple(grid) == denoiser.grid and set(primitives) <= set(denoiser.primitives):
         return denoiser
-    logger.info(
-        "the weights know grid %s with %s only; nothing proposed",
+    logger.log(
+        logging.INFO if weights is None else logging.WARNING,
+        "the weights know grid %s with %s only; nothing proposed%s",
         "x".join(map(str, denoiser.grid)),
         ", ".join(denoiser.primitives),
+        f" by {weights}" if weights else "",
     )
     return None
 

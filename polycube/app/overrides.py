@@ -37,7 +37,7 @@ def plain_refusals(config_name: str) -> Iterator[None]:
 
 def sentence(error: Exception, config_name: str, arguments: list[str]) -> str:
     """Of an error that Hydra or OmegaConf raised when it composed `config_name`."""
-    if isinstance(error, MissingConfigException) and error.options is not None:
+    if isinstance(error, MissingConfigException) and "/" in str(error.missing_cfg_file):
         return _no_choice(error)
     if isinstance(error, OverrideParseException):
         wrong = str(error).splitlines()[0] if "=" in error.override else "it has no ="
@@ -55,9 +55,10 @@ def sentence(error: Exception, config_name: str, arguments: list[str]) -> str:
 
 def _no_choice(error: MissingConfigException) -> str:
     group, _, name = str(error.missing_cfg_file).rpartition("/")
+    of_lists = (path.stem for path in (HOME / "conf" / group).glob("*.yaml"))  # Hydra has none
+    options = sorted(error.options or of_lists)
     return (
-        f"{group}={name}: there is no such choice{_near(name, error.options)}; "
-        f"have {', '.join(error.options)}"
+        f"{group}={name}: there is no such choice{_near(name, options)}; have {', '.join(options)}"
     )
 
 

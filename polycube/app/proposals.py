@@ -36,9 +36,15 @@ def grids(cfg: Mapping[str, object]) -> list[tuple[int, int, int]]:
     return [shape for shape in shapes if len(context) <= math.prod(shape)][:1] or shapes[-1:]
 
 
-def no_structure(cfg: Mapping[str, object], surface: TriMesh) -> str:
-    """What to say where no candidate has the surface's genus."""
+def no_structure(cfg: Mapping[str, object], surface: TriMesh, proposed: int) -> str:
+    """What to say where none of the candidates proposed has the surface's genus."""
     shapes = " or ".join("x".join(map(str, shape)) for shape in grids(cfg))
+    alone = cfg["structure"].get("plugin")
+    if not proposed and alone and alone not in READERS:
+        return (
+            f"structure={alone} has no weights for {', '.join(cfg['primitives']['use'])} on a "
+            f"{shapes} grid; name weights by ckpt=, or let structure=auto read the part itself"
+        )
     return (
         f"no polycube of {', '.join(cfg['primitives']['use'])} on a {shapes} grid fits this "
         f"surface of genus {genus(surface)}; try another grid or more primitives"

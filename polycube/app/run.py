@@ -113,7 +113,7 @@ class Run:
             ranked = self.clock.run("ranking", lambda: rank(surface, candidates))
             chosen = 0
             if not ranked:
-                raise InputError(no_structure(self.cfg, surface))
+                raise InputError(no_structure(self.cfg, surface, len(candidates)))
         self.state |= {"ranked": ranked, "auto": not self.cfg["context"]}
         self._choose(chosen)
 

@@ -18,13 +18,20 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import registry
 from polycube.app.command import command
+from polycube.app.settings import unlike
 from polycube.diffusion import history
 from polycube.diffusion.checkpoints import WholeCheckpoints
 from polycube.diffusion.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.module import DDPMPolycube, Learning, moving_average
 from polycube.diffusion.pictures import Pictures
 from polycube.diffusion.shapes import turned_contexts
-from polycube.diffusion.weights import begin_from, load_denoiser, make_denoiser, save_denoiser
+from polycube.diffusion.weights import (
+    begin_from,
+    config_of,
+    load_denoiser,
+    make_denoiser,
+    save_denoiser,
+)
 from polycube.errors import InputError
 
 logger = logging.getLogger(__name__)
@@ -78,6 +85,11 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
             f"got {cfg['held_out']}"
         )
     checkpoint = _checkpoint(cfg["ckpt"], folder)
+    if checkpoint and (others := unlike(config, config_of(checkpoint), config)):
+        raise InputError(
+            f"ckpt: {checkpoint} is of another training: {'; '.join(others)}; say the same "
+            "again, or take its weights alone by begin_from="
+        )
     if cfg["fit"]:
         trainer.fit(module, training, held_out, ckpt_path=checkpoint)
     else:

@@ -124,6 +124,11 @@ def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
     return len(same)
 
 
+def config_of(checkpoint: Path) -> dict[str, object]:
+    """What is needed to build the denoiser of a checkpoint again."""
+    return _read_checkpoint(checkpoint)[0]
+
+
 def _read(path: Path) -> tuple[dict[str, object], dict[str, Tensor]]:
     return yaml.safe_load(path.with_suffix(".yaml").read_text()), load_file(path)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import logging
+from collections import Counter
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
@@ -64,7 +65,10 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             found = meshio.read(path)
     except (Exception, SystemExit) as error:  # foreign parsers raise whatever broke
         raise InputError(f"not a readable {path.suffix} file") from error
-    kinds = {block.type: len(block.data) for block in found.cells if len(block.data)}
+    kinds = Counter()
+    for block in found.cells:
+        kinds[block.type] += len(block.data)
+    kinds = +kinds  # without those of which there are none
     others = [kind for kind in kinds if kind not in (*FLAT_CELLS, "hexahedron")]
     if others or "hexahedron" not in kinds:
         had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"

@@ -7,6 +7,7 @@ each direction, so a single refined element has none.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Integral, Real
@@ -21,7 +22,10 @@ from polycube.spline.boundary import grid, normals, sampling
 from polycube.spline.hierarchy import Level, Space, ring
 from polycube.types import TriMesh
 
+logger = logging.getLogger(__name__)
+
 LINE = (np.arange(4) + 0.5) / 4  # samples of a face, each way
+NOTHING = 1e-10  # root mean square distance, in diagonals, that is rounding
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,10 @@ class Refinement:
         marks = np.zeros(len(level.inside), bool)
         for box in self.boxes:
             if box.get("level", 1) > depth:
-                marks |= _meets(level.space, np.reshape(np.array(box["box"], float), (2, 3)))
+                met = _meets(level.space, np.reshape(np.array(box["box"], float), (2, 3)))
+                marks |= met
+                if depth == 0 and not met.any():
+                    logger.warning("warning: refine.boxes: no element meets %s", list(box["box"]))
         if depth < self.depth and self.curvature:
             marks[_bent(level.space, np.radians(self.curvature))] = True
         if depth < self.depth and self.indicator:
@@ -110,7 +117,9 @@ def _check_box(box: Mapping) -> None:
     if not isinstance(box, Mapping) or "box" not in box or set(box) - {"box", "level"}:
         raise ValueError(wanted)
     corners, level = box["box"], box.get("level", 1)
-    if len(corners) != 6 or not all(map(_is_number, corners)) or not _is_whole(level, 1):
+    if not isinstance(corners, Sequence) or len(corners) != 6:
+        raise ValueError(wanted)
+    if not all(map(_is_number, corners)) or not _is_whole(level, 1):
         raise ValueError(wanted)
     if not all(low < high for low, high in zip(corners[:3], corners[3:], strict=True)):
         raise ValueError(f"a box of refine.boxes must have its low corner first; got {box!r}")
@@ -178,6 +187,6 @@ def _missing(level: Level, surface: TriMesh, share: float) -> np.ndarray:
     error = np.bincount(space.sides[:, 0], of_face, len(space.nodes)) * level.inside
     order = np.argsort(-error, kind="stable")
     total = np.cumsum(error[order])
-    if total[-1] == 0:
+    if total[-1] <= NOTHING**2 * area.reshape(len(space.sides), -1).mean(axis=1).sum():
         return order[:0]
     return order[: np.searchsorted(total, share * total[-1] * (1 - 1e-12)) + 1]

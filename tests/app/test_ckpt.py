@@ -49,6 +49,13 @@ def test_a_training_of_ones_own_proposes(tmp_path: Path, monkeypatch: pytest.Mon
         assert propose(tmp_path / "run", f"ckpt={path}") == "diffusion"
 
 
+def test_without_weights_for_the_grid_it_says_what_is_missing(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"structure=diffusion has no weights for .* on a 3x1x1 grid"
+    ):
+        propose(tmp_path / "run", "grid=3x1")
+
+
 def test_a_path_with_nothing_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no weights at .*nowhere.*; train.py writes them"):
         propose(tmp_path / "run", f"ckpt={tmp_path / 'nowhere.ckpt'}")

@@ -15,6 +15,7 @@ from polycube.errors import InputError
 WRONG = [
     ("infer", "grid=4x9", "grid=4x9: there is no such choice; have 1x1, 2x1"),
     ("infer", "meshing=morf", "did you mean morph; have improve, morph"),
+    ("infer", "export=[abacus]", "export=abacus: there is no such choice, did you mean abaqus"),
     ("infer", "mesing=morph", "no option mesing, did you mean meshing"),
     ("infer", "meshing.sze=4%", "no option meshing.sze, did you mean meshing.size; meshing has"),
     ("infer", "size=4%", "did you mean meshing.size"),

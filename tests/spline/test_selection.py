@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.errors import InputError
+from polycube.geometry.hexes import quad_edges
 from polycube.io.hexes import boundary
 from polycube.spline.hierarchy import coarsest
 from polycube.spline.selection import Refinement, check_listed
@@ -54,10 +55,24 @@ def test_indicator_takes_the_fewest_that_hold_the_share():
     assert outer[most].all()
 
 
+def test_indicator_takes_nothing_where_nothing_is_missed():
+    """The distances of a box from itself are rounding."""
+    mesh = hex_box((4, 4, 4), high=(0.7, 0.9, 1.3))
+    sharp, _ = quad_edges(mesh.quads)
+    level = coarsest(ControlMesh(mesh, sharp, np.unique(sharp)))
+    assert len(Refinement(indicator=0.3).marked(level, 0, boundary(mesh))) == 0
+
+
+def test_a_box_that_meets_nothing_is_told(caplog):
+    assert len(marked(hex_box((2, 2, 2)), boxes=[{"box": [5, 5, 5, 6, 6, 6]}])) == 0
+    assert "no element meets [5, 5, 5, 6, 6, 6]" in caplog.text
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"levels": -1}, "refine.levels must be a whole number >= 0; got -1"),
+        ({"boxes": [{"box": 5}]}, "a box of refine.boxes must be {box: [x, y, z, X, Y, Z], level"),
         ({"depth": 0}, "refine.depth must be a whole number >= 1; got 0"),
         ({"rings": 0.5}, "refine.rings must be a whole number >= 0; got 0.5"),
         ({"curvature": 200}, "refine.curvature must lie in [0, 180]; got 200"),
