@@ -7,6 +7,7 @@ interrupted.
 from __future__ import annotations
 
 import logging
+import os
 import sys
 import time
 from collections.abc import Mapping
@@ -58,6 +59,7 @@ def finish(
     with terminable() as asked, logging_to(level, is_alone) as log_to:
         run = Improvement(cfg) if is_improvement(cfg) else Run(cfg)
         run.clock.asked = asked
+        _check_place(cfg)
         run.read()
         run.structure()
         folder = _folder(cfg)
@@ -178,13 +180,25 @@ def _say(report: Mapping[str, object], folder: Path, cfg: Mapping[str, object]) 
     logger.info("results: %s", page if page.is_file() else folder)
 
 
-def _folder(cfg: Mapping[str, object]) -> Path:
+def _place(cfg: Mapping[str, object]) -> Path:
     """The results folder: as asked for, that of the run resumed, or a new one for this part."""
     if cfg["output_dir"] or cfg["resume"]:
-        folder = Path(cfg["output_dir"] or cfg["resume"])
-    else:
-        part = Path(str(cfg["hex"] or cfg["mesh"]).removeprefix("example:")).stem
-        folder = Path("outputs") / part / time.strftime("%Y%m%d-%H%M%S")
+        return Path(cfg["output_dir"] or cfg["resume"])
+    part = Path(str(cfg["hex"] or cfg["mesh"]).removeprefix("example:")).stem
+    return Path("outputs") / part / time.strftime("%Y%m%d-%H%M%S")
+
+
+def _check_place(cfg: Mapping[str, object]) -> None:
+    """Raise InputError before any work where results can not be written; nothing is made yet."""
+    folder = _place(cfg).absolute()
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"cannot write results to {folder}: {there} is no folder to write in")
+
+
+def _folder(cfg: Mapping[str, object]) -> Path:
+    """The results folder, made where it is not there."""
+    folder = _place(cfg)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "run.log").open("a").close()

@@ -19,11 +19,13 @@ from omegaconf.errors import OmegaConfBaseException
 from polycube import HOME
 from polycube.errors import InputError
 
+PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from")
+
 
 @contextmanager
 def plain_refusals(config_name: str) -> Iterator[None]:
     """Around a function of `hydra.main`: InputError, one sentence, for a wrong command line."""
-    arguments = sys.argv[1:]
+    arguments = sys.argv[1:] = quoted(sys.argv[1:])
     os.environ["HYDRA_FULL_ERROR"] = "1"  # else Hydra prints several lines and ends the program
     for word in get_args_parser().parse_known_args(arguments)[1]:
         if word.startswith("-"):
@@ -33,6 +35,20 @@ def plain_refusals(config_name: str) -> Iterator[None]:
         yield
     except HydraException as error:
         raise InputError(sentence(error, config_name, arguments)) from None
+
+
+def quoted(arguments: list[str]) -> list[str]:
+    """The arguments; paths that Hydra's grammar can not read, as with # or =, in quotes."""
+    return [_quoted(word) if word.partition("=")[0] in PATHS else word for word in arguments]
+
+
+def _quoted(word: str) -> str:
+    try:
+        OverridesParser.create().parse_overrides([word])
+    except HydraException:
+        name, _, path = word.partition("=")
+        return f"{name}='{path}'" if "'" not in path else f'{name}="{path}"'
+    return word
 
 
 def sentence(error: Exception, config_name: str, arguments: list[str]) -> str:

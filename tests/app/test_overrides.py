@@ -6,10 +6,11 @@ import sys
 
 import pytest
 from hydra import compose, initialize_config_dir
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
 from polycube import HOME
-from polycube.app.overrides import plain_refusals
+from polycube.app.overrides import plain_refusals, quoted
 from polycube.errors import InputError
 
 WRONG = [
@@ -24,6 +25,26 @@ WRONG = [
     ("train", "data=papr", "did you mean paper; have"),
     ("train", "trainer.max_epoch=2", "did you mean trainer.max_epochs"),
 ]
+
+
+PATHS = [
+    "my pärts (β)/träger #1.stl",
+    "a=b/part.step",
+    "it's (1).stl",
+    "plain.stl",
+    "a.stl,b.stl",
+    "[a.stl,b.stl]",
+]
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_a_path_need_not_be_quoted(path):
+    [word] = quoted([f"mesh={path}"])
+    [override] = OverridesParser.create().parse_overrides([word])
+    if word != f"mesh={path}":
+        assert override.value() == path
+    else:
+        assert path in PATHS[3:]
 
 
 @pytest.mark.parametrize(("config", "word", "words"), WRONG)
