@@ -26,6 +26,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
+from polycube.app.overrides import quote
 from polycube.app.stopping import INTERRUPTED
 from polycube.errors import InputError
 from polycube.io.atomic import whole
@@ -52,7 +53,7 @@ def expanded(arguments: list[str]) -> list[str]:
         if paths:
             several = True
             _check_names(paths)
-            argument = "mesh=" + ",".join(map(_quoted, paths))
+            argument = "mesh=" + ",".join(map(quote, paths))
         elif is_setting and key != "mesh" and not _sweep(argument):
             single.append(key.lstrip("+~"))
         result.append(argument)
@@ -99,10 +100,6 @@ def _check_names(paths: list[str]) -> None:
                 f"{count} parts are called {name}: {', '.join(same)}; their results would have "
                 "the same folder, rename them or run them apart"
             )
-
-
-def _quoted(path: str) -> str:
-    return "'" + path.replace("\\", "\\\\").replace("'", "\\'") + "'"
 
 
 def part_name(path: str) -> str:

@@ -14,11 +14,11 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import __version__, registry
 from polycube.app.command import command
+from polycube.app.primitives import voxels
 from polycube.app.train import HELD_OUT
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.evaluation import by_context, by_tilt, evaluate, summary, threads
@@ -111,7 +111,7 @@ def main() -> None:
 
 def _measured(denoiser: Denoiser, cfg: Mapping[str, object]) -> Row:
     """Columns of held-out pairs of the denoiser's grid, of all and of each kind of pair."""
-    primitives = _primitives(denoiser)
+    primitives = voxels(denoiser.primitives)
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
     pairs = data(denoiser.grid, primitives, cfg["seed"] + HELD_OUT)
     pairs.pads = denoiser.options.pads  # as many points as the network was trained to see
@@ -138,7 +138,7 @@ def _parts(
     """What the structure plugin makes of surfaces with these weights; there is no truth, so its
     least cost, and what a person wrote of the part where a manifest has it."""
     config = {**cfg["structure"], "weights": path}
-    known = {"grid": denoiser.grid, "primitives": _primitives(denoiser)}
+    known = {"grid": denoiser.grid, "primitives": voxels(denoiser.primitives)}
     rows = []
     for file in files:
         propose = registry.build("structure", config, **known)
@@ -179,10 +179,6 @@ def _files(patterns: Sequence[str]) -> list[Path]:
             raise InputError(f"parts: no file {pattern}")
         found += map(Path, files)
     return found
-
-
-def _primitives(denoiser: Denoiser) -> dict[str, np.ndarray]:
-    return {name: registry.build("primitive", {"plugin": name})() for name in denoiser.primitives}
 
 
 def _short(path: str) -> str:

@@ -47,8 +47,13 @@ def _quoted(word: str) -> str:
         OverridesParser.create().parse_overrides([word])
     except HydraException:
         name, _, path = word.partition("=")
-        return f"{name}='{path}'" if "'" not in path else f'{name}="{path}"'
+        return f"{name}={quote(path)}"
     return word
+
+
+def quote(path: str) -> str:
+    """A path as Hydra's grammar reads any."""
+    return "'" + path.replace("\\", "\\\\").replace("'", "\\'") + "'"
 
 
 def sentence(error: Exception, config_name: str, arguments: list[str]) -> str:

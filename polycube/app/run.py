@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.app.intake import REPAIR, check_intake, keep_repair, kept_repair, read_part
+from polycube.app.primitives import voxels
 from polycube.app.proposals import no_structure, propose
 from polycube.app.settings import check_settings, unlike
 from polycube.app.stopping import TimeIsUp, Watch
@@ -71,9 +72,7 @@ class Run:
             )
         self.solving = build_stages([k for k in ("spline", "analysis") if k in cfg["order"]], cfg)
         self.regularize = build("regularize", cfg["regularize"])
-        self.primitives = {
-            name: build("primitive", {"plugin": name})() for name in cfg["primitives"]["use"]
-        }
+        self.primitives = voxels(cfg["primitives"]["use"])
         self.exports = [build("export", config) for config in cfg.get("export", {}).values()]
         self.names = [*self.BEFORE, *(s.kind for s in self.meshing + self.solving)]
         if cfg["resume"] and cfg["from"] not in self.names:

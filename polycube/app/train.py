@@ -18,6 +18,7 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import registry
 from polycube.app.command import command
+from polycube.app.primitives import voxels
 from polycube.app.settings import unlike
 from polycube.diffusion import history
 from polycube.diffusion.checkpoints import WholeCheckpoints
@@ -44,7 +45,7 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     """Train a denoiser and write its weights to `folder`/weights; returns the final metrics."""
     L.seed_everything(cfg["seed"], verbose=False)
     data = _build("data", cfg["data"])
-    primitives = {name: _build("primitive", {"plugin": name})() for name in _names(cfg)}
+    primitives = _checked(voxels, _names(cfg))
     config = _denoiser_config(cfg, pads=data.pads)
     denoiser = _checked(make_denoiser, config, _build)
     if cfg["begin_from"]:
