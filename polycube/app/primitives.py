@@ -14,10 +14,10 @@ def voxels(names: Iterable[str]) -> dict[str, np.ndarray]:
     """(3, 3, 3) bool of each primitive; raises InputError for one that is something else."""
     made = {}
     for name in names:
-        made[name] = registry.build("primitive", {"plugin": name})()
-        if np.shape(made[name]) != (3, 3, 3) or made[name].dtype != bool:
+        found = made[name] = np.asarray(registry.build("primitive", {"plugin": name})())
+        if found.shape != (3, 3, 3) or found.dtype != bool:
             raise InputError(
                 f"primitive {name} must be 3 x 3 x 3 voxels, True where they are full; got "
-                f"{np.asarray(made[name]).dtype} of shape {np.shape(made[name])}"
+                f"{found.dtype} of shape {found.shape}"
             )
     return made
