@@ -35,7 +35,7 @@ ORDERS = ("x", *CURVES)
 def _same_everywhere() -> Iterator[None]:
     """Without gradients and on one thread: sums come in an order that depends on their number.
 
-    What differs by a millionth becomes another mesh.  On two threads it takes 2.2 s instead of 2.4 s.
+    What differs by a millionth becomes another mesh.  Two threads would take 2.2 s for 2.4 s.
     """
     before = torch.get_num_threads()
     torch.set_num_threads(1)
