@@ -38,14 +38,14 @@ EXAMPLES := example:dice,example:ring,example:rod,example:lantern
 EXAMPLES := $(EXAMPLES),example:eight,example:key,example:barrel,example:cup
 gallery: $(READY)
 	$(RUN) infer.py -m mesh=$(EXAMPLES) output_dir=outputs/gallery
-	$(RUN) -m polycube.report.gallery docs outputs/gallery/*
+	$(RUN) -m polycube.cli.gallery docs outputs/gallery/*
 
 lint: $(READY)
 	$(RUN) -m ruff format --check $(CODE)
 	$(RUN) -m ruff check $(CODE)
 
 doctor: $(READY)
-	$(RUN) -m polycube.doctor
+	$(RUN) -m polycube.cli.doctor
 
 # torch first and by itself, so that the machine's own flavour (CPU or CUDA) is taken
 $(READY): requirements.lock pyproject.toml

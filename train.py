@@ -1,4 +1,4 @@
-from polycube.app import train_command
+from polycube.cli import train_command
 
 if __name__ == "__main__":
     train_command()

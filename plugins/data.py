@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from polycube.diffusion.deformation import Deformation
-from polycube.diffusion.pairs import Pairs
-from polycube.diffusion.templates import Context, contexts
+from polycube.diffusion.pairs.deformation import Deformation
+from polycube.diffusion.pairs.pairs import Pairs
+from polycube.diffusion.pairs.templates import Context, contexts
 from polycube.registry import register
 
 Grid = Sequence[int]

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.geometry.projection import project
-from polycube.geometry.smoothing import mean_of, neighbours, pairs_that, taubin
 from polycube.registry import register
+from polycube.structure.projection import project
+from polycube.structure.smoothing import mean_of, neighbours, pairs_that, taubin
 from polycube.types import Candidate
 
 logger = logging.getLogger(__name__)

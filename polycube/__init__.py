@@ -25,7 +25,7 @@ def _mount(folder: Path, name: str) -> None:
 def __getattr__(name: str) -> object:
     """`polycube.mesh`, imported when it is first asked for: it brings Hydra."""
     if name == "mesh":
-        return import_module("polycube.app.api").mesh
+        return import_module("polycube.api").mesh
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

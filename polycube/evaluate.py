@@ -1,6 +1,6 @@
 """How good trained denoisers are: `python -m polycube.evaluate weights=FOLDER`."""
 
-from polycube.app import evaluate_command
+from polycube.cli import evaluate_command
 
 if __name__ == "__main__":
     evaluate_command()

@@ -61,5 +61,5 @@ def test_a_link_leads_somewhere(page: Path, target: str) -> None:
 def test_the_method_page_names_functions_of_every_part() -> None:
     text = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
     folders = {Path(path).parent.as_posix() for path, _ in FUNCTION.findall(text)}
-    assert {"polycube/diffusion", "polycube/geometry", "polycube/spline", "plugins"} <= folders
+    assert {"polycube/diffusion", "polycube/fitting", "polycube/spline", "plugins"} <= folders
     assert len(FUNCTION.findall(text)) > 40

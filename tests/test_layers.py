@@ -11,13 +11,22 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = (  # from the ground up; a module may import its own layer and those before it
-    {"types", "errors"},
-    {"geometry", "io"},
-    {"diffusion", "spline", "artifacts"},
+    {"types", "errors", "units"},
+    {"numerics"},
+    {"surface"},
+    {"examples"},
+    {"structure"},
+    {"hexmesh"},
+    {"fitting", "charts"},
+    {"spline"},
+    {"analysis"},
+    {"io"},
+    {"diffusion"},
     {"kinds"},
-    {"registry", "search_path"},
-    {"pipeline", "portfolio", "ahead", "finer", "report", "testing", "ranking"},
-    {"app", "doctor", "evaluate"},
+    {"registry"},
+    {"report", "testing"},
+    {"pipeline"},
+    {"cli", "api", "evaluate"},
 )
 HEAVY = {"open3d", "pyvista", "vtk", "vtkmodules", "matplotlib", "trimesh"}
 FILES = sorted(
@@ -79,7 +88,7 @@ def test_polycube_imports_downwards_only(path):
 def test_plugins_know_no_app_and_no_other_kind(path):
     kind = path.with_suffix("").parts[1]
     for module in imports(path):
-        assert not inside(module, "polycube.app", "polycube.pipeline"), module
+        assert not inside(module, "polycube.cli", "polycube.pipeline.stages"), module
         if inside(module, "plugins", "polycube.plugins"):
             other = module.replace("polycube.plugins", "plugins").split(".")[1:2]
             assert other in ([], [kind]), module
@@ -96,16 +105,16 @@ def test_torch_and_hydra_stay_in_their_places(path):
     tops = {module.split(".")[0] for module in imports(path)}
     if path.parts[1] not in ("diffusion", "testing"):
         assert "torch" not in tops
-    if path.parts[1] not in ("diffusion", "app"):
+    if path.parts[1] not in ("diffusion", "cli"):
         assert "lightning" not in tops
-    if path.parts[1] not in ("app", "search_path.py"):
+    if path.parts[1] not in ("cli", "api.py"):
         assert not tops & {"hydra", "omegaconf"}
 
 
 @pytest.mark.parametrize(
     ("module", "unwanted"),
     [
-        ("polycube.geometry", {"torch", "hydra", *HEAVY}),
+        ("polycube.surface", {"torch", "hydra", *HEAVY}),
         ("polycube.io", {"torch", "hydra", *HEAVY}),
         ("polycube.spline", {"torch", "hydra", *HEAVY}),
     ],

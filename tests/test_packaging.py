@@ -65,7 +65,7 @@ def test_wheel_holds_plugins_and_conf_inside_the_package(wheels: list[Path]) -> 
     assert folders == {"polycube", next(f for f in folders if f.endswith(".dist-info"))}
     wanted = {"polycube/plugins/schedule.py", "polycube/conf/train.yaml"}
     wanted |= {
-        f"polycube/report/{n}" for n in ("page.html", "page.css", "viewer.html", "viewer.js")
+        f"polycube/report/page/{n}" for n in ("page.html", "page.css", "viewer.html", "viewer.js")
     }
     assert wanted <= names
     for yaml in (ROOT / "conf").rglob("*.yaml"):
@@ -114,7 +114,7 @@ def test_help_lists_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_surface_all_the_way_from_a_foreign_folder(python: Path, tmp_path: Path) -> None:
     """By the command and in Python; paths start from there."""
-    write = "from polycube.io.examples import example; e = example('dice'); print(*("
+    write = "from polycube.examples.parts import example; e = example('dice'); print(*("
     write += "'v %r %r %r' % tuple(v) for v in e.vertices.tolist()), "
     write += "*('f %d %d %d' % tuple(f) for f in (e.faces + 1).tolist()), sep='\\n')"
     (tmp_path / "mine").mkdir()

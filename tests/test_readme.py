@@ -18,10 +18,10 @@ from hydra import compose, initialize_config_dir
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
 
-import polycube.app.infer  # noqa: F401  (the resolvers of its configuration)
+import polycube.cli.infer  # noqa: F401  (the resolvers of its configuration)
 from polycube import HOME, __version__
-from polycube.app.improve import Improvement, is_improvement
-from polycube.app.run import Run
+from polycube.pipeline.improve import Improvement, is_improvement
+from polycube.pipeline.run import Run
 from polycube.registry import build
 from tests.conftest import ROOT
 
@@ -135,7 +135,7 @@ def test_the_citation_names_this_version() -> None:
 @pytest.mark.slow
 def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
     """On a made part, with fewer hexes and without what only takes time."""
-    from polycube.io.examples import example
+    from polycube.examples.parts import example
 
     part = example("dice")
     rows = [f"v {x} {y} {z}\n" for x, y, z in part.vertices.tolist()]

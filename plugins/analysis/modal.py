@@ -4,9 +4,9 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from polycube.analysis.material import check_units, material
+from polycube.analysis.modal import free_modes
 from polycube.registry import register
-from polycube.spline.material import check_units, material
-from polycube.spline.modal import free_modes
 from polycube.types import Modes, Spline
 
 from .places import check_supports, places, supports

@@ -4,11 +4,11 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from polycube.analysis.constraints import Support
+from polycube.analysis.material import check_units
+from polycube.analysis.patches import faces_of, place_name
+from polycube.analysis.poisson import Inflow, conduct
 from polycube.registry import register
-from polycube.spline.constraints import Support
-from polycube.spline.material import check_units
-from polycube.spline.patches import faces_of, place_name
-from polycube.spline.poisson import Inflow, conduct
 from polycube.types import Potential, Spline
 
 from .places import check_items, is_number, places

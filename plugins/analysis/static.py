@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.analysis.material import check_units, material
+from polycube.analysis.patches import faces_of
+from polycube.analysis.recovery import samples
+from polycube.analysis.static import Load, deform
 from polycube.registry import register
-from polycube.spline.material import check_units, material
-from polycube.spline.patches import faces_of
-from polycube.spline.recovery import samples
-from polycube.spline.static import Load, deform
 from polycube.types import Deformation, Spline
 
 from .places import check_items, check_supports, check_vector, is_number, places, supports

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.io import netcdf_file
 
-from polycube.geometry.hexes import quad_sides
+from polycube.hexmesh.hexes import quad_sides
 from polycube.io.atomic import whole
 from polycube.registry import register
 from polycube.types import HexMesh

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.geometry.quality import scaled_jacobian
+from polycube.hexmesh.quality import scaled_jacobian
 from polycube.io.vtk import numbered_primitives, set_arrays
 from polycube.registry import register
 from polycube.types import HexMesh

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.geometry.charts import flatten
-from polycube.geometry.segmentation import segment
-from polycube.geometry.volumetric import chart_map
+from polycube.charts.charts import flatten
+from polycube.charts.segmentation import segment
+from polycube.charts.volumetric import chart_map
 from polycube.registry import register
 from polycube.types import Labels, Parametrization, Polycube, RoughMap, TriMesh
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.geometry.polish import polish
-from polycube.geometry.target import target
+from polycube.fitting.polish import polish
 from polycube.registry import register
+from polycube.surface.target import target
 from polycube.types import HexMesh, TriMesh
 
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.geometry.body import Body
-from polycube.geometry.features import match
-from polycube.geometry.pillow import layer, smooth_regions
-from polycube.geometry.registration import register as fit
-from polycube.geometry.target import Target, target
+from polycube.fitting.body import Body
+from polycube.fitting.creases.features import match
+from polycube.fitting.pillow import layer, smooth_regions
+from polycube.fitting.registration import register as fit
 from polycube.registry import register
+from polycube.surface.target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 PATCHES = ("auto", "all", "none")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass, replace
 
-from polycube.geometry import sizing
-from polycube.geometry.quality import quality
-from polycube.geometry.refinement import REACH, refine
-from polycube.geometry.surface import diagonal
+from polycube.fitting.refinement import REACH, refine
+from polycube.hexmesh import sizing
+from polycube.hexmesh.quality import quality
 from polycube.registry import register
+from polycube.surface.surface import diagonal
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)

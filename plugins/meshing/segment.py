@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.geometry import closest
-from polycube.geometry.lattice import boundary
-from polycube.geometry.parametrization import unit_normals
-from polycube.geometry.segmentation import segment
-from polycube.geometry.surface import twins
+from polycube.charts.segmentation import segment
 from polycube.registry import register
+from polycube.structure.lattice import boundary
+from polycube.structure.parametrization import unit_normals
+from polycube.surface import closest
+from polycube.surface.surface import twins
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
 
 logger = logging.getLogger(__name__)

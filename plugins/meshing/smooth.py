@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.geometry.registration import register as fit
-from polycube.geometry.target import target
+from polycube.fitting.registration import register as fit
 from polycube.registry import register
+from polycube.surface.target import target
 from polycube.types import HexMesh, TriMesh
 
 QUICK = 15, 1500  # iterations and samples of the first rounds

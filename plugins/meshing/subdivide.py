@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.errors import MeshingError
-from polycube.geometry import chords, sizing
-from polycube.geometry.cascade import cascade, registered_map
-from polycube.geometry.registration import register as fit
-from polycube.geometry.surface import diagonal
-from polycube.geometry.target import Target, target
-from polycube.geometry.template import counts, mesh, mesh_between
+from polycube.fitting.cascade import cascade, registered_map
+from polycube.fitting.registration import register as fit
+from polycube.hexmesh import chords, sizing
+from polycube.hexmesh.template import counts, mesh, mesh_between
 from polycube.registry import register
+from polycube.surface.surface import diagonal
+from polycube.surface.target import Target, target
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 
 logger = logging.getLogger(__name__)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from polycube.registry import register
-from polycube.spline.continuous import ContinuousSpace
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.sharpness import Sharp
+from polycube.spline.spaces.continuous import ContinuousSpace
+from polycube.spline.spaces.extraction import volumetric_spline
+from polycube.spline.spaces.sharpness import Sharp
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from polycube.registry import register
-from polycube.spline.sharpness import Sharp
-from polycube.spline.subdivision import ControlMesh
+from polycube.spline.spaces.sharpness import Sharp
+from polycube.spline.spaces.subdivision import ControlMesh
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric

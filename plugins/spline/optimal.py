@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from polycube.registry import register
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.optimal import OptimalSpace, smallest_space
-from polycube.spline.sharpness import Sharp
+from polycube.spline.spaces.extraction import volumetric_spline
+from polycube.spline.spaces.optimal import OptimalSpace, smallest_space
+from polycube.spline.spaces.sharpness import Sharp
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.analysis.patches import check_place, place_of, quads_of
 from polycube.errors import InputError
-from polycube.geometry.hexes import extraordinary_edges, quad_edges
+from polycube.hexmesh.hexes import extraordinary_edges, quad_edges
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
-from polycube.spline.features import (
+from polycube.spline.fit import Fit
+from polycube.spline.spaces.features import (
     border,
     edges_between,
     is_among,
@@ -20,12 +22,10 @@ from polycube.spline.features import (
     single_hex_edges,
     union,
 )
-from polycube.spline.fit import Fit
-from polycube.spline.hierarchy import Space
-from polycube.spline.patches import check_place, place_of, quads_of
-from polycube.spline.refinement import refined_spline
-from polycube.spline.selection import Refinement
-from polycube.spline.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
+from polycube.spline.spaces.hierarchy import Space
+from polycube.spline.spaces.refinement import refined_spline
+from polycube.spline.spaces.selection import Refinement
+from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
 from polycube.types import HexMesh, Spline, TriMesh
 
 logger = logging.getLogger(__name__)

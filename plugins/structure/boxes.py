@@ -13,17 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.diffusion.templates import contexts
-from polycube.geometry import surface as surfaces
-from polycube.geometry.frames import frames, rotations, turn
-from polycube.geometry.lattice import collapse, genus, lattice
-from polycube.geometry.voxels import voxels
+from polycube.diffusion.pairs.templates import contexts
 from polycube.registry import register
+from polycube.structure.lattice import collapse, genus, lattice
+from polycube.surface import surface as surfaces
+from polycube.surface.frames import frames, rotations, turn
+from polycube.surface.voxels import voxels
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
-from .knots import cumulative, fit_knots
-from .read import View
-from .reader import distinct_turns, structure_key
+from .slices.knots import cumulative, fit_knots
+from .slices.read import View
+from .slices.reader import distinct_turns, structure_key
 
 logger = logging.getLogger(__name__)
 

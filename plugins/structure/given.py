@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.geometry import surface as surfaces
-from polycube.geometry.frames import rotations, turn
-from polycube.geometry.lattice import collapse, genus, is_manifold, lattice
 from polycube.registry import register
+from polycube.structure.lattice import collapse, genus, is_manifold, lattice
+from polycube.surface import surface as surfaces
+from polycube.surface.frames import rotations, turn
 from polycube.types import Candidate, Polycube, TriMesh
 
 from .boxes import boxed
-from .reader import Reader, as_candidate, distinct_turns
-from .words import Word, spell
+from .slices.reader import Reader, as_candidate, distinct_turns
+from .slices.words import Word, spell
 
 logger = logging.getLogger(__name__)
 

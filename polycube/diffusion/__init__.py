@@ -1,1 +1,4 @@
-"""Encoding, drift process, network, data and training; the only place that knows torch."""
+"""The diffusion model: encoding, drift process, networks, weights; torch is imported here only.
+
+Imports structure, surface, io and below.
+"""

@@ -20,9 +20,9 @@ from polycube.diffusion.encoding import (
     to_pixels,
     to_points,
 )
-from polycube.diffusion.pairs import n_sample_points
+from polycube.diffusion.pairs.pairs import n_sample_points
+from polycube.diffusion.pairs.templates import Context
 from polycube.diffusion.process import DiffusionProcess, Predict
-from polycube.diffusion.templates import Context
 
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the kept states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]

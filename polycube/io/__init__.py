@@ -1,1 +1,4 @@
-"""Read surfaces, check them, write results."""
+"""Read surfaces, CAD files and hex meshes; write meshes, splines and solutions.
+
+Imports analysis and below.
+"""

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.geometry.cubic import lone_sides
 from polycube.io.atomic import whole
+from polycube.spline.cubic import lone_sides
 from polycube.types import Spline
 
 SPARSE = 20  # most coefficients of a row that is written as indices and values

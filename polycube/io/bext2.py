@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.geometry.cubic import lone_sides
 from polycube.io.atomic import whole
 from polycube.io.bext import share
+from polycube.spline.cubic import lone_sides
 from polycube.types import Spline
 
 

@@ -19,9 +19,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
-from polycube.geometry.surface import volume
-from polycube.io.clean import clean
 from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
+from polycube.surface.repair.clean import clean
+from polycube.surface.surface import volume
 from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)

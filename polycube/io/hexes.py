@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.geometry.hexes import (
+from polycube.hexmesh.hexes import (
     CORNERS,
     FACES,
     boundary_quads,
@@ -24,8 +24,8 @@ from polycube.geometry.hexes import (
     neighbours,
     quad_edges,
 )
-from polycube.geometry.quality import triangles
-from polycube.geometry.surface import check_surface, connected, diagonal
+from polycube.hexmesh.quality import triangles
+from polycube.surface.surface import check_surface, connected, diagonal
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)

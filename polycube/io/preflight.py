@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.geometry.defects import Defect, find_defects
-from polycube.geometry.surface import diagonal, genus, place, volume
-from polycube.io import clean
 from polycube.io.cad import Cad
 from polycube.io.read import EXAMPLE, is_cad, read_repaired, read_soup
-from polycube.io.repair import finite
 from polycube.io.vtk import write_named_vtp
+from polycube.surface.repair import clean
+from polycube.surface.repair.defects import Defect, find_defects
+from polycube.surface.repair.repair import finite
+from polycube.surface.surface import diagonal, genus, place, volume
 from polycube.types import TriMesh
 
 N_PLACES = 3  # of each problem, printed

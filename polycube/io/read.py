@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.examples.parts import example
 from polycube.io.cad import SUFFIXES, Cad, read_cad
-from polycube.io.clean import clean, crossings
-from polycube.io.examples import example
 from polycube.io.obj import read_obj
-from polycube.io.repair import LEVELS, Repair, finite, repaired
 from polycube.io.stl import read_stl
+from polycube.surface.repair.clean import clean, crossings
+from polycube.surface.repair.repair import LEVELS, Repair, finite, repaired
 from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.io.units import METRES
+from polycube.units import METRES
 
 STEP = (".step", ".stp")
 MILLIMETRES = {name: 1000 * metres for name, metres in METRES.items()}

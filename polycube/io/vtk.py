@@ -13,10 +13,10 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from polycube.geometry.hexes import quad_sides
-from polycube.geometry.lattice import cell_of_box
-from polycube.geometry.metrics import metrics
+from polycube.hexmesh.hexes import quad_sides
+from polycube.hexmesh.metrics import metrics
 from polycube.io.atomic import whole
+from polycube.structure.lattice import cell_of_box
 from polycube.types import HexMesh, Labels, Polycube, TriMesh
 
 HEXAHEDRON = 12  # VTK's number for the cell

@@ -1,1 +1,4 @@
-"""Pictures and the report of a run."""
+"""The report of a run: numbers, pictures, page.
+
+Imports analysis, io and below; not the pipeline.
+"""

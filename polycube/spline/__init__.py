@@ -1,1 +1,4 @@
-"""Volumetric splines: extraction, Bezier elements, analysis; numpy and scipy only."""
+"""Volumetric splines on hex meshes: Bezier elements, fit, certificates; numpy and scipy only.
+
+Imports hexmesh and below.
+"""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.geometry.cubic import FACES
 from polycube.spline.bernstein import bernstein, derivative
+from polycube.spline.cubic import FACES
 from polycube.types import Spline
 
 

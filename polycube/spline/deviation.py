@@ -7,12 +7,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.geometry import closest
-from polycube.geometry.quality import Distances
-from polycube.geometry.surface import volume
-from polycube.geometry.target import target
+from polycube.hexmesh.quality import Distances
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import grid, sampling, triangles
+from polycube.surface import closest
+from polycube.surface.surface import volume
+from polycube.surface.target import target
 from polycube.types import Spline, TriMesh
 
 PIECES = 4  # cuts of a boundary face each way

@@ -15,10 +15,10 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import cg, splu
 
-from polycube.geometry.target import target
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.matching import Matcher
 from polycube.spline.positive import damped, raised, restored, shares
+from polycube.surface.target import target
 from polycube.types import Spline, TriMesh
 
 FAIR = 0.02  # of the membrane beside the squared gaps, by the means of their diagonals

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
-from polycube.geometry import closest
-from polycube.geometry.target import Target
 from polycube.spline.bernstein import gauss
 from polycube.spline.boundary import corners, grid, normals, sampling, triangles
+from polycube.surface import closest
+from polycube.surface.target import Target
 from polycube.types import Spline
 
 OWN = 4  # points on a face, each way

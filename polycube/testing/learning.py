@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.ndimage import label
 
-from polycube.geometry.lattice import is_manifold, lattice
+from polycube.structure.lattice import is_manifold, lattice
 from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PRIMITIVES
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from polycube.geometry.lattice import collapse, lattice
-from polycube.geometry.rough_map import affine_map
-from polycube.geometry.template import counts, mesh
+from polycube.hexmesh.template import counts, mesh
+from polycube.structure.lattice import collapse, lattice
+from polycube.structure.rough_map import affine_map
 from polycube.types import Candidate, HexMesh, Polycube, RoughMap, TriMesh
 
 SIDES = np.array([100.0, 60.0, 40.0])

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.geometry import lattice, quality
-from polycube.geometry import surface as surfaces
-from polycube.geometry.hexes import check_conforming, genus
-from polycube.geometry.projection import project_onto
-from polycube.geometry.rough_map import evaluate
-from polycube.geometry.template import counts, mesh
+from polycube.hexmesh import quality
+from polycube.hexmesh.hexes import check_conforming, genus
+from polycube.hexmesh.template import counts, mesh
+from polycube.structure import lattice
+from polycube.structure.projection import project_onto
+from polycube.structure.rough_map import evaluate
+from polycube.surface import surface as surfaces
 from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PLACE, SIDES, Solid, solid, swollen
 from polycube.types import (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
-from polycube.diffusion.pairs import Pairs
+from polycube.diffusion.pairs.pairs import Pairs
 from polycube.diffusion.weights import make_denoiser
 from polycube.registry import build
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from polycube.diffusion.weights import make_denoiser
-from polycube.geometry.lattice import collapse, lattice
-from polycube.geometry.projection import project
 from polycube.registry import build
+from polycube.structure.lattice import collapse, lattice
+from polycube.structure.projection import project
 
 USE = ("cube", "blind_px", "cross_xy")
 

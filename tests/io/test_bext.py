@@ -5,9 +5,9 @@ import pytest
 
 from polycube.io.bext import read_bext, write_bext
 from polycube.spline.bezier import bezier_points
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.features import single_hex_edges
-from tests.hex_solids import hex_ball, hex_box, hex_cylinder
+from polycube.spline.spaces.extraction import volumetric_spline
+from polycube.spline.spaces.features import single_hex_edges
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 
 def spline_of(mesh):

@@ -9,10 +9,10 @@ from vtkmodules.vtkCommonDataModel import vtkHigherOrderHexahedron
 from polycube.io.bezier import VTK_ORDER, write_bezier_vtu, write_modes_csv, write_modes_vtu
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.bezier import bezier_points
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.features import single_hex_edges
+from polycube.spline.spaces.extraction import volumetric_spline
+from polycube.spline.spaces.features import single_hex_edges
 from polycube.types import Modes
-from tests.hex_solids import hex_ball, hex_cylinder
+from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
 
 
 @pytest.fixture(scope="module")

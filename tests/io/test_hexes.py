@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.errors import InputError
-from polycube.geometry.hexes import hex_mesh
-from polycube.geometry.quality import deviation, scaled_jacobian, volume
-from polycube.geometry.surface import genus
+from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.quality import deviation, scaled_jacobian, volume
 from polycube.io.hexes import (
     BY_AXES,
     FORMATS,
@@ -22,8 +21,9 @@ from polycube.io.hexes import (
     tidy,
 )
 from polycube.io.vtk import write_hex_vtu
-from tests.hex_solids import hex_ball, hex_box, hex_cylinder
-from tests.solids import box
+from polycube.surface.surface import genus
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
+from tests.fixtures.surfaces import box
 
 meshio = pytest.importorskip("meshio")
 TURNED = np.array([0, 4, 5, 1, 3, 7, 6, 2])  # the same hex with zeta, xi, eta as its axes

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from hydra import compose, initialize_config_dir
 
-import polycube.search_path  # noqa: F401
+import polycube.cli.search_path  # noqa: F401
 from polycube import HOME
-from polycube.app.infer import _command
-from polycube.geometry.defects import find_defects
-from polycube.geometry.surface import diagonal, place
+from polycube.cli.infer import _command
 from polycube.io.cad import Cad
 from polycube.io.preflight import preflight
+from polycube.surface.repair.defects import find_defects
+from polycube.surface.surface import diagonal, place
 from polycube.types import TriMesh
-from tests.solids import box, joined, torus
+from tests.fixtures.surfaces import box, joined, torus
 
 
 def counts(surface: TriMesh) -> dict[str, int]:

@@ -9,10 +9,10 @@ import pytest
 import trimesh
 
 from polycube.errors import InputError
-from polycube.geometry.surface import check_surface, genus, volume
-from polycube.io.clean import clean
 from polycube.io.read import read_surface
-from tests.solids import box, torus
+from polycube.surface.repair.clean import clean
+from polycube.surface.surface import check_surface, genus, volume
+from tests.fixtures.surfaces import box, torus
 
 CUBE = box((1000.5, -2.25, 0.125), (1001.5, -1.25, 2.125))  # exact in single precision
 

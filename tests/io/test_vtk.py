@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.geometry.hexes import hex_mesh
-from polycube.geometry.lattice import lattice
-from polycube.geometry.quality import scaled_jacobian
+from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.quality import scaled_jacobian
 from polycube.io.atomic import whole
 from polycube.io.vtk import write_cells, write_hex_vtu, write_labels_vtp, write_polycube_vtu
+from polycube.structure.lattice import lattice
 from polycube.types import HexMesh, Labels, TriMesh
 
 UNIT = np.array(

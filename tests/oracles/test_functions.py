@@ -7,8 +7,8 @@ from scipy.spatial.distance import cdist
 
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points
+from tests.fixtures.splines import cube, meshed_box
 from tests.oracles.elements import sampled
-from tests.spline.spaces import cube, meshed_box
 
 pytestmark = [pytest.mark.oracles, pytest.mark.filterwarnings("ignore")]
 

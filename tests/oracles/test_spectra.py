@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from polycube.spline.constraints import Support
-from polycube.spline.material import Material
-from polycube.spline.modal import free_modes
-from polycube.spline.patches import faces_of
-from tests.hex_solids import hex_cylinder
+from polycube.analysis.constraints import Support
+from polycube.analysis.material import Material
+from polycube.analysis.modal import free_modes
+from polycube.analysis.patches import faces_of
+from tests.fixtures.hexmeshes import hex_cylinder
+from tests.fixtures.splines import box, cube, spline_of
 from tests.oracles.codes import by_nutils, by_scikit_fem, quadratic
-from tests.spline.spaces import box, cube, spline_of
 
 pytestmark = [pytest.mark.oracles, pytest.mark.filterwarnings("ignore")]
 

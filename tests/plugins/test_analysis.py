@@ -8,10 +8,10 @@ import pytest
 import yaml
 
 from polycube.errors import InputError
-from polycube.geometry.hexes import hex_mesh
+from polycube.hexmesh.hexes import hex_mesh
 from polycube.io.hexes import boundary, patches
 from polycube.registry import build
-from tests.hex_solids import hex_box
+from tests.fixtures.hexmeshes import hex_box
 
 CONF = Path(__file__).parents[2] / "conf"
 STEEL = {"young": 210e9, "poisson": 0.3, "density": 7850}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.templates import contexts
+from polycube.diffusion.pairs.templates import contexts
 from polycube.errors import InputError
 from polycube.registry import build, names
 

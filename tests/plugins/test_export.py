@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.geometry.hexes import hex_mesh
-from polycube.geometry.patches import boundary_sets
-from polycube.geometry.quality import volume
+from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.patches import boundary_sets
+from polycube.hexmesh.quality import volume
 from polycube.io.vtk import write_hex_vtu
 from polycube.registry import build, names
 from polycube.types import HexMesh
-from tests.hex_solids import hex_box
+from tests.fixtures.hexmeshes import hex_box
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 PLUGINS = [(name, {}) for name in names("export")] + [("gmsh", {"version": "4.1"})]

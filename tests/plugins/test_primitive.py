@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.templates import contexts, template
-from polycube.geometry.lattice import genus, lattice
-from polycube.geometry.surface import genus as surface_genus
-from polycube.geometry.surface import volume
+from polycube.diffusion.pairs.templates import contexts, template
 from polycube.registry import build, names
+from polycube.structure.lattice import genus, lattice
+from polycube.surface.surface import genus as surface_genus
+from polycube.surface.surface import volume
 from polycube.types import TriMesh
 
 

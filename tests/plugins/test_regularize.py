@@ -5,11 +5,11 @@ import logging
 import numpy as np
 import pytest
 
-from polycube.geometry.lattice import lattice
-from polycube.geometry.rough_map import identity_map
 from polycube.registry import build
+from polycube.structure.lattice import lattice
+from polycube.structure.rough_map import identity_map
 from polycube.types import Candidate
-from tests.polycubes import PRIMITIVES, TWO, on_boundary
+from tests.fixtures.polycubes import PRIMITIVES, TWO, on_boundary
 
 
 @pytest.fixture

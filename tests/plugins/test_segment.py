@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from polycube.geometry.lattice import boundary, collapse, lattice
-from polycube.geometry.sheet import Sheet, sides, split
-from polycube.geometry.surface import components, face_normals
+from polycube.charts.sheet import Sheet, sides, split
 from polycube.plugins.meshing.segment import majority
 from polycube.registry import build
+from polycube.structure.lattice import boundary, collapse, lattice
+from polycube.surface.surface import components, face_normals
 from polycube.testing import check_plugin
 from polycube.types import Parametrization, TriMesh
-from tests.polycubes import PRIMITIVES, TWO, part
+from tests.fixtures.polycubes import PRIMITIVES, TWO, part
 
 
 @pytest.mark.parametrize("plugin", ["nearest", "drawn"])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
-from polycube.geometry.hexes import hex_mesh
+from polycube.hexmesh.hexes import hex_mesh
 from polycube.io.hexes import boundary
 from polycube.registry import build, names
 from polycube.spline.bezier import min_detj
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.features import creases, kinks
-from tests.hex_solids import hex_ball, hex_box, hex_cylinder
+from polycube.spline.spaces.extraction import volumetric_spline
+from polycube.spline.spaces.features import creases, kinks
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 CONF = Path(__file__).parents[2] / "conf"
 

@@ -6,9 +6,9 @@ import pytest
 from polycube.errors import InputError
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points, min_detj
-from polycube.spline.features import creases
-from polycube.spline.refinement import refined_spline
-from tests.hex_solids import hex_ball, hex_box, hex_cylinder
+from polycube.spline.spaces.features import creases
+from polycube.spline.spaces.refinement import refined_spline
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 
 def solid(mesh, name="h2s", **options):

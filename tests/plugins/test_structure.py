@@ -6,12 +6,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from polycube.errors import InputError
-from polycube.geometry.frames import rotations, turn
-from polycube.geometry.lattice import boundary, collapse, genus, lattice
-from polycube.geometry.rough_map import evaluate
 from polycube.registry import build
+from polycube.structure.lattice import boundary, collapse, genus, lattice
+from polycube.structure.rough_map import evaluate
+from polycube.surface.frames import rotations, turn
 from polycube.types import Candidate, Polycube, TriMesh
-from tests.polycubes import NAMES, PRIMITIVES, THREE, TWO, part
+from tests.fixtures.polycubes import NAMES, PRIMITIVES, THREE, TWO, part
 
 SCALE = np.diag([20.0, 15.0, 11.0])
 

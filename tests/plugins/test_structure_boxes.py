@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from polycube.geometry.frames import rotations, turn
-from polycube.geometry.lattice import boundary, collapse, lattice
-from polycube.geometry.rough_map import evaluate
-from polycube.plugins.structure.knots import cumulative, fit_knots
+from polycube.plugins.structure.slices.knots import cumulative, fit_knots
 from polycube.registry import build
+from polycube.structure.lattice import boundary, collapse, lattice
+from polycube.structure.rough_map import evaluate
+from polycube.surface.frames import rotations, turn
 from polycube.types import Candidate, Polycube, TriMesh
-from tests.polycubes import NAMES, PRIMITIVES
+from tests.fixtures.polycubes import NAMES, PRIMITIVES
 
 L = ("cube", "cube", "cube", None)
 T = ("cube", None, "cube", "cube", "cube", None)

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from polycube.geometry.frames import rotations, turn
-from polycube.geometry.lattice import boundary, collapse, genus, is_manifold, lattice
-from polycube.geometry.lattice import corners as lattice_corners
-from polycube.geometry.rough_map import evaluate
-from polycube.plugins.structure.bricks_cut import minimum_cut
-from polycube.plugins.structure.bricks_knots import hole_knots, segment_costs, segmentations
-from polycube.plugins.structure.bricks_topology import corners, defect, mend
+from polycube.plugins.structure.bricks.cut import minimum_cut
+from polycube.plugins.structure.bricks.knots import hole_knots, segment_costs, segmentations
+from polycube.plugins.structure.bricks.topology import corners, defect, mend
 from polycube.registry import build
+from polycube.structure.lattice import boundary, collapse, genus, is_manifold, lattice
+from polycube.structure.lattice import corners as lattice_corners
+from polycube.structure.rough_map import evaluate
+from polycube.surface.frames import rotations, turn
 from polycube.types import Candidate, Polycube
-from tests.polycubes import PRIMITIVES, part
+from tests.fixtures.polycubes import PRIMITIVES, part
 
 TURNED = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix() @ np.diag([20.0, 15.0, 11.0])
 

@@ -7,17 +7,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from polycube.diffusion.encoding import learning_frame
-from polycube.diffusion.templates import contexts
+from polycube.diffusion.pairs.templates import contexts
 from polycube.diffusion.weights import load_denoiser, make_denoiser, save_denoiser
 from polycube.errors import InputError
-from polycube.geometry.frames import frames, rotations, turn
-from polycube.geometry.lattice import collapse, genus, lattice
-from polycube.geometry.rough_map import evaluate
-from polycube.plugins.structure.likely import sample
-from polycube.plugins.structure.reader import structure_key
+from polycube.plugins.structure.learned.likely import sample
+from polycube.plugins.structure.slices.reader import structure_key
 from polycube.registry import build
+from polycube.structure.lattice import collapse, genus, lattice
+from polycube.structure.rough_map import evaluate
+from polycube.surface.frames import frames, rotations, turn
 from polycube.types import Candidate, TriMesh
-from tests.polycubes import PRIMITIVES, TWO, part
+from tests.fixtures.polycubes import PRIMITIVES, TWO, part
 
 SIDES = np.diag([20.0, 15.0, 11.0])
 TURNED = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix() @ SIDES

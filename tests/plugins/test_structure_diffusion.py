@@ -7,13 +7,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from polycube.diffusion.weights import shipped
-from polycube.geometry.frames import rotations, turn
-from polycube.geometry.lattice import boundary, collapse, genus, lattice
-from polycube.geometry.projection import project
-from polycube.geometry.rough_map import evaluate
 from polycube.registry import build
+from polycube.structure.lattice import boundary, collapse, genus, lattice
+from polycube.structure.projection import project
+from polycube.structure.rough_map import evaluate
+from polycube.surface.frames import rotations, turn
 from polycube.types import Candidate, TriMesh
-from tests.polycubes import PRIMITIVES, THREE, TWO, part
+from tests.fixtures.polycubes import PRIMITIVES, THREE, TWO, part
 
 TURNED = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix() @ np.diag([20.0, 15.0, 11.0])
 

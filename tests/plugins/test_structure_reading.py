@@ -6,13 +6,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from polycube.geometry.lattice import genus
-from polycube.geometry.voxels import Voxels
-from polycube.plugins.structure.measure import measure
-from polycube.plugins.structure.placement import misfit, place
-from polycube.plugins.structure.read import Costs, Reading, View, cut, emissions, read
-from polycube.plugins.structure.words import spell, words
-from tests.polycubes import PRIMITIVES, TWO
+from polycube.plugins.structure.slices.measure import measure
+from polycube.plugins.structure.slices.placement import misfit, place
+from polycube.plugins.structure.slices.read import Costs, Reading, View, cut, emissions, read
+from polycube.plugins.structure.slices.words import spell, words
+from polycube.structure.lattice import genus
+from polycube.surface.voxels import Voxels
+from tests.fixtures.polycubes import PRIMITIVES, TWO
 
 LETTERS = {
     "F": [(2, 14, 2, 14)],

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.sparse import identity
 
-from polycube.geometry.hexes import hex_mesh, quad_sides
-from polycube.geometry.lattice import boundary, cell_of_box, lattice
-from polycube.geometry.projection import project
-from polycube.report.pictures import denoising, pictures
+from polycube.hexmesh.hexes import hex_mesh, quad_sides
+from polycube.report.pictures.pictures import denoising, pictures
+from polycube.structure.lattice import boundary, cell_of_box, lattice
+from polycube.structure.projection import project
 from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
 
 CORNERS = np.array(

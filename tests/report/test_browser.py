@@ -5,11 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from polycube.geometry.quality import scaled_jacobian
-from polycube.report import html, quality
-from polycube.report.html import write_report
-from polycube.report.summary import summary_page
-from tests import browser
+from polycube.hexmesh.quality import scaled_jacobian
+from polycube.report.numbers import quality
+from polycube.report.page import html
+from polycube.report.page.html import write_report
+from polycube.report.page.summary import summary_page
+from tests.fixtures import browser
 
 CANVAS = "#viewer canvas"
 # texts that are seen, and the size of their letters, in CSS pixels; [] where all are 14 or more

@@ -5,9 +5,9 @@ import pytest
 
 from polycube.spline.bernstein import gauss, tensor, volume_basis
 from polycube.spline.bezier import bezier_points, min_detj, scaled_bounds, scaled_detj
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.features import single_hex_edges
-from tests.hex_solids import hex_ball, hex_box, hex_cylinder
+from polycube.spline.spaces.extraction import volumetric_spline
+from polycube.spline.spaces.features import single_hex_edges
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 
 def spline_of(mesh):

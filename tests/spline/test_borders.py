@@ -5,18 +5,18 @@ import logging
 import numpy as np
 import pytest
 
+from polycube.analysis.constraints import Support, constrain
+from polycube.analysis.patches import faces_of, quads_of
+from polycube.analysis.poisson import conduct
+from polycube.analysis.slopes import held_slopes
 from polycube.errors import InputError
-from polycube.geometry.hexes import hex_mesh
+from polycube.hexmesh.hexes import hex_mesh
 from polycube.io.hexes import boundary
 from polycube.registry import build
-from polycube.spline.constraints import Support, constrain
-from polycube.spline.features import border
-from polycube.spline.patches import faces_of, quads_of
-from polycube.spline.poisson import conduct
-from polycube.spline.sharpness import LOST, NO_EDGES, Creases, Sharp, Trial
-from polycube.spline.slopes import held_slopes
+from polycube.spline.spaces.features import border
+from polycube.spline.spaces.sharpness import LOST, NO_EDGES, Creases, Sharp, Trial
 from polycube.types import HexMesh
-from tests.hex_solids import hex_box, hex_cylinder
+from tests.fixtures.hexmeshes import hex_box, hex_cylinder
 
 COLD, HOT, ASIDE, CAPS = 0, 1, 2, 3
 

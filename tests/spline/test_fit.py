@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from scipy.sparse import identity
 
-from polycube.geometry.hexes import hex_mesh
+from polycube.hexmesh.hexes import hex_mesh
 from polycube.io.hexes import boundary
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.boundary import grid, sampling
-from polycube.spline.extraction import volumetric_spline
-from polycube.spline.features import single_hex_edges
 from polycube.spline.fit import Fit
 from polycube.spline.positive import restored, shares
+from polycube.spline.spaces.extraction import volumetric_spline
+from polycube.spline.spaces.features import single_hex_edges
 from polycube.types import TriMesh
-from tests.hex_solids import hex_ball, hex_box
+from tests.fixtures.hexmeshes import hex_ball, hex_box
 
 
 def spline_of(mesh):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from polycube.errors import InputError
-from polycube.geometry.lattice import boundary, lattice
 from polycube.registry import build
+from polycube.structure.lattice import boundary, lattice
 from polycube.testing import check
 from polycube.testing.solids import PLACE, SIDES, solid
 from polycube.types import Labels, RoughMap

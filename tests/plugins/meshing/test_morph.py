@@ -8,11 +8,11 @@ from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.errors import BadOption, MeshingError
-from polycube.geometry.hexes import check_conforming
-from polycube.geometry.quality import accept, deviation, scaled_jacobian
-from polycube.geometry.rough_map import affine_map
+from polycube.hexmesh.hexes import check_conforming
+from polycube.hexmesh.quality import accept, deviation, scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build
+from polycube.structure.rough_map import affine_map
 from polycube.types import Polycube, TriMesh
 
 MORPH = yaml.safe_load((HOME / "conf" / "meshing" / "morph.yaml").read_text())

@@ -7,14 +7,14 @@ from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.errors import MeshingError
-from polycube.geometry.hexes import check_conforming
-from polycube.geometry.quality import doubts, scaled_jacobian
-from polycube.geometry.rough_map import affine_map
+from polycube.hexmesh.hexes import check_conforming
+from polycube.hexmesh.quality import doubts, scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build
+from polycube.structure.rough_map import affine_map
 from polycube.testing import check_plugin
 from polycube.types import Labels
-from tests.geometry.test_charts import ring
+from tests.charts.test_charts import ring
 
 with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
     PARAMETRIC = OmegaConf.to_container(compose("meshing/parametric").meshing, resolve=True)

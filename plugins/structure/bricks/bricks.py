@@ -1,0 +1,235 @@
+"""Build a lattice of bricks from the part itself: no grid and no context is given.
+
+The knots come from where slices of the part change and from its holes, which bricks are full from
+a minimum cut, the topology from flipping the cheapest bricks.  Knots and bricks then take turns
+until they fit each other.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from polycube.registry import register
+from polycube.structure.lattice import collapse, lattice
+from polycube.surface import surface as surfaces
+from polycube.surface.frames import frames
+from polycube.surface.voxels import voxels
+from polycube.types import Candidate, RoughMap, TriMesh
+
+from ..slices.knots import cumulative, descend
+from ..slices.read import View
+from ..slices.reader import structure_key
+from .cut import minimum_cut
+from .knots import hole_knots, segment_costs, segmentations
+from .topology import corners, mend
+
+logger = logging.getLogger(__name__)
+
+Entry = TypeVar("Entry")
+
+TRUST = 0.1  # share of the misfit that costs: registration mends the rest
+ROUNDS = 5  # of knots and bricks in turns, at most
+
+Knots = list[np.ndarray]  # three vectors in voxels, ends included
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """Full bricks between knots, in voxels of a solid."""
+
+    full: np.ndarray  # (X, Y, Z) bool
+    knots: Knots
+    misfit: float  # voxels in only one of bricks and solid, as a share of the solid
+
+    def cost(self, corner: float) -> float:
+        """Misfit and corners, which cost `corner` each."""
+        return self.misfit + corner * corners(self.full)
+
+    @property
+    def name(self) -> tuple[tuple[int, ...], bytes]:
+        """Equal for equal bricks."""
+        return self.full.shape, self.full.tobytes()
+
+
+@register("structure", "bricks")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BrickLattice:
+    """Propose the lattices of bricks that the part's own slices and holes suggest."""
+
+    any_grid = True  # proposals do not depend on the grid
+
+    grid: tuple[int, int, int]  # of the run; not used
+    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
+    resolution: int = 64  # voxels along the longest side
+    frames: int = 2  # frames tried at most
+    slabs: int = 7  # along an axis at most, before holes add theirs
+    apart: float = 0.04  # least length of a slab, as a share of the longest side
+    fill: Sequence[float] = (0.3, 0.5)  # tried: share of a brick's voxels that fill it
+    smoothness: Sequence[float] = (0.0, 0.02)  # tried: cost per area, per volume^(1/3)
+    knots: Sequence[float] = (0.01, 0.03, 0.1)  # tried: cost of an inner knot, of the volume
+    corners: Sequence[float] = (0.003, 0.01, 0.03)  # tried: cost of a corner, of the volume
+    tried: int = 10  # cuttings labelled for each frame and cost of a knot
+    mended: float = 0.1  # cost of one flip for the topology's sake at most, of the volume
+    kept: int = 2  # candidates returned at most for each cost of a corner
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """Candidates, cheapest first; none when no lattice of the surface's genus is found."""
+        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        if brick is None:
+            logger.info("bricks: no primitive is a full cell; nothing proposed")
+            return []
+        genus, found = surfaces.genus(surface), []
+        for number, frame in enumerate(frames(surface, self.frames)):
+            view = self._view(surface, frame)
+            solid = view.voxels.solid[1:-1, 1:-1, 1:-1]
+            found += [(bricks, view, number) for bricks in self.lattices(solid, genus)]
+        chosen = self._cheapest(found, lambda entry: entry[0], self.kept)
+        logger.info("bricks: %d lattices of genus %d", len(found), genus)
+        return [self._candidate(*entry, brick) for entry in chosen]
+
+    def _view(self, surface: TriMesh, frame: np.ndarray) -> View:
+        """The part in a frame (3, 3) whose short axes are stretched to half of the longest."""
+        sides = np.ptp(surface.vertices @ frame.T, axis=0)
+        stretch = np.maximum(1, 0.5 * sides.max() / sides)[:, None]
+        solid = voxels(surface, frame * stretch, self.resolution)
+        return View(frame / stretch, np.eye(3), solid)
+
+    def lattices(self, solid: np.ndarray, genus: int) -> list[Bricks]:
+        """Lattices of bricks of a genus for voxels that reach the ends of their axes."""
+        counts, apart = cumulative(solid), max(2, round(self.apart * max(solid.shape)))
+        made = []
+        for knots in self._cuttings(solid, counts, apart, genus):
+            for fill, smoothness in itertools.product(self.fill, self.smoothness):
+                gain, areas = _energies(counts, knots, fill, smoothness)
+                full = mend(minimum_cut(gain, areas), gain, areas, genus, self.mended)
+                if full is not None:
+                    made.append(self._bricks(full, knots, counts))
+        made = self._cheapest(made, lambda bricks: bricks, 2 * self.kept)
+        made = [self._refined(bricks, counts, apart, genus) for bricks in made]
+        return self._cheapest(made, lambda bricks: bricks, self.kept)
+
+    def _cheapest(
+        self, entries: list[Entry], bricks: Callable[[Entry], Bricks], kept: int
+    ) -> list[Entry]:
+        """The first `kept` of different bricks for each cost of a corner."""
+        chosen: dict[object, Entry] = {}
+        for corner in self.corners:
+            names: set[object] = set()
+            for entry in sorted(entries, key=lambda e: bricks(e).cost(corner)):
+                name = bricks(entry).name
+                if len(names) < kept and name not in names:
+                    names.add(name)
+                    chosen.setdefault(name, entry)
+        return list(chosen.values())
+
+    def _cuttings(
+        self, solid: np.ndarray, counts: np.ndarray, apart: int, genus: int
+    ) -> list[Knots]:
+        """Knots of the three axes whose bricks, full or empty, could misfit least.
+
+        Half of them have the sides of all holes: without the genus, a small hole pays for none.
+        """
+        sides, ends = hole_knots(solid, apart)
+        choices: list[list[tuple[np.ndarray, bool]]] = []
+        for axis in range(3):
+            costs = segment_costs(np.moveaxis(solid, axis, 0))
+            plain, holed, ended, both = (
+                segmentations(costs, self.slabs, apart, wanted)
+                for wanted in ([], sides[axis], ends[axis], [*sides[axis], *ends[axis]])
+            )
+            has_holes = {tuple(cut): cut for cut in holed}
+            others = {
+                tuple(cut): cut for cut in plain + ended + both if tuple(cut) not in has_holes
+            }
+            choices.append([(c, True) for c in has_holes.values()])
+            choices[-1] += [(c, False) for c in others.values()]
+        ways, misfit, is_holed = [], [], []
+        for way in itertools.product(*choices):
+            knots = [cut for cut, _ in way]
+            if _room(knots) < genus:
+                continue
+            filled, size = _filled(counts, knots)
+            ways.append(knots)
+            misfit.append(np.minimum(filled, size - filled).sum() / counts[-1, -1, -1])
+            is_holed.append(genus > 0 and all(holed for _, holed in way))
+        inner = np.array([sum(map(len, knots)) - 6 for knots in ways])
+        first: dict[int, None] = {}
+        for knot in self.knots:
+            order = np.argsort(np.array(misfit) + knot * inner, kind="stable")
+            holed = [n for n in order if is_holed[n]][: self.tried // 2]
+            first |= dict.fromkeys([*holed, *order[: self.tried - len(holed)]])
+        return [ways[number] for number in first]
+
+    def _bricks(self, full: np.ndarray, knots: Knots, counts: np.ndarray) -> Bricks:
+        """Bricks without the knots that say nothing, and what they cost."""
+        kept = []
+        for axis in range(3):
+            slabs = np.moveaxis(full, axis, 0)
+            new = np.append(True, (slabs[1:] != slabs[:-1]).any(axis=(1, 2)))
+            full = full.compress(new, axis=axis)
+            kept.append(knots[axis][np.append(new, True)])
+        filled, size = _filled(counts, kept)
+        misfit = np.where(full, size - filled, filled).sum() / counts[-1, -1, -1]
+        return Bricks(full, kept, float(misfit))
+
+    def _refined(self, bricks: Bricks, counts: np.ndarray, apart: int, genus: int) -> Bricks:
+        """Knots moved to where the bricks fit best and bricks flipped that fit better, in turns."""
+        for _ in range(ROUNDS):
+            knots, _ = descend(bricks.full, counts, bricks.knots, apart)
+            gain, areas = _energies(counts, knots, 0.5, 0.0)
+            better = self._bricks(mend(bricks.full, gain, areas, genus), knots, counts)
+            if better.misfit >= bricks.misfit:
+                return bricks
+            bricks = better
+        return bricks
+
+    def _candidate(self, bricks: Bricks, view: View, frame: int, brick: str) -> Candidate:
+        """The candidate of bricks in the frame of that number."""
+        full, knots = bricks.full, list(bricks.knots)
+        for axis in range(3):
+            used = np.flatnonzero(np.moveaxis(full, axis, 0).any(axis=(1, 2)))
+            full = full.take(np.arange(used[0], used[-1] + 1), axis=axis)
+            knots[axis] = knots[axis][used[0] : used[-1] + 2]
+        context = [brick if is_full else None for is_full in full.ravel()]
+        polycube = collapse(lattice(full.shape, context, self.primitives))
+        corners = np.stack(np.meshgrid(*[k + 1 for k in knots], indexing="ij"), axis=-1)
+        rough_map = RoughMap(*polycube.knots, view.to_model(corners))
+        key = structure_key(polycube, np.eye(3), frame)
+        return Candidate("bricks", polycube, rough_map, TRUST * bricks.misfit, key)
+
+
+def _room(knots: Sequence[np.ndarray]) -> int:
+    """About how many handles bricks between knots can have: a hole needs 3 x 3 of them."""
+    x, y, z = ((len(k) - 2) // 2 for k in knots)
+    return 2 * (x * y + y * z + z * x)
+
+
+def _filled(counts: np.ndarray, knots: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """(X, Y, Z) solid voxels in each brick, and all of its voxels."""
+    filled = counts[np.ix_(*knots)]
+    for axis in range(3):
+        filled = np.diff(filled, axis=axis)
+    x, y, z = (np.diff(k) for k in knots)
+    return filled, x[:, None, None] * y[:, None] * z
+
+
+def _energies(
+    counts: np.ndarray, knots: Knots, fill: float, smoothness: float
+) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """Gains of full bricks and costs of faces, see `minimum_cut`, as shares of the volume."""
+    total = counts[-1, -1, -1]
+    filled, size = _filled(counts, knots)
+    x, y, z = (np.diff(k) for k in knots)
+    weight = smoothness / total ** (2 / 3)
+    faces = (y[:, None] * z)[None], (x[:, None] * z)[:, None], (x[:, None] * y)[:, :, None]
+    areas = tuple(
+        np.repeat(face, len(k), axis=axis) * weight
+        for axis, (face, k) in enumerate(zip(faces, knots, strict=True))
+    )
+    return 2 * (filled - fill * size) / total, areas

@@ -1,0 +1,4 @@
+"""Propose polycubes with a trained network.
+
+Imports the core and the slices.
+"""

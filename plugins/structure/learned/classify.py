@@ -1,0 +1,76 @@
+"""Structure by classification alone, as DL-Polycube does: predict the type, denoise nothing.
+
+The polycubes that the trained classifier finds likeliest are stretched to the bounding box of the
+part, each in the proportions nearest to the part's.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.registry import register
+from polycube.structure.rough_map import affine_map
+from polycube.types import Candidate, TriMesh
+
+from .likely import UNLIKELY, Guess, guesses, known_denoiser
+
+logger = logging.getLogger(__name__)
+
+
+@register("structure", "classify")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Classify:
+    """Propose what a trained classifier finds likely, placed by bounding boxes."""
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
+    weights: str | None = None  # safetensors file or its folder; None: the shipped ones
+    kept: int = 6  # structures returned at most
+    frames: int = 2  # frames tried
+    seed: int = 0
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """Candidates, likeliest first; none beside a given context.
+
+        None either when the weights do not know the grid or a primitive.
+
+        Raises InputError when the weights were trained without a classifier.
+        """
+        denoiser = known_denoiser(self.weights, self.grid, self.primitives)
+        if denoiser is None:
+            return []
+        if not denoiser.options.classifier:
+            raise InputError(
+                "structure=classify needs weights with a classifier, options.classifier=true in "
+                f"their YAML; {self.weights or 'the shipped ones'} have none"
+            )
+        if any(candidate.proposal == "given" for candidate in candidates):
+            return []
+        best: dict[str, Guess] = {}
+        for guess in guesses(denoiser, surface, self.primitives, self.frames, self.seed):
+            best.setdefault(guess.key, guess)
+        found = [_stretched(guess, surface) for guess in list(best.values())[: self.kept]]
+        logger.info(
+            "classify: %d of %d structures kept, probability %s",
+            len(found),
+            len(best),
+            ", ".join(f"{candidate.probability:.3f}" for candidate in found) or "none",
+        )
+        return found
+
+
+def _stretched(guess: Guess, surface: TriMesh) -> Candidate:
+    """The polycube of a guess with its box on the part's, in the guess's orientation."""
+    return Candidate(
+        "classify",
+        guess.polycube,
+        affine_map(guess.polycube, *guess.box(surface)),
+        -UNLIKELY * guess.log_likelihood,
+        guess.key,
+        probability=guess.probability,
+    )

@@ -1,0 +1,63 @@
+"""Find the structure from slices: every word of the right genus, in every frame, along every axis.
+
+The context that spells the cheapest reading is the proposal; the readings close to it are kept
+for a short registration to decide.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.registry import register
+from polycube.structure.lattice import genus as genus_of
+from polycube.surface.surface import genus
+from polycube.types import Candidate, TriMesh
+
+from .reader import Reader, as_candidate
+from .words import words
+
+logger = logging.getLogger(__name__)
+
+AXES = np.array([np.roll(np.eye(3), -axis, axis=0) for axis in range(3)])  # x, y or z first
+
+
+@register("structure", "slices")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SliceReading(Reader):
+    """Propose the contexts of an n x 1 x 1 grid that the slices of the part spell."""
+
+    margin: float = 0.25  # cost above the best, as a share of the volume, that is still kept
+    kept: int = 5  # readings of the first frame that are kept
+    kept_elsewhere: int = 3  # readings of every other frame that are kept
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """Candidates, cheapest first; none when the grid is no row or no context has the genus."""
+        if tuple(self.grid[1:]) != (1, 1):
+            logger.info("slices: grid %s is no row of cells; nothing proposed", self.grid)
+            return []
+        wanted = genus(surface)
+        every = words(self.grid, self.primitives)
+        fitting = [word for word in every if genus_of(word.polycubes[0]) == wanted]
+        found: list[Candidate] = []
+        for frame, view in enumerate(self.views(surface)):
+            limit = self.kept_elsewhere if frame else self.kept
+            readings = self.readings(view, AXES, fitting)
+            found += self._close([as_candidate(r, "slices", frame) for r in readings], limit)
+        found = self._close(sorted(found, key=lambda candidate: candidate.cost), len(found))
+        logger.info("slices: genus %d fits %d of %d words", wanted, len(fitting), len(every))
+        for candidate in found[:1]:
+            context = ", ".join(filter(None, candidate.polycube.context))
+            logger.info("slices: %d readings, best %s at %.3f", len(found), context, candidate.cost)
+        return found
+
+    def _close(self, candidates: list[Candidate], limit: int) -> list[Candidate]:
+        """The first `limit` within the margin of the first, and all that show its structure."""
+        return [
+            candidate
+            for rank, candidate in enumerate(candidates)
+            if candidate.key == candidates[0].key
+            or (rank < limit and candidate.cost <= candidates[0].cost + self.margin)
+        ]

@@ -1,0 +1,4 @@
+"""Finite elements on a spline: modes, statics, conduction.
+
+Imports spline and below.
+"""

@@ -1,0 +1,233 @@
+"""Values prescribed on boundary faces, held exactly.
+
+A function is bound by its trace there.  Where the traces of the bound functions are independent,
+all their coefficients follow from the prescribed values (least squares in L2 of the faces, exact
+for values that the space has).  Where they are not, as in a space with functions centred outside
+the solid, as many are chosen as span the trace, `pivots`, and the others stay free: c_pivots =
+c_given - X c_others.  Then u = basis @ free + offset has the prescribed trace for any `free`.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack
+from scipy.sparse.linalg import SuperLU, splu
+
+from polycube.analysis.slopes import held_slopes
+from polycube.analysis.trace import Trace, trace
+from polycube.types import Spline
+
+logger = logging.getLogger(__name__)
+
+ABSENT = 1e-18  # share of the largest squared norm of a trace, below which it counts as zero
+DEPENDENT = 1e-9  # pivot of the Gram matrix of unit diagonal, below which a trace is dependent
+RIGID = 1e-10  # share of the largest eigenvalue, below which a rigid motion is not held
+
+Value = float | Sequence[float] | Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """Prescribed values of some components on boundary faces.
+
+    value : the same everywhere, or of points (P, 3), one column per component
+    """
+
+    name: str
+    faces: np.ndarray  # (F,) into spline.sides
+    components: tuple[int, ...] = (0, 1, 2)
+    value: Value = 0.0
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """(P, components) values at points (P, 3)."""
+        value = self.value(points) if callable(self.value) else self.value
+        value = np.asarray(value, dtype=np.float64)
+        value = value[:, None] if callable(self.value) and value.ndim == 1 else value
+        return np.broadcast_to(value, (len(points), len(self.components)))
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """One component: which coefficients follow from the others, and how."""
+
+    trace: Trace
+    owner: np.ndarray  # (P,) number of the support that each Gauss point belongs to
+    pivots: np.ndarray  # (R,) functions
+    others: np.ndarray  # (S,) bound functions that stay free
+    ratio: csr_matrix  # (R, S) X
+    gram: SuperLU  # of the pivots' traces
+
+    def basis(self, size: int) -> csr_matrix:
+        """(C, free) coefficients of all functions from the free ones."""
+        free = np.setdiff1d(np.arange(size), self.pivots)
+        place = csr_matrix(
+            (np.ones(len(self.pivots)), (self.pivots, np.arange(len(self.pivots)))),
+            (size, len(self.pivots)),
+        )
+        chosen = eye(size, format="csc")[:, free]
+        bound = eye(size, format="csr")[self.others][:, free]
+        return csr_matrix(chosen - place @ self.ratio @ bound)
+
+    def project(self, values: np.ndarray, size: int) -> np.ndarray:
+        """(C,) coefficients whose trace is nearest to values (P,) at the Gauss points."""
+        found = np.zeros(size)
+        found[self.pivots] = self.gram.solve(self.trace.moments(values)[self.pivots])
+        return found
+
+    def resultant(self, residual: np.ndarray, support: int) -> float:
+        """Integral over a support's faces of the traction that a residual (C,) stands for."""
+        traction = self.gram.solve(residual[self.pivots])
+        there = self.trace.moments(self.owner == support)
+        return float(traction @ there[self.pivots])
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """All components; coefficient i of function a is number n a + i."""
+
+    supports: tuple[Support, ...]
+    held: tuple[Held | None, ...]  # per component
+    basis: csr_matrix  # (n C, free)
+    offset: np.ndarray  # (n C,)
+
+    def points(self, spline: Spline) -> np.ndarray:
+        """(free, 3) where each free coefficient is, more or less."""
+        weight = abs(self.basis).T
+        near = weight @ np.repeat(spline.control, len(self.held), axis=0)
+        return near / np.asarray(weight.sum(axis=1))
+
+    def reactions(self, residual: np.ndarray) -> np.ndarray:
+        """(supports, n) resultant on each support of a residual (n C,), K u - f."""
+        n = len(self.held)
+        found = np.zeros((len(self.supports), n))
+        for i, held in enumerate(self.held):
+            for k, support in enumerate(self.supports):
+                if i in support.components:
+                    found[k, i] = held.resultant(residual[i::n], k)
+        return found
+
+
+def constrain(spline: Spline, supports: Sequence[Support], n_components: int) -> Constraints:
+    """The space of fields with the prescribed values; the last support of a face rules it."""
+    size = len(spline.control)
+    held, bases, known = [], [], {}
+    offset = np.zeros((size, n_components))
+    for i in range(n_components):
+        owner = np.full(len(spline.sides), -1)
+        for k, support in enumerate(supports):
+            if i in support.components:
+                owner[support.faces] = k
+        if (owner < 0).all():
+            held.append(None)
+            bases.append(eye(size, format="csr"))
+            continue
+        key = owner.tobytes()
+        if key not in known:
+            found = _hold(spline, owner)
+            known[key] = found, found.basis(size)
+            _warn_of_flat(*held_slopes(spline, np.flatnonzero(owner >= 0), known[key][1]))
+        held.append(known[key][0])
+        bases.append(known[key][1])
+        offset[:, i] = _given(held[-1], supports, i, size)
+    return Constraints(tuple(supports), tuple(held), _interleave(bases), offset.ravel())
+
+
+def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
+    """How many of the six rigid motions of an elastic solid the supports leave free."""
+    middle = spline.control.mean(axis=0)
+    size = np.linalg.norm(np.ptp(spline.control, axis=0))
+    energy = np.zeros((6, 6))
+    for i, held in enumerate(constraints.held):
+        if held is not None:
+            x = (held.trace.points - middle) / size
+            turns = np.stack([np.cross(axis, x)[:, i] for axis in np.eye(3)], axis=1)
+            moves = np.broadcast_to(np.eye(3)[i], (len(x), 3))
+            motion = np.concatenate([moves, turns], axis=1)  # (P, 6)
+            energy += motion.T @ (motion * held.trace.area[:, None]) / held.trace.area.sum()
+    values = np.linalg.eigvalsh(energy)
+    return int((values <= RIGID * max(values[-1], np.finfo(float).tiny)).sum())
+
+
+def _warn_of_flat(flat: int, border: int) -> None:
+    if flat:
+        logger.warning(
+            "warning: beside %d of the %d edges round what is held the spline can only start flat, "
+            "so the result is too stiff; a run from=spline makes them sharp where det J allows it",
+            flat,
+            border,
+        )
+
+
+def _given(held: Held, supports: Sequence[Support], i: int, size: int) -> np.ndarray:
+    """(C,) coefficients of the prescribed values of component i."""
+    values = np.zeros(len(held.owner))
+    for k, support in enumerate(supports):
+        if i in support.components:
+            here = held.owner == k
+            values[here] = support.at(held.trace.points[here])[:, support.components.index(i)]
+    return held.project(values, size) if values.any() else np.zeros(size)
+
+
+def _hold(spline: Spline, owner: np.ndarray) -> Held:
+    faces = np.flatnonzero(owner >= 0)
+    here = trace(spline, faces)
+    gram = here.gram
+    norm = gram.diagonal()
+    bound = np.flatnonzero(norm > ABSENT * norm.max())
+    small = csc_matrix(gram[bound][:, bound])
+    is_pivot = _independent(small)
+    pivots, others = np.flatnonzero(is_pivot), np.flatnonzero(~is_pivot)
+    factor = splu(small[pivots][:, pivots])
+    ratio = factor.solve(small[pivots][:, others].toarray())
+    ratio[np.abs(ratio) < 1e-12] = 0
+    per_face = len(here.area) // len(faces)
+    return Held(
+        trace=here,
+        owner=np.repeat(owner[faces], per_face),
+        pivots=bound[pivots],
+        others=bound[others],
+        ratio=csr_matrix(ratio),
+        gram=factor,
+    )
+
+
+def _independent(gram: csc_matrix) -> np.ndarray:
+    """(n,) functions whose traces span those of all; of two dependent ones the larger."""
+    norm = gram.diagonal()
+    scale = diags(1 / np.sqrt(norm))
+    unit = scale @ gram @ scale + 1e-13 * eye(len(norm))
+    pivots = _pivots(csc_matrix(unit), "MMD_AT_PLUS_A")
+    if pivots.min() > DEPENDENT:
+        return np.ones(len(norm), bool)
+    order = np.argsort(-np.round(norm / norm.max(), 6), kind="stable")
+    found = np.zeros(len(norm), bool)
+    found[order] = _pivots(csc_matrix(unit.tocsr()[order][:, order]), "NATURAL") > DEPENDENT
+    return found
+
+
+def _pivots(matrix: csc_matrix, order: str) -> np.ndarray:
+    """(n,) of the Cholesky factorisation, by column."""
+    options = {"SymmetricMode": True}
+    factor = splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options=options)
+    return factor.U.diagonal()[factor.perm_c]
+
+
+def _interleave(bases: list[csr_matrix]) -> csr_matrix:
+    """Basis (n C, free) of n components, row i of component k at n i + k, columns likewise."""
+    n = len(bases)
+    if n == 1:
+        return bases[0]
+    parts, places = [], []
+    for k, basis in enumerate(bases):
+        part = basis.tocoo()
+        shape = (n * basis.shape[0], basis.shape[1])
+        parts.append(csr_matrix((part.data, (n * part.row + k, part.col)), shape))
+        first = np.full(basis.shape[1], np.iinfo(np.int64).max)
+        alone = np.diff(basis.indptr) == 1
+        np.minimum.at(first, basis.indices[basis.indptr[:-1][alone]], np.flatnonzero(alone))
+        places.append(n * first + k)
+    return csr_matrix(hstack(parts, format="csc")[:, np.argsort(np.concatenate(places))])

@@ -1,0 +1,113 @@
+"""Vibration of an elastic solid: the lowest modes of K u = omega^2 M u, free or held on patches.
+
+Solved for unit diagonal, E = 1 and density 1, and scaled to SI afterwards: omega^2 by
+E / (density L^2), mass by density L^3.  The modes are found in double precision, helped by a
+Cholesky factor in single precision of K - shift M, with a shift just below zero.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import csr_matrix, diags, eye, kron, spmatrix
+from scipy.sparse.linalg import LinearOperator
+
+from polycube.analysis.assembly import assemble
+from polycube.analysis.constraints import Support, constrain, free_rigid_motions
+from polycube.analysis.material import Material
+from polycube.numerics.davidson import davidson
+from polycube.numerics.factorization import factorize
+from polycube.types import Modes, Spline
+from polycube.units import METRES
+
+logger = logging.getLogger(__name__)
+
+SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros alike
+DENSE = 10  # unknowns per mode, up to which the matrices are taken as dense
+
+
+def free_modes(
+    spline: Spline,
+    material: Material,
+    n_modes: int = 20,
+    length_unit: str = "mm",
+    n_gauss: int = 4,
+    lumped: bool = False,
+    supports: Sequence[Support] = (),
+) -> Modes:
+    """The lowest modes in SI units (omega^2 in 1/s^2, mass in kg), rigid ones included.
+
+    length_unit : of the control points, see METRES.  Shapes are normalised to u^T M u = 1 with M
+        in kg.  n_gauss : points per direction.  lumped : row sums of M instead of M; less accurate.
+    supports : where components of the displacement are zero
+    Raises ValueError when there are fewer than n_modes + 1 degrees of freedom, MeshingError where
+    det J <= 0.
+    """
+    held = constrain(spline, supports, 3)
+    if not 0 < n_modes < held.basis.shape[1]:
+        raise ValueError(f"modes must be in [1, {held.basis.shape[1] - 1}]; got {n_modes}")
+    diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
+    unit = replace(spline, control=spline.control / diagonal)
+    stiffness, mass = assemble(unit, 1.0, material.poisson, 1.0, n_gauss)
+    if lumped:
+        mass = diags(np.asarray(mass.sum(axis=1)).ravel())
+    basis = held.basis
+    inertia = mass
+    if supports:
+        inertia = kron(mass, eye(3), "csr")
+        stiffness, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness, inertia))
+    values, vectors = lowest(stiffness, inertia, n_modes, points=held.points(spline))
+    length = diagonal * METRES[length_unit]
+    weight = material.density * length**3
+    logger.info("%d modes of %d degrees of freedom", n_modes, stiffness.shape[0])
+    return Modes(
+        eigenvalues=values * material.young / (material.density * length**2),
+        shapes=(basis @ vectors).T.reshape(n_modes, -1, 3) / np.sqrt(weight),
+        mass=weight * mass.sum(),
+        units={"length": length_unit, "mass": "kg", "time": "s", "frequency": "Hz"},
+        rigid=min(n_modes, free_rigid_motions(spline, held)),
+    )
+
+
+def lowest(
+    stiffness: spmatrix,
+    mass: spmatrix,
+    n_modes: int,
+    shift: float = SHIFT,
+    points: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest eigenvalues (K,), ascending, and M-orthonormal vectors (N, K) of K u = lambda M u.
+
+    mass : (N, N), or (N / n, N / n) where it is the same for the n components of each function
+    points : (N, 3) where each unknown is, see `factorize`
+    Raises ValueError unless K - shift M is positive definite.
+    """
+    n_components = stiffness.shape[0] // mass.shape[0]
+    if stiffness.shape[0] <= DENSE * n_modes:
+        values, vectors = eigh(stiffness.toarray(), np.kron(mass.toarray(), np.eye(n_components)))
+        if values[0] <= shift:
+            raise ValueError("matrix is not positive definite")
+        return values[:n_modes], vectors[:, :n_modes]
+
+    def shifted(dtype: type) -> csr_matrix:
+        each = kron(mass, eye(n_components), "csr")
+        return csr_matrix(stiffness - shift * each, dtype=dtype)
+
+    def inertia(x: np.ndarray) -> np.ndarray:
+        return (mass @ x.reshape(mass.shape[0], -1)).reshape(x.shape)
+
+    try:
+        factor = factorize(shifted(np.float32), points)
+    except ValueError:  # too ill-conditioned for single precision
+        factor = factorize(shifted(np.float64), points)
+    return davidson(
+        stiffness,
+        LinearOperator(stiffness.shape, inertia, matmat=inertia),
+        factor.solve,
+        n_modes,
+        shift,
+    )

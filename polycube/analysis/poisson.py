@@ -1,0 +1,73 @@
+"""-div k grad u = f with u or the flux given on the boundary; heat conduction, for one."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.analysis.assembly import assemble_scalar, moments
+from polycube.analysis.constraints import Support, constrain
+from polycube.analysis.recovery import gradient_field
+from polycube.analysis.trace import trace
+from polycube.errors import InputError
+from polycube.numerics.factorization import factorize
+from polycube.types import Potential, Spline
+from polycube.units import METRES
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Inflow:
+    """Flux into the solid through boundary faces."""
+
+    faces: np.ndarray  # (F,) into spline.sides
+    flux: float | Callable[[np.ndarray, np.ndarray], np.ndarray]
+    # W/m^2, of points and normals (P, 3) where it varies
+
+
+def conduct(
+    spline: Spline,
+    conductivity: float,
+    supports: Sequence[Support],
+    inflows: Sequence[Inflow] = (),
+    source: float | Callable[[np.ndarray], np.ndarray] = 0.0,
+    length_unit: str = "mm",
+    n_gauss: int = 4,
+) -> Potential:
+    """The solution in SI but for the length unit of the part: u in K, say, flux in W/m^2.
+
+    conductivity : W/(m K).  source : W/m^3, of points (P, 3) where it varies
+    Raises InputError when u is given nowhere, MeshingError where det J <= 0.
+    """
+    if not supports:
+        raise InputError(
+            "u is given on no patch, so that it is free by a constant; fix it on one at least"
+        )
+    metre = METRES[length_unit]
+    held = constrain(spline, supports, 1)
+    laplace, mass = assemble_scalar(spline, n_gauss)
+    stiffness = conductivity * metre * laplace
+    if callable(source):
+        supplied = metre**3 * moments(spline, source, n_gauss)
+    else:
+        supplied = metre**3 * source * np.asarray(mass.sum(axis=1)).ravel()
+    for inflow in inflows:
+        here = trace(spline, inflow.faces)
+        flux = inflow.flux(here.points, here.normals) if callable(inflow.flux) else inflow.flux
+        supplied = supplied + metre**2 * here.moments(np.broadcast_to(flux, here.area.shape))
+    basis, offset = held.basis, held.offset
+    factor = factorize(basis.T @ stiffness @ basis, held.points(spline))
+    u = basis @ factor.solve(basis.T @ (supplied - stiffness @ offset)) + offset
+    logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
+    return Potential(
+        values=u,
+        flux=gradient_field(spline, u, lambda slope: -conductivity / metre * slope[:, 0]),
+        supports=tuple(support.name for support in supports),
+        flows=held.reactions(stiffness @ u - supplied)[:, 0],
+        supplied=float(supplied.sum()),
+        units={"length": length_unit, "u": "K", "flux": "W/m^2", "flow": "W"},
+    )

@@ -1,0 +1,32 @@
+"""Whether functions that vanish on some boundary faces may have a slope beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.hexmesh.hexes import unique_rows
+from polycube.spline.cubic import FACES
+from polycube.types import Spline
+
+ZERO = 1e-12  # coefficient that counts as none
+
+
+def held_slopes(spline: Spline, faces: np.ndarray, basis: csr_matrix) -> tuple[int, int]:
+    """How many edges between held faces and others leave no slope on the others, and of how many.
+
+    faces : (F,) into `spline.sides`; basis : (C, free) functions that vanish there
+    Where a function may be smooth only, vanishing on one side it starts flat on the other, as if
+    more were held.  Edges between elements of different levels do not count.
+    """
+    element, side = spline.sides.T
+    nodes = spline.nodes[element[:, None], FACES[side]].reshape(-1, 4, 4)
+    lines = nodes, nodes[:, ::-1], nodes.swapaxes(1, 2), nodes.swapaxes(1, 2)[:, ::-1]
+    lines = np.concatenate(lines)  # (4 Q, 4, 4) nodes in lines from each edge of each face
+    edge = unique_rows(np.sort(lines[:, 0], axis=1))[1]
+    is_held = np.isin(np.tile(np.arange(len(nodes)), 4), faces)
+    is_border = (np.bincount(edge) == 2) & (np.bincount(edge, is_held) == 1)
+    second = lines[~is_held & is_border[edge], 1, 1:3]
+    slope = np.asarray(abs(spline.extraction[second.ravel()] @ basis).sum(axis=1))
+    is_flat = (slope.reshape(-1, 2) <= ZERO).all(axis=1)
+    return int(is_flat.sum()), len(is_flat)

@@ -1,0 +1,139 @@
+"""Flatten every patch of a segmented surface onto its planar face of the polycube.
+
+The arcs go to the straight edges of the polycube, the patches by harmonic maps onto the faces
+between.  A face need not be convex (an L, a ring), and then a harmonic map may fold: it is
+checked, and a patch that folds is cut along lattice lines into rectangles, onto which the map with
+mean-value weights cannot fold.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from scipy.optimize import isotonic_regression
+
+from polycube.charts.harmonic import cotangent, extend, flipped, mean_value
+from polycube.charts.seams import seams
+from polycube.charts.segmentation import Segmentation
+from polycube.charts.sheet import Sheet, Sides
+from polycube.charts.tracing import Cost, Drawing, near
+from polycube.errors import MeshingError
+
+logger = logging.getLogger(__name__)
+
+EVEN = 0.3  # share of the length in where points lie along an arc; the rest is as guided
+SMOOTH = 8  # passes that even the guidance out, of as many samples squared
+WIDTH = 0.1  # of the guidance of cuts, in cells
+
+
+def flatten(segmentation: Segmentation) -> Sheet:
+    """The sheet, cut finer at places, with every vertex in its place on the polycube's boundary.
+
+    Tagged with the patches.  Raises MeshingError where a patch folds even in rectangles.
+    """
+    drawing, outside = segmentation.drawing, segmentation.outside
+    at: dict[int, int] = {}  # sheet vertex of each lattice vertex on an arc
+    for number, arc in enumerate(segmentation.net.arcs):
+        stops = settle(drawing, number, outside.vertices[list(arc.vertices)])
+        at |= dict(zip(arc.vertices, stops.tolist(), strict=True))
+    for patch in range(outside.patch.max() + 1):
+        axis = int(outside.axis[(outside.patch == patch).argmax()])
+        folds = _map_patch(drawing, patch, axis)
+        if folds == 0:
+            continue
+        name = segmentation.describe(patch)
+        left = _map_rectangles(segmentation, patch, axis, at)
+        if left:
+            raise MeshingError(f"{left} triangles of {name} flip in the plane, in rectangles too")
+        logger.info("map: %s: %d triangles flipped, none in rectangles", name, folds)
+    return drawing.sheet
+
+
+def settle(drawing: Drawing, number: int, knots: np.ndarray) -> np.ndarray:
+    """Put a path on the straight line through knots (K, 3); returns the vertices at the knots.
+
+    Points lie where their places say, made to ascend and evened out, and in part where the length
+    along the path says.
+    """
+    path, sheet = drawing.paths[number], drawing.sheet
+    step = np.linalg.norm(np.diff(sheet.vertices[path], axis=0), axis=1)
+    length = np.append(0, np.cumsum(step)) / step.sum()
+    along = knots[-1] - knots[0]
+    share = (knots - knots[0]) @ along / (along @ along)
+    guided = (sheet.places[path] - knots[0]) @ along / (along @ along)
+    smooth = _evened(length, isotonic_regression(np.clip(guided, 0, 1)).x)
+    at = EVEN * length + (1 - EVEN) * smooth
+    stops = np.abs(at - share[:, None]).argmin(axis=1)
+    last = len(knots) - 1
+    for k in range(1, last + 1):  # each knot a vertex of its own
+        stops[k] = max(stops[k], stops[k - 1] + 1)
+    for k in range(last, -1, -1):
+        stops[k] = min(stops[k], len(path) - 1 - (last - k))
+    on_line = np.interp(at, at[stops], share)
+    drawing.move(path, knots[0] + on_line[:, None] * along)
+    return path[stops]
+
+
+def _evened(length: np.ndarray, ascending: np.ndarray) -> np.ndarray:
+    """Ascending numbers (N,) at the given lengths, smoothed and stretched to go from 0 to 1."""
+    even = np.linspace(0, 1, SMOOTH**2)
+    values = np.interp(even, length, ascending)
+    values[[0, -1]] = 0, 1
+    for _ in range(SMOOTH):
+        values[1:-1] = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
+    return np.interp(length, even, values)
+
+
+def plane_of(axis: int) -> list[int]:
+    """The two coordinates of a face of the given axis label, right-handed seen from outside."""
+    plane = [(axis // 2 + 1) % 3, (axis // 2 + 2) % 3]
+    return plane[::-1] if axis % 2 else plane
+
+
+def _map_patch(drawing: Drawing, patch: int, axis: int) -> int:
+    """Map the regions of a patch, their drawn rims fixed; returns how many triangles flip."""
+    ours = drawing.sheet.tag == patch
+    region, faces = drawing.regions(ours), drawing.sheet.faces[ours]
+    return sum(_map_region(drawing, faces[region == r], axis) for r in range(region.max() + 1))
+
+
+def _map_region(drawing: Drawing, faces: np.ndarray, axis: int) -> int:
+    """Map a region (F, 3) harmonically; returns how many triangles flip."""
+    sheet, plane = drawing.sheet, plane_of(axis)
+    used, local = np.unique(faces, return_inverse=True)
+    local = local.reshape(-1, 3)
+    fixed = drawing.taken()[used]
+    places = sheet.places[used]
+    places[:, axis // 2] = places[fixed.argmax(), axis // 2]
+    folds = len(faces) + 1
+    for weights in (cotangent, mean_value):
+        table = weights(sheet.vertices[faces], local, len(used))
+        found = extend(table, places[:, plane], fixed)
+        number = int(flipped(found, local).sum())
+        if number < folds:
+            folds, best = number, found
+        if folds == 0:
+            break
+    places[:, plane] = best
+    drawing.move(used, places)
+    return folds
+
+
+def _map_rectangles(segmentation: Segmentation, patch: int, axis: int, at: dict[int, int]) -> int:
+    """Cut a patch into rectangles and map each; returns how many triangles flip."""
+    drawing, outside = segmentation.drawing, segmentation.outside
+    number = {tuple(place): i for i, place in enumerate(outside.vertices.tolist())}
+    quads = outside.vertices[outside.quads[outside.patch == patch]]
+    for knots in seams(quads, plane_of(axis)):
+        ends = tuple(at[number[tuple(knots[end].tolist())]] for end in (0, -1))
+        guide = near(knots, WIDTH)
+
+        def cost(sheet: Sheet, sides: Sides, guide: Cost = guide) -> np.ndarray:
+            return np.where(sides.inside(sheet.tag == patch), guide(sheet, sides), np.inf)
+
+        name = len(drawing.paths)
+        if not drawing.draw(name, ends, cost, least=2 * len(knots)):
+            return int((drawing.sheet.tag == patch).sum())
+        settle(drawing, name, knots)
+    return _map_patch(drawing, patch, axis)

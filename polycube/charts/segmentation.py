@@ -1,0 +1,184 @@
+"""Cut a surface along the edges of its polycube into one region per planar face (patch).
+
+Corners and edges of the polycube are drawn on the surface where its parametrization says, along
+sharp edges where there are some, with the cyclic order of the polycube at every corner; what the
+regions are is checked.  The parametrization may be rough: it only guides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from polycube.charts.network import Arc, Network, network
+from polycube.charts.sheet import Sheet, Sides, refine, sides
+from polycube.charts.tracing import Cost, Drawing, Sector, near
+from polycube.errors import MeshingError
+from polycube.structure.lattice import Boundary, boundary, cell_of_box
+from polycube.surface.surface import diagonal, face_areas, half_edges
+from polycube.types import AXES, Labels, Parametrization, Polycube, TriMesh
+
+WIDTHS = (0.1, 0.05, 0.2)  # of the guidance, in cells; tried in turn
+SHUFFLES = 5  # of the order of drawing, tried where the short ones first block the others
+SHARP = 0.4  # what a path along a sharp edge costs, of the same path elsewhere
+FOREIGN = 3.0  # what a path amid other labels costs
+CORNER = np.array([1.0, 0.8, 0.6, 0.3])  # of a corner's distance where 0, 1, 2, 3 sharp edges meet
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """A surface cut into the patches of a polycube."""
+
+    drawing: Drawing  # a path for each arc of the network; the sheet is tagged with the patches
+    polycube: Polycube
+    outside: Boundary
+    net: Network
+    parent: np.ndarray  # (F,) face of the surface that each face of the sheet is a part of
+
+    def labels(self, surface: TriMesh) -> Labels:
+        """Of the surface's faces, those of the largest part of each."""
+        sheet = self.drawing.sheet
+        n_patches = self.outside.patch.max() + 1
+        area = face_areas(TriMesh(sheet.vertices, sheet.faces))
+        shares = np.bincount(
+            self.parent * n_patches + sheet.tag, area, len(surface.faces) * n_patches
+        )
+        patch = shares.reshape(-1, n_patches).argmax(axis=1)
+        axis = np.zeros(n_patches, np.int64)
+        axis[self.outside.patch] = self.outside.axis
+        return Labels(axis[patch], patch)
+
+    def describe(self, patch: int) -> str:
+        """A patch by number, direction and grid cell."""
+        quad = int((self.outside.patch == patch).argmax())
+        cell = cell_of_box(self.polycube)[self.outside.box[quad]]
+        where = ", ".join(str(int(i)) for i in np.unravel_index(cell, self.polycube.grid))
+        return f"polycube face {patch} ({AXES[self.outside.axis[quad]]}, cell ({where}))"
+
+
+def segment(
+    surface: TriMesh,
+    polycube: Polycube,
+    labels: Labels,
+    parametrization: Parametrization,
+    longest: float = 0.02,
+) -> Segmentation:
+    """The surface, cut finer, in patches with the topology of the polycube's.
+
+    longest : edge of the cut surface, in diagonals
+    Raises MeshingError, about the first failure, where no width of the guidance and no order of
+    drawing does it.
+    """
+    outside = boundary(polycube)
+    faces = np.arange(len(surface.faces))
+    sheet = Sheet(surface.vertices, parametrization.positions, surface.faces, faces)
+    sheet = refine(sheet, longest * diagonal(surface))
+    net = network(outside)
+    orders = [by_length(outside, net)] * len(WIDTHS)
+    orders += [np.random.default_rng(seed).permutation(len(net.arcs)) for seed in range(SHUFFLES)]
+    failure = None
+    for order, width in zip(orders, (*WIDTHS, *WIDTHS[:1] * SHUFFLES), strict=True):
+        found = Segmentation(Drawing(sheet, ()), polycube, outside, net, faces)
+        try:
+            found = _draw(found, labels, width, order)
+            patch = _patches(found)
+        except MeshingError as error:
+            failure = failure or error
+            continue
+        drawn = found.drawing.sheet
+        found.drawing.sheet = replace(drawn, tag=patch)
+        return replace(found, parent=drawn.tag)
+    raise failure
+
+
+def by_length(outside: Boundary, net: Network) -> np.ndarray:
+    """The arcs, short ones first."""
+    lengths = [np.ptp(outside.vertices[list(arc.vertices)], axis=0).sum() for arc in net.arcs]
+    return np.argsort(lengths, kind="stable")
+
+
+def _draw(empty: Segmentation, labels: Labels, width: float, order: np.ndarray) -> Segmentation:
+    """Draw all arcs in the given order."""
+    outside, net = empty.outside, empty.net
+    corners = place_corners(empty.drawing.sheet, outside, net)
+    drawing = Drawing(empty.drawing.sheet, corners.values())
+    for number in order.tolist():
+        arc = net.arcs[number]
+        guide = near(outside.vertices[list(arc.vertices)], width)
+
+        def cost(sheet: Sheet, sides: Sides, arc: Arc = arc, guide: Cost = guide) -> np.ndarray:
+            ours = np.isin(labels.patch[sheet.tag], (arc.left, arc.right))
+            favour = np.where(sides.sharp, SHARP, 1.0)
+            return guide(sheet, sides) * np.where(sides.inside(ours), favour, favour * FOREIGN)
+
+        ends = corners[arc.vertices[0]], corners[arc.vertices[-1]]
+        between = _sector(net, drawing, number, 0), _sector(net, drawing, number, -1)
+        if not drawing.draw(number, ends, cost, between, 2 * len(arc.vertices)):
+            raise MeshingError(
+                "the polycube does not fit the surface: on it the edge between "
+                f"{empty.describe(arc.left)} and {empty.describe(arc.right)} finds no way"
+            )
+    return replace(empty, drawing=drawing)
+
+
+def place_corners(sheet: Sheet, outside: Boundary, net: Network) -> dict[int, int]:
+    """Vertex of the sheet for each corner of the network: near its place, better a sharp one."""
+    found = sides(sheet)
+    degree = np.bincount(found.ends[found.sharp].ravel(), minlength=len(sheet.vertices))
+    corners = list(net.rings)
+    gap = np.linalg.norm(sheet.places[:, None] - outside.vertices[corners], axis=2)  # (V, C)
+    gap = (gap + 1e-3) * CORNER[np.minimum(degree, 3)][:, None]
+    places: dict[int, int] = {}
+    for k in np.argsort(gap.min(axis=0), kind="stable").tolist():
+        gap[list(places.values()), k] = np.inf
+        places[corners[k]] = int(gap[:, k].argmin())
+    return places
+
+
+def _sector(net: Network, drawing: Drawing, number: int, end: int) -> Sector:
+    """Neighbours between which an arc must leave its corner, of the arcs drawn there so far."""
+    ring = net.rings[net.arcs[number].vertices[end]]
+    at = ring.index((number, end))
+    drawn = [s for s in (*ring[at + 1 :], *ring[:at]) if s[0] in drawing.paths]
+    if not drawn:
+        return None
+    first, last = (
+        int(drawing.paths[arc][1 if side == 0 else -2]) for arc, side in (drawn[-1], drawn[0])
+    )
+    return first, last
+
+
+def _patches(found: Segmentation) -> np.ndarray:
+    """(F,) patch of each face; raises MeshingError where a region is not what its patch is."""
+    faces, outside = found.drawing.sheet.faces, found.outside
+    region = found.drawing.regions()
+    half = {edge: i // 3 for i, edge in enumerate(map(tuple, half_edges(faces).tolist()))}
+    owner: dict[int, int] = {}
+    for arc, path in ((found.net.arcs[n], p.tolist()) for n, p in found.drawing.paths.items()):
+        for a, b in pairwise(path):
+            for patch, face in ((arc.left, half[a, b]), (arc.right, half[b, a])):
+                if owner.setdefault(int(region[face]), patch) != patch:
+                    raise _wrong(found, patch, "runs into another face")
+    names = np.array([owner.get(r, -1) for r in range(region.max() + 1)])
+    for patch in range(outside.patch.max() + 1):
+        if (names == patch).sum() != 1:
+            raise _wrong(found, patch, f"has {(names == patch).sum()} regions")
+        number = euler(faces[names[region] == patch])
+        wanted = euler(outside.quads[outside.patch == patch])
+        if number != wanted:
+            raise _wrong(found, patch, f"has Euler number {number}, not {wanted}")
+    return names[region]
+
+
+def euler(faces: np.ndarray) -> int:
+    """Vertices - edges + faces of polygons (N, K)."""
+    pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    return len(np.unique(faces)) - len(np.unique(pairs, axis=0)) + len(faces)
+
+
+def _wrong(found: Segmentation, patch: int, what: str) -> MeshingError:
+    return MeshingError(
+        f"the polycube does not fit the surface: on it {found.describe(patch)} {what}"
+    )

@@ -1,0 +1,154 @@
+"""Draw lines on a surface that never cross: shortest paths along edges, guided by places.
+
+A path runs through free vertices only.  After each one every edge that joins two drawn vertices
+without being drawn is halved, so two points of one region can always be joined: no line is ever
+blocked by its neighbours.  At a common end the new line keeps its turn in the cyclic order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from polycube.charts.sheet import Sheet, Sides, sides, split
+from polycube.surface.surface import connected, half_edges
+
+Cost = Callable[[Sheet, Sides], np.ndarray]  # (E,) of the sides; inf: not here
+Sector = tuple[int, int] | None
+
+
+class Drawing:
+    """A sheet and the paths drawn on it so far, each an array of vertices."""
+
+    def __init__(self, sheet: Sheet, taken: Iterable[int]) -> None:
+        self.sheet = sheet
+        self.paths: dict[int, np.ndarray] = {}
+        self.sides = sides(sheet)
+        self._taken = np.array(list(taken), np.int64)  # only paths that end there may use them
+        self._free_chords()
+
+    def draw(
+        self,
+        name: int,
+        ends: tuple[int, int],
+        cost: Cost,
+        between: tuple[Sector, Sector] = (None, None),
+        least: int = 2,
+    ) -> bool:
+        """Draw the cheapest free path; returns False where there is none.
+
+        between : at each end, the neighbours after and before which it must leave, turning
+            counter-clockwise; None: anywhere
+        least : a path has more edges than this; a shorter one is halved until it has
+        """
+        joins, weight = self.sides.ends, cost(self.sheet, self.sides)
+        closed = self.taken()
+        closed[list(ends)] = False
+        usable = np.isfinite(weight) & ~closed[joins].any(axis=1)
+        for end, sector in zip(ends, between, strict=True):
+            here = np.flatnonzero(usable & (joins == end).any(axis=1))
+            usable[here] = np.isin(joins[here].sum(axis=1) - end, self._leaving(end, sector))
+        path = _shortest(joins[usable], weight[usable], ends, len(closed))
+        if path is None:
+            return False
+        while len(path) <= least + 1:
+            path = self._halve(path)
+        self.paths[name] = path
+        self._taken = np.union1d(self._taken, path)
+        self._free_chords()
+        return True
+
+    def taken(self) -> np.ndarray:
+        """(V,) whether a vertex is on a path or kept for the end of one."""
+        found = np.zeros(len(self.sheet.vertices), bool)
+        found[self._taken] = True
+        return found
+
+    def drawn(self) -> np.ndarray:
+        """(E,) whether each side of the sheet is part of a path."""
+        steps = [np.stack([path[:-1], path[1:]], axis=1) for path in self.paths.values()]
+        steps = np.sort(np.concatenate([np.zeros((0, 2), np.int64), *steps]), axis=1)
+        key = np.array([len(self.sheet.vertices), 1])
+        return np.isin(self.sides.ends @ key, steps @ key)
+
+    def regions(self, faces: np.ndarray | None = None) -> np.ndarray:
+        """(F,) number of the region between the paths that each face (of a mask) is in."""
+        ours = np.arange(len(self.sheet.faces)) if faces is None else np.flatnonzero(faces)
+        edge = self.sides.of_face[ours].ravel()
+        order = np.argsort(edge, kind="stable")
+        first, second = order[:-1], order[1:]
+        open_ = (edge[first] == edge[second]) & ~self.drawn()[edge[first]]
+        return connected(first[open_] // 3, second[open_] // 3, len(ours))
+
+    def move(self, vertices: np.ndarray, places: np.ndarray) -> None:
+        """Give vertices (N,) new places (N, 3) on the polycube."""
+        moved = self.sheet.places.copy()
+        moved[vertices] = places
+        self.sheet = replace(self.sheet, places=moved)
+
+    def _leaving(self, vertex: int, between: Sector) -> list[int]:
+        """Neighbours of a vertex, counter-clockwise strictly between two of them."""
+        faces = self.sheet.faces[(self.sheet.faces == vertex).any(axis=1)]
+        after = {a: b for a, b in half_edges(faces).tolist() if vertex not in (a, b)}
+        if between is None:
+            return list(after)
+        found, at = [], after[between[0]]
+        while at != between[1]:
+            found.append(at)
+            at = after[at]
+        return found
+
+    def _halve(self, path: np.ndarray) -> np.ndarray:
+        """Halve the edges of a path; returns the path with the new vertices."""
+        steps = np.sort(np.stack([path[:-1], path[1:]], axis=1), axis=1)
+        key, ends = np.array([len(self.sheet.vertices), 1]), self.sides.ends
+        where = np.searchsorted(ends @ key, steps @ key)
+        marked = np.zeros(len(ends), bool)
+        marked[where] = True
+        middle = len(self.sheet.vertices) + np.cumsum(marked)[where] - 1
+        self._split(marked)
+        return np.append(np.stack([path[:-1], middle], axis=1).ravel(), path[-1])
+
+    def _free_chords(self) -> None:
+        """Halve the sides that join two taken vertices and are not drawn."""
+        chord = self.taken()[self.sides.ends].all(axis=1) & ~self.drawn()
+        if chord.any():
+            self._split(chord)
+
+    def _split(self, marked: np.ndarray) -> None:
+        self.sheet = split(self.sheet, self.sides, marked)
+        self.sides = sides(self.sheet)
+
+
+def _shortest(
+    joins: np.ndarray, weight: np.ndarray, ends: tuple[int, int], n: int
+) -> np.ndarray | None:
+    """Vertices from ends[0] to ends[1] of the cheapest path along edges (E, 2) of n vertices."""
+    graph = csr_matrix((weight, tuple(joins.T)), shape=(n, n))
+    _, before = dijkstra(graph, directed=False, indices=ends[0], return_predecessors=True)
+    path = [ends[1]]
+    while path[-1] != ends[0]:
+        path.append(int(before[path[-1]]))
+        if path[-1] < 0:
+            return None
+    return np.array(path[::-1])
+
+
+def near(line: np.ndarray, width: float) -> Cost:
+    """Length of each side, times 1 for places on the line from line[0] to line[-1], more beyond.
+
+    width : distance at which a side costs twice as much
+    """
+    start, along = line[0], line[-1] - line[0]
+
+    def cost(sheet: Sheet, sides: Sides) -> np.ndarray:
+        share = np.clip((sheet.places - start) @ along / (along @ along), 0, 1)
+        gap = sheet.places - start - share[:, None] * along
+        factor = 1 + (gap**2).sum(axis=1) / width**2
+        return sides.length * factor[sides.ends].mean(axis=1)
+
+    return cost

@@ -1,0 +1,82 @@
+"""A rough map whose boundary lies on the surface: charts outside, harmonic inside.
+
+The polycube's intervals are cut into equal parts.  Lattice points on its boundary go where the
+charts of the surface say, those inside are the discrete harmonic extension.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.charts.harmonic import extend
+from polycube.charts.sheet import Sheet
+from polycube.hexmesh.hexes import PLACES
+from polycube.hexmesh.template import grid_lines, interval_lengths, mesh
+from polycube.structure.lattice import Boundary
+from polycube.structure.rough_map import evaluate, identity_map
+from polycube.surface import closest
+from polycube.types import HexMesh, Polycube, RoughMap
+
+Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def chart_map(
+    polycube: Polycube, outside: Boundary, sheet: Sheet, rough_map: RoughMap, parts: Parts
+) -> RoughMap:
+    """Trilinear on the lattice of so many parts per interval; `rough_map` stays where no solid is.
+
+    sheet : the surface flattened onto the polycube's boundary, tagged with the patches
+    """
+    hexes = mesh(polycube, identity_map(polycube), parts)
+    positions = on_surface(hexes, outside, sheet)
+    sizes = [interval_lengths(polycube, rough_map, axis) for axis in range(3)]
+    scaled = [  # lattice coordinates in model lengths, so that the interior keeps proportions
+        np.interp(hexes.vertices[:, axis], knots, np.append(0, np.cumsum(sizes[axis])))
+        for axis, knots in enumerate(polycube.knots)
+    ]
+    outer = np.isin(np.arange(len(hexes.vertices)), hexes.quads)
+    weights = lattice_weights(np.stack(scaled, axis=1), hexes.hexes)
+    positions = extend(weights, positions, outer)
+    lines = grid_lines(polycube, parts)
+    lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+    found = evaluate(rough_map, lattice.reshape(-1, 3)).reshape(lattice.shape)
+    index = [
+        np.searchsorted(line, hexes.vertices[:, axis] - 1e-9) for axis, line in enumerate(lines)
+    ]
+    found[tuple(index)] = positions
+    return RoughMap(*lines, found)
+
+
+def on_surface(hexes: HexMesh, outside: Boundary, sheet: Sheet) -> np.ndarray:
+    """(V, 3) positions of the vertices of hexes on the polycube, by the charts; zero inside."""
+    found = np.zeros_like(hexes.vertices)
+    for patch in range(outside.patch.max() + 1):
+        faces = sheet.faces[sheet.tag == patch]
+        a, b, c = np.moveaxis(sheet.places[faces], 1, 0)
+        faces = faces[np.abs(np.cross(b - a, c - a)).sum(axis=1) > 1e-15]  # a point has none left
+        chart = closest.tree(sheet.places[faces], np.zeros((len(faces), 3)))
+        wanted = np.unique(hexes.quads[hexes.patch == patch])
+        _, face, weight = closest.closest(chart, hexes.vertices[wanted])
+        found[wanted] = np.einsum("nk,nkd->nd", weight, sheet.vertices[faces[face]])
+    return found
+
+
+def lattice_weights(points: np.ndarray, hexes: np.ndarray) -> csr_matrix:
+    """(V, V) weights of lattice edges, dual area over length: linear maps are harmonic.
+
+    points : (V, 3) lattice points of hexes (H, 8) parallel to the axes
+    """
+    size = points[hexes[:, 6]] - points[hexes[:, 0]]  # (H, 3)
+    rows, columns, values = [], [], []
+    for axis in range(3):
+        share = size.prod(axis=1) / size[:, axis] ** 2 / 4
+        low = np.flatnonzero(PLACES[:, axis] == 0)
+        step = np.eye(3, dtype=int)[axis]
+        for corner in low:
+            other = int((PLACES == PLACES[corner] + step).all(axis=1).argmax())
+            rows += [hexes[:, corner], hexes[:, other]]
+            columns += [hexes[:, other], hexes[:, corner]]
+            values += [share, share]
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return csr_matrix(entries, shape=(len(points), len(points)))

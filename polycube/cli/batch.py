@@ -1,0 +1,209 @@
+"""Many parts: `infer.py mesh=folder`, `mesh='parts/*.stl'`, `-m mesh=a.stl,b.stl`.
+
+Hydra makes a job of every part (and of every value of other lists), and one of its launchers runs
+them: one after the other, in processes, on a
+cluster.  A job leaves `row.json` in its folder; one
+whose row is there, of the same settings and file, is not run again.  At the end the rows become a
+table, `summary.csv` and `summary.html`, failures beside successes.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Mapping
+from glob import glob
+from pathlib import Path
+
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
+from hydra.experimental.callback import Callback
+from omegaconf import DictConfig, OmegaConf
+
+from polycube import __version__
+from polycube.cli.overrides import quote
+from polycube.errors import InputError
+from polycube.io.atomic import whole
+from polycube.io.read import KNOWN
+from polycube.pipeline.stopping import INTERRUPTED
+from polycube.report.page.summary import summary_page
+
+ROW = "row.json"
+VERDICT = {0: "valid", 2: "refused", 3: "no valid result"}
+LAST = ["says", "folder", "identity", "exit"]  # columns of a row at the end, and those left out
+MANY = {"-m", "--multirun"}
+PRESENTATION = ("output_dir", "quiet", "verbose")  # settings that do not change a result
+
+
+def expanded(arguments: list[str]) -> list[str]:
+    """The command line with a folder or pattern of `mesh=` as the list of its files, and `-m`.
+
+    Folders of jobs are named after the part and after those settings of which there are several.
+    Raises InputError where there is no such file, or two parts have the same name.
+    """
+    result, several, single = [], bool(MANY & set(arguments)), []
+    for argument in arguments:
+        key, is_setting, value = argument.partition("=")
+        paths = _files(value) if key == "mesh" and value else []
+        if paths:
+            several = True
+            _check_names(paths)
+            argument = "mesh=" + ",".join(map(quote, paths))
+        elif is_setting and key != "mesh" and not _sweep(argument):
+            single.append(key.lstrip("+~"))
+        result.append(argument)
+    if not several:
+        return result
+    if "output_dir" not in single:
+        result.append(f"output_dir=outputs/{time.strftime('%Y%m%d-%H%M%S')}")
+    names = ",".join(["mesh", "hex", *PRESENTATION, *single])
+    named = f"hydra.job.config.override_dirname.exclude_keys=[{names}]"
+    return ["-m", *(word for word in result if word not in MANY), named]
+
+
+def _sweep(argument: str) -> list[str]:
+    """The values of a setting of which there are several."""
+    try:
+        [override] = OverridesParser.create().parse_overrides([argument])
+    except HydraException:
+        return []  # Hydra will say what is wrong with it
+    return list(map(str, override.sweep_iterator())) if override.is_sweep_override() else []
+
+
+def _files(value: str) -> list[str]:
+    """Surfaces that a folder, a pattern or a list names; empty for one file or example."""
+    if Path(value).is_dir():
+        found = sorted(str(p) for p in Path(value).iterdir() if p.suffix.lower() in KNOWN)
+        if not found:
+            raise InputError(f"{value}: the folder holds no surface ({', '.join(KNOWN)})")
+        return found
+    if Path(value).exists():
+        return []
+    if any(sign in value for sign in "*?["):
+        found = sorted(glob(value, recursive=True))
+        if not found:
+            raise InputError(f"{value}: no file is called so")
+        return found
+    return _sweep(f"mesh={value}")
+
+
+def _check_names(paths: list[str]) -> None:
+    for name, count in Counter(map(part_name, paths)).items():
+        if count > 1:
+            same = [path for path in paths if part_name(path) == name]
+            raise InputError(
+                f"{count} parts are called {name}: {', '.join(same)}; their results would have "
+                "the same folder, rename them or run them apart"
+            )
+
+
+def part_name(path: str) -> str:
+    """Of a file or example, for folders and tables."""
+    return Path(path.removeprefix("example:")).stem
+
+
+def _job_folder(values: str, *, _root_: DictConfig) -> str:
+    """Of one job: the part, and the settings of the batch."""
+    name = part_name(OmegaConf.select(_root_, "mesh") or OmegaConf.select(_root_, "hex"))
+    return f"{name},{values.replace('/', '_')}" if values else name
+
+
+OmegaConf.register_new_resolver("job_folder", _job_folder)
+
+
+def run_job(
+    cfg: Mapping[str, object],
+    folder: Path,
+    overrides: str,
+    job: Callable[[dict[str, object]], tuple[int, str]],
+) -> int:
+    """Exit code of one job of a batch, run now or kept; says it in one line.
+
+    job : config -> exit code and, where it is not 0, the sentence why
+    """
+    name = part_name(str(cfg["hex"] or cfg["mesh"]))
+    identity = _identity(cfg)
+    path = folder / ROW
+    row = json.loads(path.read_text()) if path.is_file() else {}
+    kept = row.get("identity") == identity
+    if not kept:
+        path.unlink(missing_ok=True)
+        try:
+            code, sentence = job({**cfg, "output_dir": str(folder)})
+        except Exception as error:
+            code, sentence = 1, f"{type(error).__name__}: {error}"
+            (folder / "failure.txt").write_text(traceback.format_exc())
+        if code == INTERRUPTED:  # no row: the next time it is run again
+            sys.stderr.write(f"{folder.name}: {sentence}\n")
+            return code
+        row = {"identity": identity, "exit": code, "part": name, "settings": overrides}
+        row |= {"result": VERDICT.get(code, "failed"), **_numbers(folder), "says": sentence}
+        with whole(path) as temporary:
+            temporary.write_text(json.dumps(row, indent=1))
+    told = [row["says"]] if row["says"] else []
+    if "hexes" in row:
+        told.insert(0, f"{row['hexes']} hexes, scaled Jacobian {row['min_scaled_jacobian']:.3f}")
+    result = row["result"] + ", as before" * kept
+    sys.stderr.write(f"{folder.name}: {'; '.join([result, *told])}\n")
+    return row["exit"]
+
+
+def _identity(cfg: Mapping[str, object]) -> str:
+    """Of everything that a result depends on: settings, the bytes of the files, the version."""
+    settings = {name: value for name, value in cfg.items() if name not in PRESENTATION}
+    digest = hashlib.sha256(json.dumps([__version__, settings], sort_keys=True).encode())
+    for key in ("mesh", "hex"):
+        path = Path(str(cfg[key]))
+        digest.update(path.read_bytes() if path.is_file() else b"")
+    return digest.hexdigest()
+
+
+def _numbers(folder: Path) -> dict[str, object]:
+    """Columns of the table that the run's report has; lengths in per cent of the diagonal."""
+    path = folder / "report.json"
+    if not path.is_file():
+        return {}
+    report = json.loads(path.read_text())
+    hexes, spline = report.get("hex", {}), report.get("spline", {})
+    row = {name: hexes.get(name) for name in ("hexes", "min_scaled_jacobian")}
+    row["mean_scaled_jacobian"] = hexes.get("mean_scaled_jacobian")
+    for name in ("mesh_to_surface_p99", "surface_to_mesh_p99"):
+        row[f"{name}_percent"] = 100 * hexes[name] if name in hexes else None
+    row |= {"functions": spline.get("functions"), "min_scaled_detj": spline.get("min_scaled_detj")}
+    row["seconds"] = round(sum(report["seconds"].values()), 1)
+    row["doubts"] = len(report.get("doubts", ()))
+    return {name: value for name, value in row.items() if value is not None}
+
+
+class Summary(Callback):
+    """Hydra's end of a batch: the table; the worst exit code of all."""
+
+    def on_multirun_end(self, config: DictConfig, **_: object) -> None:
+        """Write `summary.csv` and `summary.html` beside the jobs' folders."""
+        folder = Path(config.hydra.sweep.dir)
+        rows = summarized(folder)
+        results = Counter(row["result"] for row in rows)
+        told = ", ".join(f"{count} {result}" for result, count in results.items())
+        sys.stderr.write(f"{told}: {folder / 'summary.html'}\n")
+        sys.exit(max(row["exit"] for row in rows))
+
+
+def summarized(folder: Path) -> list[dict[str, object]]:
+    """All rows under a folder, written as a table to `summary.csv` and `summary.html`."""
+    rows = []
+    for path in sorted(folder.glob(f"*/{ROW}")):
+        rows.append({**json.loads(path.read_text()), "folder": path.parent.name})
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    columns = [name for name in columns if name not in LAST] + LAST[:2]
+    with whole(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
+        writer = csv.DictWriter(file, columns, extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+    with whole(folder / "summary.html") as temporary:
+        temporary.write_text(summary_page(rows, columns, folder), encoding="utf-8")
+    return rows

@@ -1,0 +1,40 @@
+"""Commands: Hydra composes the config, a job runs, the exit code says how it went."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import hydra
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+import polycube.cli.choices
+import polycube.cli.dask_launcher
+import polycube.cli.search_path  # noqa: F401  (all tell Hydra of themselves)
+from polycube import HOME
+from polycube.cli.overrides import plain_refusals
+from polycube.errors import InputError
+
+
+def command(config_name: str, job: Callable[[dict[str, object], Path], object]) -> None:
+    """Run job(config, output folder); exit code 2, and one sentence, for what is refused."""
+
+    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
+    def compose_and_run(cfg: DictConfig) -> None:
+        folder = Path(HydraConfig.get().runtime.output_dir)
+        job(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
+
+    try:
+        with plain_refusals(config_name):
+            compose_and_run()
+    except (InputError, OmegaConfBaseException) as error:
+        sys.exit(refused(error))
+
+
+def refused(error: Exception) -> int:
+    """The exit code for what is refused; says why on the terminal, in one line."""
+    sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+    return 2

@@ -1,0 +1,189 @@
+"""`python -m polycube.evaluate`: weights in, one table, JSON and TensorBoard out.
+
+Exit codes: 0, or 2 for an option that is refused.
+"""
+
+from __future__ import annotations
+
+import csv
+import glob
+import json
+import logging
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from lightning.pytorch.loggers import TensorBoardLogger
+
+from polycube import __version__, registry
+from polycube.cli.command import command
+from polycube.cli.train import HELD_OUT
+from polycube.diffusion.denoiser import Denoiser
+from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
+from polycube.diffusion.weights import load_denoiser, shipped
+from polycube.errors import InputError
+from polycube.io.atomic import whole
+from polycube.io.read import read_surface
+from polycube.pipeline.primitives import voxels
+from polycube.surface.surface import genus
+
+logger = logging.getLogger(__name__)
+
+Row = dict[str, object]
+
+TABLE = {  # head -> column of `diffusion.evaluation`, and its format
+    "error": ("error", "{:.3f}"),
+    "p95": ("error_p95", "{:.3f}"),
+    "one step": ("error_one_step", "{:.3f}"),
+    "untouched": ("error_untouched", "{:.3f}"),
+    "off polycube": ("off_polycube", "{:.3f}"),
+    "patch": ("labelled_patch", "{:.1%}"),
+    "cell": ("labelled_cell", "{:.1%}"),
+    "wall": ("labelled_wall", "{:.1%}"),
+    "nearest: patch": ("patch", "{:.1%}"),
+    "cell ": ("cell", "{:.1%}"),
+    "wall ": ("wall", "{:.1%}"),
+    "context top-1": ("context_top1", "{:.1%}"),
+    "top-3": ("context_top3", "{:.1%}"),
+    "any genus": ("context_top1_any_genus", "{:.1%}"),
+    "turned top-1": ("turned_top1", "{:.1%}"),
+    "top-3 ": ("turned_top3", "{:.1%}"),
+    "s": ("seconds", "{:.3g}"),
+    "1/s": ("samples_per_second", "{:.3g}"),
+}
+
+
+def evaluate_weights(cfg: Mapping[str, object], folder: Path) -> dict[str, object]:
+    """Measure all weights and write `folder`/evaluation.json and curves; returns what it holds."""
+    for name in ("pairs", "batch_size"):
+        if isinstance(cfg[name], bool) or not isinstance(cfg[name], int) or cfg[name] < 1:
+            raise InputError(f"{name} must be a whole number, 1 or more; got {cfg[name]!r}")
+    paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]
+    denoisers = {str(path or shipped()): load_denoiser(registry.build, path) for path in paths}
+    parts = _files(cfg["parts"])
+    found = {
+        "pairs": cfg["pairs"],
+        "seed": cfg["seed"],
+        "sampler": cfg["sampler"],
+        "data": cfg["data"],
+        "version": __version__,
+        "weights": [],
+    }
+    for path, denoiser in denoisers.items():
+        row = {
+            "path": path,
+            **_measured(denoiser, cfg),
+            "parts": _parts(path, denoiser, parts, cfg),
+        }
+        found["weights"].append(row)
+        curves = TensorBoardLogger(
+            folder, name="tensorboard", version=_short(path).replace("/", "_")
+        )
+        curves.log_metrics(row["columns"], step=0)
+        curves.finalize("success")
+    with whole(folder / "evaluation.json") as temporary:
+        temporary.write_text(json.dumps(found, indent=1) + "\n")
+    sys.stdout.write(table(found["weights"]))
+    logger.info("results: %s", folder / "evaluation.json")
+    return found
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Markdown: a line of every row's columns, empty where it has none, and one of every part."""
+    lines = [["weights", *TABLE], ["-"] * (1 + len(TABLE))]
+    for row in rows:
+        columns = row["columns"]
+        lines.append([_short(row["path"])])
+        lines[-1] += [f.format(columns[c]) if c in columns else "" for c, f in TABLE.values()]
+    for row in rows:
+        if row["parts"]:
+            heads = ("part", "genus", "hint", "context", "cost", "seconds")
+            lines += [[], [f"{_short(row['path'])}: {heads[0]}", *heads[1:]], ["-"] * len(heads)]
+            lines += [[str(part[head]) for head in heads] for part in row["parts"]]
+    return "".join(f"| {' | '.join(line)} |\n" if line else "\n" for line in lines)
+
+
+def main() -> None:
+    """Command line."""
+    command("evaluate", evaluate_weights)
+
+
+def _measured(denoiser: Denoiser, cfg: Mapping[str, object]) -> Row:
+    """Columns of held-out pairs of the denoiser's grid, of all and of each kind of pair."""
+    primitives = voxels(denoiser.primitives)
+    data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
+    pairs = data(denoiser.grid, primitives, cfg["seed"] + HELD_OUT)
+    pairs.pads = denoiser.options.pads  # as many points as the network was trained to see
+    made, columns = evaluate(
+        denoiser, pairs, cfg["pairs"], primitives, sampler, cfg["batch_size"], cfg["seed"]
+    )
+    return {
+        "threads": threads(),
+        "columns": summary(columns),
+        "contexts": [
+            {"context": list(context), **numbers}
+            for context, numbers in by_context(made, columns).items()
+        ],
+        "tilts": [
+            {"from": low, "to": high, **numbers}
+            for (low, high), numbers in by_tilt(made, columns).items()
+        ],
+    }
+
+
+def _parts(
+    path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Mapping[str, object]
+) -> list[Row]:
+    """What the structure plugin makes of surfaces with these weights; there is no truth, so its
+    least cost, and what a person wrote of the part where a manifest has it."""
+    config = {**cfg["structure"], "weights": path}
+    known = {"grid": denoiser.grid, "primitives": voxels(denoiser.primitives)}
+    rows = []
+    for file in files:
+        propose = registry.build("structure", config, **known)
+        surface, _ = read_surface(file)
+        began = time.perf_counter()
+        candidates = propose(surface, ())
+        seconds = time.perf_counter() - began
+        best = min(candidates, key=lambda candidate: candidate.cost, default=None)
+        rows.append(
+            {
+                "part": file.name,
+                "genus": genus(surface),
+                "hint": _hint(file),
+                "context": best and ", ".join(name or "–" for name in best.polycube.context),
+                "cost": best and round(best.cost, 3),
+                "seconds": round(seconds, 2),
+            }
+        )
+    return rows
+
+
+def _hint(file: Path) -> str:
+    """What the manifest beside a part says of its polycube, if there is one."""
+    manifest = file.parent / "manifest.csv"
+    if not manifest.is_file():
+        return ""
+    with manifest.open(encoding="utf-8", newline="") as lines:
+        hints = {row["file"]: row["polycube_hint"] for row in csv.DictReader(lines)}
+    return hints.get(file.name, "")
+
+
+def _files(patterns: Sequence[str]) -> list[Path]:
+    """Files that the patterns name; raises InputError for one that names none."""
+    found = []
+    for pattern in patterns:
+        files = sorted(glob.glob(str(pattern)))
+        if not files:
+            raise InputError(f"parts: no file {pattern}")
+        found += map(Path, files)
+    return found
+
+
+def _short(path: str) -> str:
+    """What tells weights apart in a table: their folder, without what all are called."""
+    parts = [
+        p for p in Path(path).with_suffix("").parts if p not in ("weights", "checkpoints", "/")
+    ]
+    return "/".join(parts[-2:]) or path

@@ -1,0 +1,132 @@
+"""A page of results, drawn from the folders of runs:
+
+    python -m polycube.cli.gallery docs outputs/gallery/*
+
+writes `docs/gallery.md`, with a strip of pictures per run below `docs/gallery/`, and the numbers
+of their `report.json`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from polycube.io.atomic import whole
+from polycube.pipeline.stages import load_stage
+from polycube.report.pictures import fields, scenes
+from polycube.report.pictures.pictures import draw
+from polycube.report.pictures.render import Film, Scene
+
+TILE = (250, 190)  # pixels of a picture
+SHADES = 64  # colours of a strip, which keeps eight of them below a few hundred kilobytes
+HEAD = """# Gallery
+
+Input, polycube, hex mesh, its cut, and the spline in its first elastic mode; all automatic. This
+page and its pictures are made by `make gallery`: parts that the program makes itself are taken all
+the way, then `python -m polycube.cli.gallery` draws and tables them, as it does the folders of
+any runs. What other people's parts gave stands in [results.md](results.md).
+
+"""
+COLUMNS = (
+    "part",
+    "polycube (proposal)",
+    "hexes",
+    "least / mean SJ",
+    "surface to mesh",
+    "functions",
+    "surface to spline",
+)
+LEGEND = """
+SJ: scaled Jacobian. Distances: of 99 % of the surface's points, in per cent of the bounding-box
+diagonal.
+
+"""
+
+
+def gallery(folder: Path, runs: Sequence[Path]) -> Path:
+    """Write the page of finished runs; returns it.  A run without a report is left out."""
+    reports = {run: json.loads((run / "report.json").read_text()) for run in runs if _is_run(run)}
+    (folder / "gallery").mkdir(parents=True, exist_ok=True)
+    strips = ""
+    for run in reports:
+        path = folder / "gallery" / f"{run.name}.png"
+        with whole(path) as temporary:
+            temporary.write_bytes(strip(run))
+        strips += f"**{run.name}**\n\n![{run.name}](gallery/{path.name})\n\n"
+    lines = [list(COLUMNS), ["---"] * len(COLUMNS)]
+    lines += [_row(run.name, report) for run, report in reports.items()]
+    table = "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    with whole(folder / "gallery.md") as temporary:
+        temporary.write_text(HEAD + table + LEGEND + strips.rstrip() + "\n")
+    return folder / "gallery.md"
+
+
+def strip(run: Path) -> bytes:
+    """PNG of a run's pictures side by side; where one could not be drawn there is a gap."""
+    from PIL import Image
+
+    wanted = pictured(run)
+    drawn = draw(wanted)
+    sheet = Image.new("RGB", (TILE[0] * len(wanted), TILE[1]), "white")
+    for column, name in enumerate(wanted):
+        if name in drawn:
+            tile = Image.open(io.BytesIO(drawn[name])).convert("RGBA").convert("RGB")
+            tile.thumbnail((TILE[0] - 10, TILE[1] - 10))
+            corner = [(room - size) // 2 for room, size in zip(TILE, tile.size, strict=True)]
+            sheet.paste(tile, (corner[0] + column * TILE[0], corner[1]))
+    file = io.BytesIO()
+    sheet.quantize(SHADES, dither=Image.Dither.NONE).save(file, "PNG", optimize=True)
+    return file.getvalue()
+
+
+def pictured(run: Path) -> dict[str, Scene]:
+    """What is drawn of a run, of those stages that it reached."""
+    surface = load_stage(run, "read")[0]
+    ranked, chosen = load_stage(run, "structure")
+    candidate = ranked[chosen].candidate
+    found = {
+        "surface": scenes.input_surface(surface),
+        "polycube": scenes.polycube_faces(candidate.polycube, candidate.rough_map),
+    }
+    if (run / "stages" / "meshing.optimize.npz").is_file():
+        last = "refine" if (run / "stages" / "meshing.refine.npz").is_file() else "optimize"
+        hexes = load_stage(run, f"meshing/{last}")
+        found |= {"hex": scenes.hex_outside(hexes), "cut": scenes.hex_cut(hexes)}
+    if (run / "stages" / "analysis.npz").is_file():
+        state = {"spline": load_stage(run, "spline"), "solution": load_stage(run, "analysis")}
+        name, make = next(iter(fields.makers(state["solution"]).items()))
+        found[name] = _still(make(state))
+    return found
+
+
+def _still(shown: Scene | Film) -> Scene:
+    """A film at its widest swing."""
+    if isinstance(shown, Film):
+        return [replace(shown.layer, points=shown.layer.points + shown.shift)]
+    return shown
+
+
+def _is_run(run: Path) -> bool:
+    return (run / "report.json").is_file()
+
+
+def _row(name: str, report: Mapping[str, object]) -> list[str]:
+    polycube, hexes, spline = (report.get(half, {}) for half in ("polycube", "hex", "spline"))
+    proposal = polycube["candidates"][polycube["chosen"]]["proposal"]
+    words = ", ".join(each or "–" for each in polycube["context"])
+    row = [name, f"{polycube['boxes']} bricks" if proposal == "bricks" else f"{words} ({proposal})"]
+    if hexes:
+        quality = f"{hexes['min_scaled_jacobian']:.2f} / {hexes['mean_scaled_jacobian']:.2f}"
+        row += [str(hexes["hexes"]), quality, f"{100 * hexes['surface_to_mesh_p99']:.2f}"]
+    if spline:
+        row += [str(spline["functions"]), f"{100 * spline['surface_to_spline_p99']:.2f}"]
+    return row + [""] * (len(COLUMNS) - len(row))
+
+
+if __name__ == "__main__":
+    target, *folders = map(Path, sys.argv[1:])
+    gallery(target, sorted(folders))

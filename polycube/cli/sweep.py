@@ -1,0 +1,68 @@
+"""Several trainings, `train.py -m schedule=linear,cosine`: at the end a table and a figure."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import yaml
+from hydra.experimental.callback import Callback
+from omegaconf import DictConfig
+
+from polycube.diffusion.training.history import curves, draw
+from polycube.io.atomic import whole
+
+SHOWN = ("error", "error_p95", "error_one_step", "loss", "samples_per_second")
+
+
+class Trainings(Callback):
+    """Hydra's end of a sweep: `summary.csv`, `loss.png`, and the table on the terminal."""
+
+    def on_multirun_end(self, config: DictConfig, **_: object) -> None:
+        """Of all trainings in the sweep's folder."""
+        folder = Path(config.hydra.sweep.dir)
+        rows = summarized(folder)
+        sys.stderr.write(_table(rows) + f"{folder / 'summary.csv'}, {folder / 'loss.png'}\n")
+
+
+def summarized(folder: Path) -> list[dict[str, object]]:
+    """A row for each training below a folder, the smallest error first, those that failed last."""
+    rows, known = [], {}
+    for run, chosen in _settings(folder).items():
+        path = run / "weights" / "weights.json"
+        metrics = json.loads(path.read_text()) if path.is_file() else {}
+        rows.append({"settings": chosen, **metrics, "folder": run.name})
+        if metrics:
+            known[chosen] = curves(run)
+    rows.sort(key=lambda row: row.get("error", float("inf")))
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    with whole(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
+        writer = csv.DictWriter(file, columns)
+        writer.writeheader()
+        writer.writerows(rows)
+    if known:
+        draw(known, folder / "loss.png")
+    return rows
+
+
+def _settings(folder: Path) -> dict[Path, str]:
+    """Folder of each training -> those of its settings that not all have."""
+    files = {path.parent.parent: path for path in sorted(folder.glob("*/.hydra/overrides.yaml"))}
+    chosen = {run: yaml.safe_load(path.read_text()) for run, path in files.items()}
+    return {
+        run: ", ".join(s for s in own if not all(s in other for other in chosen.values()))
+        for run, own in chosen.items()
+    }
+
+
+def _table(rows: list[dict[str, object]]) -> str:
+    """The columns of most interest, aligned."""
+    lines = [["settings", *SHOWN, "folder"]]
+    for row in rows:
+        told = [f"{row[name]:.3f}" if name in row else "failed" for name in SHOWN]
+        lines.append([str(row["settings"]), *told, str(row["folder"])])
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    aligned = ("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+    return "".join(f"{line}\n" for line in aligned)

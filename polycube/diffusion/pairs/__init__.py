@@ -1,0 +1,4 @@
+"""Training pairs: random polycubes, deformed as real parts are.
+
+Imports diffusion and below.
+"""

@@ -1,0 +1,130 @@
+"""Pairs as torch images, in an endless order that a resumed training continues."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor, distributed
+from torch.utils.data import DataLoader, Dataset, Sampler
+
+from polycube.diffusion.encoding import context_vector, image_size, point_order, to_pixels
+from polycube.diffusion.pairs.pairs import Pair, Pairs
+
+
+class Batch(NamedTuple):
+    """Pairs as images, pixel by pixel; a single pair lacks the first dimension."""
+
+    geometry: Tensor  # (B, 6, h, w) points and outward unit normals, 0 where padded
+    polycube: Tensor  # (B, 3, h, w) x_0
+    context: Tensor  # (B, K) context vectors
+    labels: Tensor  # (B, 3, h, w) int64: axis, cell and wall of `Pair.labels`, -1 where padded
+    number: Tensor  # (B,) int64 number of the pair in its stream
+
+
+class PairImages(Dataset):
+    """Pair `index` of a stream as images, its points in the given order."""
+
+    def __init__(self, pairs: Pairs, primitives: tuple[str, ...], order: str = "x") -> None:
+        self.pairs, self.primitives, self.order = pairs, primitives, order
+
+    def __getitem__(self, index: int) -> Batch:
+        pair = self.pairs(index)
+        made = images(pair, self.pairs.grid, self.primitives, self.order)
+        return Batch(*made, torch.tensor(index))
+
+
+class Kept(Dataset):
+    """Items of another dataset, each made once."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        self.made = cache(dataset.__getitem__)
+
+    def __getitem__(self, index: int) -> Batch:
+        return self.made(index)
+
+
+def images(
+    pair: Pair, grid: tuple[int, ...], primitives: tuple[str, ...], by: str
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Geometry (6, h, w), polycube (3, h, w), context vector (K,) and labels (3, h, w)."""
+    order, size = point_order(pair.geometry, by), image_size(grid)
+    points, normals, polycube, labels = (
+        to_pixels(rows, order, size)
+        for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
+    )
+    arrays = (
+        np.concatenate([points, normals]),
+        polycube,
+        context_vector(pair.context, primitives, int(np.prod(grid))),
+        labels.astype(np.int64) - 1,
+    )
+    return tuple(map(torch.from_numpy, arrays))
+
+
+def place() -> tuple[int, int]:
+    """Rank of this process among those that train together, and how many they are."""
+    if distributed.is_available() and distributed.is_initialized():
+        return distributed.get_rank(), distributed.get_world_size()
+    return 0, 1
+
+
+class Onwards(Sampler):
+    """n numbers an epoch, from that of the pairs that are done: none twice, however interrupted.
+
+    Of several processes each takes its n in turn: together, batch k is what a single process would
+    have as its batch k, were it as large as all of theirs.  (Lightning's epoch will not do: where a
+    training is resumed it is told to a sampler after its first numbers are with the workers.)
+    """
+
+    def __init__(self, n: int, done: Callable[[], int]) -> None:
+        self.n, self.done = n, done
+
+    def __iter__(self) -> Iterator[int]:
+        (rank, processes), done = place(), self.done()
+        return iter(range(done + rank, done + self.n * processes, processes))
+
+    def __len__(self) -> int:
+        return self.n
+
+
+class HeldOut(Sampler):
+    """The first n numbers, shared out among the processes."""
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._numbers())
+
+    def __len__(self) -> int:
+        return len(self._numbers())
+
+    def _numbers(self) -> range:
+        rank, processes = place()
+        return range(rank, self.n, processes)
+
+
+def training_loader(
+    dataset: PairImages,
+    batch_size: int,
+    batches_per_epoch: int,
+    workers: int,
+    done: Callable[[], int],
+) -> DataLoader:
+    """Batches of one epoch after the other; done says how many pairs all processes have seen."""
+    return DataLoader(
+        dataset,
+        batch_size=batch_size,
+        sampler=Onwards(batch_size * batches_per_epoch, done),
+        num_workers=workers,
+        persistent_workers=workers > 0,
+    )
+
+
+def validation_loader(dataset: PairImages, n_pairs: int, batch_size: int) -> DataLoader:
+    """The first pairs of a stream, made once and kept."""
+    return DataLoader(Kept(dataset), batch_size=batch_size, sampler=HeldOut(n_pairs))

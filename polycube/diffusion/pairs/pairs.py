@@ -1,0 +1,97 @@
+"""Pairs of a geometry and its polycube, point by point: endless, seeded, each by its number.
+
+Pair i of a stream depends on (seed, i) only, so that any number of workers makes the same pairs
+and an interrupted training goes on with the pair that comes next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from polycube.diffusion.encoding import POINTS_PER_CELL, learning_frame
+from polycube.diffusion.pairs.deformation import Deformation
+from polycube.diffusion.pairs.templates import Context, template
+from polycube.types import freeze
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Corresponding points of a geometry and of its polycube, both in the learning frame."""
+
+    geometry: np.ndarray  # (N, 3)
+    normals: np.ndarray  # (N, 3) outward unit normals of the geometry
+    polycube: np.ndarray  # (N, 3)
+    labels: np.ndarray  # (N, 3) of the polycube's face there: outward axis, cell, 1 in a hole
+    context: Context
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            geometry=("N 3", np.float64),
+            normals=("N 3", np.float64),
+            polycube=("N 3", np.float64),
+            labels=("N 3", np.int64),
+        )
+
+
+class Pairs:
+    """Templates of the given contexts, taken in turn and deformed at random."""
+
+    def __init__(
+        self,
+        grid: Sequence[int],
+        primitives: Mapping[str, np.ndarray],
+        contexts: Sequence[Context],
+        deformation: Deformation,
+        seed: int,
+        pads: bool = False,
+    ) -> None:
+        self.grid, self.contexts = tuple(grid), list(contexts)
+        self.deformation, self.seed, self.pads = deformation, seed, pads
+        self._template = cache(lambda context: template(grid, context, primitives))
+
+    def __call__(self, index: int) -> Pair:
+        """Pair number `index` >= 0: equal numbers of points per area of the geometry."""
+        rng = np.random.default_rng([self.seed, index])
+        context = self.contexts[index % len(self.contexts)]
+        shape = self._template(context)
+        deformed = self.deformation.deform(shape, rng)
+        deformed = learning_frame(deformed).apply(deformed)
+        face, weights = sample(shape.faces, deformed, n_sample_points(context, self.pads), rng)
+        geometry, polycube = (
+            np.einsum("nk,nkd->nd", weights, x[shape.faces[face]])
+            for x in (deformed, shape.vertices)
+        )
+        a, b, c = deformed[shape.faces[face]].transpose(1, 0, 2)
+        noise, tilt = rng.uniform(0, [self.deformation.roughness, self.deformation.tilt])
+        return Pair(
+            geometry + rng.normal(0, noise, geometry.shape),
+            _unit(_unit(np.cross(b - a, c - a)) + rng.normal(0, tilt, geometry.shape)),
+            polycube,
+            np.stack([shape.axis, shape.cell, shape.wall], axis=1)[face],
+            context,
+        )
+
+
+def n_sample_points(context: Context, pads: bool) -> int:
+    """512 points per cell, or per occupied cell if the image is padded as published."""
+    return POINTS_PER_CELL * (sum(c is not None for c in context) if pads else len(context))
+
+
+def sample(
+    faces: np.ndarray, vertices: np.ndarray, n_points: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Random points of triangles, uniform by area: face (N,) and barycentric weights (N, 3)."""
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).cumsum()
+    face = np.searchsorted(area, rng.uniform(0, area[-1], n_points))
+    root, v = np.sqrt(rng.random(n_points)), rng.random(n_points)
+    return face, np.stack([1 - root, root * (1 - v), root * v], axis=1)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -1,0 +1,120 @@
+"""Finely tessellated polycube surfaces, and the same surfaces rounded by implicit smoothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice, product
+
+import numpy as np
+from scipy.sparse import coo_matrix, csgraph, identity
+from scipy.sparse.linalg import splu
+
+from polycube.structure.lattice import boundary, cell_and_wall, collapse, is_manifold, lattice
+from polycube.types import Polycube, freeze
+
+Context = tuple[str | None, ...]
+
+ENUMERATED = 5000  # fillings of a grid that are all looked at; of more, some are drawn
+STEPS_PER_VOXEL = 4
+SMOOTHING = (
+    0.0,
+    0.5,
+    1.0,
+    2.0,
+    4.0,
+    8.0,
+    16.0,
+    32.0,
+    64.0,
+)  # backward Euler steps of the Laplacian
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """Surface of a polycube, centred on its grid, cell edge 1."""
+
+    polycube: Polycube  # collapsed: it has knots only where there is something to see
+    vertices: np.ndarray  # (V, 3)
+    faces: np.ndarray  # (F, 3) into vertices
+    rounded: np.ndarray  # (L, V, 3) float32 after each amount of smoothing, same bounding box
+    axis: np.ndarray  # (F,) 0..5, outward, of the polycube face it lies in, see types.AXES
+    cell: np.ndarray  # (F,) grid cell it belongs to, x slowest
+    wall: np.ndarray  # (F,) 1: of a hole, which lies in an occupied cell; 0: outer wall
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            vertices=("V 3", np.float64),
+            faces=("F 3", np.int64),
+            rounded=("L V 3", np.float32),
+            axis=("F", np.int64),
+            cell=("F", np.int64),
+            wall=("F", np.int64),
+        )
+
+
+def contexts(
+    grid: Sequence[int], primitives: Mapping[str, np.ndarray], limit: int = 2000
+) -> list[Context]:
+    """Fillings of the grid that are one manifold solid without voids: 24 for the paper's 2x1.
+
+    All of them if the grid has few fillings, else at most `limit`, the same ones every time.
+    """
+    names = (*primitives, None)
+    n_cells = int(np.prod(grid))
+    if len(names) ** n_cells <= ENUMERATED:
+        return [c for c in product(names, repeat=n_cells) if _is_solid(grid, c, primitives)]
+    drawn = dict.fromkeys(islice(_fillings(names, n_cells), 50 * limit))
+    return list(islice((c for c in drawn if _is_solid(grid, c, primitives)), limit))
+
+
+def _fillings(names: Sequence[str | None], n_cells: int) -> Iterator[Context]:
+    """Random fillings without end, each of few kinds of cells, as those of parts are."""
+    rng = np.random.default_rng(0)
+    while True:
+        share = rng.dirichlet(np.full(len(names), 0.2))
+        yield tuple(names[i] for i in rng.choice(len(names), n_cells, p=share))
+
+
+def _is_solid(grid: Sequence[int], context: Context, primitives: Mapping[str, np.ndarray]) -> bool:
+    return any(context) and is_manifold(collapse(lattice(grid, context, primitives)))
+
+
+def template(
+    grid: Sequence[int], context: Context, primitives: Mapping[str, np.ndarray]
+) -> Template:
+    """Tessellated, rounded, labelled surface of one context."""
+    voxels = lattice(grid, context, primitives)
+    refined = _refine(voxels, STEPS_PER_VOXEL)
+    surface = boundary(refined)
+    vertices = surface.vertices - np.array(grid) / 2
+    faces = surface.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    rounded = _round(vertices, surface.quads)
+    labels = np.stack([surface.axis, *cell_and_wall(refined, surface)])
+    return Template(collapse(voxels), vertices, faces, rounded, *labels.repeat(2, axis=1))
+
+
+def _refine(polycube: Polycube, n: int) -> Polycube:
+    """The same solid with every box split n times along each axis."""
+    occupancy = polycube.occupancy
+    for axis in range(3):
+        occupancy = occupancy.repeat(n, axis=axis)
+    knots = [
+        np.interp(np.arange(n * (len(k) - 1) + 1) / n, np.arange(len(k)), k) for k in polycube.knots
+    ]
+    return Polycube(occupancy, *knots, polycube.grid, polycube.context)
+
+
+def _round(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(L, V, 3) vertices after (I + a L)^-1 for each amount a, stretched back to their box."""
+    n = len(vertices)
+    a, b = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)).tocsr()
+    laplacian = csgraph.laplacian(((graph + graph.T) > 0).astype(float))
+    low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0)
+    rounded = []
+    for amount in SMOOTHING:
+        smooth = splu((identity(n) + amount * laplacian).tocsc()).solve(vertices)
+        rounded.append((smooth - smooth.min(axis=0)) / np.ptp(smooth, axis=0) * extent + low)
+    return np.stack(rounded)

@@ -1,0 +1,229 @@
+"""How far sampled points are from where they should be, on pairs that were never trained on.
+
+Each pair gives columns of numbers; columns that a network has nothing to say for are not there.
+Two readings of which face of the polycube a point belongs to: the face nearest to it, and the one
+that its labels speak for as well (`geometry.projection`).  Distances are in cells.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from polycube.diffusion.denoiser import Denoiser, Sampler
+from polycube.diffusion.pairs.pairs import Pair, Pairs
+from polycube.diffusion.pairs.shapes import turned_contexts
+from polycube.diffusion.pairs.templates import Context
+from polycube.diffusion.process import DiffusionProcess, Predict
+from polycube.structure.lattice import boundary, cell_and_wall, collapse, genus, lattice
+from polycube.structure.projection import TRUST, log_probability, project_onto
+from polycube.surface.frames import rotations
+from polycube.types import Polycube
+
+Columns = dict[str, np.ndarray]  # (N,) of the points of a pair, or (1,) of the pair
+Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
+
+ALONE = 3  # pairs that are sampled once more, one at a time, for the clock
+
+
+def evaluate(
+    denoiser: Denoiser,
+    pairs: Pairs,
+    n_pairs: int,
+    primitives: Primitives,
+    sampler: Sampler,
+    batch_size: int,
+    seed: int = 0,
+) -> tuple[list[Pair], list[Columns]]:
+    """The first pairs of a stream and the columns of each.
+
+    error, error_one_step, error_untouched : distance of x_0, of the first prediction and of the
+        geometry from the truth, centred grid, cells
+    off_polycube : distance of x_0 from the polycube
+    patch, cell, wall : whether the nearest face is in the right patch and cell, and rightly a
+        hole's or outer; labelled_patch and so on: with the labels that the network says
+    context_top1, _top3 : whether the classifier puts the right shape first, or among the first
+        three, of those of its genus; context_top1_any_genus; turned_*: a random one of the
+        rotations after which a context has the shape
+    seconds_in_batch, seconds : clock time of sampling, per pair
+    """
+    made = [pairs(index) for index in range(n_pairs)]
+    columns: list[Columns] = [{} for _ in made]
+    polycubes = {c: lattice(pairs.grid, c, primitives) for c in {p.context for p in made}}
+    for batch in _batches(made, batch_size):
+        chosen = [made[i] for i in batch]
+        points, normals = _stacked(chosen)
+        contexts = [pair.context for pair in chosen]
+        began = time.perf_counter()
+        denoised = denoiser.denoise(points, normals, contexts, sampler, seed)
+        each = (time.perf_counter() - began) / len(batch)
+        first = denoiser.denoise(points, normals, contexts, one_step, seed).points
+        for i, pair, x_0, x_1, *log_labels in zip(
+            batch, chosen, denoised.points, first, *denoised.log_labels, strict=True
+        ):
+            columns[i] |= point_columns(pair, polycubes[pair.context], x_0, x_1, log_labels)
+            if len(batch) == batch_size:
+                columns[i]["seconds_in_batch"] = np.array([each])
+    for pair, found in list(zip(made, columns, strict=True))[:ALONE]:
+        began = time.perf_counter()
+        denoiser.denoise(*_stacked([pair]), [pair.context], sampler, seed)
+        found["seconds"] = np.array([time.perf_counter() - began])
+    if denoiser.options.classifier:
+        for found, said in zip(
+            columns, _context_columns(denoiser, pairs, made, primitives, batch_size), strict=True
+        ):
+            found |= said
+    return made, columns
+
+
+def summary(columns: Sequence[Columns]) -> dict[str, float]:
+    """Means over pairs of their means; error_p95, which 95 % of all points stay under; speed."""
+    values = defaultdict(list)
+    for found in columns:
+        for name, numbers in found.items():
+            values[name].append(numbers)
+    means = {name: float(np.mean([v.mean() for v in all_])) for name, all_ in values.items()}
+    means["error_p95"] = float(np.percentile(np.concatenate(values["error"]), 95))
+    if "seconds_in_batch" in means:
+        means["samples_per_second"] = 1 / means.pop("seconds_in_batch")
+    return means
+
+
+def by_context(made: Sequence[Pair], columns: Sequence[Columns]) -> dict[Context, dict[str, float]]:
+    """`summary` of the pairs of each context."""
+    return _grouped([pair.context for pair in made], columns)
+
+
+def by_tilt(
+    made: Sequence[Pair], columns: Sequence[Columns], parts: int = 4
+) -> dict[tuple[float, float], dict[str, float]]:
+    """`summary` of equally many pairs each, from boxes to balls.
+
+    By the mean angle, degrees, between the geometry and the polycube's face it belongs to: that of
+    a box is 0, that of a ball turned like its cube 32.
+    """
+    tilt = np.array([_tilt(pair) for pair in made])
+    edges = np.quantile(tilt, np.linspace(0, 1, parts + 1)).round(1)
+    part = np.clip(np.searchsorted(edges, tilt, side="right") - 1, 0, parts - 1)
+    return _grouped([(float(edges[i]), float(edges[i + 1])) for i in part], columns)
+
+
+def point_columns(
+    pair: Pair,
+    polycube: Polycube,
+    x_0: np.ndarray,
+    first: np.ndarray,
+    log_labels: Sequence[np.ndarray],
+) -> Columns:
+    """Columns of the points of one pair; x_0, first : (N, 3) with the origin at the grid's corner.
+
+    polycube : with all the knots of `lattice`; log_labels : as of `Denoised`, of this pair
+    """
+    surface = boundary(polycube)
+    labels = np.stack([surface.axis, *cell_and_wall(polycube, surface)], axis=1)  # (Q, 3)
+    other = (labels != pair.labels[:, None]).any(axis=2)  # (N, Q)
+    origin = np.array(polycube.grid) / 2
+    _, right = project_onto(surface, pair.polycube + origin, np.where(other, np.inf, 0.0))
+    placed, nearest = project_onto(surface, x_0)
+    found = {
+        "error": _distance(x_0, pair.polycube + origin),
+        "error_one_step": _distance(first, pair.polycube + origin),
+        "error_untouched": _distance(pair.geometry, pair.polycube),
+        "off_polycube": _distance(x_0, placed),
+    }
+    readings = {"": nearest}
+    if len(log_labels):
+        cost = -TRUST * log_probability(polycube, surface, log_labels)
+        readings["labelled_"] = project_onto(surface, x_0, cost)[1]
+    kinds = {"patch": surface.patch, "cell": labels[:, 1], "wall": labels[:, 2]}
+    for reading, face in readings.items():
+        found |= {reading + kind: of[face] == of[right] for kind, of in kinds.items()}
+    return found
+
+
+def one_step(
+    predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: torch.Generator
+) -> tuple[Tensor, Tensor]:
+    """The sampler that takes the first prediction of x_0 for it: plain regression."""
+    x_0 = predict(x_T, process.steps)
+    return x_0, torch.stack([x_T, x_0])
+
+
+def threads() -> int:
+    """Threads that a network runs on."""
+    return torch.get_num_threads()
+
+
+def _context_columns(
+    denoiser: Denoiser,
+    pairs: Pairs,
+    made: Sequence[Pair],
+    primitives: Primitives,
+    batch_size: int,
+) -> list[Columns]:
+    """Where the right shape stands among those the classifier finds likely, of each pair."""
+    turned = turned_contexts(pairs.contexts, pairs.grid, primitives)  # (C, 24, cells)
+    shapes, number = np.unique(turned.reshape(-1, turned.shape[2]), axis=0, return_inverse=True)
+    number = number.reshape(turned.shape[:2])  # (C, 24) into the shapes
+    known = np.flatnonzero(shapes[:, 0] >= 0)
+    names = (*primitives, None)
+    canonical = [tuple(names[cell] for cell in shapes[shape]) for shape in known]
+    handles = np.array([genus(collapse(lattice(pairs.grid, c, primitives))) for c in canonical])
+    rows = [pairs.contexts.index(pair.context) for pair in made]
+    turns = {"context": np.zeros(len(made), int), "turned": np.zeros(len(made), int)}
+    rng = np.random.default_rng(pairs.seed)
+    turns["turned"] += [rng.choice(np.flatnonzero(turned[row, :, 0] >= 0)) for row in rows]
+    found: list[Columns] = [{} for _ in made]
+    for batch in _batches(made, batch_size):
+        points, normals = _stacked([made[i] for i in batch])
+        for name, turn in turns.items():
+            rotation = rotations()[turn[batch]].transpose(0, 2, 1)  # (B, 3, 3)
+            said = denoiser.log_likelihood(points @ rotation, normals @ rotation, canonical)
+            for i, log_p in zip(batch, said, strict=True):
+                right = int(np.flatnonzero(known == number[rows[i], turn[i]])[0])
+                ahead = log_p >= log_p[right]
+                rank = (ahead & (handles == handles[right])).sum() - 1
+                found[i] |= {
+                    f"{name}_top1": np.array([rank < 1]),
+                    f"{name}_top3": np.array([rank < 3]),
+                    f"{name}_top1_any_genus": np.array([ahead.sum() == 1]),
+                }
+    return found
+
+
+def _grouped(
+    keys: Sequence[Hashable], columns: Sequence[Columns]
+) -> dict[Hashable, dict[str, float]]:
+    groups = defaultdict(list)
+    for key, found in sorted(zip(keys, columns, strict=True), key=lambda pair: str(pair[0])):
+        groups[key].append(found)
+    return {key: summary(group) for key, group in groups.items()}
+
+
+def _tilt(pair: Pair) -> float:
+    axis, side = np.divmod(pair.labels[:, 0], 2)
+    along = pair.normals[np.arange(len(axis)), axis] * (1 - 2 * side)
+    return float(np.degrees(np.arccos(np.clip(along, -1, 1))).mean())
+
+
+def _batches(made: Sequence[Pair], size: int) -> Iterator[list[int]]:
+    """Numbers of pairs with equally many points, at most `size` together."""
+    groups = defaultdict(list)
+    for i, pair in enumerate(made):
+        groups[len(pair.geometry)].append(i)
+    for group in groups.values():
+        yield from (group[i : i + size] for i in range(0, len(group), size))
+
+
+def _stacked(made: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
+    """Points and normals (B, N, 3)."""
+    return np.stack([p.geometry for p in made]), np.stack([p.normals for p in made])
+
+
+def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(a - b, axis=1)

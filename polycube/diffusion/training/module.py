@@ -1,0 +1,271 @@
+"""Training (paper, Algorithm 1) as a LightningModule."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import lightning.pytorch as L
+import numpy as np
+import torch
+from torch import Tensor, distributed
+from torch.nn import functional
+from torch.optim import Optimizer
+from torch.optim.lr_scheduler import LambdaLR
+
+from polycube.diffusion.denoiser import Denoiser, Sampler
+from polycube.diffusion.pairs.dataset import Batch, place
+from polycube.diffusion.pairs.shapes import UNTURNED
+from polycube.surface.frames import rotations
+
+DECAYS = ("constant", "linear", "cosine", "paper")
+LOSSES = ("distance", "mse")
+SOFT = 0.01  # length up to which the loss of a distance grows as its square
+ROTATIONS = torch.from_numpy(rotations()).float()  # (24, 3, 3)
+
+
+@dataclass(frozen=True)
+class Learning:
+    """How to train."""
+
+    rate: float = 1e-3  # Adam's learning rate at the start
+    decay: str = "linear"  # of the rate over the epochs: constant, linear, cosine or paper
+    loss: str = "distance"  # distance of points, or mse: mean squared error
+    labels: float = 0.1  # weight of the cross-entropy of the labels beside it
+    endpoint: float = 0.8  # share of a batch trained at t = T from the geometry itself
+    thin: int = 1  # train on every n-th row and column; 1 where the network needs whole images
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.thin < 1:
+            raise ValueError(f"learning.thin must be at least 1; got {self.thin}")
+        for name, choices in (("decay", DECAYS), ("loss", LOSSES)):
+            if getattr(self, name) not in choices:
+                raise ValueError(
+                    f"learning.{name} must be one of {', '.join(choices)}; "
+                    f"got {getattr(self, name)}"
+                )
+        if not 0 <= self.endpoint <= 1:
+            raise ValueError(f"learning.endpoint must lie in [0, 1]; got {self.endpoint}")
+        if self.labels < 0:
+            raise ValueError(f"learning.labels must not be negative; got {self.labels}")
+
+
+def rate_factors(decay: str, epochs: int) -> list[float]:
+    """Learning rate of each epoch k = 0..K as a share of the first.
+
+    paper: eta_k = eta_{k-1} (1 - k / K); linear: eta_k = eta_0 (1 - k / K);
+    cosine: eta_k = eta_0 (1 + cos(pi k / K)) / 2
+    """
+    factors = [1.0]
+    for k in range(1, epochs + 1):
+        share = 1 - k / epochs
+        factors.append(
+            {
+                "constant": 1.0,
+                "linear": share,
+                "cosine": (1 - np.cos(np.pi * share)) / 2,
+                "paper": factors[-1] * share,
+            }[decay]
+        )
+    return factors
+
+
+def moving_average(decay: float) -> Callable[[Tensor, Tensor, Tensor], Tensor]:
+    """Exponential moving average of weights, the first n of them at most (1 + n) / (10 + n) old."""
+    if not 0 < decay < 1:
+        raise ValueError(f"ema must lie between 0 and 1; got {decay}")
+
+    def average(averaged: Tensor, current: Tensor, n: Tensor) -> Tensor:
+        share = min(decay, (1 + int(n)) / (10 + int(n)))
+        return torch.lerp(current, averaged, share) if current.is_floating_point() else current
+
+    return average
+
+
+def everywhere(values: Tensor) -> Tensor:
+    """(N,) values of this process joined with those of all others that train with it."""
+    _, processes = place()
+    if processes == 1:
+        return values
+    gathered: list[Tensor] = [values] * processes
+    distributed.all_gather_object(gathered, values.cpu())
+    return torch.cat(gathered).to(values.device)
+
+
+class Draws(NamedTuple):
+    """What is drawn at random for each pair of a batch."""
+
+    t: Tensor  # (B,) int64 steps 1..T
+    first: Tensor  # (B,) bool: trained where sampling starts instead, at t = T
+    turn: Tensor  # (B,) int64 of ROTATIONS: orientation that the classifier sees
+    z: Tensor  # (B, 3, h, w) standard normal
+
+
+class DDPMPolycube(L.LightningModule):
+    """Learns to predict x_0 (or noise, or v) from x_t; measured by sampling held-out geometries.
+
+    config : everything needed to build the same denoiser again, plain dict, kept in checkpoints
+    turned : (C, 24, n_cells) what the classifier should say of pair i in each orientation, at
+        i % C (`shapes.turned_contexts`); not needed without a classifier
+    """
+
+    def __init__(
+        self,
+        denoiser: Denoiser,
+        learning: Learning,
+        sampler: Sampler,
+        config: dict[str, object],
+        turned: np.ndarray | None = None,
+    ) -> None:
+        super().__init__()
+        self.save_hyperparameters("config")
+        self.denoiser, self.learning, self.sampler = denoiser, learning, sampler
+        self.turned = None if turned is None else torch.from_numpy(turned)
+        self.steps_done, self.pairs_done = 0, 0  # pairs of all processes
+        self._started, self._seen = time.perf_counter(), 0
+        self._measured: dict[str, list[Tensor]] = defaultdict(list)
+        self.example: tuple[Tensor, Tensor, Tensor] | None = None  # geometry, x_0, truth
+
+    def draws(self, numbers: Tensor, image: tuple[int, int]) -> Draws:
+        """For images of the given size, those of a pair by the seed and its number alone.
+
+        So they do not depend on who trains on the pair, alone or as one of several processes.
+        """
+        generator, rows = torch.Generator(), []
+        for number in numbers.tolist():
+            generator.manual_seed(self.learning.seed + number)
+            t = torch.randint(1, self.denoiser.process.steps + 1, (), generator=generator)
+            first, along = torch.rand(2, generator=generator)
+            turn = torch.randint(len(ROTATIONS), (), generator=generator)
+            turn = torch.where(along < 0.5, UNTURNED, turn)  # half of the pairs stay as they are
+            z = torch.randn(3, *image, generator=generator)
+            rows.append(Draws(t, first < self.learning.endpoint, turn, z))
+        return Draws(*(torch.stack(column).to(self.device) for column in zip(*rows, strict=True)))
+
+    def loss(self, batch: Batch) -> dict[str, Tensor]:
+        """Terms of the loss: the prediction at random steps (eq. 4), its labels, the context.
+
+        A share of the batch is trained where sampling starts: t = T, x_T = the geometry.
+        """
+        thin = self.learning.thin
+        geometry, x_0, labels = (
+            image[..., ::thin, ::thin] for image in (batch.geometry, batch.polycube, batch.labels)
+        )
+        process, x_T = self.denoiser.process, geometry[:, :3]
+        t, first, turn, z = self.draws(batch.number, x_0.shape[2:])
+        q = process.adjustment(x_T)
+        x_t = process.forward(x_0, z, q, t)
+        t = torch.where(first, process.steps, t)
+        x_t = torch.where(first[:, None, None, None], x_T, x_t)
+        said = self.denoiser(x_t, geometry, t, batch.context).float()
+        wanted = {
+            "x0": lambda: x_0,
+            "noise": lambda: process.noise(x_t, x_0, q, t),
+            "v": lambda: process.velocity(x_0, process.noise(x_t, x_0, q, t), t),
+        }[self.denoiser.options.target]()
+        terms = {"points": self._distance(said[:, :3], wanted, labels[:, 0] >= 0)}
+        if self.denoiser.classes:
+            logits = said[:, 3:].split(self.denoiser.classes, dim=1)
+            terms["labels"] = self.learning.labels * sum(
+                functional.cross_entropy(values, labels[:, i], ignore_index=-1)
+                for i, values in enumerate(logits)
+            )
+        if self.turned is not None:
+            terms["context"] = self._context_loss(geometry, batch.number, turn)
+        return terms
+
+    def _distance(self, said: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
+        """Loss of predictions (B, 3, h, w); real (B, h, w) is False where an image is padded."""
+        if self.learning.loss == "mse":
+            return functional.mse_loss(said, wanted)
+        squared = (said - wanted).square().sum(dim=1)
+        return ((squared + SOFT**2).sqrt() - SOFT)[real].mean()
+
+    def _context_loss(self, geometry: Tensor, number: Tensor, turn: Tensor) -> Tensor:
+        """Cross-entropies of lying along the grid, turned, and of the cells of those that do."""
+        vectors = geometry.unflatten(1, (2, 3))  # points and normals
+        vectors = torch.einsum("bij,bkjhw->bkihw", ROTATIONS.to(geometry)[turn], vectors)
+        wanted = self._contexts(number, turn)
+        cells, fits = self.denoiser.classifier(vectors.flatten(1, 2))
+        along = (wanted[:, 0] >= 0).float()
+        filled = functional.cross_entropy(
+            cells.float().transpose(1, 2), wanted, ignore_index=-1, reduction="none"
+        )
+        return filled.mean() + functional.binary_cross_entropy_with_logits(fits.float(), along)
+
+    def _contexts(self, number: Tensor, turn: Tensor | int) -> Tensor:
+        """(B, cells) what the classifier should say of pairs as they are turned; -1 if nothing."""
+        turned = self.turned.to(number.device)
+        return turned[number % len(turned), turn]
+
+    def training_step(self, batch: Batch, index: int) -> Tensor:
+        """Loss of one batch."""
+        terms = self.loss(batch)
+        loss = sum(terms.values())
+        self.pairs_done += len(batch.geometry) * self.trainer.world_size
+        self.steps_done = self.global_step + 1
+        self.log("loss", loss, prog_bar=True, sync_dist=True)
+        self.log_dict({f"loss/{name}": term for name, term in terms.items()}, sync_dist=True)
+        self.log("lr", self.trainer.optimizers[0].param_groups[0]["lr"])
+        return loss
+
+    def on_save_checkpoint(self, checkpoint: dict[str, object]) -> None:
+        """Keep how far the training has come."""
+        checkpoint["pairs_done"] = self.pairs_done
+
+    def on_load_checkpoint(self, checkpoint: dict[str, object]) -> None:
+        """Remember how far a training had come, also where it is not continued."""
+        self.steps_done = checkpoint["global_step"]
+        self.pairs_done = checkpoint.get("pairs_done", 0)
+
+    def on_train_epoch_start(self) -> None:
+        """Start counting samples per second."""
+        self._started, self._seen = time.perf_counter(), self.pairs_done
+
+    def on_train_epoch_end(self) -> None:
+        """Log samples per second."""
+        speed = (self.pairs_done - self._seen) / (time.perf_counter() - self._started)
+        self.log("samples_per_second", speed, prog_bar=True, sync_dist=True)
+
+    def validation_step(self, batch: Batch, index: int) -> None:
+        """Distances, in cells, of sampled points from where they should be; what is said right."""
+        geometry, truth = batch.geometry, batch.polycube
+        generator = torch.Generator().manual_seed(self.learning.seed)
+        predict, x_T = self.denoiser.predict(geometry, batch.context), geometry[:, :3]
+        first = predict(x_T, self.denoiser.process.steps)
+        x_0, _ = self.sampler(predict, x_T, self.denoiser.process, generator)
+        real = batch.labels[:, 0] >= 0  # (B, h, w), False where padded
+        for name, x in {"error": x_0, "error/one_step": first, "error/untouched": x_T}.items():
+            self._measured[name].append((x - truth).norm(dim=1)[real].float())
+        if self.denoiser.classes:
+            log_p = self.denoiser.log_labels(geometry, batch.context)
+            for i, name in enumerate(("axis", "cell", "wall")):
+                right = log_p[i].argmax(dim=1) == batch.labels[:, i]
+                self._measured[f"right/{name}"].append(right[real].float())
+        if self.turned is not None:
+            cells, _ = self.denoiser.classifier(geometry)
+            right = cells.argmax(dim=2) == self._contexts(batch.number, UNTURNED)
+            self._measured["right/context"].append(right.all(dim=1).float())
+        if index == 0:
+            self.example = (x_T.cpu(), x_0.cpu(), truth.cpu())
+
+    def on_validation_epoch_end(self) -> None:
+        """Log means over all processes, and the distance that 95 % of the points stay under."""
+        for name, parts in self._measured.items():
+            values = everywhere(torch.cat(parts))
+            self.log(name, values.mean(), prog_bar=name == "error", sync_dist=True)
+            if name == "error":
+                p95 = values.kthvalue(max(1, int(0.95 * len(values))))[0]
+                self.log("error/p95", p95, sync_dist=True)
+        self._measured.clear()
+
+    def configure_optimizers(self) -> tuple[list[Optimizer], list[LambdaLR]]:
+        """Adam, its rate set at every epoch."""
+        adam = torch.optim.Adam(self.parameters(), lr=self.learning.rate)
+        factors = rate_factors(self.learning.decay, max(self.trainer.max_epochs, 1))
+        rate = LambdaLR(adam, lambda epoch: factors[min(epoch, len(factors) - 1)])
+        return [adam], [rate]

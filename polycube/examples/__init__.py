@@ -1,0 +1,4 @@
+"""Parts that the program makes itself, as implicit solids and their triangles.
+
+Imports surface and below.
+"""

@@ -1,0 +1,4 @@
+"""Place edges of a hex mesh on the creases of a surface.
+
+Imports fitting and below.
+"""

@@ -1,0 +1,140 @@
+"""A path of boundary mesh edges for every crease of the surface.
+
+Corners first: each gets one vertex, all together at the least total cost.  Then every crease gets
+the cheapest path between the vertices of its corners, and a loop the cheapest cycle; a vertex is
+on one path only, except at corners; `routing` says what an edge costs.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from polycube.fitting.body import Body
+from polycube.fitting.creases.routing import (
+    ASKEW,
+    CROWDED,
+    REACH,
+    Net,
+    cheapest,
+    crowding,
+    field,
+    net,
+)
+from polycube.surface import sliding
+from polycube.surface.creases import Crease, Features
+
+logger = logging.getLogger(__name__)
+
+MEAN_REACH = 1.0  # farthest mean of a path
+NOT_MATCHED = 5.0  # cost of a corner without a vertex
+ALONG = 0.6  # least mean cosine between path and crease
+GAP = 2.0  # longest piece of a crease that one edge may skip, in its lengths
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """The vertices of the mesh that belong on one crease, in its order."""
+
+    crease: Crease
+    vertices: np.ndarray  # (N,); those of a loop once
+
+    @property
+    def sides(self) -> np.ndarray:
+        """(E, 2) mesh edges of the path."""
+        onward = np.roll(self.vertices, -1)
+        sides = np.stack([self.vertices, onward], axis=1)
+        return sides if self.crease.is_loop else sides[:-1]
+
+
+def place_corners(features: Features, body: Body, x: np.ndarray, mesh: Net) -> np.ndarray:
+    """(C,) vertex for each corner of the surface, no vertex twice; -1 where none suits."""
+    corners = features.corners
+    gap = np.linalg.norm(x[body.outer][None] - corners[:, None], axis=2)  # (C, B)
+    near = gap < REACH * mesh.size[body.outer]
+    cost = np.full(gap.shape, 1e6)
+    order = np.argsort(mesh.start, kind="stable")
+    first = np.searchsorted(mesh.start[order], np.arange(len(x) + 1))
+    ways = _ways(features)
+    for c, b in np.argwhere(near):
+        leaving = order[first[body.outer[b]] : first[body.outer[b] + 1]]
+        cost[c, b] = (gap[c, b] / mesh.size[body.outer[b]]) ** 2
+        if ways[c]:
+            away = np.stack([way for way, _ in ways[c]]) @ mesh.run[leaving].T  # (K, leaving)
+            inside = np.array([angle for _, angle in ways[c]])[:, None]
+            crowded = crowding(inside, mesh.hexes[leaving][None])
+            cost[c, b] += (ASKEW * (1 - away) + CROWDED * crowded).min(axis=1).mean()
+    alone = np.full((len(corners), len(corners)), NOT_MATCHED)
+    row, column = linear_sum_assignment(np.hstack([np.minimum(cost, 1e6), alone]))
+    found = np.full(len(corners), -1)
+    real = column < len(body.outer)
+    found[row[real]] = body.outer[column[real]]
+    return found
+
+
+def _ways(features: Features) -> list[list[tuple[np.ndarray, float]]]:
+    """Direction and inside angle of each crease that leaves a corner."""
+    ways: list[list[tuple[np.ndarray, float]]] = [[] for _ in features.corners]
+    for crease in features.creases:
+        if crease.is_loop:
+            continue
+        for end, sign in zip(crease.ends, (1, -1), strict=True):
+            arc = 0.0 if sign > 0 else crease.length
+            step = min(0.02, crease.length)
+            to, _, inside = crease.at(np.array([arc + sign * step]))
+            way = to[0] - features.corners[end]
+            ways[end].append((way / max(np.linalg.norm(way), 1e-30), float(inside[0])))
+    return ways
+
+
+def find_routes(
+    features: Features, body: Body, x: np.ndarray
+) -> tuple[list[Route], np.ndarray, np.ndarray]:
+    """Paths of the creases that have a good one, those with the cheapest first.
+
+    Also the corners (P,) at their ends and the vertices (P,) placed there.
+    """
+    mesh = net(body, x)
+    placed = place_corners(features, body, x, mesh)
+    taken = np.zeros(len(x), bool)
+    taken[placed[placed >= 0]] = True
+    creases = [c for c in features.creases if c.is_loop or (placed[list(c.ends)] >= 0).all()]
+    fields = {id(c): field(c, body, x, mesh) for c in creases}
+    costs = [cheapest(c, fields[id(c)], x, placed, taken)[1] for c in creases]
+    routes = []
+    for k in np.argsort(costs, kind="stable"):
+        crease = creases[k]
+        path, cost = cheapest(crease, fields[id(crease)], x, placed, taken)
+        if np.isfinite(cost) and _is_good(crease, path, x, mesh):
+            routes.append(Route(crease, path))
+            taken[path] = True
+    ends = np.unique([end for r in routes for end in r.crease.ends if end >= 0]).astype(np.int64)
+    lost = len(features.creases) - len(routes)
+    if features.creases:
+        logger.info("features: %d of %d creases on mesh edges", len(routes), lost + len(routes))
+    return routes, ends, placed[ends]
+
+
+def _is_good(crease: Crease, path: np.ndarray, x: np.ndarray, mesh: Net) -> bool:
+    """Whether a path is near its crease, runs its way, and leaves no part of it out."""
+    closed = np.append(path, path[:1]) if crease.is_loop else path
+    step = np.diff(x[closed], axis=0)
+    length = np.linalg.norm(step, axis=1)
+    arc, gap = crease.nearest(x[closed], expected_arc(crease, x, closed))
+    _, way, _ = crease.at((arc[1:] + arc[:-1]) / 2)
+    along = np.einsum("nd,nd->n", step, way).sum() / length.sum()
+    near = (gap / mesh.size[closed]).mean() < MEAN_REACH
+    skip = np.abs(np.diff(arc)) < length + GAP * mesh.size[closed[1:]]
+    return bool(near and along > ALONG and skip.all())
+
+
+def expected_arc(crease: Crease, x: np.ndarray, closed: np.ndarray) -> np.ndarray:
+    """(N,) arc lengths that the vertices of a path would have at an even stretch.
+
+    closed : (N,) the first vertex again at the end of a loop, where the arc length has grown by
+        the length of the crease
+    """
+    return sliding.expected(crease.points, crease.arc, crease.is_loop, x[closed])

@@ -1,0 +1,165 @@
+"""A layer of hexes under the boundary, region by region.
+
+Without it a hex on a smoothed polycube edge has two faces on one smooth surface and is nearly
+flat.  A region is a part of a patch between creases; where all its borders are creases no layer is
+needed: the sheet then leaves through it, an O-grid on a flat cap or on the annulus of a rim.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from polycube.fitting.body import Body
+from polycube.fitting.creases.features import Matching, chains, match
+from polycube.hexmesh.hexes import exposed, hex_mesh, quad_edges, unique_rows
+from polycube.surface.target import Target
+from polycube.types import HexMesh
+
+logger = logging.getLogger(__name__)
+
+
+def regions(body: Body, matching: Matching) -> np.ndarray:
+    """(Q,) patches of a mesh, cut along the creases as well."""
+    patch = body.mesh.patch[body.side_quads]
+    same = patch[:, 0] == patch[:, 1]
+    uncut = same & ~_on_crease(body, matching)
+    region = _parts(body, uncut)
+    alone = (np.bincount(region) == 1)[region]  # a path went round the wrong side of a quad
+    return _parts(body, uncut | (same & alone[body.side_quads].any(axis=1)))
+
+
+def _parts(body: Body, joined: np.ndarray) -> np.ndarray:
+    """(Q,) number of the part of each quad, across the edges (E,) that join."""
+    pairs, n = body.side_quads[joined], len(body.quads)
+    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n))
+    return connected_components(graph, directed=False)[1]
+
+
+def smooth_regions(
+    body: Body, x: np.ndarray, matching: Matching, least: float = 0.6
+) -> tuple[np.ndarray, np.ndarray]:
+    """Regions (Q,), and which quads (Q,) are in one with a border off the creases.
+
+    Across a concave crease both regions are taken or none: the layer of one alone would end in a
+    hex with an angle beyond 180 degrees.
+
+    least : share of the edges between two regions that must be on a crease
+    """
+    region = regions(body, matching)
+    borders = chains(body, region)
+    is_sharp = borders.share(_on_crease(body, matching)) >= least
+    concave = is_sharp & (borders.share(_is_concave(body, x)) > 0.5)
+    taken = np.isin(region, borders.patches[~is_sharp])
+    while True:
+        beside = borders.patches[concave]
+        mixed = beside[np.isin(beside, region[taken]).sum(axis=1) == 1]
+        if len(mixed) == 0:
+            return region, taken
+        taken |= np.isin(region, mixed)
+
+
+def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndarray:
+    """Patches of a fitted mesh of which a part has a border that is not sharp on the surface."""
+    body = Body(mesh, target, samples=1)
+    x = target.to_unit(mesh.vertices)
+    _, taken = smooth_regions(body, x, match(body, x), least)
+    return np.unique(mesh.patch[taken])
+
+
+def _on_crease(body: Body, matching: Matching) -> np.ndarray:
+    """(E,) whether each boundary edge is on the path of a crease."""
+    key = np.array([len(body.mesh.vertices), 1])
+    return np.isin(body.sides @ key, matching.sides @ key)
+
+
+def _is_concave(body: Body, x: np.ndarray) -> np.ndarray:
+    """(E,) whether the target turns inwards from one quad of each boundary edge to the other."""
+    _, quad_normals = body.normals(x)
+    middle = x[body.quads].mean(axis=1)
+    _, face = body.target.closest(middle, quad_normals, 0.04)
+    facing = body.target.normals[face][body.side_quads]  # (E, 2, 3)
+    across = middle[body.side_quads[:, 1]] - middle[body.side_quads[:, 0]]
+    return np.einsum("ed,ed->e", facing[:, 1] - facing[:, 0], across) < 0
+
+
+def insert(mesh: HexMesh, patches: np.ndarray, depth: float = 0.5) -> HexMesh:
+    """The mesh with one more layer of hexes under the given patches; see `layer`."""
+    return layer(mesh, mesh.patch, np.isin(mesh.patch, patches), depth)
+
+
+def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0.5) -> HexMesh:
+    """The mesh with one more layer of hexes under the quads taken (Q,).
+
+    The new vertices take the places of the old ones, which move inwards.
+
+    region : (Q,) quads of one are taken together where layers would otherwise only touch
+    depth : share of the way to the middle of the adjacent hexes (bare quads at a rim)
+    """
+    quads, owner = exposed(mesh.hexes)
+    patch = _label_of(quads, mesh.quads, mesh.patch)
+    region, wanted = (_label_of(quads, mesh.quads, label) for label in (region, taken))
+    covered = _covered(quads, region, wanted.astype(bool))
+    below = quads[covered]
+    moved = np.unique(below)
+    twin = np.full(len(mesh.vertices), -1)
+    twin[moved] = len(mesh.vertices) + np.arange(len(moved))
+    inwards = _mean_middle(mesh.hexes, mesh.vertices)
+    rim = np.intersect1d(moved, quads[~covered])  # stays on the quads left bare
+    inwards[rim] = _mean_middle(quads[~covered], mesh.vertices)[rim]
+    old = mesh.vertices.copy()
+    old[moved] += depth * (inwards[moved] - old[moved])
+    hexes = np.vstack([mesh.hexes, np.hstack([below, twin[below]])])
+    cell = np.append(mesh.cell, mesh.cell[owner[covered]])
+    sides, beside = _rim(quads, covered)
+    side_quads = np.hstack([sides, twin[sides]])
+    table = np.vstack([twin[below], quads[~covered], side_quads])
+    number = np.concatenate([patch[covered], patch[~covered], patch[beside]])
+    outside, _ = exposed(hexes)
+    logger.info("pillow: %d hexes under %d of %d quads", len(below), len(below), len(quads))
+    return hex_mesh(
+        np.vstack([old, mesh.vertices[moved]]),
+        hexes,
+        outside,
+        _label_of(outside, table, number),
+        cell,
+    )
+
+
+def _covered(quads: np.ndarray, region: np.ndarray, covered: np.ndarray) -> np.ndarray:
+    """(Q,) quads to cover: those wanted, and regions at whose vertices layers would only touch."""
+    while True:
+        sides, _ = _rim(quads, covered)
+        rims = np.bincount(sides.ravel(), minlength=quads.max() + 1)
+        touching = (rims > 2)[quads].any(axis=1)
+        if not touching.any():
+            return covered
+        covered = covered | np.isin(region, region[touching])
+
+
+def _rim(quads: np.ndarray, covered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (R, 2) between covered quads and others, and the other quad of each (R,)."""
+    sides, pair = quad_edges(quads)
+    inside = covered[pair]
+    rim = inside[:, 0] != inside[:, 1]
+    other = np.where(inside[rim, 0], pair[rim, 1], pair[rim, 0])
+    return sides[rim], other
+
+
+def _label_of(quads: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
+    """(Q,) label of the known quad with the same vertices."""
+    _, number, _ = unique_rows(np.sort(np.vstack([known, quads]), axis=1))
+    table = np.zeros(number.max() + 1, np.int64)
+    table[number[: len(known)]] = label
+    return table[number[len(known) :]]
+
+
+def _mean_middle(cells: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+    """(V, 3) mean of the middles of the cells at each vertex; zero where there is none."""
+    corners, n = cells.ravel(), len(vertices)
+    middle = np.repeat(vertices[cells].mean(axis=1), cells.shape[1], axis=0)
+    total = np.stack([np.bincount(corners, m, minlength=n) for m in middle.T], axis=1)
+    return total / np.maximum(np.bincount(corners, minlength=n), 1)[:, None]

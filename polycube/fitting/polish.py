@@ -1,0 +1,188 @@
+"""Raise the worst scaled Jacobian with the boundary on the surface.
+
+Soft rounds lower sum exp(-beta (SJ - offset)) / beta with growing beta, while springs hold the
+boundary; hard rounds hold it stiffly, so that vertices slide in tangent planes and along sharp
+edges; local rounds move only what is near the worst hexes; last, creases that gave way are
+regained.  Every round snaps the boundary onto the surface, backing off where a hex would suffer,
+and the best mesh is kept.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+
+from polycube.fitting.body import Body
+from polycube.fitting.creases.features import Matching, match, no_features
+from polycube.fitting.regain import regain
+from polycube.fitting.snapping import GOOD, State, cover_of, goals_of, snap, state_of
+from polycube.fitting.worst import raise_worst
+from polycube.hexmesh.energy import Terms, pull
+from polycube.surface.target import Target
+from polycube.types import HexMesh
+
+logger = logging.getLogger(__name__)
+
+KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which features give way, pass by pass
+STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
+PATIENCE = 8  # rounds without a better mesh that end a phase
+BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first local round and in the last
+SHARPEN = 1.6  # factor after a local round of little gain
+LITTLE = 0.004  # gain of a local round that is little
+SET_BACK = 0.05  # loss of a local round after which it begins from the best again
+MISSED = 0.008  # distance from the mesh, exceeded by 1 % of the surface, that costs nothing
+UNCOVERED = 10.0  # scaled Jacobian that a diagonal beyond that is worth, or beyond the start's
+
+
+def polish(
+    mesh: HexMesh,
+    target: Target,
+    *,
+    features: bool = True,
+    soft_rounds: int = 8,
+    hard_rounds: int = 4,
+    local_rounds: int = 40,
+    crease_rounds: int = 12,
+    samples: int = 2500,
+) -> HexMesh:
+    """The best mesh found, in model units; never one with a worse score than the one given.
+
+    features : also move vertices of sharp polycube edges onto sharp edges of the surface
+    soft_rounds, hard_rounds, local_rounds : of matching and descent, at most
+    crease_rounds : that bring creases back, at most
+    samples : points of the surface that look for the mesh
+    """
+    body = Body(mesh, target, samples)
+    x = _untangled(body, target.to_unit(mesh.vertices))
+    matching = match(body, x) if features else no_features()
+    best = state_of(body, x, goals_of(body, x, matching, np.ones(len(x))), np.ones(len(x)))
+    for keep in KEEP if matching.routes else KEEP[:1]:
+        best = _soft(body, x, matching, best, soft_rounds, keep)
+        best = _hard(body, matching, best, hard_rounds)
+        if best.score > GOOD:
+            break
+        x = best.x
+    best = _local(body, matching, best, local_rounds)
+    best = regain(body, matching, best, crease_rounds)
+    logger.info(
+        "polish: least scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
+        best.jacobian,
+        100 * best.residual,
+    )
+    return replace(mesh, vertices=target.to_model(best.x))
+
+
+def _untangled(body: Body, x: np.ndarray) -> np.ndarray:
+    """The same positions where all hexes are valid, else moved until they are.
+
+    The boundary is held at its place ever more weakly.
+    """
+    place = x[body.outer]
+    for weight in 0.3 ** np.arange(12):
+        if body.scaled_jacobian(x).min() > 0:
+            break
+        every = weight / body.size(x)[body.outer] ** 2
+        springs = pull(body.outer, place, np.zeros_like(place), 0 * every, every)
+        x = body.relax(x, body.lengths(x, 3, 0.1), Terms(), [springs], 50)
+    return x
+
+
+def _soft(
+    body: Body, x: np.ndarray, matching: Matching, best: State, rounds: int, keep: float
+) -> State:
+    """Best snapped state of rounds that hold the boundary by springs, weakly below `keep`."""
+    jacobian = body.scaled_jacobian(x)
+    trust = np.where(body.touching(jacobian < 0.2), 0.1, 1.0)
+    hold = np.ones(len(x))
+    found = rounds // 3  # round of the best
+    for k, step in enumerate(np.linspace(0, 1, rounds)):
+        beta, weight = 5 * 5**step, 10 * 30 ** min(1.0, 1.5 * step)
+        at = goals_of(body, x, matching, np.ones(len(x)))
+        size = body.size(x)
+        on = (np.maximum(weight * hold, 0.05) / size**2)[body.outer]
+        _, quad_normals = body.normals(x)
+        springs = [
+            pull(body.outer, at.foot, at.facing, on, 0.01 * on),
+            *at.springs(weight * trust / size**2),
+            body.cover(x, quad_normals, 0.04, 0.2 * min(weight, 30.0) * trust, 0.0),
+        ]
+        offset = float(np.clip(jacobian.min(), -0.2, 0.5))
+        terms = Terms(shape=0.05, barrel=0.05, jacobian=1.0, beta=beta, offset=offset)
+        x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 20)
+        jacobian = body.scaled_jacobian(x)
+        trust = _relaxed(trust, body.touching(jacobian < keep), 1.3)
+        hold = _relaxed(hold, body.touching(jacobian < 0.15), 1.5)
+        if k >= rounds // 3:
+            at = goals_of(body, x, matching, trust)
+            new = snap(body, x, at, min(keep, jacobian.min()), trust)
+            if new.score > best.score:
+                best, found = new, k
+            elif k - found > PATIENCE:
+                break
+    return best
+
+
+def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
+    """Best snapped state of rounds that hold the boundary stiffly, from the best one given."""
+    x, trust = best.x, best.trust
+    found = 0  # round of the best
+    for k, step in enumerate(np.linspace(0, 1, rounds)):
+        at = goals_of(body, x, matching, trust)
+        size = body.size(x)
+        free = ~np.isin(body.outer, np.append(at.curve, at.corner))
+        vertex, foot = body.outer[free], at.foot[free]
+        stray = np.linalg.norm(foot - x[vertex], axis=1) / size[vertex]
+        on = STIFF / (1 + (stray / 0.02) ** 2) / size[vertex] ** 2
+        _, quad_normals = body.normals(x)
+        springs = [
+            pull(vertex, foot, at.facing[free], on, on * (0.02 / STIFF)),
+            *at.springs(STIFF / size**2),
+            body.cover(x, quad_normals, 0.03, 1.0 * trust, 0.0),
+        ]
+        offset = float(np.clip(body.scaled_jacobian(x).min(), -0.2, 0.6))
+        terms = Terms(shape=0.02, barrel=0.05, jacobian=1.0, beta=8 * 7.5**step, offset=offset)
+        x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 25)
+        least = max(min(best.score - 0.02, 0.6), 0.02)
+        new = snap(body, x, goals_of(body, x, matching, trust), least, trust)
+        if new.score > best.score:
+            best, found = new, k
+        elif k - found > PATIENCE:
+            break
+        x = new.x if new.score > best.score - 0.15 else best.x
+    return best
+
+
+def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
+    """Best state of rounds near the worst hexes; the minimum sharpens where they gain little.
+
+    The surface pulls twice as much after a round that uncovers it.
+    """
+    x, trust, beta, strength = best.x, best.trust, BETAS[0], 1.0
+    lengths = body.lengths(x, 2, 0.05)
+    cover, missed = cover_of(body, best, strength)
+    allowed, value = max(missed, MISSED), best.score
+    for _ in range(rounds):
+        x = raise_worst(body, x, lengths, goals_of(body, x, matching, trust), cover, beta)
+        at = goals_of(body, x, matching, trust)
+        least = max(best.score - 0.02, 0.02)
+        states = state_of(body, x, at, trust), snap(body, x, at, least, trust)
+        new = max(states, key=lambda state: state.score)
+        cover, missed = cover_of(body, new, strength)
+        strength = 2 * strength if missed > 1.2 * allowed else max(1.0, 0.7 * strength)
+        reached = new.score - UNCOVERED * max(0.0, missed - allowed)
+        if reached < value + LITTLE:
+            beta *= SHARPEN
+        if reached > value:
+            best, value = new, reached
+        if beta > BETAS[1]:
+            break
+        x = new.x
+        if reached < value - SET_BACK:
+            x, (cover, _) = best.x, cover_of(body, best, strength)
+    return best
+
+
+def _relaxed(trust: np.ndarray, bad: np.ndarray, recovery: float) -> np.ndarray:
+    return np.where(bad, 0.3 * trust, np.minimum(1, recovery * trust))

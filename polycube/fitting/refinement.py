@@ -1,0 +1,200 @@
+"""A mesh with every hex in eight whose finer boundary follows the surface.
+
+The boundary goes to its feet with the inside following harmonically, so that thin layers move as
+one.  Gentle rounds of shape, scaled Jacobian and springs to surface and sharp edges spread what is
+left, and hard rounds of `polish` raise the worst hex.  After every move the few neighbourhoods
+whose hexes would suffer go only part of the way: quality is kept, and the surface given up there.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import coo_matrix, diags
+from scipy.sparse.linalg import cg
+
+from polycube.fitting.body import Body
+from polycube.fitting.creases.features import Goals, Matching, goals, match, no_features
+from polycube.fitting.polish import polish
+from polycube.hexmesh.energy import Terms, pull
+from polycube.hexmesh.hexes import edges
+from polycube.hexmesh.octree import split
+from polycube.hexmesh.quality import doubts, quality, score
+from polycube.surface.target import Target, target
+from polycube.types import HexMesh, TriMesh
+
+logger = logging.getLogger(__name__)
+
+LEAST = 0.41  # scaled Jacobian that the refined mesh must keep
+GOOD = 0.5  # score that needs no other recipe
+KEPT = 0.9  # share of the coarse mesh's that must be kept where that is less
+REACH = 0.0038  # distance that 99 % of the surface should be within: 0.4 % by any sampling
+FAR = 50.0  # what the score loses per diagonal beyond it
+NORMALS = 0.04  # length that a whole turn of the normal is worth, in diagonals
+NEAR = 0.3  # distance of a sharp edge that the boundary is sent to, in local sizes
+ATTEMPTS = 40  # to go less far; in the last ten nothing moves round a bad hex
+SAMPLES = 3  # points of the surface that look for the mesh, per boundary vertex
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How the finer boundary is brought to the surface after its first move."""
+
+    name: str
+    rounds: int  # of the gentle fit
+    weight: tuple[float, float]  # of its springs, in the first round and in the last
+    cover: float  # weight of the pull from the surface's side, a share of these
+    features: bool = True  # sharp polycube edges follow sharp edges of the surface
+
+
+RECIPES = (
+    Recipe("gentle", 8, (10.0, 300.0), 0.5),
+    Recipe("smooth", 8, (10.0, 100.0), 0.3, features=False),
+)
+
+
+def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float = REACH) -> HexMesh:
+    """The mesh with every hex in eight, or the same mesh where none keeps its quality.
+
+    It must come nearer to the surface with a scaled Jacobian of at least 0.41 (or 0.9 of the
+    mesh's own where that is less) and no more doubts.  A second recipe is tried where the first is
+    not good or misses the reach; the best of those within it is kept.
+
+    features : also keep sharp polycube edges on sharp edges of the surface
+    reach : distance that 99 % of the surface should be within, in diagonals
+    """
+    before = quality(mesh, surface)
+    least = least_jacobian(before.scaled_jacobian)
+    best, fine = None, split(mesh)
+    for recipe in RECIPES:
+        for way, tried in _tries(fine, target(surface), recipe, features, least):
+            found = quality(tried, surface)
+            apart, value = found.deviation.to_mesh.p99, score(tried, surface)
+            logger.info(
+                "refine, %s: scaled Jacobian at least %.3f, 99 %% of the surface within %.2f %%, "
+                "vertices within %.2f %%",
+                way,
+                found.scaled_jacobian,
+                100 * apart,
+                100 * found.deviation.vertices,
+            )
+            passes = found.scaled_jacobian >= least and apart + 1e-9 < before.deviation.to_mesh.p99
+            sound = len(doubts(tried, surface)) <= len(doubts(mesh, surface))
+            worth = apart <= reach, value - FAR * max(0.0, apart - reach)
+            if passes and sound and (best is None or worth > best[0]):
+                best = worth, tried
+        if best is not None and best[0] >= (True, GOOD):
+            break
+    if best is None:
+        logger.info("refine: no finer mesh keeps a scaled Jacobian of %.2f", least)
+        return mesh
+    return best[1]
+
+
+def least_jacobian(coarse: float) -> float:
+    """Scaled Jacobian that a finer mesh must keep where the coarse one has this."""
+    return min(LEAST, KEPT * coarse)
+
+
+def _tries(
+    fine: HexMesh, goal: Target, recipe: Recipe, features: bool, least: float
+) -> Iterator[tuple[str, HexMesh]]:
+    """Meshes by a recipe: as it is fitted, then with its worst hex raised."""
+    use = recipe.features and features
+    body = Body(fine, goal, SAMPLES * len(np.unique(fine.quads)))
+    x = goal.to_unit(fine.vertices)
+    matching = match(body, x) if use else no_features()
+    x = advance(body, x, _at_goals(body, x, matching), least)
+    x = advance(body, x, _fit(body, x, matching, recipe), least)
+    x = advance(body, x, _at_goals(body, x, matching), least)
+    fitted = replace(fine, vertices=goal.to_model(x))
+    yield recipe.name, fitted
+    samples = len(body.points)
+    raised = polish(fitted, goal, features=use, soft_rounds=0, hard_rounds=10, samples=samples)
+    x = advance(body, x, goal.to_unit(raised.vertices), least)  # it may give quality for closeness
+    yield f"{recipe.name}, raised", replace(fine, vertices=goal.to_model(x))
+
+
+def advance(body: Body, x: np.ndarray, wanted: np.ndarray, least: float) -> np.ndarray:
+    """Positions (V, 3) from x towards those wanted, less far round hexes that would fall too low.
+
+    No hex falls below `least`, and none that is below it already gets worse: where all of a
+    neighbourhood stays, it is as it was.
+    """
+    allowed = np.minimum(least, body.scaled_jacobian(x) - 1e-6)
+    share = np.ones(len(x))
+    for attempt in range(ATTEMPTS):
+        y = x + share[:, None] * (wanted - x)
+        bad = body.scaled_jacobian(y) < allowed
+        if not bad.any():
+            return y
+        rings = _rings(body, body.touching(bad))
+        share *= 1 - 0.3 * rings if attempt < ATTEMPTS - 10 else rings < 1
+    return x
+
+
+def _rings(body: Body, near: np.ndarray) -> np.ndarray:
+    """(V,) 1 at the vertices marked, 0 from the fourth ring of hexes round them on."""
+    level = near.astype(float)
+    for ring in range(1, 4):
+        near = body.touching(near[body.hexes].any(axis=1))
+        level = np.maximum(level, near * (1 - ring / 4))
+    return level
+
+
+def _at_goals(body: Body, x: np.ndarray, matching: Matching) -> np.ndarray:
+    """Positions with the whole boundary at its goals and the inside carried along."""
+    return x + harmonic(body, x, _near_goals(body, x, matching).place(body, x) - x)
+
+
+def _near_goals(body: Body, x: np.ndarray, matching: Matching) -> Goals:
+    """Goals of the boundary vertices; sharp edges and corners only where they are near."""
+    at = goals(body, x, matching, NORMALS, np.ones(len(x), bool))
+    gap = np.linalg.norm(at.place(body, x) - x, axis=1)
+    return goals(body, x, matching, NORMALS, gap < NEAR * body.size(x))
+
+
+def harmonic(body: Body, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """(V, 3) displacement that is `shift` on the boundary and harmonic inside.
+
+    Edges conduct by their inverse length: the two ends of a short one move alike.
+    """
+    ends = edges(body.hexes)
+    length = np.linalg.norm(x[ends[:, 0]] - x[ends[:, 1]], axis=1)
+    conducts = np.tile(1 / np.maximum(length, 1e-3 * length.mean()), 2)
+    pairs = np.append(ends[:, 0], ends[:, 1]), np.append(ends[:, 1], ends[:, 0])
+    graph = coo_matrix((conducts, pairs), (len(x), len(x))).tocsr()
+    total = np.asarray(graph.sum(axis=1)).ravel()
+    free = np.setdiff1d(np.arange(len(x)), body.outer)
+    moved = np.zeros_like(x)
+    moved[body.outer] = shift[body.outer]
+    matrix, right = diags(total[free]) - graph[free][:, free], graph[free] @ moved
+    for d in range(3):
+        moved[free, d] = cg(matrix, right[:, d], rtol=1e-4, maxiter=500, M=diags(1 / total[free]))[
+            0
+        ]
+    return moved
+
+
+def _fit(body: Body, x: np.ndarray, matching: Matching, recipe: Recipe) -> np.ndarray:
+    """Rounds of descent with springs that grow stiff; weaker ones round bad hexes."""
+    trust = np.ones(len(x))
+    low, high = recipe.weight
+    for step in np.linspace(0, 1, recipe.rounds):
+        weight = low * (high / low) ** step
+        at = goals(body, x, matching, NORMALS, trust > 0.3)
+        size, (_, quad_normals) = body.size(x), body.normals(x)
+        on = (weight * trust / size**2)[body.outer]
+        springs = [
+            pull(body.outer, at.foot, at.facing, on, 0.02 * on),
+            *at.springs(weight * trust / size**2),
+            body.cover(x, quad_normals, NORMALS, recipe.cover * weight * trust, 0.0),
+        ]
+        terms = Terms(jacobian=1.0, beta=10.0, offset=0.5)
+        x = body.relax(x, body.lengths(x, 3, 0.1), terms, springs, 20)
+        bad = body.touching(body.scaled_jacobian(x) < 0.45)
+        trust = np.where(bad, np.maximum(0.4 * trust, 0.02), np.minimum(1.3 * trust, 1))
+    return x

@@ -1,1 +1,0 @@
-"""Surfaces, lattices, hex topology, quality and the energies of the morph; no torch."""

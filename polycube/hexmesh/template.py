@@ -1,0 +1,114 @@
+"""Hex mesh of a polycube, placed by its rough map.
+
+Every interval of the lattice is cut into its own number of equal parts along its whole slab, so
+hexes meet in whole faces.  The number follows from the length of the interval in the model.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.hexmesh.hexes import FACES, PLACES, exposed, hex_mesh
+from polycube.structure.lattice import boundary, cell_at
+from polycube.structure.rough_map import evaluate
+from polycube.types import HexMesh, Polycube, RoughMap
+
+_AXIS_OF_FACE = np.array([1, 0, 3, 2, 5, 4])  # axis label of each local face of a hex
+
+
+def counts(
+    polycube: Polycube,
+    rough_map: RoughMap,
+    size: float,
+    least: int = 2,
+    across: int = 4,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Number of parts of each lattice interval, per axis.
+
+    size : wanted edge length in model units
+    least : number of parts of one lattice interval at least
+    across : least number of parts along each axis of the whole lattice
+    """
+    if size <= 0:
+        raise ValueError(f"size must be a positive length; got {size}")
+    found = []
+    for axis in range(3):
+        length = interval_lengths(polycube, rough_map, axis)
+        number = np.maximum(np.round(length / size).astype(int), least)
+        while number.sum() < across:
+            number[np.argmax(length / number)] += 1
+        found.append(number)
+    return found[0], found[1], found[2]
+
+
+def interval_lengths(polycube: Polycube, rough_map: RoughMap, axis: int) -> np.ndarray:
+    """Mean length in the model of each lattice interval along an axis, over the solid boxes."""
+    steps = 8
+    knots = [np.sort(np.append(k, (k[1:] + k[:-1]) / 2)) for k in polycube.knots]
+    ends = polycube.knots[axis]
+    parts = np.arange(len(ends) - 1)[:, None] + np.arange(steps) / steps
+    knots[axis] = np.interp(np.append(parts, len(ends) - 1), np.arange(len(ends)), ends)
+    grid = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1)
+    places = evaluate(rough_map, grid.reshape(-1, 3)).reshape(grid.shape)
+    piece = np.linalg.norm(np.diff(np.moveaxis(places, axis, 0), axis=0), axis=-1)
+    length = piece.reshape(len(ends) - 1, steps, *piece.shape[1:]).sum(axis=1)  # (I, 2J+1, 2K+1)
+    solid = np.moveaxis(polycube.occupancy, axis, 0)  # (I, J, K)
+    touched = np.zeros(length.shape, bool)
+    for j, k in np.ndindex(3, 3):  # corners, edge middles and centre of every box
+        n_j, n_k = 2 * solid.shape[1], 2 * solid.shape[2]
+        touched[:, j : j + n_j : 2, k : k + n_k : 2] |= solid
+    return np.array([row[used].mean() for row, used in zip(length, touched, strict=True)])
+
+
+def mesh(
+    polycube: Polycube, rough_map: RoughMap, counts: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> HexMesh:
+    """Hexes of the polycube with the given number of parts of each interval."""
+    return mesh_between(polycube, rough_map, grid_lines(polycube, counts))
+
+
+def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: list[np.ndarray]) -> HexMesh:
+    """Hexes of the polycube between the given lines along each axis, all its knots among them."""
+    middles = [(line[1:] + line[:-1]) / 2 for line in lines]
+    slab = [np.searchsorted(k, m) - 1 for k, m in zip(polycube.knots, middles, strict=True)]
+    cells = np.argwhere(polycube.occupancy[np.ix_(*slab)])  # (H, 3)
+    shape = tuple(len(line) for line in lines)
+    used, hexes = np.unique(
+        np.ravel_multi_index((cells[:, None] + PLACES).transpose(2, 0, 1), shape),
+        return_inverse=True,
+    )
+    hexes = hexes.reshape(-1, 8)
+    places = np.stack(
+        [line[i] for line, i in zip(lines, np.unravel_index(used, shape), strict=True)], axis=1
+    )
+    box = np.stack([s[i] for s, i in zip(slab, cells.T, strict=True)], axis=1)
+    quads, owner = exposed(hexes)
+    patch = _patch_of(polycube, hexes, quads, owner, box)
+    cell = cell_at(polycube, places[hexes].mean(axis=1))
+    return hex_mesh(evaluate(rough_map, places), hexes, quads, patch, cell)
+
+
+def grid_lines(
+    polycube: Polycube, counts: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> list[np.ndarray]:
+    """Polycube coordinates of the mesh lines along each axis."""
+    lines = []
+    for number, knots in zip(counts, polycube.knots, strict=True):
+        parts = [i + np.arange(n) / n for i, n in enumerate(number)]
+        lines.append(
+            np.interp(np.append(np.concatenate(parts), len(number)), range(len(knots)), knots)
+        )
+    return lines
+
+
+def _patch_of(
+    polycube: Polycube, hexes: np.ndarray, quads: np.ndarray, owner: np.ndarray, box: np.ndarray
+) -> np.ndarray:
+    """(Q,) polycube face of each boundary quad: its box and axis name it."""
+    face = (hexes[owner][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
+    surface = boundary(polycube)
+    number = np.zeros(polycube.occupancy.shape, np.int64)
+    number[polycube.occupancy] = np.arange(polycube.occupancy.sum())
+    patch = np.zeros((int(polycube.occupancy.sum()), 6), np.int64)
+    patch[surface.box, surface.axis] = surface.patch
+    return patch[number[tuple(box[owner].T)], _AXIS_OF_FACE[face]]

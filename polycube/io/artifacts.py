@@ -1,0 +1,80 @@
+"""Save and load what a stage made, so that a run can start again in the middle.
+
+One .npz per value: the arrays under the path of their field, and the rest as JSON.  No pickle.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.io.atomic import whole
+
+_CLASSES = ("polycube.types", "polycube.pipeline.ranking")  # where the dataclasses come from
+
+
+def save(path: Path, value: object) -> None:
+    """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz."""
+    arrays: dict[str, np.ndarray] = {}
+    tree = _pack(value, "value", arrays)
+    with whole(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, tree=np.array(json.dumps(tree)), **arrays)
+
+
+def load(path: Path) -> object:
+    """What `save` wrote; raises FileNotFoundError."""
+    with np.load(path, allow_pickle=False) as arrays:
+        return _unpack(json.loads(str(arrays["tree"])), arrays)
+
+
+def _pack(value: object, name: str, arrays: dict[str, np.ndarray]) -> object:
+    if isinstance(value, np.ndarray):
+        arrays[name] = value
+        return {"array": name}
+    if isinstance(value, csr_matrix):
+        parts = (value.data, value.indices, value.indptr)
+        return {
+            "csr": [_pack(part, f"{name}.{i}", arrays) for i, part in enumerate(parts)],
+            "shape": list(value.shape),
+        }
+    if dataclasses.is_dataclass(value):
+        fields = {
+            f.name: _pack(getattr(value, f.name), f"{name}.{f.name}", arrays)
+            for f in dataclasses.fields(value)
+        }
+        return {"class": type(value).__name__, "fields": fields}
+    if isinstance(value, list | tuple):
+        items = [_pack(item, f"{name}.{i}", arrays) for i, item in enumerate(value)]
+        return {"tuple" if isinstance(value, tuple) else "list": items}
+    if isinstance(value, dict):
+        return {"dict": {k: _pack(v, f"{name}.{k}", arrays) for k, v in value.items()}}
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
+    if not isinstance(tree, dict):
+        return tree
+    if "array" in tree:
+        return arrays[tree["array"]]
+    if "csr" in tree:
+        return csr_matrix(tuple(_unpack(t, arrays) for t in tree["csr"]), shape=tree["shape"])
+    if "class" in tree:
+        fields = {k: _unpack(v, arrays) for k, v in tree["fields"].items()}
+        return _class(tree["class"])(**fields)
+    if "tuple" in tree:
+        return tuple(_unpack(t, arrays) for t in tree["tuple"])
+    if "list" in tree:
+        return [_unpack(t, arrays) for t in tree["list"]]
+    return {k: _unpack(v, arrays) for k, v in tree["dict"].items()}
+
+
+def _class(name: str) -> type:
+    for module in map(importlib.import_module, _CLASSES):
+        if hasattr(module, name):
+            return getattr(module, name)
+    raise ValueError(f"artifact holds a {name}, which no module of {', '.join(_CLASSES)} defines")

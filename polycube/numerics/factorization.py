@@ -1,0 +1,170 @@
+"""Direct solution with a sparse symmetric positive definite matrix: multifrontal Cholesky.
+
+Each front of a nested dissection is a dense matrix of its own unknowns and of the later ones they
+touch.  Its own are eliminated, and what that does to the others is added to the parent's front.
+The matrix is scaled to unit diagonal first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.linalg.blas import get_blas_funcs
+from scipy.linalg.lapack import get_lapack_funcs
+from scipy.sparse import coo_matrix, csr_matrix, tril
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from polycube.numerics.dissection import dissect
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """Lower triangle by fronts; unknowns in the order of elimination."""
+
+    scale: np.ndarray  # (n,) by place, that makes the diagonal one
+    order: np.ndarray  # (n,) unknown at each place
+    starts: np.ndarray  # (F + 1,) places of each front's own unknowns
+    later: list[np.ndarray]  # places of the other unknowns of each front
+    diagonal: list[np.ndarray]  # (own, own) lower triangles
+    below: list[np.ndarray]  # (later, own)
+
+    @property
+    def entries(self) -> int:
+        """Numbers kept."""
+        return sum(a.size for a in (*self.diagonal, *self.below))
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Solution (n,) or (n, k) for right-hand sides, many at the cost of a few."""
+        right = np.asarray(right, np.float64)
+        scale = self.scale[:, None]
+        x = right.reshape(len(scale), -1)[self.order] * scale
+        x = x.astype(self.diagonal[0].dtype)
+        (trsm,) = get_blas_funcs(["trsm"], [x])
+        for k in range(len(self.later)):
+            a, b = self.starts[k : k + 2]
+            x[a:b] = trsm(1.0, self.diagonal[k], x[a:b], lower=1)
+            x[self.later[k]] -= self.below[k] @ x[a:b]
+        for k in reversed(range(len(self.later))):
+            a, b = self.starts[k : k + 2]
+            x[a:b] -= self.below[k].T @ x[self.later[k]]
+            x[a:b] = trsm(1.0, self.diagonal[k], x[a:b], lower=1, trans_a=1)
+        found = np.zeros(x.shape)
+        found[self.order] = x * scale
+        return found.reshape(right.shape)
+
+
+def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
+    """Cholesky factor of a symmetric positive definite matrix, in the precision of its numbers.
+
+    points : (n, 3) where each unknown is, more or less; only the time depends on it
+    Raises ValueError when the matrix is not positive definite.
+    """
+    matrix = csr_matrix(matrix)
+    fronts = dissect(matrix, _in_a_row(matrix) if points is None else points)
+    order = np.concatenate([front.own for front in fronts])
+    starts = np.cumsum([0, *(len(front.own) for front in fronts)])
+    scale = _scale(matrix)[order]
+    ordered = tril(matrix[order][:, order], format="csc")
+    potrf, trsm, syrk = _dense(matrix.dtype)
+    del matrix
+    later, diagonal, below, updates = [], [], [], {}
+    for k, front in enumerate(fronts):
+        a, b = starts[k], starts[k + 1]
+        entries = ordered[:, a:b].tocoo()
+        pending = [updates.pop(child) for child in front.children]
+        others = np.unique(np.concatenate([entries.row, *(places for places, _ in pending)]))
+        others = others[others >= b]
+        dense, rest = _front(a, b, others, entries, scale, pending)
+        low, failed = potrf(dense[: b - a], lower=1, clean=1)
+        if failed:
+            raise ValueError("matrix is not positive definite")
+        side = dense[b - a :]
+        if len(others):
+            side = trsm(1.0, low, side, side=1, lower=1, trans_a=1)
+            rest = syrk(-1.0, side, beta=1.0, c=rest, lower=1, overwrite_c=1)
+        updates[k] = others, _packed(rest)
+        del rest
+        later.append(others)
+        diagonal.append(low)
+        below.append(side)
+    return Factor(scale, order, starts, later, diagonal, below)
+
+
+def _in_a_row(matrix: csr_matrix) -> np.ndarray:
+    """(n, 3) places along a line on which neighbours are near each other."""
+    places = np.zeros((matrix.shape[0], 3))
+    places[reverse_cuthill_mckee(matrix, symmetric_mode=True), 0] = np.arange(len(places))
+    return places
+
+
+def _scale(matrix: csr_matrix) -> np.ndarray:
+    diagonal = matrix.diagonal()
+    if diagonal.min() <= 0:
+        raise ValueError("matrix is not positive definite")
+    return 1 / np.sqrt(diagonal)
+
+
+def _dense(dtype: np.dtype) -> tuple[Callable, Callable, Callable]:
+    """potrf, trsm and syrk."""
+    sample = np.zeros((1, 1), dtype)
+    return *get_lapack_funcs(["potrf"], [sample]), *get_blas_funcs(["trsm", "syrk"], [sample])
+
+
+def _front(
+    a: int,
+    b: int,
+    others: np.ndarray,
+    entries: coo_matrix,
+    scale: np.ndarray,
+    pending: list[tuple[np.ndarray, np.ndarray]],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Dense columns of the own unknowns (own + later, own), and the rest (later, later), lower.
+
+    entries : of the matrix, columns a to b, on and below the diagonal.  pending : places and packed
+        update of each child; emptied, for they are large
+    """
+    n = b - a
+    dense = np.zeros((n + len(others), n), entries.dtype, order="F")
+    rest = np.zeros((len(others), len(others)), entries.dtype, order="F")
+
+    def local(places: np.ndarray) -> np.ndarray:
+        return np.where(places < b, places - a, n + np.searchsorted(others, places))
+
+    scaled = entries.data * scale[entries.row] * scale[a + entries.col]
+    dense[local(entries.row), entries.col] = scaled
+    while pending:
+        places, update = pending.pop()
+        _add(dense, rest, local(places), update)
+        del update
+    return dense, rest
+
+
+@njit(cache=True, nogil=True)
+def _packed(square: np.ndarray) -> np.ndarray:
+    """Lower triangle, column by column."""
+    n = len(square)
+    found = np.empty(n * (n + 1) // 2, square.dtype)
+    at = 0
+    for j in range(n):
+        found[at : at + n - j] = square[j:, j]
+        at += n - j
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _add(dense: np.ndarray, rest: np.ndarray, at: np.ndarray, update: np.ndarray) -> None:
+    """Add a child's packed update to the rows and columns `at` of a front.
+
+    dense : (own + later, own) first columns of the front.  rest : (later, later) the others
+    """
+    n, k = dense.shape[1], 0
+    for j in range(len(at)):
+        c = at[j]
+        column = dense[:, c] if c < n else rest[:, c - n]
+        shift = 0 if c < n else n
+        for i in range(j, len(at)):
+            column[at[i] - shift] += update[k]
+            k += 1

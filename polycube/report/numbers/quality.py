@@ -1,0 +1,204 @@
+"""Numbers of a hex mesh for a report: measures, certificate, deviation, the worst hexes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from polycube.hexmesh import quality
+from polycube.hexmesh.certificate import certify
+from polycube.hexmesh.metrics import metrics, worst
+from polycube.surface import closest
+from polycube.surface import surface as topology
+from polycube.surface.target import target
+from polycube.types import HexMesh, TriMesh
+
+N_WORST = 5  # hexes told by their scaled Jacobian, and one by each other measure
+SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")  # in the table of the worst
+BINS = 40
+WAYS = ("spline_to_surface", "surface_to_spline")
+SPLINE_APART = 0.015  # of the diagonal, for 99 % of the points, both ways
+_ENDS = ("_max", "_mean", "_p95", "_p99")  # of the names of distances
+# of the histograms; what lies beyond is counted in the last bar, so that runs can be compared
+RANGES = {
+    "scaled_jacobian": (0.0, 1.0),
+    "edge_ratio": (1.0, 9.0),
+    "max_edge_ratio": (1.0, 9.0),
+    "skew": (0.0, 1.0),
+    "condition": (1.0, 5.0),
+    "shape": (0.0, 1.0),
+}
+
+
+@lru_cache(maxsize=2)
+def measured(mesh: HexMesh) -> dict[str, np.ndarray]:
+    """(H,) of each measure; kept, for numbers and page ask alike."""
+    return metrics(mesh.vertices, mesh.hexes)
+
+
+def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
+    """What decides, as fractions of the diagonal of the surface's bounding box."""
+    jacobian = quality.scaled_jacobian(mesh.vertices, mesh.hexes)
+    deviation = quality.deviation(mesh, surface, samples=40_000)
+    bad = int(jacobian.argmin())
+    return {
+        "hexes": len(mesh.hexes),
+        "vertices": len(mesh.vertices),
+        "min_scaled_jacobian": float(jacobian.min()),
+        "mean_scaled_jacobian": float(jacobian.mean()),
+        "inverted": int((jacobian <= 0).sum()),
+        "worst_hex": bad,
+        "worst_hex_center": mesh.vertices[mesh.hexes[bad]].mean(0).tolist(),
+        "vertex_off_surface_max": deviation.vertices,
+        **distances("mesh_to_surface", deviation.to_surface),
+        **distances("surface_to_mesh", deviation.to_mesh),
+        "creases_to_edges_p95": quality.creases_to_edges(mesh, surface),
+        "volume": quality.volume(mesh),
+        "volume_error": abs(quality.volume(mesh) / topology.volume(surface) - 1),
+    }
+
+
+def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) -> dict[str, object]:
+    """All that `report.json` says of a hex mesh.
+
+    context : primitive per grid cell; empty where it is not known
+    """
+    numbers = short(mesh, surface)
+    found = measured(mesh)
+    diagonal = topology.diagonal(surface)
+    lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
+    named = mesh.sets.items()
+    return {
+        **numbers,
+        "deviation": {
+            "unit": "model units",
+            "diagonal": diagonal,
+            **lengths,
+            "mesh_to_surface_max_at": mesh.vertices[
+                mesh.quads[quad_deviation(mesh, surface).argmax()]
+            ]
+            .mean(axis=0)
+            .tolist(),
+            "surface_to_mesh_max_at": farthest(mesh, surface).tolist(),
+        },
+        "quality": {
+            name: {"min": float(v.min()), "mean": float(v.mean()), "max": float(v.max())}
+            for name, v in found.items()
+        },
+        "histograms": {name: histogram(name, values) for name, values in found.items()},
+        "worst": worst_hexes(mesh, context),
+        "certificate": certificate(mesh),
+        "sets": {name: {"quads": len(own), "area": _area(mesh, own)} for name, own in named},
+    }
+
+
+def _area(mesh: HexMesh, quads: np.ndarray) -> float:
+    """Of some boundary quads, by four triangles each, in model units squared."""
+    corners = quality.triangles(mesh.vertices, mesh.quads[quads])
+    sides = corners[:, 1:] - corners[:, :1]
+    return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2)
+
+
+def doubts(mesh: HexMesh, surface: TriMesh, told: Mapping[str, Mapping]) -> list[str]:
+    """Why the result should not be used without a look, a sentence each.
+
+    told : numbers of the report; "hex" has seen more points of the surface than `quality.doubts`,
+        "spline" is judged where it is there
+    """
+    found = quality.doubts(mesh, surface)
+    farthest = max(told["hex"]["mesh_to_surface_max"], told["hex"]["surface_to_mesh_max"])
+    if farthest >= quality.APART and not any("apart" in each for each in found):
+        found.append(
+            f"mesh and surface are up to {farthest:.2%} of the diagonal apart, more than "
+            f"{quality.APART:.1%}"
+        )
+    spline = told.get("spline")
+    if spline and not spline["is_positive"]:
+        found.append("the spline may fold over itself: its det J is not positive everywhere")
+    apart = max(spline[f"{way}_p99"] for way in WAYS) if spline else 0
+    if apart >= SPLINE_APART:
+        found.append(
+            f"spline and surface are up to {apart:.1%} of the diagonal apart for 99 % of the "
+            f"points, more than {SPLINE_APART:.1%}"
+        )
+    return found
+
+
+def distances(name: str, distances: quality.Distances) -> dict[str, float]:
+    return {
+        f"{name}_max": distances.largest,
+        f"{name}_mean": distances.mean,
+        f"{name}_p99": distances.p99,
+    }
+
+
+def histogram(name: str, values: np.ndarray) -> dict[str, list]:
+    """Counts (BINS,) between edges (BINS + 1,); what lies outside is in the outer bars."""
+    low, high = RANGES[name]
+    if name == "scaled_jacobian" and values.min() < 0:
+        low = -1.0
+    count, edges = np.histogram(np.clip(values, low, high), bins=BINS, range=(low, high))
+    return {"edges": edges.tolist(), "counts": count.tolist()}
+
+
+def worst_hexes(mesh: HexMesh, context: Sequence[str | None] = ()) -> list[dict[str, object]]:
+    """The worst hexes, by the scaled Jacobian and by each other measure, and where they are."""
+    found, rows = measured(mesh), []
+    for measure in SHOWN:
+        for hexa in worst(measure, found[measure], N_WORST if measure == SHOWN[0] else 1):
+            corners = mesh.hexes[hexa]
+            sides = np.isin(mesh.quads, corners).all(axis=1)
+            cell = int(mesh.cell[hexa])
+            row = {"worst_by": measure, "hex": int(hexa)}
+            row |= {name: float(found[name][hexa]) for name in SHOWN}
+            row |= {"center": mesh.vertices[corners].mean(axis=0).tolist(), "cell": cell}
+            if context:
+                row["primitive"] = context[cell]
+            row["patches"] = np.unique(mesh.patch[sides]).tolist()  # none: inside
+            rows.append(row)
+    return rows
+
+
+def off_surface(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(V,) distance of the boundary vertices from the surface, in model units; 0 inside."""
+    goal, outer = target(surface), np.unique(mesh.quads)
+    found = np.zeros(len(mesh.vertices))
+    found[outer] = goal.scale * closest.distance(goal.tree, goal.to_unit(mesh.vertices[outer]))
+    return found
+
+
+@lru_cache(maxsize=2)
+def quad_deviation(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(Q,) largest distance of 13 points of each boundary quad from the surface, in model units."""
+    goal = target(surface)
+    corners = goal.to_unit(mesh.vertices)[mesh.quads]
+    points = np.einsum("sk,qkd->qsd", quality.SHARES, corners)
+    away = closest.distance(goal.tree, points.reshape(-1, 3))
+    return goal.scale * away.reshape(len(mesh.quads), -1).max(axis=1)
+
+
+def farthest(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(3,) point of the surface, a vertex or a sample, that lies farthest from the mesh."""
+    goal = target(surface)
+    faces = quality.triangles(goal.to_unit(mesh.vertices), mesh.quads)
+    points = np.concatenate([goal.samples(40_000)[0], goal.surface.vertices])
+    away = closest.distance(closest.tree(faces, np.zeros((len(faces), 3))), points)
+    return goal.to_model(points[away.argmax()])
+
+
+def certificate(mesh: HexMesh) -> dict[str, object]:
+    """Where the Jacobian of all hexes is certainly positive."""
+    corners = quality.scaled_jacobian(mesh.vertices, mesh.hexes) > 0
+    found = certify(mesh.vertices, mesh.hexes)
+    least = int(found.bound.argmin())
+    return {
+        "positive_at_corners": bool(corners.all()),
+        "positive_everywhere": bool(found.positive.all()),
+        "not_positive": int(found.refuted.sum()),
+        "undecided": int((~found.positive & ~found.refuted).sum()),
+        "not_certified": np.flatnonzero(~found.positive)[:100].tolist(),
+        "least_bound": float(found.bound[least]),  # of det J, over its mean in the hex
+        "least_bound_hex": least,
+    }

@@ -1,0 +1,165 @@
+"""The first screen: is it good, how good, what is doubtful; from the numbers of report.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from polycube.hexmesh.quality import APART, LEAST_JACOBIAN, VOLUME_OFF
+from polycube.report.numbers import solutions
+from polycube.report.numbers.quality import SPLINE_APART
+from polycube.report.page.markup import show
+
+Report = Mapping[str, object]
+GOOD, DOUBTFUL, BAD, PLAIN = "good", "doubtful", "bad", ""
+CALM = "No doubts: worst hex, distance from the input and volume keep their limits."
+SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}  # a colour alone would not do
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One number that decides; `note` says what it is measured by."""
+
+    value: str
+    name: str
+    note: str = ""
+    mark: str = PLAIN
+
+
+def verdict(report: Report) -> str:
+    """Valid or not, what is doubtful, and the handful of numbers that decide."""
+    tiles = [tile for make in TILES for tile in make(report)]
+    cells = "".join(
+        f'<div class="tile {tile.mark}"><span>{tile.name}</span>'
+        f"<b>{SIGNS[tile.mark]}{show(tile.value)}</b><small>{show(tile.note)}</small></div>"
+        for tile in tiles
+    )
+    return f'{_mark(report)}{_why(report)}<div class="tiles">{cells}</div>'
+
+
+def _mark(report: Report) -> str:
+    if not report.get("valid"):
+        kind, words = BAD, "No valid result"
+    elif reasons(report):
+        kind, words = DOUBTFUL, "Valid hex mesh, to be looked at"
+    else:
+        kind, words = GOOD, "Valid hex mesh"
+    return f'<p class="verdict {kind}">{words}</p>'
+
+
+def _why(report: Report) -> str:
+    failure = [report["failure"]] if report.get("failure") else []
+    doubtful = [*failure, *reasons(report)]
+    if doubtful:
+        kind = BAD if failure else DOUBTFUL
+        return "".join(f'<p class="why {kind}">{show(_sentence(r))}</p>' for r in doubtful)
+    if report.get("valid"):
+        return f'<p class="calm">{CALM}</p>'
+    return ""
+
+
+def _sentence(reason: str) -> str:
+    """With a capital letter and a full stop."""
+    return reason[:1].upper() + reason[1:].rstrip(".") + "."
+
+
+def reasons(report: Report) -> list[str]:
+    """All that is doubtful of a valid mesh, a sentence each."""
+    stopped = [str(report["stopped"])] if report.get("stopped") else []
+    return [*stopped, *report.get("doubts", ())]
+
+
+def _worst(report: Report) -> list[Tile]:
+    numbers = report.get("hex", {})
+    least = numbers.get("min_scaled_jacobian")
+    if least is None:
+        return []
+    mark = BAD if least <= 0 else DOUBTFUL if least < LEAST_JACOBIAN else GOOD
+    mean = numbers.get("mean_scaled_jacobian")
+    note = f"1 is a cube, {LEAST_JACOBIAN} the limit" + (f"; mean {mean:.3f}" if mean else "")
+    return [Tile(f"{least:.3f}", "worst scaled Jacobian", note, mark)]
+
+
+def _count(report: Report) -> list[Tile]:
+    numbers = report.get("hex", {})
+    if "hexes" not in numbers:
+        return []
+    certificate, mark, note = numbers.get("certificate"), PLAIN, ""
+    if certificate:
+        everywhere = certificate["positive_everywhere"]
+        corners = certificate["positive_at_corners"]
+        mark = GOOD if everywhere else DOUBTFUL if corners else BAD
+        where = "everywhere (proved)" if everywhere else "at corners" if corners else "not in all"
+        note = f"Jacobian positive: {where}"
+    return [Tile(show(numbers["hexes"]), "hexes", note, mark)]
+
+
+def _distance(report: Report) -> list[Tile]:
+    numbers = report.get("hex", {})
+    ways = ("mesh_to_surface", "surface_to_mesh")
+    both = [numbers.get(f"{way}_max") for way in ways]
+    if None in both:
+        return []
+    notes, diagonal = [], numbers.get("deviation", {}).get("diagonal")
+    if diagonal:
+        notes.append(f"{show(max(both) * diagonal)} {length_unit(report)}")
+    p99 = [numbers.get(f"{way}_p99") for way in ways]
+    if None not in p99:
+        notes.append(f"99 % of the points within {100 * max(p99):.2g} %")
+    notes.append(f"limit {100 * APART:g} %")
+    mark = DOUBTFUL if max(both) >= APART else GOOD
+    value = f"{100 * max(both):.2f} % of the diagonal"
+    return [Tile(value, "largest distance from the input", "; ".join(notes), mark)]
+
+
+def _volume(report: Report) -> list[Tile]:
+    error = report.get("hex", {}).get("volume_error")
+    if error is None:
+        return []
+    mark = DOUBTFUL if error >= VOLUME_OFF else GOOD
+    return [Tile(f"{100 * error:.2f} %", "volume error", f"limit {100 * VOLUME_OFF:g} %", mark)]
+
+
+def _spline(report: Report) -> list[Tile]:
+    numbers = report.get("spline", {})
+    if "surface_to_spline_p99" not in numbers:
+        return []
+    p99 = max(numbers["surface_to_spline_p99"], numbers["spline_to_surface_p99"])
+    sound = numbers["is_positive"]
+    mark = GOOD if sound and p99 < SPLINE_APART else DOUBTFUL
+    least = f"det J at least {numbers['min_scaled_detj']:.3f} of its mean"
+    note = f"{show(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
+    value = f"{100 * p99:.2g} % of the diagonal"
+    name = "spline from the input, 99 % of points"
+    return [Tile(value, name, f"limit {100 * SPLINE_APART:g} %; {note}", mark)]
+
+
+def _solution(report: Report) -> list[Tile]:
+    return [
+        Tile(value, name) for name, value in solutions.tile(report).items() if value is not None
+    ]
+
+
+TILES = (_worst, _count, _distance, _volume, _spline, _solution)
+
+
+def length_unit(report: Report) -> str:
+    """Of the coordinates: as the analysis was told, else "model units"."""
+    for name in ("modes", "static", "poisson"):
+        unit = report.get(name, {}).get("units", {}).get("length")
+        if unit:
+            return str(unit)
+    return "model units"
+
+
+def subtitle(report: Report) -> str:
+    """What was done, in one line of plain text: size, time."""
+    words, box = [], report.get("input", {}).get("bbox")
+    if box:
+        low, high = box
+        size = " × ".join(show(b - a) for a, b in zip(low, high, strict=True))
+        words.append(f"{size} {length_unit(report)}")
+    spent = sum(report.get("seconds", {}).values())
+    if spent:
+        words.append(f"{spent:.1f} s of work")
+    return " · ".join(words)

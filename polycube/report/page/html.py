@@ -1,0 +1,158 @@
+"""The report for people: one page that needs no network and no other file."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from string import Template
+
+from polycube import __version__
+from polycube.io.atomic import whole
+from polycube.report.numbers import solutions
+from polycube.report.numbers.verdict import subtitle, verdict
+from polycube.report.page import sections
+from polycube.report.page.hexes import hexes, view
+from polycube.report.page.markup import section
+from polycube.report.page.repairs import repairs
+from polycube.report.pictures.pictures import denoising, pictures
+
+_HERE = Path(__file__).parent
+
+# what the files of a run are, for the list at the end; any other file is listed without a word
+FILES = {
+    "report.json": "every number of this page",
+    "config.json": "the settings",
+    "run.log": "what the run said",
+    "repaired.stl": "the repaired surface, in single precision",
+    "repaired.vtp": "the repaired surface",
+    "polycube.vtu": "polycube",
+    "labels.vtp": "input surface with axis and patch per face",
+    "hex.vtu": "hex mesh; measures, cell, primitive per hex, off_surface per vertex",
+    "hex.inp": "hex mesh, Abaqus",
+    "hex.exo": "hex mesh, Exodus",
+    "hex.msh": "hex mesh, Gmsh",
+    "hex.k": "hex mesh, LS-DYNA",
+    "hex.mesh": "hex mesh, Medit",
+    "hex.bdf": "hex mesh, Nastran",
+    "hex.vtk": "hex mesh, legacy VTK",
+    "spline.bext": "volumetric spline, Bezier extraction",
+    "spline.bxt": "the same as BEXT version 2.0",
+    "modal.k": "LS-DYNA deck for the free modes of spline.bext",
+    "spline.vtu": "volumetric spline, Bezier hexahedra",
+    "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
+    "modes.vtu": "eigenmodes",
+    "modes.csv": "frequencies",
+    "static.vtu": "displacement, stress (xx yy zz yz zx xy) and von Mises stress",
+    "poisson.vtu": "u and its flux",
+    "trajectory.npz": "denoising, all states: points and their steps",
+    "trajectory.png": "denoising, a picture of each state",
+    "trajectory.gif": "denoising, animation",
+}
+
+
+def write_report(
+    folder: Path,
+    state: Mapping[str, object],
+    report: Mapping[str, object],
+    drawing: bool = True,
+) -> Path:
+    """Write `folder/report.html`; a run that stopped half way is told as far as it went.
+
+    state : surface, polycube, labels, given, hexes, spline, solution, and trajectory with steps and
+        points, as far as they were made
+    report : the numbers of `report.json`, and the settings under "config"
+    drawing : with pictures, which take seconds; the 3D view is there without them
+
+    A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
+    """
+    drawn = pictures(state) if drawing else {}
+    moving = denoising(state) if drawing else {}
+    for name, image in moving.items():
+        with whole(folder / name) as temporary:
+            temporary.write_bytes(image)
+    parts = [
+        view(state),
+        sections.warnings(report),
+        hexes(state, report, drawn),
+        sections.spline(state, report, drawn),
+        solutions.section_of(state, report, drawn),
+        sections.surface(state, report, drawn),
+        repairs(report),
+        sections.structure(state, report, drawn),
+        sections.denoising(report, moving),
+        sections.seconds(report),
+        _settings(report),
+        _files(folder),
+    ]
+    text = page(
+        Path(str(report.get("input", {}).get("path", "part"))).name,
+        verdict(report),
+        "\n".join(filter(None, parts)),
+        f"seed {report.get('seed', '')}",
+        subtitle(report),
+    )
+    path = folder / "report.html"
+    with whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
+
+def page(title: str, verdict: str, body: str, note: str = "", subtitle: str = "") -> str:
+    """A whole page; `verdict` and `body` are HTML, the others plain text."""
+    return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
+        title=escape(title),
+        subtitle=f"<p class=subtitle>{escape(subtitle)}</p>" if subtitle else "",
+        links=_links(body),
+        style=(_HERE / "page.css").read_text(encoding="utf-8"),
+        verdict=verdict,
+        body=body,
+        note=escape(", ".join(filter(None, [f"polycube {__version__}", note]))),
+    )
+
+
+def _links(body: str) -> str:
+    """To every section, as their titles stand in the body."""
+    found = re.findall(r'<section id="(\w+)"><h2>([^<]*)</h2>', body)
+    links = "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in found)
+    return f'<nav aria-label="sections">{links}</nav>' if len(found) > 2 else ""
+
+
+def _settings(report: Mapping[str, object]) -> str:
+    config = report.get("config")
+    if not config:
+        return ""
+    text = escape(_yaml(config))
+    body = (
+        f"<details class=long><summary>All options of this run</summary><pre>{text}</pre></details>"
+    )
+    return section("settings", "Settings", body)
+
+
+def _yaml(value: object, indent: int = 0) -> str:
+    """Nested mappings as indented lines; everything else as JSON, which is YAML too."""
+    lines = []
+    for name, item in value.items():
+        if isinstance(item, Mapping) and item:
+            lines.append(f"{' ' * indent}{name}:\n{_yaml(item, indent + 2)}")
+        else:
+            lines.append(f"{' ' * indent}{name}: {json.dumps(item, default=str)}")
+    return "\n".join(lines)
+
+
+def _files(folder: Path) -> str:
+    made = {path.name for path in folder.iterdir() if path.is_file()} - {"report.html"}
+    names = sorted(made | {"report.json", "config.json"}, key=_place)
+    items = "".join(
+        f'<li><a href="{escape(name)}">{escape(name)}</a> {FILES.get(name, "")}</li>'
+        for name in names
+        if not name.startswith(".")
+    )
+    return section("files", "Files", f"<ul class=files>{items}</ul>")
+
+
+def _place(name: str) -> tuple[int, str]:
+    known = list(FILES)
+    return (known.index(name) if name in known else len(known), name)

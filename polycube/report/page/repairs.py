@@ -1,0 +1,30 @@
+"""What was changed of the input before it was meshed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+from polycube.report.page.markup import facts, section
+
+
+def repairs(report: Mapping[str, object]) -> str:
+    """The changes in order, how far they moved the surface; empty where none were asked for."""
+    numbers = report.get("repair")
+    if not numbers:
+        return ""
+    changes = "".join(f"<li>{escape(change)}</li>" for change in numbers["changes"])
+    told = f"<ul>{changes}</ul>" if changes else "<p>There was nothing to repair.</p>"
+    before, after = numbers["volume_before"], numbers["volume_after"]
+    rows = {
+        "level": numbers["level"],
+        "largest deviation, model units": numbers["deviation"],
+        "of the diagonal, %": numbers["deviation_percent"],
+        "of new faces from the input": numbers["added"],
+        "of the input from new faces": numbers["lost"],
+        "volume before": before,
+        "volume after": after,
+        "volume change, %": 100 * (after / before - 1) if before else None,
+        "cells of the surface built anew": numbers["cell"],
+    }
+    return section("repair", "Repair", told, facts(rows))

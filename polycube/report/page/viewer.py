@@ -1,0 +1,120 @@
+"""The hex mesh to turn, cut, filter and colour in a browser; everything it needs is in the page."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from polycube.hexmesh.hexes import FACES, neighbours, quad_sides
+from polycube.hexmesh.quality import scaled_jacobian
+from polycube.report.numbers.quality import quad_deviation
+from polycube.report.page.markup import gradient, show, swatches
+from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
+from polycube.report.pictures.render import view
+from polycube.types import HexMesh, TriMesh
+
+_HERE = Path(__file__).parent
+MOST = 200_000  # hexes; above, the page would be too heavy for a browser
+N_NAMED = 12  # grid cells at most that are named under the view
+
+
+def viewer(
+    mesh: HexMesh, surface: TriMesh | None = None, context: Sequence[str | None] = ()
+) -> str:
+    """Markup of the 3D view; empty for a mesh too large to show.
+
+    surface : the input; without it there are no distances to colour by
+    context : primitive per grid cell; empty where it is not known
+    """
+    if len(mesh.hexes) > MOST:
+        return ""
+    low, high = mesh.vertices.min(0), mesh.vertices.max(0)
+    size = float(np.linalg.norm(high - low))
+    places = (mesh.vertices - (low + high) / 2) / size
+    distance = distances(mesh, surface)
+    arrays = (
+        places.astype("<f4"),
+        mesh.hexes.astype("<i4"),
+        beyond(mesh.hexes).astype("<i4"),
+        scaled_jacobian(mesh.vertices, mesh.hexes).astype("<f4"),
+        distance.astype("<f4"),
+        mesh.cell.astype("<i4"),
+    )
+    packed = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
+    names, primitive = _primitives(mesh, context)
+    data = {
+        "V": len(places),
+        "H": len(mesh.hexes),
+        "faces": FACES.tolist(),
+        "low": places.min(0).tolist(),
+        "high": places.max(0).tolist(),
+        "middle": ((low + high) / 2).tolist(),
+        "size": size,
+        "view": view().tolist(),
+        "extent": np.abs(places @ view().T).max(0).tolist(),
+        "colours": rgb(QUALITY_COLOURS).tolist(),
+        "far": rgb(DEVIATION_COLOURS).tolist(),
+        "farthest": float(max(distance.max(), 0)),
+        "cells": rgb(CELLS).tolist(),
+        "names": names,
+        "primitive": primitive,
+        "data": base64.b64encode(packed).decode(),
+    }
+    legends = _legends(mesh, data, surface is not None)
+    choices = "".join(f'<option value="{key}">{title}</option>' for key, (title, _) in legends)
+    return Template((_HERE / "viewer.html").read_text(encoding="utf-8")).substitute(
+        data=json.dumps(data).replace("<", "\\u003c"),
+        script=(_HERE / "viewer.js").read_text(encoding="utf-8"),
+        choices=choices,
+        legends="".join(f'<div data-colour="{key}">{bar}</div>' for key, (_, bar) in legends),
+    )
+
+
+def _legends(
+    mesh: HexMesh, data: dict[str, object], has_distance: bool
+) -> list[tuple[str, tuple[str, str]]]:
+    """Key of each colouring, its title and its legend."""
+    cells, names = np.unique(mesh.cell).tolist(), data["names"]
+    found = {"quality": ("scaled Jacobian", gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1"))}
+    if has_distance:
+        far = f"{show(data['farthest'])} model units from the input"
+        found["distance"] = ("distance from the input", gradient(DEVIATION_COLOURS, "0", far))
+    if len(cells) > 1:
+        named = cells[:N_NAMED]
+        more = f", and {len(cells) - N_NAMED} more" if len(cells) > N_NAMED else ""
+        colours = [CELLS[cell % len(CELLS)] for cell in named]
+        found["cell"] = ("grid cell", swatches([str(c) for c in named], colours) + more)
+    if len(names) > 1:
+        colours = [CELLS[i % len(CELLS)] for i in range(len(names))]
+        found["primitive"] = ("primitive", swatches(names, colours))
+    return list(found.items())
+
+
+def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str], list[int]]:
+    """Names of the primitives that fill cells, and for each cell which of them."""
+    used = np.unique(mesh.cell).tolist()
+    filled = [context[c] if c < len(context) else None for c in range(max(used) + 1)]
+    names = sorted({filled[c] for c in used} - {None})
+    return names, [names.index(name) if name in names else 0 for name in filled]
+
+
+def distances(mesh: HexMesh, surface: TriMesh | None) -> np.ndarray:
+    """(H, 6) largest distance of each boundary face from the surface; -1 inside, or without one."""
+    found = np.full((len(mesh.hexes), 6), -1.0)
+    if surface is not None:
+        found[quad_sides(mesh)] = quad_deviation(mesh, surface)
+    return found
+
+
+def beyond(hexes: np.ndarray) -> np.ndarray:
+    """(H, 6) the hex beyond each face, -1 outside."""
+    found = np.full(6 * len(hexes), -1)
+    a, b = neighbours(hexes)
+    found[a], found[b] = b // 6, a // 6
+    return found.reshape(-1, 6)

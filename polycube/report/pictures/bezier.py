@@ -1,0 +1,43 @@
+"""Outside of a Bezier solid as small quads: what the pictures draw of a spline."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.spline.bernstein import bernstein
+from polycube.spline.cubic import FACES
+from polycube.types import Spline
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Small quads on the boundary; `points @ values` evaluates what the Bezier nodes carry."""
+
+    points: csr_matrix  # (P, B) weight of each Bezier node at each point
+    quads: np.ndarray  # (Q, 4) into points, counter-clockwise from outside
+    edges: np.ndarray  # (L, 2) into points: pieces of the edges of the elements
+
+
+def tessellate(spline: Spline, pieces: int = 4) -> Skin:
+    """Boundary faces of the elements, each cut into pieces * pieces quads."""
+    element, side = spline.sides.T
+    faces = spline.nodes[element[:, None], FACES[side]]  # (Q, 16)
+    line = bernstein(np.arange(pieces + 1) / pieces)  # (n, 4)
+    weights = np.einsum("ai,bj->abij", line, line).reshape(-1, 16)  # slow parameter first
+    n = pieces + 1
+    rows = np.arange(len(faces) * n * n).reshape(len(faces), n * n)
+    column = np.broadcast_to(faces[:, None, :], (len(faces), n * n, 16))
+    values = np.broadcast_to(weights, column.shape)
+    indptr = np.arange(0, values.size + 1, 16)
+    size = spline.extraction.shape[0]
+    points = csr_matrix((values.ravel(), column.ravel(), indptr), shape=(rows.size, size))
+
+    local = np.arange(n * n).reshape(n, n)
+    corners = [local[:-1, :-1], local[:-1, 1:], local[1:, 1:], local[1:, :-1]]
+    quads = rows[:, np.stack([c.ravel() for c in corners], 1)].reshape(-1, 4)
+    rim = np.concatenate([local[0], local[1:, -1], local[-1, -2::-1], local[-2::-1, 0]])
+    edges = rows[:, np.stack([rim[:-1], rim[1:]], 1)].reshape(-1, 2)
+    return Skin(points, quads, edges)

@@ -1,0 +1,73 @@
+"""What the pictures show of a solution: the outside of the solid, moved and coloured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from polycube.report.pictures.bezier import tessellate
+from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS, ramp
+from polycube.report.pictures.render import Film, Layer, Scene
+from polycube.types import Deformation, Modes, Potential, Solution, Spline
+
+State = Mapping[str, object]
+N_MODES = 4  # drawn
+AMPLITUDE = 0.08  # of the diagonal: the largest displacement as it is drawn
+TINY = 1e-300
+
+
+def makers(solution: Solution) -> dict[str, Callable[[State], Scene | Film]]:
+    """Picture -> how it is made of the state's spline and solution."""
+    if isinstance(solution, Modes):
+        first = first_elastic(solution)
+        numbers = range(first, min(first + N_MODES, len(solution.eigenvalues)))
+        return {f"mode_{n}": lambda s, n=n: mode(s["spline"], s["solution"], n) for n in numbers}
+    if isinstance(solution, Deformation):
+        return {"static": lambda s: deformed(s["spline"], s["solution"])}
+    if isinstance(solution, Potential):
+        return {"poisson": lambda s: potential(s["spline"], s["solution"])}
+    return {}
+
+
+def mode(spline: Spline, modes: Modes, number: int, amplitude: float = AMPLITUDE) -> Film:
+    """One mode, coloured by its displacement, the largest of which is drawn as `amplitude`."""
+    skin, points = _skin(spline)
+    shift = skin.points @ (spline.extraction @ modes.shapes[number])
+    length = np.linalg.norm(shift, axis=1)
+    scale = exaggeration(points, length.max(), amplitude)
+    colours = ramp(length / max(length.max(), TINY), DISPLACEMENT_COLOURS)
+    return Film(Layer(points, skin.quads, colours, skin.edges, smooth=True), scale * shift)
+
+
+def deformed(spline: Spline, found: Deformation) -> Scene:
+    """The solid moved, exaggerated, in the colour of its von Mises stress."""
+    skin, points = _skin(spline)
+    shift = skin.points @ (spline.extraction @ found.displacement)
+    stress = skin.points @ found.von_mises
+    scale = exaggeration(points, np.linalg.norm(shift, axis=1).max())
+    colours = ramp(stress / max(stress.max(), TINY), FIELD_COLOURS)
+    return [Layer(points + scale * shift, skin.quads, colours, skin.edges, smooth=True)]
+
+
+def potential(spline: Spline, found: Potential) -> Scene:
+    """The solid in the colour of u, from its least to its largest on the surface."""
+    skin, points = _skin(spline)
+    u = skin.points @ (spline.extraction @ found.values)
+    colours = ramp((u - u.min()) / max(np.ptp(u), TINY), FIELD_COLOURS)
+    return [Layer(points, skin.quads, colours, skin.edges, smooth=True)]
+
+
+def first_elastic(modes: Modes) -> int:
+    """Number of the first mode that deforms the body."""
+    return min(modes.rigid, len(modes.eigenvalues) - 1)
+
+
+def exaggeration(points: np.ndarray, largest: float, amplitude: float = AMPLITUDE) -> float:
+    """Factor that makes the largest displacement a share of the diagonal of points (N, 3)."""
+    return amplitude * np.linalg.norm(np.ptp(points, axis=0)) / max(largest, TINY)
+
+
+def _skin(spline: Spline) -> tuple[object, np.ndarray]:
+    skin = tessellate(spline)
+    return skin, skin.points @ (spline.extraction @ spline.control)

@@ -1,0 +1,181 @@
+"""Draw scenes to PNG and films to GIF, off screen.  Run as a program, in a process of its own:
+
+    python -m polycube.report.pictures.render FOLDER < scenes.pickle
+
+because a graphics driver that is missing or broken may end the process it is loaded into, and
+VTK talks on stderr.  `pictures.draw` is the other end.
+"""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from polycube.report.pictures.colours import EDGE
+
+EYE = (0.75, -1.0, 0.62)  # from the middle of the model towards the eye; z is up
+LIGHTS = (((-0.35, 1.0, 0.5), 0.6), ((0.1, 0.0, 1.0), 0.62))  # as seen from the eye, at +z
+SIZE = (1120, 840)  # pixels before the empty margin is cut off
+COLOURS = 256  # of a picture: a third of the bytes of all, and the page holds a dozen
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Polygons of one size in their colours, and lines upon them."""
+
+    points: np.ndarray  # (N, 3)
+    polygons: np.ndarray  # (P, 3 or 4)
+    colours: np.ndarray  # (P, 3) uint8, or (N, 3) where colours vary within a polygon
+    lines: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))  # into points
+    outlined: bool = False  # draw the edges of every polygon
+    smooth: bool = False  # shade as a curved surface, except at sharp edges
+    opacity: float = 1.0
+
+
+Scene = list[Layer]
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """One layer that swings: frame k shows its points moved by sin(k) of a whole turn."""
+
+    layer: Layer
+    shift: np.ndarray  # (N, 3)
+    width: int = 420  # pixels
+    frames: int = 16
+    milliseconds: int = 70  # per frame
+
+
+def view() -> np.ndarray:
+    """(3, 3) rotation from the model to the eye: right, up and towards it."""
+    towards = np.array(EYE) / np.linalg.norm(EYE)
+    right = np.cross([0, 0, 1], towards)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(towards, right), towards])
+
+
+def render(scene: Scene, path: Path) -> None:
+    """Write one picture with transparent background, cropped to what it shows."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none")
+    _light(plotter)
+    for layer in scene:
+        _add(plotter, layer)
+    _look(plotter, np.concatenate([layer.points for layer in scene]))
+    plotter.enable_anti_aliasing("ssaa")
+    image = plotter.screenshot(None, transparent_background=True, return_img=True)
+    plotter.close()
+    _save(image, path)
+
+
+def _light(plotter: object) -> None:
+    import pyvista
+
+    for where, intensity in LIGHTS:
+        light = pyvista.Light(position=where, light_type="camera light", intensity=intensity)
+        plotter.add_light(light)
+
+
+def _look(plotter: object, points: np.ndarray) -> None:
+    """Parallel view along `EYE` in which all points just fit."""
+    seen = points @ view().T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    middle = (low + high) / 2 @ view()
+    distance = 2 * np.linalg.norm(high - low)
+    plotter.enable_parallel_projection()
+    plotter.camera_position = [middle + distance * view()[2], middle, (0, 0, 1)]
+    width, height = (high - low)[:2]
+    plotter.camera.parallel_scale = 0.52 * max(height, width * SIZE[1] / SIZE[0])
+    plotter.renderer.ResetCameraClippingRange()
+
+
+def _add(plotter: object, layer: Layer, width: float = 4) -> None:
+    import pyvista
+
+    mesh = pyvista.PolyData(layer.points, _counted(layer.polygons))
+    plotter.add_mesh(
+        mesh,
+        scalars=layer.colours,
+        rgb=True,
+        preference="cell",
+        opacity=layer.opacity,
+        show_edges=layer.outlined,
+        edge_color=EDGE,
+        line_width=2.5,
+        smooth_shading=layer.smooth,
+        split_sharp_edges=layer.smooth,
+        specular=0.1,
+        ambient=0.35,
+        diffuse=0.8,
+    )
+    if len(layer.lines):
+        lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))
+        plotter.add_mesh(lines, color=EDGE, line_width=width)
+
+
+def _counted(cells: np.ndarray) -> np.ndarray:
+    return np.insert(cells, 0, cells.shape[1], axis=1).ravel()
+
+
+def _save(image: np.ndarray, path: Path) -> None:
+    from PIL import Image
+
+    few = Image.fromarray(image).quantize(COLOURS, Image.Quantize.FASTOCTREE)
+    seen = np.asarray(few.convert("RGBA"))[..., 3]
+    rows, columns = (np.flatnonzero(seen.any(axis)) for axis in (1, 0))
+    if not len(rows):
+        raise RuntimeError(f"nothing was drawn for {path.name}")
+    box = (columns[0], rows[0], columns[-1] + 1, rows[-1] + 1)
+    few.crop(tuple(map(int, box))).save(path, "PNG", optimize=True)
+
+
+def animate(film: Film, path: Path) -> None:
+    """Write a GIF, without end, on white; all frames in one view."""
+    import pyvista
+
+    size = 2 * film.width, 2 * film.width * SIZE[1] // SIZE[0]
+    plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
+    plotter.set_background("white")
+    _light(plotter)
+    layer = film.layer
+    steps = np.sin(2 * np.pi * np.arange(film.frames) / film.frames).round(9)
+    seen = {}
+    for step in np.unique(steps):
+        plotter.clear_actors()
+        _add(plotter, replace(layer, points=layer.points + step * film.shift), width=2)
+        ends = [layer.points + way * film.shift for way in (-1, 1)]
+        _look(plotter, np.concatenate(ends))
+        seen[step] = plotter.screenshot(None, return_img=True)
+    plotter.close()
+    _save_film([seen[step] for step in steps], path, film.milliseconds)
+
+
+def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
+    from PIL import Image
+
+    used = np.any([(frame < 255).any(axis=2) for frame in frames], axis=0)
+    rows, columns = (np.flatnonzero(used.any(axis)) for axis in (1, 0))
+    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    images = [Image.fromarray(np.ascontiguousarray(frame[box])).reduce(2) for frame in frames]
+    palette = images[0].quantize(64)
+    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    rest = {"append_images": images[1:], "duration": milliseconds, "loop": 0}
+    images[0].save(path, "GIF", save_all=True, **rest)
+
+
+def main(folder: Path) -> None:
+    """Draw what the pickle on stdin holds to `folder/<name>.png`, films to `<name>.gif`."""
+    for name, shown in pickle.load(sys.stdin.buffer).items():
+        if isinstance(shown, list):
+            render(shown, folder / f"{name}.png")
+        else:
+            animate(shown, folder / f"{name}.gif")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

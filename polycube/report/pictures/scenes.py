@@ -1,0 +1,156 @@
+"""What the pictures show, as coloured polygons and lines: numpy only, nothing is drawn here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.hexmesh.hexes import FACES, exposed
+from polycube.hexmesh.quality import scaled_jacobian
+from polycube.report.pictures.bezier import tessellate
+from polycube.report.pictures.colours import (
+    AXIS_COLOURS,
+    CELLS,
+    DEVIATION_COLOURS,
+    QUALITY_COLOURS,
+    SURFACE,
+    WORST,
+    ramp,
+    rgb,
+)
+from polycube.report.pictures.render import EYE, Layer, Scene
+from polycube.structure.lattice import boundary
+from polycube.types import HexMesh, Labels, Polycube, RoughMap, Spline, TriMesh
+
+SHARP = np.cos(np.radians(30))  # faces that turn by more meet at a drawn line
+
+
+def input_surface(surface: TriMesh) -> Scene:
+    """The surface as it came, its sharp edges drawn."""
+    edges, pair = _edges(surface.faces)
+    normals = _normals(surface.vertices, surface.faces)
+    turn = np.einsum("ij,ij->i", normals[pair[:, 0]], normals[pair[:, 1]])
+    colours = rgb((SURFACE,) * len(surface.faces))
+    return [Layer(surface.vertices, surface.faces, colours, edges[turn < SHARP], smooth=True)]
+
+
+def labelled(surface: TriMesh, labels: Labels) -> Scene:
+    """The surface, a colour per polycube axis, with a line around every patch."""
+    edges, pair = _edges(surface.faces)
+    border = edges[labels.patch[pair[:, 0]] != labels.patch[pair[:, 1]]]
+    return [Layer(surface.vertices, surface.faces, rgb(AXIS_COLOURS)[labels.axis], border)]
+
+
+def polycube_faces(polycube: Polycube, rough_map: RoughMap | None = None) -> Scene:
+    """The polycube, a colour per axis, with a line around every planar face.
+
+    With its rough map it is turned as the model lies, so that it shows the sides the model shows.
+    """
+    faces = boundary(polycube)
+    edges, pair = _edges(faces.quads)
+    border = edges[faces.patch[pair[:, 0]] != faces.patch[pair[:, 1]]]
+    points = faces.vertices if rough_map is None else faces.vertices @ _turn(rough_map).T
+    return [Layer(points, faces.quads, rgb(AXIS_COLOURS)[faces.axis], border)]
+
+
+def _turn(rough_map: RoughMap) -> np.ndarray:
+    """(3, 3) rotation nearest to the linear part of the map."""
+    ends = [np.take(rough_map.positions, [0, -1], axis).mean(_others(axis)) for axis in range(3)]
+    along = np.stack([end[1] - end[0] for end in ends], 1)
+    left, _, right = np.linalg.svd(along / np.linalg.norm(along, axis=0))
+    return left @ right
+
+
+def _others(axis: int) -> tuple[int, int]:
+    return tuple({0, 1, 2} - {axis})
+
+
+def hex_outside(mesh: HexMesh) -> Scene:
+    """The boundary of the hex mesh, each quad in the quality of its hex."""
+    return [_quality_skin(mesh, np.arange(len(mesh.hexes)))]
+
+
+def hex_cut(mesh: HexMesh) -> Scene:
+    """The hexes behind a plane through the middle, whole, in the colour of their quality.
+
+    The plane spans the two longer sides of the bounding box; what lies towards the eye is removed.
+    """
+    axis = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
+    middle = (mesh.vertices.max(0) + mesh.vertices.min(0))[axis] / 2
+    centre = mesh.vertices[mesh.hexes].mean(1)[:, axis]
+    slack = 1e-9 * np.ptp(mesh.vertices)
+    sign = np.sign(EYE[axis])
+    behind = sign * centre <= sign * middle + slack
+    return [_quality_skin(mesh, np.flatnonzero(behind))]
+
+
+def deviation(mesh: HexMesh, distance: np.ndarray) -> Scene:
+    """The boundary, each quad in the colour of its distance (Q,) from the input."""
+    colours = ramp(distance / max(distance.max(), 1e-300), DEVIATION_COLOURS)
+    return [Layer(mesh.vertices, mesh.quads, colours, outlined=True)]
+
+
+def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
+    """The hexes of each grid cell in a colour of their own, moved apart.
+
+    apart : share of the way from the middle of the mesh by which a cell is moved
+    """
+    middle, scene = mesh.vertices[mesh.hexes].mean(axis=1), []
+    for cell in np.unique(mesh.cell):
+        chosen = mesh.cell == cell
+        shift = apart * (middle[chosen].mean(axis=0) - middle.mean(axis=0))
+        used, local = np.unique(exposed(mesh.hexes[chosen])[0], return_inverse=True)
+        colours = rgb((cell_colour(cell),) * (local.size // 4))
+        points = mesh.vertices[used] + shift
+        scene.append(Layer(points, local.reshape(-1, 4), colours, outlined=True))
+    return scene
+
+
+def cell_colour(cell: int) -> str:
+    """As #rrggbb; neighbours along a grid have different ones."""
+    return CELLS[cell % len(CELLS)]
+
+
+def worst_hex(mesh: HexMesh) -> Scene:
+    """The hex of lowest quality in a transparent mesh, at the crossing of three lines."""
+    quality = scaled_jacobian(mesh.vertices, mesh.hexes)
+    hexa = mesh.hexes[np.argmin(quality)]
+    glass = rgb((SURFACE,) * len(mesh.quads))
+    low, high = mesh.vertices.min(0), mesh.vertices.max(0)
+    cross = np.repeat(mesh.vertices[hexa].mean(0)[None], 6, axis=0)
+    cross[[0, 2, 4], [0, 1, 2]], cross[[1, 3, 5], [0, 1, 2]] = low, high
+    points = np.concatenate([mesh.vertices[hexa], cross])
+    lines = np.array([[8, 9], [10, 11], [12, 13]])
+    return [
+        Layer(mesh.vertices, mesh.quads, glass, opacity=0.25, smooth=True),
+        Layer(points, FACES, rgb((WORST,) * 6), lines, outlined=True),
+    ]
+
+
+def spline_boundary(spline: Spline) -> Scene:
+    """The outside of the spline solid with the edges of its Bezier elements."""
+    skin = tessellate(spline)
+    points = skin.points @ (spline.extraction @ spline.control)
+    colours = rgb((SURFACE,) * len(skin.quads))
+    return [Layer(points, skin.quads, colours, skin.edges, smooth=True)]
+
+
+def _quality_skin(mesh: HexMesh, chosen: np.ndarray) -> Layer:
+    quads, owner = exposed(mesh.hexes[chosen])
+    quality = scaled_jacobian(mesh.vertices, mesh.hexes[chosen])[owner]
+    return Layer(mesh.vertices, quads, ramp(quality, QUALITY_COLOURS), outlined=True)
+
+
+def _edges(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges shared by two polygons of a surface: (E, 2) vertices, (E, 2) polygons."""
+    size = polygons.shape[1]
+    edges = np.sort(np.stack([polygons, np.roll(polygons, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)
+    edges, owner = edges[order], order // size
+    same = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
+    return edges[same], np.stack([owner[same], owner[same + 1]], 1)
+
+
+def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]

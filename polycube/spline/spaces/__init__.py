@@ -1,0 +1,4 @@
+"""Spline spaces on unstructured hex meshes: extraction, subdivision, hierarchies.
+
+Imports spline and below.
+"""

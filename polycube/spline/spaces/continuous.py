@@ -1,0 +1,60 @@
+"""All piecewise tricubic functions on a hex mesh that are continuous: every Bezier node is free."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix, eye
+
+from polycube.hexmesh.hexes import part, quad_sides
+from polycube.hexmesh.octree import split
+from polycube.spline.spaces.extraction import TENSOR, bezier_nodes
+from polycube.spline.spaces.subdivision import bezier_halves
+from polycube.types import HexMesh
+
+
+@dataclass(frozen=True, eq=False)
+class ContinuousSpace:
+    """The cubic finite elements of a hex mesh; a `hierarchy.Space`."""
+
+    mesh: HexMesh
+    points: np.ndarray  # (B, 3) Bezier points of the geometry
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """(H, 64) Bezier nodes of each hex."""
+        return bezier_nodes(self.mesh.hexes[:, TENSOR])[0]
+
+    @cached_property
+    def sides(self) -> np.ndarray:
+        """(Q, 2) hex and face of it of each boundary quad."""
+        return np.stack(quad_sides(self.mesh), axis=1)
+
+    @property
+    def patch(self) -> np.ndarray:
+        """(Q,) of each boundary quad."""
+        return self.mesh.patch
+
+    @property
+    def extraction(self) -> csr_matrix:
+        """(B, C) rows of all Bezier nodes."""
+        return eye(len(self.points), format="csr")
+
+    @property
+    def control(self) -> np.ndarray:
+        """(C, 3) coefficients of the geometry."""
+        return self.points
+
+    def finer(self, elements: np.ndarray) -> tuple[ContinuousSpace, csr_matrix]:
+        """The space of the children of some hexes, 8 i to 8 i + 7, and the two-scale matrix."""
+        mesh, halves = self.halved(elements)
+        return ContinuousSpace(mesh, halves @ self.points), halves
+
+    def halved(self, elements: np.ndarray) -> tuple[HexMesh, csr_matrix]:
+        """Some hexes in eight, and the Bezier nodes (B', B) of their children from those here."""
+        mesh = split(part(self.mesh, elements, self.sides)[0])
+        nodes = bezier_nodes(mesh.hexes[:, TENSOR])[0]
+        wanted = np.arange(nodes.max() + 1)
+        return mesh, bezier_halves(self.nodes[elements], nodes, wanted, len(self.points))

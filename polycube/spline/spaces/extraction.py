@@ -1,0 +1,193 @@
+"""The spline of a hex mesh as one sparse matrix from control points to shared Bezier nodes.
+
+A Bezier node belongs to an entity (vertex, edge, face or body of the mesh) and its nearest corner
+there, so neighbours share it.  It lies in a stratum of dimension d: 3 inside, 2 on the smooth
+boundary, 1 on a sharp curve, 0 at a sharp corner.  Its row is the mean over the d-cells round the
+entity of sum_w (2/3)^(d-m) (1/3)^m e_w: w the corners of the cell, m the directions in which w
+differs from the nearest corner (the hex-to-spline construction of TH-spline3D, level 0).
+
+A hex may be straight: its faces, edges and vertices then are strata of their own, so that its map
+is the trilinear one of its corners, and its neighbours meet it only continuously.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import product
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+
+from polycube.hexmesh.hexes import extraordinary_edges, quad_sides, unique_rows
+from polycube.spline.spaces.features import is_among
+from polycube.types import HexMesh, Spline
+
+TENSOR = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # VTK corner at tensor place i + 2 j + 4 k
+NEAREST = np.array([[2.0, 1.0], [2.0, 1.0], [1.0, 2.0], [1.0, 2.0]]) / 3  # node by corner, 1D
+FREE = 2  # an axis along which an entity extends; 0 and 1 are the side it lies on
+
+
+def _local(fixed: list[int], free: list[int], base: int) -> list[np.ndarray]:
+    """[d] (n_d, n^d) tensor places in the 8 vertices, 12 edges, 6 faces and the body of a hex."""
+    tables: list[list[list[int]]] = [[], [], [], []]
+    for entity in product((0, 1, FREE), repeat=3):
+        z, y, x = (free if side == FREE else [fixed[side]] for side in entity)
+        places = [i + base * j + base**2 * k for k, j, i in product(z, y, x)]
+        tables[entity.count(FREE)].append(places)
+    return [np.array(table) for table in tables]
+
+
+CORNERS = _local([0, 1], [0, 1], 2)  # the corners of each entity
+OWN = _local([0, 3], [1, 2], 4)  # its Bezier nodes nearest to those corners
+CLOSURE = _local([0, 3], [0, 1, 2, 3], 4)  # its Bezier nodes and those of its sides
+NO_HEXES = np.zeros(0, np.int64)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells of dimension d in tensor order: corners (c, 2^d) and Bezier nodes (c, 4^d)."""
+
+    dimension: int
+    corners: np.ndarray
+    nodes: np.ndarray
+
+
+def volumetric_spline(
+    mesh: HexMesh,
+    sharp_edges: np.ndarray,
+    corner_vertices: Sequence[int] = (),
+    straight: np.ndarray = NO_HEXES,
+) -> Spline:
+    """The spline whose control points are the vertices of the mesh.
+
+    sharp_edges : (S, 2) ends of boundary edges to keep as curves.  A vertex with two of them lies
+        on the curve, with one or more than two it is a corner, and so are `corner_vertices`.
+    straight : hexes that stay trilinear
+    Elsewhere the surface is smooth, and det J is 0 along a smooth boundary edge with a single hex.
+    Raises ValueError for sharp edges and corners off the boundary and for vertices without a hex.
+    """
+    extraction, nodes = extraction_matrix(mesh, sharp_edges, corner_vertices, straight)
+    return Spline(
+        control=mesh.vertices,
+        extraction=extraction,
+        nodes=nodes,
+        element_hex=np.arange(len(mesh.hexes)),
+        level=np.zeros(len(mesh.hexes)),
+        sides=np.stack(quad_sides(mesh), axis=1),
+        patch=mesh.patch,
+        extraordinary_edges=len(extraordinary_edges(mesh)[0]),
+    )
+
+
+def extraction_matrix(
+    mesh: HexMesh,
+    sharp_edges: np.ndarray,
+    corner_vertices: Sequence[int] = (),
+    straight: np.ndarray = NO_HEXES,
+) -> tuple[csr_matrix, np.ndarray]:
+    """Rows (B, C) of all Bezier nodes and the nodes (H, 64) of each hex; see volumetric_spline."""
+    corners = mesh.hexes[:, TENSOR]
+    nodes, numbers = bezier_nodes(corners)
+    unused = len(mesh.vertices) - numbers[0].max() - 1
+    if unused:
+        raise ValueError(f"hex mesh has {unused} vertices that no hex uses")
+    ends, count = np.unique(sharp_edges, return_counts=True)
+    tips = np.union1d(ends[count != 2], corner_vertices)
+    strata = _strata(corners, nodes, numbers, np.sort(sharp_edges, axis=1), tips, straight)
+    return _extraction(strata, nodes.max() + 1, len(mesh.vertices)), nodes
+
+
+def bezier_nodes(corners: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Shared Bezier nodes (H, 64), and the number of each local entity: [d] (H, n_d).
+
+    corners : (H, 8) vertices of each hex in tensor order
+    """
+    nodes = np.zeros((len(corners), 64), np.int64)
+    numbers, start = [], 0
+    for d in range(4):
+        ends = corners[:, CORNERS[d]]  # (H, n_d, 2^d)
+        rank = (ends[..., :, None] > ends[..., None, :]).sum(axis=-1)
+        distinct, inverse, _ = unique_rows(np.sort(ends, axis=-1).reshape(-1, 2**d))
+        number = inverse.reshape(ends.shape[:2])
+        nodes[:, OWN[d]] = start + number[..., None] * 2**d + rank
+        start += len(distinct) * 2**d
+        numbers.append(number)
+    return nodes, numbers
+
+
+def _strata(
+    corners: np.ndarray,
+    nodes: np.ndarray,
+    numbers: list[np.ndarray],
+    sharp_edges: np.ndarray,
+    tips: np.ndarray,
+    straight: np.ndarray,
+) -> list[Cells]:
+    """The cells of dimension 3, 2, 1, 0 that rule the nodes; a later one overrules the earlier."""
+
+    def cells(d: int, hexes: np.ndarray, local: np.ndarray) -> Cells:
+        at = hexes[:, None]
+        return Cells(d, corners[at, CORNERS[d][local]], nodes[at, CLOSURE[d][local]])
+
+    hexes = np.arange(len(corners))
+    outside = np.bincount(numbers[2].ravel())[numbers[2]] == 1  # (H, 6)
+    edge_ends = np.sort(corners[:, CORNERS[1]], axis=-1)  # (H, 12, 2)
+    sharp = is_among(edge_ends, sharp_edges)
+    _check_sharp(
+        sharp_edges, tips, cells(1, *_first(numbers[1], sharp)), cells(2, *np.nonzero(outside))
+    )
+    own = [np.isin(n, n[straight]) for n in numbers]  # [d] (H, n_d) entities of straight hexes
+    return [
+        cells(3, hexes, np.zeros_like(hexes)),
+        cells(2, *_first(numbers[2], outside | own[2])),
+        cells(1, *_first(numbers[1], sharp | own[1])),
+        cells(0, *_first(numbers[0], np.isin(corners, tips) | own[0])),
+    ]
+
+
+def _first(numbers: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Hex and local number of one occurrence of each chosen entity."""
+    hexes, local = np.nonzero(chosen)
+    _, first = np.unique(numbers[hexes, local], return_index=True)
+    return hexes[first], local[first]
+
+
+def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads: Cells) -> None:
+    """Raise ValueError unless sharp edges and corners are on the boundary, the edges named once."""
+    sides = np.sort(quads.corners[:, [[0, 1], [2, 3], [0, 2], [1, 3]]], axis=-1)
+    known = is_among(sharp_edges, sides.reshape(-1, 2))
+    if not known.all():
+        raise ValueError(
+            f"sharp edge {sharp_edges[np.argmin(known)].tolist()} is no edge of the boundary"
+        )
+    if len(curves.corners) != len(sharp_edges):
+        raise ValueError(f"{len(sharp_edges) - len(curves.corners)} sharp edges are named twice")
+    inside = np.setdiff1d(tips, quads.corners)
+    if len(inside):
+        raise ValueError(f"corner vertex {inside[0]} is not on the boundary")
+
+
+def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matrix:
+    """(B, C) rows of all nodes, each from the last stratum that has it."""
+    dimension = np.zeros(n_nodes, np.int64)
+    for stratum in strata:
+        dimension[stratum.nodes] = stratum.dimension
+    parts = (
+        diags((dimension == stratum.dimension).astype(np.float64))
+        @ _mean_rows(stratum, n_nodes, n_vertices)
+        for stratum in strata
+    )
+    return csr_matrix(sum(parts))
+
+
+def _mean_rows(cells: Cells, n_nodes: int, n_vertices: int) -> csr_matrix:
+    """(B, C) mean over the cells round a node of their trilinear weights at thirds."""
+    weights = reduce(np.kron, [NEAREST] * cells.dimension, np.ones((1, 1)))
+    count = np.bincount(cells.nodes.ravel(), minlength=n_nodes)
+    shape = (len(cells.nodes), *weights.shape)  # (c, 4^d, 2^d)
+    rows = np.broadcast_to(cells.nodes[..., None], shape)
+    columns = np.broadcast_to(cells.corners[:, None], shape)
+    values = weights / count[rows]
+    return csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), (n_nodes, n_vertices))

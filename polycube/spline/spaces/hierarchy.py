@@ -1,0 +1,211 @@
+"""Truncated hierarchical splines: coarse functions where elements are coarse, fine where fine.
+
+Level l has functions C_l on Omega_l and on a ring of ghosts.  Those with support in Omega_l that
+meet an active element are active.  Coarser ones lose what active ones span: T_0 = E_0, T_l+1 =
+D S T_l + E, with the two-scale matrix S, E the unit rows of active functions, D of all others
+(Giannelli, Juettler, Speleers 2012).  Active elements have the rows C_l T_l + X_l: the remainders
+R = cut(C_l) - C_l+1 S are carried, X_l+1 = cut(X_l) + R A.  They are 0 where the levels are nested;
+where h2s is not, levels meet without a crack all the same.  A is T_l, but a function with support
+in Omega_l+1, which is gone, follows that finer one which it contributes most to.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags, vstack
+
+from polycube.spline.spaces.subdivision import bezier_halves
+from polycube.types import Spline
+
+logger = logging.getLogger(__name__)
+
+CORNER_NODES = [0, 3, 12, 15, 48, 51, 60, 63]
+NESTED = 1e-10  # remainders no larger are rounding
+TINY = 1e-13  # coefficients below it are rounding
+
+
+class Space(Protocol):
+    """A spline space on some elements of one level, which are refined without their neighbours."""
+
+    control: np.ndarray  # (C, 3)
+    extraction: csr_matrix  # (B, C), rows sum to 1
+    nodes: np.ndarray  # (E, 64)
+    sides: np.ndarray  # (Q, 2) element and face, on the solid's boundary
+    patch: np.ndarray  # (Q,)
+
+    def finer(self, elements: np.ndarray) -> tuple[Space, csr_matrix]:
+        """The space of the children, 8 i to 8 i + 7 of elements[i] in VTK corner order, and S.
+
+        S (C', C) expresses the coarse functions.  Both need be right only where the children's
+        neighbours are children too.
+        """
+
+
+@dataclass(frozen=True)
+class Level:
+    """One level of a hierarchy."""
+
+    space: Space
+    inside: np.ndarray  # (E,) whether in Omega_l; the others are ghosts
+    hex: np.ndarray  # (E,) each comes from
+    halved: int = 0  # how often it was
+    two_scale: csr_matrix | None = None  # (C_l, C_l-1); None at level 0
+    parents: np.ndarray | None = None  # (E / 8,) elements of the level before
+
+    @property
+    def refined(self) -> np.ndarray:
+        """Elements of the level before that Omega_l consists of, in the order of their children."""
+        return self.parents[: self.inside.sum() // 8]
+
+
+def coarsest(space: Space, halvings: int = 0) -> Level:
+    """All of a space, every element in eight so often, as level 0."""
+    origin = np.arange(len(space.nodes))
+    for _ in range(halvings):
+        space, _ = space.finer(np.arange(len(space.nodes)))
+        origin = np.repeat(origin, 8)
+    return Level(space, np.ones(len(origin), bool), origin, halvings)
+
+
+def finer_level(level: Level, elements: np.ndarray) -> Level:
+    """The children of some elements, in their order, and after them a ring of ghosts."""
+    parents = np.concatenate([elements, np.setdiff1d(ring(level.space, elements), elements)])
+    space, two_scale = level.space.finer(parents)
+    inside = np.repeat(np.arange(len(parents)) < len(elements), 8)
+    origin = np.repeat(level.hex[parents], 8)
+    return Level(space, inside, origin, level.halved + 1, two_scale, parents)
+
+
+def ring(space: Space, elements: np.ndarray) -> np.ndarray:
+    """The elements and all that touch them, ascending."""
+    corners = space.nodes[:, CORNER_NODES]
+    near = np.zeros(space.nodes.max() + 1, bool)
+    near[corners[elements]] = True
+    return np.flatnonzero(near[corners].any(axis=1))
+
+
+def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Spline:
+    """The truncated hierarchical spline of some levels, the elements of the coarsest first."""
+    pairs = list(zip(levels, [*levels[1:], None], strict=True))
+    active = [_active_elements(*pair) for pair in pairs]
+    functions = [_functions(*pair) for pair in zip(levels, active, strict=True)]
+    truncated = _truncated(levels, [own for own, _ in functions])
+    carried = _carried(levels, truncated, [gone for _, gone in functions])
+    most = max(abs(part).max() for part in carried)
+    if most > NESTED:
+        logger.info(
+            "levels are not nested: remainders up to %.3g carried to %d Bezier nodes",
+            most,
+            sum((abs(part).max(axis=1) > NESTED).sum() for part in carried),
+        )
+    rows, nodes, sides, patch = [], [], [], []
+    n_nodes = n_elements = 0
+    for level, elements, coefficients, more in zip(levels, active, truncated, carried, strict=True):
+        space = level.space
+        used, local = np.unique(space.nodes[elements], return_inverse=True)
+        rows.append(space.extraction[used] @ coefficients + more[used])
+        nodes.append(n_nodes + local.reshape(-1, 64))
+        number = np.full(len(space.nodes), -1)
+        number[elements] = n_elements + np.arange(len(elements))
+        outer = number[space.sides[:, 0]] >= 0
+        sides.append(np.stack([number[space.sides[outer, 0]], space.sides[outer, 1]], axis=1))
+        patch.append(space.patch[outer])
+        n_nodes, n_elements = n_nodes + len(used), n_elements + len(elements)
+    together = list(zip(levels, active, functions, strict=True))
+    for level, elements, (own, _) in together:
+        logger.info("level %d: %d elements, %d functions", level.halved, len(elements), len(own))
+    return Spline(
+        control=np.concatenate([level.space.control[own] for level, _, (own, _) in together]),
+        extraction=vstack(rows, format="csr"),
+        nodes=np.concatenate(nodes),
+        element_hex=np.concatenate([level.hex[elements] for level, elements, _ in together]),
+        level=np.repeat([level.halved for level in levels], [len(e) for e in active]),
+        sides=np.concatenate(sides),
+        patch=np.concatenate(patch),
+        extraordinary_edges=extraordinary_edges,
+    )
+
+
+def _active_elements(level: Level, finer: Level | None) -> np.ndarray:
+    """Elements of Omega_l that are not refined further, ascending."""
+    is_active = level.inside.copy()
+    if finer is not None:
+        is_active[finer.refined] = False
+    return np.flatnonzero(is_active)
+
+
+def _functions(level: Level, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Functions with support in Omega_l: those that meet an active element, and the others."""
+    nodes, n_nodes = level.space.nodes, level.space.extraction.shape[0]
+    support = abs(level.space.extraction).T
+    mine, others = (
+        support @ np.bincount(nodes[elements].ravel(), minlength=n_nodes) > TINY
+        for elements in (active, ~level.inside)
+    )
+    return np.flatnonzero(mine & ~others), np.flatnonzero(~mine & ~others)
+
+
+def _truncated(levels: list[Level], active: list[np.ndarray]) -> list[csr_matrix]:
+    """[l] T_l (C_l, all active functions)."""
+    ends = np.cumsum([0, *map(len, active)])
+    found: list[csr_matrix] = []
+    for level, own, start in zip(levels, active, ends, strict=False):
+        n = level.space.extraction.shape[1]
+        columns = start + np.arange(len(own))
+        unit = csr_matrix((np.ones(len(own)), (own, columns)), (n, ends[-1]))
+        if found:
+            others = np.ones(n)
+            others[own] = 0
+            unit = (diags(others) @ level.two_scale @ found[-1] + unit).tocsr()
+        found.append(unit)
+    return found
+
+
+def _carried(
+    levels: list[Level], truncated: list[csr_matrix], gone: list[np.ndarray]
+) -> list[csr_matrix]:
+    """[l] X_l (B_l, all active functions)."""
+    all_of = truncated.copy()
+    for i in range(len(levels) - 2, -1, -1):
+        heirs = np.asarray(levels[i + 1].two_scale.tocsc()[:, gone[i]].argmax(axis=0)).ravel()
+        kept = np.ones(truncated[i].shape[0])
+        kept[gone[i]] = 0
+        shape = truncated[i].shape[0], truncated[i + 1].shape[0]
+        follow = csr_matrix((np.ones(len(heirs)), (gone[i], heirs)), shape)
+        all_of[i] = diags(kept) @ truncated[i] + follow @ all_of[i + 1]
+    found = [csr_matrix((levels[0].space.extraction.shape[0], truncated[0].shape[1]))]
+    for i, (coarse, fine) in enumerate(pairwise(levels)):
+        missed = remainder(coarse, fine)
+        found.append(missed @ all_of[i])
+        if found[i].nnz:
+            found[-1] += _cut(coarse, fine, np.unique(fine.space.nodes[fine.inside])) @ found[i]
+    return found
+
+
+def _cut(coarse: Level, fine: Level, at: np.ndarray) -> csr_matrix:
+    """(B_l+1, B_l) Bezier nodes of Omega_l+1, those `at`, from the coarser ones exactly."""
+    n = fine.space.extraction.shape[0], coarse.space.extraction.shape[0]
+    halves = bezier_halves(coarse.space.nodes[fine.parents], fine.space.nodes, at, n[1])
+    select = csr_matrix((np.ones(len(at)), (at, np.arange(len(at)))), (n[0], len(at)))
+    return (select @ halves).tocsr()
+
+
+def remainder(coarse: Level, fine: Level) -> csr_matrix:
+    """(B_l+1, C_l) R, how far the finer functions on Omega_l+1 miss the coarser ones, cut exactly.
+
+    Computed only where two random combinations of coarser functions are missed.
+    """
+    at = np.unique(fine.space.nodes[fine.inside])
+    before, after, two_scale = coarse.space.extraction, fine.space.extraction, fine.two_scale
+    cut = _cut(coarse, fine, at)
+    sample = np.random.default_rng(0).standard_normal((before.shape[1], 2))
+    missed = abs(cut @ (before @ sample) - after @ (two_scale @ sample)).max(axis=1) > NESTED
+    here = np.zeros(len(missed))
+    here[at] = missed[at]
+    mask = diags(here)
+    return (mask @ cut) @ before - (mask @ after) @ two_scale

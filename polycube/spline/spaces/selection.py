@@ -1,0 +1,192 @@
+"""Which elements a spline refines: the options of `refine`, common to the spline plugins.
+
+By list or file, by box, where the surface turns, or where the spline misses the part.  Marks of the
+last three grow by rings of neighbours: a function of the finer level needs four of its elements in
+each direction, so a single refined element has none.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from numbers import Integral, Real
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.spline.boundary import grid, normals, sampling
+from polycube.spline.spaces.hierarchy import Level, Space, ring
+from polycube.surface import closest
+from polycube.surface.target import target
+from polycube.types import TriMesh
+
+logger = logging.getLogger(__name__)
+
+LINE = (np.arange(4) + 0.5) / 4  # samples of a face, each way
+NOTHING = 1e-10  # root mean square distance, in diagonals, that is rounding
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What to refine, in the numbers of the elements after `levels`; by default nothing."""
+
+    levels: int = 0  # every element in eight so often, before anything else
+    elements: str | Sequence[int] = field(default_factory=list)  # file of "level element", or these
+    boxes: Sequence[Mapping] = field(default_factory=list)  # {box: [x, y, z, X, Y, Z], level: 1}
+    curvature: float = 0  # degrees: elements with an outer face that turns by more; 0: none
+    indicator: float = 0  # share of the squared distance to the surface; 0: none
+    depth: int = 1  # levels that curvature and indicator add at most
+    rings: int = 1  # of neighbours, refined with what a box, curvature or indicator marks
+
+    def __post_init__(self) -> None:
+        for name in ("levels", "depth", "rings"):
+            least = int(name == "depth")
+            if not _is_whole(getattr(self, name), least):
+                raise ValueError(
+                    f"refine.{name} must be a whole number >= {least}; got {getattr(self, name)!r}"
+                )
+        for name, end in (("curvature", 180), ("indicator", 1)):
+            value = getattr(self, name)
+            if not _is_number(value) or not 0 <= value <= end:
+                raise ValueError(f"refine.{name} must lie in [0, {end}]; got {value!r}")
+        for box in self.boxes:
+            _check_box(box)
+        self.listed()
+
+    @classmethod
+    def of(cls, options: Mapping | Refinement) -> Refinement:
+        """The options by name; raises ValueError for unknown ones."""
+        if isinstance(options, Refinement):
+            return options
+        unknown = set(options) - set(cls.__dataclass_fields__)
+        if unknown:
+            raise ValueError(
+                f"refine takes {', '.join(cls.__dataclass_fields__)}; got {sorted(unknown)[0]!r}"
+            )
+        return cls(**options)
+
+    def listed(self) -> list[np.ndarray]:
+        """[l] elements of each level in their order; those of level l > 0 number children.
+
+        Child c, in VTK's order of corners, of the i-th element listed one level before is 8 i + c.
+        """
+        if not isinstance(self.elements, str):
+            if not all(_is_whole(element, 0) for element in self.elements):
+                raise ValueError(
+                    f"refine.elements must be whole numbers >= 0 or a file; got {self.elements!r}"
+                )
+            levels = [list(self.elements)] if len(self.elements) else []
+        else:
+            levels = _from_file(Path(self.elements))
+        for level, elements in enumerate(levels):
+            if len(set(elements)) < len(elements):
+                raise ValueError(f"refine.elements names an element of level {level} twice")
+        return [np.array(elements, np.int64) for elements in levels]
+
+    def marked(self, level: Level, depth: int, surface: TriMesh) -> np.ndarray:
+        """Elements (M,) of Omega that boxes, curvature and indicator mark, with their rings."""
+        marks = np.zeros(len(level.inside), bool)
+        for box in self.boxes:
+            if box.get("level", 1) > depth:
+                met = _meets(level.space, np.reshape(np.array(box["box"], float), (2, 3)))
+                marks |= met
+                if depth == 0 and not met.any():
+                    logger.warning("warning: refine.boxes: no element meets %s", list(box["box"]))
+        if depth < self.depth and self.curvature:
+            marks[_bent(level.space, np.radians(self.curvature))] = True
+        if depth < self.depth and self.indicator:
+            marks[_missing(level, surface, self.indicator)] = True
+        for _ in range(self.rings):
+            marks[ring(level.space, np.flatnonzero(marks & level.inside))] = True
+        return np.flatnonzero(marks & level.inside)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _is_whole(value: object, least: int) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool) and value >= least
+
+
+def _check_box(box: Mapping) -> None:
+    """Raise ValueError unless it is {box: [x, y, z, X, Y, Z], level: 1}."""
+    wanted = f"a box of refine.boxes must be {{box: [x, y, z, X, Y, Z], level: 1}}; got {box!r}"
+    if not isinstance(box, Mapping) or "box" not in box or set(box) - {"box", "level"}:
+        raise ValueError(wanted)
+    corners, level = box["box"], box.get("level", 1)
+    if not isinstance(corners, Sequence) or len(corners) != 6:
+        raise ValueError(wanted)
+    if not all(map(_is_number, corners)) or not _is_whole(level, 1):
+        raise ValueError(wanted)
+    if not all(low < high for low, high in zip(corners[:3], corners[3:], strict=True)):
+        raise ValueError(f"a box of refine.boxes must have its low corner first; got {box!r}")
+
+
+def _from_file(path: Path) -> list[list[int]]:
+    """[l] elements, from lines "level element"."""
+    if not path.is_file():
+        raise ValueError(f"refine.elements: there is no file {str(path)!r}")
+    pairs = []
+    for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
+        words = line.split()
+        if words and not (len(words) == 2 and all(word.isdecimal() for word in words)):
+            raise ValueError(f'{path}, line {number}: needs "level element"; got {line!r}')
+        pairs += [tuple(map(int, words))] if words else []
+    deepest = max((level for level, _ in pairs), default=-1)
+    if deepest > 20:
+        raise ValueError(f"{path}: names level {deepest}; 20 is the most")
+    return [[e for level, e in pairs if level == wanted] for wanted in range(deepest + 1)]
+
+
+def check_listed(listed: Sequence[np.ndarray], n_elements: int) -> None:
+    """Raise InputError for an element that a mesh of n_elements does not have."""
+    for level, elements in enumerate(listed):
+        limit = 8 * len(listed[level - 1]) if level else n_elements
+        if elements.max(initial=-1) >= limit:
+            raise InputError(
+                f"refine.elements names element {elements.max()} of level {level}, "
+                + (f"where those listed before have {limit} children" if level else "")
+                + ("" if level else f"where there are {limit} elements")
+            )
+
+
+def _points(space: Space) -> np.ndarray:
+    return (space.extraction @ space.control)[space.nodes]
+
+
+def _meets(space: Space, box: np.ndarray) -> np.ndarray:
+    """(E,) whether the box of an element's Bezier points meets a box (2, 3)."""
+    points = _points(space)
+    return ((points.min(axis=1) < box[1]) & (points.max(axis=1) > box[0])).all(axis=1)
+
+
+def _bent(space: Space, angle: float) -> np.ndarray:
+    """Elements with an outer face two of whose normals are more than `angle` radians apart."""
+    u, v = grid(np.linspace(0, 1, 3))
+    points = space.extraction @ space.control
+    _, du, dv = sampling(space, u, v)
+    normal = normals(du @ points, dv @ points).reshape(-1, 9, 3)
+    cosine = np.einsum("qac,qbc->qab", normal, normal).min(axis=(1, 2))
+    return space.sides[cosine < np.cos(angle), 0]
+
+
+def _missing(level: Level, surface: TriMesh, share: float) -> np.ndarray:
+    """The fewest elements of Omega with a share of the squared distance from outer faces.
+
+    Integrated over the faces; the marking of Doerfler (1996).
+    """
+    space, goal = level.space, target(surface)
+    points = goal.to_unit(space.extraction @ space.control)
+    at, du, dv = sampling(space, *grid(LINE))
+    area = np.linalg.norm(np.cross(du @ points, dv @ points), axis=1)
+    apart = closest.distance(goal.tree, at @ points)
+    of_face = (apart**2 * area).reshape(len(space.sides), -1).mean(axis=1)
+    error = np.bincount(space.sides[:, 0], of_face, len(space.nodes)) * level.inside
+    order = np.argsort(-error, kind="stable")
+    total = np.cumsum(error[order])
+    if total[-1] <= NOTHING**2 * area.reshape(len(space.sides), -1).mean(axis=1).sum():
+        return order[:0]
+    return order[: np.searchsorted(total, share * total[-1] * (1 - 1e-12)) + 1]

@@ -1,0 +1,159 @@
+"""Sets of creases that a spline may keep, and which of the splines fitted with them is better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from polycube.spline.bezier import min_detj, scaled_detj
+from polycube.spline.deviation import deviation
+from polycube.spline.spaces.extraction import NO_HEXES, volumetric_spline
+from polycube.spline.spaces.features import (
+    creases,
+    folds,
+    is_among,
+    kinks,
+    union,
+    without_dead_ends,
+)
+from polycube.types import HexMesh, Spline, TriMesh
+
+LEAST = 0.05  # scaled det J below which a hex is made straight
+FLOOR = 0.1  # scaled det J below which a crease may not push an element
+WORTH = 0.001  # distance, in diagonals, that half the scaled det J is worth below a floor
+VOLUME = 0.2  # distance, in diagonals, that an error of the whole volume is worth
+STRAIGHT = 0.01  # and to have all hexes straight
+LOST = 0.02  # and to have the border of what an analysis holds all smooth
+INVALID = 1e3  # least cost of a spline whose det J may be negative
+GOOD = 0.001  # cost of a spline that needs no rival
+POOR = 0.006  # cost of the best spline above which straight hexes are tried
+NO_EDGES = np.zeros((0, 2), np.int64)
+
+
+class Sharp(NamedTuple):
+    """What is kept sharp."""
+
+    edges: np.ndarray  # (S, 2) of the boundary, ends ascending
+    corners: np.ndarray  # (P,) vertices on them
+    straight: np.ndarray = NO_HEXES  # (T,) hexes that stay trilinear for it
+
+
+class Creases:
+    """The creases of a mesh by angle and the borders (B, 2) of what an analysis holds, beside edges
+    (S, 2) that are sharp anyhow.
+    """
+
+    def __init__(
+        self,
+        hexes: HexMesh,
+        forced: np.ndarray,
+        angle: float,
+        fold: bool,
+        borders: np.ndarray = NO_EDGES,
+    ) -> None:
+        self.hexes, self.forced, self.angle, self.fold = hexes, forced, angle, fold
+        self.borders = borders
+        self.found = union(creases(hexes, angle), borders)
+
+    def all_but(self, blunt: np.ndarray) -> Sharp:
+        """All creases without ends in the smooth surface, but those that meet `blunt` vertices."""
+        kept = self.found[~np.isin(self.found, blunt).any(axis=1)]
+        edges = union(self.forced, without_dead_ends(union(self.forced, kept)))
+        tips = np.setdiff1d(kinks(self.hexes, edges, self.angle), blunt)
+        return Sharp(edges, union(self.folds(edges), tips))
+
+    def harmless(self) -> Sharp:
+        """As many creases and kinks as leave det J of the spline alone that is not fitted."""
+        plain = Sharp(self.forced, self.folds(self.forced))
+        floor = np.minimum(scaled_detj(volumetric_spline(self.hexes, *plain)), FLOOR) - 1e-9
+        blunt = np.zeros(0, np.int64)
+        while True:
+            sharp = self.all_but(blunt)
+            low = scaled_detj(volumetric_spline(self.hexes, *sharp)) < floor
+            spoiled = self.hexes.hexes[low]
+            if len(spoiled) == 0:
+                return sharp
+            if np.isin(spoiled, blunt).all():
+                return plain
+            blunt = union(blunt, spoiled.ravel())
+
+    def straightened(self, sharp: Sharp) -> Sharp:
+        """With the hexes straight whose det J is low in the spline that is not fitted.
+
+        One after the other, for neighbours of straight hexes may come to be low; where all are
+        straight, the spline is the mesh.
+        """
+        straight = np.zeros(0, np.int64)
+        while True:
+            scaled = scaled_detj(volumetric_spline(self.hexes, *sharp[:2], straight))
+            low = np.setdiff1d(np.flatnonzero(scaled < LEAST), straight)
+            if len(low) == 0:
+                return Sharp(*sharp[:2], straight)
+            straight = union(straight, low)
+
+    def lost(self, sharp: Sharp) -> float:
+        """Share of the borders that is not sharp."""
+        kept = is_among(self.borders, sharp.edges)
+        return 1 - kept.mean() if len(kept) else 0.0
+
+    def folds(self, edges: np.ndarray) -> np.ndarray:
+        """(P,) vertices where edges fold along a face, where these are to be corners."""
+        return folds(self.hexes, edges) if self.fold else np.zeros(0, np.int64)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A spline with some creases, and what it costs in diagonals."""
+
+    name: str
+    spline: Spline
+    sharp: Sharp
+    cost: float
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        spline: Spline,
+        sharp: Sharp,
+        surface: TriMesh,
+        floor: float,
+        lost: float = 0.0,
+    ) -> Trial:
+        """With its cost, straight hexes and a share of lost borders included; floor of scaled
+        det J.
+        """
+        hexes = spline.element_hex.max() + 1
+        price = cost(spline, surface, floor) + STRAIGHT * len(sharp.straight) / hexes
+        return cls(name, spline, sharp, price + LOST * lost)
+
+    def words(self, surface: TriMesh) -> str:
+        """What decides, for the log."""
+        apart, jacobian = deviation(self.spline, surface), min_detj(self.spline)
+        farthest = max(apart.to_surface.p99, apart.to_spline.p99)
+        straight = f" and {len(self.sharp.straight)} straight hexes" * (
+            len(self.sharp.straight) > 0
+        )
+        return (
+            f"{len(self.sharp.edges)} sharp edges{straight} for {100 * farthest:.3f} %, volume "
+            f"{100 * apart.volume:+.2f} % and scaled det J {jacobian.min_scaled_detj:.3g}"
+            + " (not valid)"
+            * (jacobian.lower_bound <= 0)
+        )
+
+
+def cost(spline: Spline, surface: TriMesh, floor: float) -> float:
+    """Distance of the farthest percent either way, error of the volume, and what scaled det J
+    lacks below a floor.
+
+    In diagonals; where det J is not certified to be positive, more than any that is, by how far
+    it is from that.
+    """
+    jacobian, apart = min_detj(spline), deviation(spline, surface)
+    if jacobian.lower_bound <= 0:
+        return INVALID + 1 - jacobian.min_scaled_detj
+    lack = max(np.log2(floor / jacobian.min_scaled_detj), 0)
+    far = max(apart.to_surface.p99, apart.to_spline.p99)
+    return far + VOLUME * abs(apart.volume) + WORTH * lack

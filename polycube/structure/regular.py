@@ -1,0 +1,92 @@
+"""Which polycube noisy points lie on: the structure read from the points alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations, product
+
+import numpy as np
+from scipy.special import ndtr
+
+from polycube.structure.lattice import collapse, genus, is_manifold, lattice
+from polycube.types import Polycube
+
+CHANGES = 2  # cells that may be filled otherwise than supposed
+NOISE = (0.03, 0.06, 0.12, 0.2)  # cells: standard deviations that points may be off by
+STRAY = 1e-3  # density of points that are nowhere near, per cell^3
+
+
+def read_structure(
+    points: np.ndarray,
+    supposed: Polycube,
+    primitives: Mapping[str, np.ndarray],
+    margin: float = 0.0,
+) -> Polycube:
+    """The likeliest polycube of (N, 3) points that has the supposed one's grid and genus.
+
+    Tried are all fillings that differ from the supposed one in at most CHANGES cells, which on a
+    grid of two cells are all there are.  Of evenly spread points all 24 contexts of 2x1 are read
+    right up to noise of 0.1 cells; of 0.15, which is half a wall, the directions of holes are lost.
+
+    primitives : name -> (3, 3, 3) bool
+    margin : log-likelihood per point by which another structure must be better than the supposed
+    Returns the supposed polycube itself, or another, collapsed.
+    """
+    wanted = genus(supposed)
+    best, most = supposed, log_likelihood(points, collapse(supposed)) + margin * len(points)
+    for context in _changed(supposed.context, tuple(primitives)):
+        polycube = lattice(supposed.grid, context, primitives)
+        if is_manifold(polycube) and genus(polycube) == wanted:
+            likely = log_likelihood(points, collapse(polycube))
+            if likely > most:
+                best, most = collapse(polycube), likely
+    return best
+
+
+def _changed(
+    context: Sequence[str | None], names: Sequence[str]
+) -> Iterator[tuple[str | None, ...]]:
+    """Contexts that differ from the given one in one to CHANGES cells."""
+    for n_cells in range(1, min(CHANGES, len(context)) + 1):
+        for cells in combinations(range(len(context)), n_cells):
+            others = [[n for n in (*names, None) if n != context[cell]] for cell in cells]
+            for fillings in product(*others):
+                changed = list(context)
+                for cell, filling in zip(cells, fillings, strict=True):
+                    changed[cell] = filling
+                yield tuple(changed)
+
+
+def log_likelihood(points: np.ndarray, polycube: Polycube) -> float:
+    """Of (N, 3) points spread evenly over the boundary and then moved by Gaussian noise.
+
+    Exact: over a rectangle a Gaussian is a product of one-dimensional integrals.  The noise is the
+    likeliest of NOISE.
+    """
+    solid = np.pad(polycube.occupancy, 1)
+    walls = []  # for each axis (knots, boxes, boxes) bool: where the boundary has a face across it
+    for axis in range(3):
+        changes = np.diff(np.moveaxis(solid, axis, 0).astype(np.int8), axis=0) != 0
+        walls.append(changes[:, 1:-1, 1:-1].astype(float))
+    lengths = [np.diff(knots) for knots in polycube.knots]
+    area = sum(
+        np.einsum("puv,u,v->", wall, *(lengths[k] for k in range(3) if k != axis))
+        for axis, wall in enumerate(walls)
+    )
+    best = -np.inf
+    for sigma in NOISE:
+        off = [(points[:, [k]] - polycube.knots[k]) / sigma for k in range(3)]  # (N, knots)
+        within = [-np.diff(ndtr(o), axis=1) for o in off]
+        across = [np.exp(-(o**2) / 2) / (np.sqrt(2 * np.pi) * sigma) for o in off]
+        density = sum(
+            np.einsum(
+                "np,nu,nv,puv->n",
+                across[axis],
+                *(within[k] for k in range(3) if k != axis),
+                wall,
+                optimize=True,
+            )
+            for axis, wall in enumerate(walls)
+        )
+        best = max(best, float(np.log(density / area + STRAY).sum()))
+    return best

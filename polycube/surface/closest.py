@@ -1,0 +1,233 @@
+"""Exact closest points on triangles whose normals suit: a box tree over points and normals.
+
+Minimises |x - p|^2 + alpha^2 max(|n - n_f|^2 - free, 0) over the points p of all triangles f
+(alpha = 0: the closest point).  Boxes bound positions and normals together, so the search is exact
+for every alpha.  A triangle (a, b, b) is a segment, with its direction in the place of the normal.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from polycube.numerics.threads import parts, side_by_side
+
+LEAF = 4  # triangles in a leaf
+LEAST = 1000  # points for a thread
+
+
+class Tree(NamedTuple):
+    """Box tree of T triangles: nodes in depth-first order, the left child follows its parent."""
+
+    corners: np.ndarray  # (T, 3, 3)
+    normals: np.ndarray  # (T, 3)
+    order: np.ndarray  # (T,) triangles, leaf by leaf
+    first: np.ndarray  # (M,) start in `order`
+    last: np.ndarray  # (M,) end in `order`
+    right: np.ndarray  # (M,) right child; 0 at a leaf
+    box: np.ndarray  # (M, 12) lowest positions and normals, then the highest
+
+
+def tree(corners: np.ndarray, normals: np.ndarray) -> Tree:
+    """Box tree over triangles (T, 3, 3) with normals (T, 3)."""
+    corners = np.ascontiguousarray(corners, np.float64)
+    normals = np.ascontiguousarray(normals, np.float64)
+    return Tree(corners, normals, *_build(corners, normals))
+
+
+def closest(
+    tree: Tree,
+    points: np.ndarray,
+    normals: np.ndarray | None = None,
+    alpha: float = 0.0,
+    guess: np.ndarray | None = None,
+    free: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Closest points (N, 3), their triangles (N,) and barycentric weights (N, 3).
+
+    guess : (N,) triangles to start from (any answer is right, a good guess is fast)
+    free : square difference of normals that costs nothing; with it a point on a triangle that suits
+        is its own answer, without it one beyond a bend may win
+    """
+    points = np.ascontiguousarray(points, np.float64)
+    normals = np.zeros_like(points) if normals is None else np.ascontiguousarray(normals)
+    guess = np.zeros(len(points), np.int64) if guess is None else guess
+    found = side_by_side(
+        [
+            partial(_search, tree, points[p], normals[p], float(alpha), guess[p], float(free))
+            for p in parts(len(points), LEAST)
+        ]
+    )
+    face, weight = (np.concatenate(part) for part in zip(*found, strict=True))
+    return np.einsum("nk,nkd->nd", weight, tree.corners[face]), face, weight
+
+
+def distance(tree: Tree, points: np.ndarray) -> np.ndarray:
+    """(N,) exact distances from points (N, 3) to the triangles."""
+    return np.linalg.norm(points - closest(tree, points)[0], axis=1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _build(corners, normals):
+    n = len(corners)
+    box = np.zeros((n, 12))
+    for i in range(n):
+        for d in range(3):
+            box[i, d] = min(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
+            box[i, 6 + d] = max(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
+            box[i, 3 + d] = box[i, 9 + d] = normals[i, d]
+    centre = box[:, :6] + box[:, 6:]
+    extent = 0.0
+    for d in range(3):
+        extent = max(extent, centre[:, d].max() - centre[:, d].min())
+    centre[:, 3:] *= 0.1 * extent  # normals matter less than places for the split
+    order = np.arange(n)
+    first, last, right = (
+        np.zeros(2 * n, np.int64),
+        np.zeros(2 * n, np.int64),
+        np.zeros(2 * n, np.int64),
+    )
+    bounds = np.zeros((2 * n, 12))
+    begin, end, parent = np.zeros(128, np.int64), np.zeros(128, np.int64), np.zeros(128, np.int64)
+    end[0], parent[0] = n, -1
+    top, count = 1, 0
+    while top > 0:
+        top -= 1
+        s, e, node = begin[top], end[top], count
+        count += 1
+        first[node], last[node] = s, e
+        if parent[top] >= 0:
+            right[parent[top]] = node
+        axis, widest = 0, -1.0
+        for d in range(6):
+            a, b, lo, hi = np.inf, -np.inf, np.inf, -np.inf
+            for i in order[s:e]:
+                a, b = min(a, box[i, d]), max(b, box[i, 6 + d])
+                lo, hi = min(lo, centre[i, d]), max(hi, centre[i, d])
+            bounds[node, d], bounds[node, 6 + d] = a, b
+            if hi - lo > widest:
+                axis, widest = d, hi - lo
+        if e - s > LEAF:
+            order[s:e] = order[s:e][np.argsort(centre[order[s:e], axis], kind="mergesort")]
+            middle = (s + e) // 2
+            begin[top], end[top], parent[top] = middle, e, node  # right: after the whole left part
+            begin[top + 1], end[top + 1], parent[top + 1] = s, middle, -1
+            top += 2
+    return order, first[:count], last[:count], right[:count], bounds[:count]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _bound(box, node, x, n, square, free):
+    """Least value that any triangle of the node can have."""
+    away, turned = 0.0, 0.0
+    for d in range(3):
+        gap = max(box[node, d] - x[d], x[d] - box[node, 6 + d], 0.0)
+        turn = max(box[node, 3 + d] - n[d], n[d] - box[node, 9 + d], 0.0)
+        away += gap * gap
+        turned += turn * turn
+    return away + square * max(turned - free, 0.0)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _minus(a, b):
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _weights(x, a, b, c):
+    """Weights of b and c at the point of their triangle with a that is closest to x."""
+    ab, ac = _minus(b, a), _minus(c, a)
+    gap = _minus(x, a)
+    d1, d2 = _dot(ab, gap), _dot(ac, gap)
+    if d1 <= 0 and d2 <= 0:
+        return 0.0, 0.0
+    gap = _minus(x, b)
+    d3, d4 = _dot(ab, gap), _dot(ac, gap)
+    if d3 >= 0 and d4 <= d3:
+        return 1.0, 0.0
+    gap = _minus(x, c)
+    d5, d6 = _dot(ab, gap), _dot(ac, gap)
+    if d6 >= 0 and d5 <= d6:
+        return 0.0, 1.0
+    vc = d1 * d4 - d3 * d2
+    if vc <= 0 and d1 >= 0 and d3 <= 0:
+        return d1 / (d1 - d3), 0.0
+    vb = d5 * d2 - d1 * d6
+    if vb <= 0 and d2 >= 0 and d6 <= 0:
+        return 0.0, d2 / (d2 - d6)
+    va = d3 * d6 - d5 * d4
+    if va <= 0 and d4 >= d3 and d5 >= d6:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return 1.0 - w, w
+    return vb / (va + vb + vc), vc / (va + vb + vc)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _row(array, i):
+    return (array[i, 0], array[i, 1], array[i, 2])
+
+
+@njit(cache=True, error_model="numpy")
+def _value(tree, face, x, n, square, free, most):
+    """Square distance and misfit of the normal, with the weights of the closest point.
+
+    Infinite where the misfit alone is not below `most`.
+    """
+    turn = _minus(n, _row(tree.normals, face))
+    misfit = square * max(_dot(turn, turn) - free, 0.0)
+    if misfit >= most:
+        return np.inf, 0.0, 0.0
+    t = tree.corners[face]
+    a, b, c = _row(t, 0), _row(t, 1), _row(t, 2)
+    v, w = _weights(x, a, b, c)
+    away = 0.0
+    for d in range(3):
+        gap = x[d] - (1 - v - w) * a[d] - v * b[d] - w * c[d]
+        away += gap * gap
+    return away + misfit, v, w
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _search(tree, points, normals, alpha, guess, free):
+    square = alpha * alpha
+    face = np.zeros(len(points), np.int64)
+    weight = np.zeros((len(points), 3))
+    stack, bounds = np.zeros(128, np.int64), np.zeros(128)
+    for i in range(len(points)):
+        x, n = _row(points, i), _row(normals, i)
+        f = guess[i]
+        best, bv, bw = _value(tree, f, x, n, square, free, np.inf)
+        stack[0], bounds[0], top = 0, 0.0, 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if bounds[top] >= best:
+                continue
+            if tree.right[node] == 0:
+                for j in tree.order[tree.first[node] : tree.last[node]]:
+                    value, v, w = _value(tree, j, x, n, square, free, best)
+                    if value < best:
+                        best, bv, bw, f = value, v, w, j
+                continue
+            near, far = node + 1, tree.right[node]
+            a = _bound(tree.box, near, x, n, square, free)
+            b = _bound(tree.box, far, x, n, square, free)
+            if b < a:
+                near, far, a, b = far, near, b, a
+            if b < best:
+                stack[top], bounds[top] = far, b
+                top += 1
+            if a < best:
+                stack[top], bounds[top] = near, a
+                top += 1
+        face[i] = f
+        weight[i, 0], weight[i, 1], weight[i, 2] = 1 - bv - bw, bv, bw
+    return face, weight

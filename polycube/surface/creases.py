@@ -1,0 +1,248 @@
+"""Sharp edges of a closed surface as a graph: creases, and the corners where they meet.
+
+An edge is sharp where the normals turn by more than 46 degrees: above a cylinder of eight facets
+(45) and its coarser drawing of a smooth part, below all machined edges.  A crease is a chain of
+sharp edges between two corners, or a loop; a corner is a vertex where not two sharp edges meet or
+where they make a kink.  What is shorter than a hex is noise: pieces of less than `SHORT`, and
+creases of less than `LOOSE` for each loose end, are dropped (at unit scale, diagonal 1).  So is
+what is sharp from near only: most of a crease must turn by `STILL` seen from half a hex away, or
+be one of `LONG` ones, which make low steps, not noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from polycube.surface import sliding
+from polycube.surface.broad import broad_turns
+from polycube.surface.surface import half_edges, twins
+from polycube.types import TriMesh
+
+SHARP = np.deg2rad(46)  # least angle between the normals at a sharp edge
+KINK = np.deg2rad(50)  # least turn of a crease at a corner of its own
+WINDOW = 0.01  # length over which a turn is measured
+SHORT = 0.05  # total length below which connected creases are noise
+BROAD = 0.025  # half a hex: radius within which an edge must turn still
+STILL = np.deg2rad(40)  # least angle between the mean normals there
+LONG = 0.2  # four hexes: length of a crease that noise seldom has
+LOOSE = 0.06  # length per loose end below which a crease is noise
+
+
+@dataclass(frozen=True, eq=False)
+class Crease:
+    """A chain of sharp edges; a loop ends at its first point again."""
+
+    points: np.ndarray  # (N, 3)
+    arc: np.ndarray  # (N,) length up to each point
+    inside: np.ndarray  # (N - 1,) angle of the solid at each edge, below pi where convex
+    ends: tuple[int, int]  # corners; (-1, -1) for a loop
+
+    @property
+    def length(self) -> float:
+        """Of the whole crease."""
+        return float(self.arc[-1])
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it has no ends."""
+        return self.ends[0] < 0
+
+    def at(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points (N, 3), unit directions (N, 3) and inside angles (N,) at arc lengths (N,)."""
+        arc = np.mod(arc, self.length) if self.is_loop else np.clip(arc, 0, self.length)
+        edge = np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, len(self.inside) - 1)
+        step = np.diff(self.points, axis=0)[edge]
+        length = np.diff(self.arc)[edge]
+        share = ((arc - self.arc[edge]) / length)[:, None]
+        return self.points[edge] + share * step, step / length[:, None], self.inside[edge]
+
+    def nearest(
+        self, points: np.ndarray, expected: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Arc lengths (N,) of the closest points, and distances (N,).
+
+        expected : (N,) arc lengths that tell branches apart where the crease comes near itself; a
+            loop's may be beyond its length, and the answers are then too.  On a branch the closest
+            point counts alone: a point on the crease is its own answer
+        """
+        if expected is None:
+            expected = np.full(len(points), np.nan)
+        arc, square = sliding.nearest(self.points, self.arc, self.is_loop, points, expected)
+        return arc, np.sqrt(square)
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Creases of a surface and their corners."""
+
+    creases: tuple[Crease, ...]
+    corners: np.ndarray  # (C, 3)
+    is_fixed: np.ndarray  # (C,) whether more than the loose end of one crease
+    noise: np.ndarray  # (N, 2) ends of the edges that are sharp seen from near only
+
+
+def features(surface: TriMesh, normals: np.ndarray) -> Features:
+    """The graph of the sharp edges of a surface at unit scale; normals (F, 3)."""
+    sides, inside = _sharp_edges(surface, normals)
+    points = surface.vertices
+    is_broad = broad_turns(surface, normals, sides, BROAD) > STILL
+    is_broad |= _in_steps(points, sides, is_broad)
+    folds = sides[~is_broad]
+    sides, inside = _without_noise(points, sides, inside, is_broad)
+    noise = folds[~np.isin(folds, sides).all(axis=1)]
+    chains = [part for chain in _chains(sides) for part in _between_kinks(points, sides, chain)]
+    ends = {v for chain in chains for v in _ends(sides, chain)}
+    number = {v: i for i, v in enumerate(sorted(ends))}
+    creases = tuple(_crease(points, sides, inside, chain, number) for chain in chains)
+    at = np.array(sorted(ends), np.int64)
+    degree = np.bincount(sides.ravel(), minlength=len(points))
+    return Features(creases, points[at].reshape(-1, 3), degree[at] != 1, noise)
+
+
+def _sharp_edges(surface: TriMesh, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ends (S, 2) of the sharp edges and the angle (S,) of the solid there."""
+    first, second = twins(surface.faces)
+    a, b = normals[first // 3], normals[second // 3]
+    turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("nd,nd->n", a, b))
+    has_area = (np.abs(a).sum(axis=1) > 0) & (np.abs(b).sum(axis=1) > 0)
+    sharp = has_area & (turn > SHARP)
+    sides = half_edges(surface.faces)[first[sharp]]
+    along = surface.vertices[sides[:, 1]] - surface.vertices[sides[:, 0]]
+    convex = np.einsum("nd,nd->n", np.cross(a[sharp], b[sharp]), along) > 0
+    return sides, np.where(convex, np.pi - turn[sharp], np.pi + turn[sharp])
+
+
+def _in_steps(points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray) -> np.ndarray:
+    """(S,) edges of long chains that are not broad, where these are most of all that are not."""
+    length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
+    in_steps = np.zeros(len(sides), bool)
+    for chain in _chains(sides):
+        edge = [name // 2 for name in chain]
+        in_steps[edge] = length[edge].sum() >= LONG
+    folds = np.bincount(in_steps[~is_broad], length[~is_broad], 2)  # in short chains, in long ones
+    return in_steps & (folds[1] > folds[0])
+
+
+def _without_noise(
+    points: np.ndarray, sides: np.ndarray, inside: np.ndarray, is_broad: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The edges without short pieces, short loose ends and chains that are not broad (S,)."""
+    while len(sides):
+        length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
+        graph = coo_matrix((np.ones(len(sides)), tuple(sides.T)), shape=(len(points),) * 2)
+        piece = connected_components(graph, directed=False)[1][sides[:, 0]]
+        keep = np.bincount(piece, length)[piece] >= SHORT
+        degree = np.bincount(sides.ravel(), minlength=len(points))
+        for chain in _chains(sides):
+            loose = (degree[list(_ends(sides, chain))] == 1).sum()
+            edge = [name // 2 for name in chain]
+            whole = length[edge].sum()
+            if whole < LOOSE * loose or length[edge] @ is_broad[edge] < whole / 2:
+                keep[edge] = False
+        if keep.all():
+            break
+        sides, inside, is_broad = sides[keep], inside[keep], is_broad[keep]
+    return sides, inside
+
+
+def _chains(sides: np.ndarray) -> list[list[int]]:
+    """Chains of edges between vertices without exactly two of them, and loops.
+
+    An edge is named 2 e when it is walked as it is written, 2 e + 1 the other way.
+    """
+    leaving: dict[int, list[int]] = {}
+    for name, vertex in enumerate(sides.ravel().tolist()):
+        leaving.setdefault(vertex, []).append(name)
+    flat, seen, found = sides.ravel().tolist(), set(), []
+    corners = [names for names in leaving.values() if len(names) != 2]
+    for names in [*corners, *leaving.values()]:  # then the loops
+        for start in names:
+            if start // 2 in seen:
+                continue
+            chain = [start]
+            seen.add(start // 2)
+            while True:
+                here = leaving[flat[chain[-1] ^ 1]]
+                if len(here) != 2:
+                    break
+                onward = here[0] if here[1] == chain[-1] ^ 1 else here[1]
+                if onward // 2 in seen:
+                    break
+                chain.append(onward)
+                seen.add(onward // 2)
+            found.append(chain)
+    return found
+
+
+def _vertices(sides: np.ndarray, chain: list[int]) -> np.ndarray:
+    """(N + 1,) vertices along a chain of N edges."""
+    names = np.array(chain)
+    return np.append(sides.ravel()[names], sides.ravel()[names[-1] ^ 1])
+
+
+def _ends(sides: np.ndarray, chain: list[int]) -> tuple[int, ...]:
+    """Its two ends; none for a loop without a corner."""
+    vertices = _vertices(sides, chain)
+    if vertices[0] != vertices[-1]:
+        return int(vertices[0]), int(vertices[-1])
+    return ()
+
+
+def _between_kinks(points: np.ndarray, sides: np.ndarray, chain: list[int]) -> list[list[int]]:
+    """The chain cut at its kinks."""
+    path = points[_vertices(sides, chain)]
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+    is_loop = len(_ends(sides, chain)) == 0
+    turn = _turns(path, arc, is_loop)
+    kinks: list[int] = []
+    for k in np.argsort(-turn, kind="stable"):
+        gap = np.abs(arc[kinks] - arc[k])
+        gap = np.minimum(gap, arc[-1] - gap) if is_loop else gap
+        if turn[k] > KINK and (gap > 2 * WINDOW).all():
+            kinks.append(int(k))
+    kinks.sort()
+    if not is_loop:
+        cuts = [0, *kinks, len(chain)]
+    elif len(kinks) < 2:  # a loop with one corner stays one: it would end where it begins
+        return [chain]
+    else:
+        chain = chain[kinks[0] :] + chain[: kinks[0]]
+        cuts = [k - kinks[0] for k in kinks] + [len(chain)]
+    return [chain[a:b] for a, b in pairwise(cuts)]
+
+
+def _turns(path: np.ndarray, arc: np.ndarray, is_loop: bool) -> np.ndarray:
+    """(N,) angle between the ways to and from each vertex of a path; 0 near its ends."""
+
+    def at(where: np.ndarray) -> np.ndarray:
+        where = np.mod(where, arc[-1]) if is_loop else np.clip(where, 0, arc[-1])
+        return np.stack([np.interp(where, arc, column) for column in path.T], axis=1)
+
+    window = np.minimum(WINDOW, arc[-1] / 8)
+    to, on = path - at(arc - window), at(arc + window) - path
+    cosine = np.einsum("nd,nd->n", to, on)
+    size = np.linalg.norm(to, axis=1) * np.linalg.norm(on, axis=1)
+    turn = np.arccos(np.clip(cosine / np.maximum(size, 1e-30), -1, 1))
+    if is_loop:
+        turn[-1] = 0  # the first again
+    else:
+        turn[(arc < window) | (arc > arc[-1] - window)] = 0
+    return turn
+
+
+def _crease(
+    points: np.ndarray,
+    sides: np.ndarray,
+    inside: np.ndarray,
+    chain: list[int],
+    number: dict[int, int],
+) -> Crease:
+    path = points[_vertices(sides, chain)]
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+    ends = [number[v] for v in _ends(sides, chain)] or [-1, -1]
+    return Crease(path, arc, inside[np.array(chain) // 2], (ends[0], ends[1]))

@@ -1,0 +1,110 @@
+"""Frames in which a part may look like a polycube.
+
+A frame is good when the surface's normals lie along its axes and its bounding box is small:
+
+    J(R) = log sum_f a_f |R n_f|_1 + 1/3 log volume(box(R x)),    |t| = sqrt(t^2 + 1e-4).
+
+No single start finds it for every part, so several are tried and the distinct ones are kept.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from polycube.surface.surface import area_vectors
+from polycube.types import TriMesh
+
+SAME = np.cos(np.radians(10))  # frames whose axes agree better than this are one
+
+
+def rotations() -> np.ndarray:
+    """(24, 3, 3) the rotations of the cube."""
+    signed = [
+        np.eye(3)[list(order)] * np.array(signs)[:, None]
+        for order in itertools.permutations(range(3))
+        for signs in itertools.product([1, -1], repeat=3)
+    ]
+    return np.array([matrix for matrix in signed if np.linalg.det(matrix) > 0])
+
+
+def turn(boxes: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """(X, Y, Z) boxes in axes turned by one of the rotations of the cube."""
+    order = np.abs(rotation).argmax(axis=1)
+    return np.flip(np.transpose(boxes, order), tuple(np.flatnonzero(rotation.sum(axis=1) < 0)))
+
+
+def frames(surface: TriMesh, limit: int = 3) -> list[np.ndarray]:
+    """Rotations (3, 3) whose rows are the axes of a frame, best first, distinct as cube frames."""
+    hull = surface.vertices[ConvexHull(surface.vertices).vertices]
+    hull = (hull - hull.mean(axis=0)) / np.ptp(hull, axis=0).max()
+    normals, areas = _normals(surface)
+    main, box = _inertia_axes(surface), _tight_box(hull)
+    quarter = [Rotation.from_rotvec(np.pi / 4 * np.eye(3)[axis]).as_matrix() for axis in (2, 0)]
+    starts = [main, box, *(turn @ box for turn in quarter)]
+
+    def misfit(rotation: np.ndarray) -> float:
+        spread = areas @ np.sqrt((normals @ rotation.T) ** 2 + 1e-4).sum(axis=1)
+        return np.log(spread) + np.log(np.ptp(hull @ rotation.T, axis=0)).sum() / 3
+
+    found = [_descend(misfit, start) for start in starts]
+    best = min([*found, *starts], key=misfit)
+    distinct: list[np.ndarray] = []
+    for rotation in (best, found[0], main, box):
+        if not any(_same(rotation, other) for other in distinct):
+            distinct.append(rotation)
+    return distinct[:limit]
+
+
+def _normals(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Unit normals (N, 3) up to sign, near ones merged, and the share of the area that has them."""
+    vectors = area_vectors(surface)
+    areas = np.linalg.norm(vectors, axis=1)
+    unit = vectors[areas > 0] / areas[areas > 0, None]
+    bins, index = np.unique(np.round(unit * 16).astype(int), axis=0, return_inverse=True)
+    total = np.zeros(bins.shape)
+    np.add.at(total, index.ravel(), vectors[areas > 0])
+    size = np.linalg.norm(total, axis=1)
+    return total / size[:, None], size / size.sum()
+
+
+def _inertia_axes(surface: TriMesh) -> np.ndarray:
+    """Principal axes of the solid, longest last, as a rotation."""
+    corners = surface.vertices[surface.faces] - surface.vertices.mean(axis=0)
+    volumes = np.linalg.det(corners) / 6  # of tetrahedra with the origin
+    centre = (volumes[:, None] * corners.sum(axis=1) / 4).sum(axis=0) / volumes.sum()
+    sums = corners.sum(axis=1)
+    second = np.einsum("f,fi,fj->ij", volumes / 20, sums, sums)
+    second += np.einsum("f,fki,fkj->ij", volumes / 20, corners, corners)
+    axes = np.linalg.eigh(second / volumes.sum() - np.outer(centre, centre))[1].T
+    return axes * np.sign(np.linalg.det(axes))
+
+
+def _tight_box(hull: np.ndarray) -> np.ndarray:
+    """Axes of the smallest bounding box that has a side on the convex hull, as a rotation."""
+    import trimesh
+
+    axes = trimesh.bounds.oriented_bounds(hull)[0][:3, :3]
+    return axes * np.sign(np.linalg.det(axes))
+
+
+def _descend(misfit: Callable[[np.ndarray], float], start: np.ndarray) -> np.ndarray:
+    """Rotation near `start` of least misfit (simplex search over rotation vectors)."""
+
+    def turned(vector: np.ndarray) -> np.ndarray:
+        return Rotation.from_rotvec(vector).as_matrix() @ start
+
+    simplex = np.vstack([np.zeros(3), 0.15 * np.eye(3)])
+    options = {"initial_simplex": simplex, "maxiter": 120, "xatol": 1e-3, "fatol": 1e-5}
+    search = {"method": "Nelder-Mead", "options": options}
+    return turned(minimize(lambda vector: misfit(turned(vector)), simplex[0], **search).x)
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two frames have the same axes, in whatever order and sense."""
+    return bool((np.abs(a @ b.T).max(axis=1) > SAME).all())

@@ -1,0 +1,123 @@
+"""Find the faces of a surface that cross each other.
+
+Where the boxes of two faces overlap, found by a box tree, each edge of one is tested against the
+other.  Faces with a common edge and mere contacts do not count.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from polycube.surface.closest import Tree, tree
+from polycube.surface.surface import connected, diagonal
+from polycube.types import TriMesh
+
+TOUCH = 1e-10  # of the diagonal: an end this near to a plane is on it
+BATCH = 50_000  # faces looked at together
+
+
+def self_intersections(surface: TriMesh) -> np.ndarray:
+    """(N, 2) pairs of faces that cross, ascending; about F log F work."""
+    corners = (surface.vertices - surface.vertices.mean(axis=0)) / diagonal(surface)
+    triangles = corners[surface.faces]
+    boxes = tree(triangles, np.zeros((len(triangles), 3)))
+    found = [np.empty((0, 2), dtype=np.int64)]
+    for start in range(0, len(triangles), BATCH):
+        end = min(start + BATCH, len(triangles))
+        pairs = _overlapping(boxes, surface.faces, start, end)
+        found.append(pairs[_cross(triangles[pairs[:, 0]], triangles[pairs[:, 1]])])
+    pairs = np.sort(np.concatenate(found), axis=1)
+    return pairs[np.lexsort(pairs.T[::-1])]
+
+
+def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A face's middle (P, 3) of each place where faces cross, and its pairs (P,), most first.
+
+    pairs : (N, 2) of `self_intersections`; those whose faces have a common vertex are one place
+    """
+    involved, local = np.unique(pairs, return_inverse=True)
+    local, faces = local.reshape(-1, 2), surface.faces[involved]
+    n, size = len(involved), len(involved) + len(surface.vertices)
+    first = np.concatenate([local[:, 0], np.repeat(np.arange(n), 3)])
+    second = np.concatenate([local[:, 1], n + faces.ravel()])
+    _, place = np.unique(connected(first, second, size)[:n], return_inverse=True)
+    count = np.bincount(place[local[:, 0]])
+    middles = surface.vertices[faces].mean(axis=1)
+    found = []
+    for number in np.argsort(-count, kind="stable"):
+        own = middles[place == number]  # the most central: the mean of a ring lies in its hole
+        found.append(own[np.linalg.norm(own - own.mean(axis=0), axis=1).argmin()])
+    return np.reshape(found, (-1, 3)), -np.sort(-count)
+
+
+@njit(cache=True)
+def _overlapping(boxes: Tree, faces: np.ndarray, start: int, end: int) -> np.ndarray:
+    """(N, 2) pairs of faces i < j, start <= i < end, of no common edge, whose boxes overlap."""
+    pairs = np.empty((16 * (end - start), 2), np.int64)
+    count = 0
+    stack = np.zeros(128, np.int64)
+    low, high = np.zeros(3), np.zeros(3)
+    for i in range(start, end):
+        for d in range(3):
+            low[d], high[d] = boxes.corners[i, :, d].min(), boxes.corners[i, :, d].max()
+        stack[0], top = 0, 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if not _meet(low, high, boxes.box[node, :3], boxes.box[node, 6:9]):
+                continue
+            if boxes.right[node] > 0:
+                stack[top], stack[top + 1] = boxes.right[node], node + 1
+                top += 2
+                continue
+            for j in boxes.order[boxes.first[node] : boxes.last[node]]:
+                if j <= i:
+                    continue
+                common = 0
+                for corner in faces[j]:
+                    common += (faces[i] == corner).sum()
+                apart = False
+                for d in range(3):
+                    apart |= boxes.corners[j, :, d].min() > high[d]
+                    apart |= boxes.corners[j, :, d].max() < low[d]
+                if apart or common >= 2:
+                    continue
+                if count == len(pairs):
+                    pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                pairs[count] = i, j
+                count += 1
+    return pairs[:count]
+
+
+@njit(cache=True, inline="always")
+def _meet(low, high, lowest, highest):
+    for d in range(3):
+        if low[d] > highest[d] or lowest[d] > high[d]:
+            return False
+    return True
+
+
+def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(N,) whether an edge of either of (N, 3, 3) triangles passes through the other."""
+    crossing = np.zeros(len(first), dtype=bool)
+    for one, other in ((first, second), (second, first)):
+        for corner in range(3):
+            crossing |= _pierces(one[:, corner], one[:, (corner + 1) % 3], other)
+    return crossing
+
+
+def _pierces(p: np.ndarray, q: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    """(N,) whether the segments p q pass through the triangles (N, 3, 3)."""
+    a, b, c = np.moveaxis(triangle, 1, 0)
+    normal = np.cross(b - a, c - a)
+    area = np.linalg.norm(normal, axis=1)
+    height_p, height_q = (np.einsum("ni,ni->n", end - a, normal) for end in (p, q))
+    apart = np.minimum(np.abs(height_p), np.abs(height_q)) > TOUCH * area
+    hit = apart & (height_p * height_q < 0)
+    part = height_p[hit] / (height_p[hit] - height_q[hit])
+    point = p[hit] + part[:, None] * (q - p)[hit]
+    from_start = point[:, None] - triangle[hit]  # (H, 3, 3) from each corner
+    sides = np.cross(np.roll(triangle[hit], -1, axis=1) - triangle[hit], from_start)
+    hit[hit] = (np.einsum("hci,hi->hc", sides, normal[hit]) >= 0).all(axis=1)
+    return hit

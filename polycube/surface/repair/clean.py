@@ -1,0 +1,213 @@
+"""Make an oriented solid boundary of a triangle soup, and tell what was changed.
+
+Each step acts only where the surface needs it: corners are welded where edges stand open, faces
+dropped where more than two meet.  What is still wrong then is refused, never patched.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.errors import InputError
+from polycube.surface.intersections import crossing_places, self_intersections
+from polycube.surface.surface import (
+    check_closed,
+    check_surface,
+    connected,
+    diagonal,
+    face_areas,
+    half_edges,
+    is_closed,
+    place,
+    twins,
+    volume,
+)
+from polycube.types import TriMesh
+
+WELD = 1e-6  # of the diagonal: corners this near are one
+COLLAPSE = 0.1  # of the faces: welding that costs more is refused
+FLAT = 1e-12  # of the diagonal squared: a face no larger has no area
+DIAGONALS = 1e-60, 1e60  # whose fourth power is still a float64
+MAX_FACES = 1_000_000  # up to here crossing faces are looked for
+N_PLACES = 3  # where they cross, named
+
+Step = tuple[TriMesh, list[str]]  # the surface, and what was done
+
+
+def clean(vertices: np.ndarray, faces: np.ndarray) -> Step:
+    """Surface of one solid, and one sentence for each thing changed or doubtful."""
+    surface, notes = checked(vertices, faces)
+    for step in (weld_equal, weld_near, drop_repeated, drop_flat):
+        if is_closed(surface.faces) and (face_areas(surface) > _flat(surface)).all():
+            break
+        surface, done = step(surface)
+        notes += done
+    check_closed(surface)
+    for step in (orient, flip_flat):
+        surface, done = step(surface)
+        notes += done
+    check_surface(surface)
+    return surface, notes + crossings(surface)
+
+
+def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
+    """Refuse what is no geometry; leave out vertices that no face uses."""
+    if not len(faces):
+        raise InputError(f"the file has no triangles (and {len(vertices)} vertices)")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"a face names vertex {faces.max()}; there are {len(vertices)}")
+    if len(strange := np.flatnonzero(~np.isfinite(vertices).all(axis=1))):
+        raise InputError(
+            f"coordinates must be finite numbers: {len(strange)} of {len(vertices)} vertices are "
+            f"not, the first is number {strange[0] + 1}, {tuple(vertices[strange[0]].tolist())}"
+        )
+    used, faces = np.unique(faces, return_inverse=True)
+    surface = TriMesh(vertices[used], faces.reshape(-1, 3))
+    size = diagonal(surface)
+    if size == 0:
+        raise InputError(
+            f"all corners of its {len(faces)} triangles fall on one point, "
+            f"{place(surface, surface.vertices[0])}; write the part nearer to the origin"
+        )
+    if not DIAGONALS[0] < size < DIAGONALS[1]:
+        raise InputError(f"its diagonal of {size:.3g} is out of range; scale it to about 1")
+    if len(used) == len(vertices):
+        return surface, []
+    return surface, [f"left out vertices that no face uses: {len(vertices) - len(used)}"]
+
+
+def weld_equal(surface: TriMesh) -> Step:
+    """Make one vertex of all at the same place, as STL needs."""
+    return _merge(surface, np.unique(surface.vertices, axis=0, return_inverse=True)[1].ravel())
+
+
+def weld_near(surface: TriMesh) -> Step:
+    """Make one vertex of those nearer than WELD times the diagonal."""
+    scale = diagonal(surface)
+    near = cKDTree(surface.vertices / scale).query_pairs(WELD, output_type="ndarray")
+    if not len(near):
+        return surface, []
+    gaps = np.linalg.norm(np.subtract(*surface.vertices[near.T]), axis=1)
+    welded, notes = _merge(surface, connected(near[:, 0], near[:, 1], len(surface.vertices)))
+    n_lost = len(surface.faces) - len(welded.faces)
+    if n_lost > COLLAPSE * len(surface.faces):
+        far = np.abs(surface.vertices - np.median(surface.vertices, axis=0)).max(axis=1).argmax()
+        raise InputError(
+            f"{n_lost} of its {len(surface.faces)} faces are below {WELD:g} of its diagonal, "
+            f"{scale:.3g}; does the vertex at {place(surface, surface.vertices[far])} belong to it?"
+        )
+    n_welded = len(surface.vertices) - len(welded.vertices)
+    return welded, [f"welded corners: {n_welded}, up to {gaps.max():.2g} apart", *notes]
+
+
+def _merge(surface: TriMesh, group: np.ndarray) -> Step:
+    """Make one vertex of each group, where its first was; leave out the faces that collapse."""
+    _, first, group = np.unique(group, return_index=True, return_inverse=True)
+    faces = group[surface.faces]
+    kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    merged = TriMesh(surface.vertices[first], faces[kept])
+    return merged, left_out(surface, ~kept, "with two equal corners")
+
+
+def drop_repeated(surface: TriMesh) -> Step:
+    """Keep one of the faces with the same corners."""
+    _, first = np.unique(np.sort(surface.faces, axis=1), axis=0, return_index=True)
+    extra = np.ones(len(surface.faces), dtype=bool)
+    extra[first] = False
+    kept = TriMesh(surface.vertices, surface.faces[~extra])
+    return kept, left_out(surface, extra, "given twice")
+
+
+def drop_flat(surface: TriMesh) -> Step:
+    """Leave out faces of no area: where edges stand open they hang on an edge beside others."""
+    if is_closed(surface.faces):
+        return surface, []
+    flat = face_areas(surface) <= _flat(surface)
+    used, faces = np.unique(surface.faces[~flat], return_inverse=True)
+    kept = TriMesh(surface.vertices[used], faces.reshape(-1, 3))
+    return kept, left_out(surface, flat, "of no area")
+
+
+def _flat(surface: TriMesh) -> float:
+    return FLAT * diagonal(surface) ** 2
+
+
+def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
+    """One sentence about faces (F,) that were left out, the first with its place."""
+    if not faces.any():
+        return []
+    first = surface.vertices[surface.faces[faces.argmax(), 0]]
+    return [f"left out faces {why}: {faces.sum()}, the first at {place(surface, first)}"]
+
+
+def orient(surface: TriMesh) -> Step:
+    """Turn faces so that neighbours agree and the volume is positive.
+
+    Two nodes stand for each face, as given and turned; neighbours that agree link equal nodes,
+    others link unequal ones.  The surface is one-sided where both nodes of a face are connected.
+    """
+    faces, n_faces = surface.faces, len(surface.faces)
+    first, second = twins(faces)
+    agree = faces.ravel()[first] != faces.ravel()[second]
+    f, g = first // 3, second // 3
+    left, right = np.where(agree, g, n_faces + g), np.where(agree, n_faces + g, g)
+    side = connected(np.append(f, n_faces + f), np.append(left, right), 2 * n_faces)
+    given, turned = side[:n_faces], side[n_faces:]
+    if (one_sided := given == turned).any():
+        raise InputError(
+            f"the surface is not orientable (like a Klein bottle): {one_sided.sum()} of its "
+            f"{n_faces} faces have no outer side, so it bounds no solid"
+        )
+    turn = given > turned
+    oriented = TriMesh(surface.vertices, np.where(turn[:, None], faces[:, ::-1], faces))
+    if volume(oriented) < 0:
+        turn = ~turn
+        oriented = TriMesh(surface.vertices, oriented.faces[:, ::-1])
+    if turn.all():
+        return oriented, [f"turned all {n_faces} faces: the surface was inside out"]
+    if turn.any():
+        return oriented, [f"turned faces that looked inwards: {turn.sum()} of {n_faces}"]
+    return surface, []
+
+
+def flip_flat(surface: TriMesh) -> Step:
+    """Give faces of no area some of a neighbour's, by flipping their longest edges."""
+    flat = face_areas(surface) <= _flat(surface)
+    if not flat.any():
+        return surface, []
+    faces = surface.faces.copy()
+    owner = {(a, b): h // 3 for h, (a, b) in enumerate(half_edges(faces).tolist())}
+    for face in np.flatnonzero(flat):
+        corners = surface.vertices[faces[face]]
+        lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
+        a, b, middle = np.roll(faces[face], -int(lengths.argmax())).tolist()
+        other = owner[b, a]
+        tip = int(faces[other].sum()) - a - b
+        if (middle, tip) in owner or (tip, middle) in owner:
+            raise InputError(f"a face of no area lies at {place(surface, corners[0])}; remove it")
+        del owner[a, b], owner[b, a]
+        for f, triangle in ((face, (middle, a, tip)), (other, (middle, tip, b))):
+            faces[f] = triangle
+            owner |= {(p, q): f for p, q in half_edges(faces[f : f + 1]).tolist()}
+    flipped = TriMesh(surface.vertices, faces)
+    if (face_areas(flipped) <= _flat(flipped)).any():
+        raise InputError(f"{flat.sum()} faces of no area lie side by side; remove them")
+    return flipped, [f"flipped the longest edges of faces of no area: {flat.sum()}"]
+
+
+def crossings(surface: TriMesh) -> list[str]:
+    """One sentence where faces cross, with places."""
+    if len(surface.faces) > MAX_FACES:
+        return [f"crossing faces were not looked for: more than {MAX_FACES} faces"]
+    pairs = self_intersections(surface)
+    if not len(pairs):
+        return []
+    middles, _ = crossing_places(surface, pairs)
+    where = ", ".join(place(surface, middle) for middle in middles[:N_PLACES])
+    more = f" and {len(middles) - N_PLACES} more" if len(middles) > N_PLACES else ""
+    n_places = "1 place" if len(middles) == 1 else f"{len(middles)} places"
+    return [
+        f"the surface crosses itself: {len(pairs)} pairs of faces in {n_places}, at {where}{more}; "
+        "it is meshed as it stands, look at the mesh there"
+    ]

@@ -1,0 +1,107 @@
+"""Close the holes of a surface: the triangulation of a loop that has the least area.
+
+The minimum over all triangulations of a polygon in space is found by dynamic programming, after
+Barequet and Sharir, *Filling gaps in the boundary of a polyhedron*, CAGD 12 (1995).  In a flat hole
+of any outline it is one without overlap.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from polycube.surface.surface import diagonal, half_edges, twins
+from polycube.types import TriMesh
+
+MAX_LOOP = 1000  # edges of a hole; the work grows with their cube
+EVEN = 1e-3  # of the area of a square over its edge: makes triangles less thin among equals
+
+
+def loops(faces: np.ndarray) -> list[np.ndarray]:
+    """Vertices of each hole's edge, in the order in which new faces run through it.
+
+    Neighbouring faces must agree in orientation.  Holes that touch in a vertex are holes apart.
+    """
+    first, second = twins(faces)
+    alone = np.ones(faces.size, dtype=bool)
+    alone[first] = alone[second] = False
+    after: dict[int, list[int]] = {}
+    for a, b in half_edges(faces)[alone].tolist():
+        after.setdefault(b, []).append(a)
+    found = []
+    while after:
+        path = [next(iter(after))]
+        while path and path[-1] in after:
+            following = after[path[-1]]
+            vertex = following.pop()
+            if not following:
+                del after[path[-1]]
+            if vertex in path:
+                start = path.index(vertex)
+                found.append(np.array(path[start:]))
+                path = path[: start + 1]
+            else:
+                path.append(vertex)
+    return found
+
+
+def flatness(points: np.ndarray) -> float:
+    """Largest distance of a loop (N, 3) from its mean plane, over the diagonal of its box."""
+    away = points - points.mean(axis=0)
+    normal = np.linalg.svd(away, full_matrices=False)[2][-1]
+    return float(np.abs(away @ normal).max() / (np.linalg.norm(np.ptp(points, axis=0)) or 1.0))
+
+
+def filling(points: np.ndarray) -> np.ndarray:
+    """(N - 2, 3) triangles, into the points (N, 3) of a loop, of least area together."""
+    middle = points.mean(axis=0)
+    scale = np.linalg.norm(np.ptp(points, axis=0)) or 1.0
+    cut = _cuts(np.ascontiguousarray((points - middle) / scale))
+    triangles, todo = [], [(0, len(points) - 1)]
+    while todo:
+        i, k = todo.pop()
+        if k - i > 1:
+            j = int(cut[i, k])
+            triangles.append((i, j, k))
+            todo += [(i, j), (j, k)]
+    return np.array(triangles)
+
+
+def nested(surface: TriMesh, found: list[np.ndarray]) -> np.ndarray:
+    """(L,) whether a loop lies inside another's box, in its plane, or another inside its own."""
+    boxes = [(p.min(axis=0), p.max(axis=0)) for p in (surface.vertices[loop] for loop in found)]
+    slack = 1e-3 * diagonal(surface)
+    inside = np.zeros(len(found), dtype=bool)
+    for i, (low, high) in enumerate(boxes):
+        for j, (lowest, highest) in enumerate(boxes):
+            if i != j and (low >= lowest - slack).all() and (high <= highest + slack).all():
+                inside[[i, j]] = True
+    return inside
+
+
+@njit(cache=True)
+def _cuts(points: np.ndarray) -> np.ndarray:
+    """(N, N) the third corner of the triangle on each diagonal of the best triangulation."""
+    n = len(points)
+    cost = np.zeros((n, n))
+    cut = np.zeros((n, n), np.int64)
+    for gap in range(2, n):
+        for i in range(n - gap):
+            k = i + gap
+            best, chosen = np.inf, i + 1
+            for j in range(i + 1, k):
+                known = cost[i, j] + cost[j, k]
+                if known >= best:
+                    continue
+                a, b = points[j] - points[i], points[k] - points[i]
+                c = points[k] - points[j]
+                x = a[1] * b[2] - a[2] * b[1]
+                y = a[2] * b[0] - a[0] * b[2]
+                z = a[0] * b[1] - a[1] * b[0]
+                area = 0.5 * np.sqrt(x * x + y * y + z * z)
+                edge = (a * a).sum() + (b * b).sum() + (c * c).sum()
+                value = known + area + EVEN * edge
+                if value < best:
+                    best, chosen = value, j
+            cost[i, k], cut[i, k] = best, chosen
+    return cut

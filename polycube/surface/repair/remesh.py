@@ -1,0 +1,156 @@
+"""A closed surface around whatever a soup of faces winds around, on a grid of cells.
+
+Grid points of winding number above 1/2 are inside; marching cubes give a closed manifold between
+them and the others.  Its vertices then go to the soup where that is near, and to its sharp edges
+where the planes of the faces around a vertex meet; those whose faces would cross, fold or become
+thin go back part of the way or all of it.  What is thinner than a cell is lost.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+
+from polycube.errors import InputError
+from polycube.surface.closest import Tree, closest, tree
+from polycube.surface.intersections import self_intersections
+from polycube.surface.surface import face_normals, half_edges
+from polycube.surface.winding import fast_winding_numbers
+from polycube.types import TriMesh
+
+SLIDES = 8  # rounds of making the triangles even
+SHARPENS = 4  # rounds of moving to sharp edges
+STIFFNESS = 0.05  # that holds a vertex where its planes do not
+EVEN = 0.15  # least evenness of a triangle that a move may leave, 1 for equilateral ones
+TURN = 0.3  # least cosine between a face before and after a move
+BACK = 10  # rounds of taking moves back
+
+
+def remesh(soup: TriMesh, cell: float) -> TriMesh:
+    """Closed surface, outward, of faces about `cell` wide; the soup's faces look outward.
+
+    Raises InputError where the soup winds around nothing as large as a cell.
+    """
+    start = _marching_cubes(*_signed(soup, cell))
+    boxes = tree(soup.vertices[soup.faces], face_normals(soup))
+    points = start.vertices
+    for _ in range(SLIDES):
+        points = _slide(TriMesh(points, start.faces), boxes, cell)
+    points = _taken_back(start.vertices, points, start.faces)
+    sharp = points
+    for _ in range(SHARPENS):
+        sharp = _sharpen(TriMesh(sharp, start.faces), boxes, cell)
+    return TriMesh(_taken_back(points, sharp, start.faces), start.faces)
+
+
+def _signed(soup: TriMesh, cell: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Values at the points of a grid, positive inside, its lowest corner, its cell."""
+    low, high = soup.vertices.min(axis=0), soup.vertices.max(axis=0)
+    shape = np.ceil((high - low) / cell).astype(int) + 5
+    origin = (low + high) / 2 - cell * (shape - 1) / 2 + 1e-4 * cell
+    nodes = origin + cell * np.moveaxis(np.indices(shape), 0, -1).reshape(-1, 3)
+    level = fast_winding_numbers(soup, nodes) - 0.5
+    near = _beside_a_change((level > 0).reshape(shape)).ravel()
+    value = np.where(level > 0, cell, -cell)
+    corners = soup.vertices[soup.faces]
+    feet = closest(tree(corners, np.zeros((len(corners), 3))), nodes[near])[0]
+    away = np.linalg.norm(feet - nodes[near], axis=1)
+    most = np.minimum(away, 2 * cell * np.abs(level[near]))  # in a hole, of the winding number
+    value[near] = np.sign(value[near]) * np.clip(most, 0.05 * cell, cell)
+    return value.reshape(shape), origin, cell
+
+
+def _beside_a_change(inside: np.ndarray) -> np.ndarray:
+    """(X, Y, Z) whether a grid point has a neighbour on the other side."""
+    near = np.zeros(inside.shape, dtype=bool)
+    for axis in range(3):
+        change = np.diff(inside, axis=axis)
+        for end in ((0, 1), (1, 0)):
+            pad = [(0, 0)] * 3
+            pad[axis] = end
+            near |= np.pad(change, pad)
+    return near
+
+
+def _marching_cubes(value: np.ndarray, origin: np.ndarray, cell: float) -> TriMesh:
+    import pyvista
+
+    grid = pyvista.ImageData(dimensions=value.shape, spacing=(cell,) * 3, origin=origin)
+    grid["value"] = value.ravel(order="F")
+    found = grid.contour([0.0], scalars="value", compute_normals=False)
+    if not found.n_points:
+        raise InputError("its faces enclose nothing; give the boundary of a solid")
+    faces = found.faces.reshape(-1, 4)[:, 1:]
+    return TriMesh(found.points, faces)
+
+
+def _links(faces: np.ndarray, size: int) -> coo_array:
+    first, second = half_edges(faces).T
+    return coo_array((np.ones(len(first)), (first, second)), shape=(size, size)).tocsr()
+
+
+def _normals(surface: TriMesh) -> np.ndarray:
+    """(V, 3) unit, the mean of the faces around each vertex."""
+    normals = np.zeros_like(surface.vertices)
+    for corner in surface.faces.T:
+        np.add.at(normals, corner, face_normals(surface))
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+
+
+def _slide(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
+    """Vertices halfway to the middle of their neighbours, then on the soup where it is near."""
+    links = _links(surface.faces, len(surface.vertices))
+    points = surface.vertices
+    points = (points + links @ points / links.sum(axis=1)[:, None]) / 2
+    feet = closest(boxes, points, _normals(surface), cell)[0]
+    near = np.linalg.norm(feet - points, axis=1) < cell
+    return np.where(near[:, None], feet, points)
+
+
+def _sharpen(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
+    """Vertices to where the planes of the soup beside their faces meet, by half a cell at most."""
+    points, faces = surface.vertices, surface.faces
+    middles = points[faces].mean(axis=1)
+    feet, face, _ = closest(boxes, middles, face_normals(surface), cell)
+    near = np.linalg.norm(feet - middles, axis=1) < cell
+    normals = np.where(near[:, None], boxes.normals[face], face_normals(surface))
+    feet = np.where(near[:, None], feet, middles)
+    matrix = np.tile(STIFFNESS * np.eye(3), (len(points), 1, 1))
+    vector = np.zeros((len(points), 3))
+    for corner in faces.T:
+        gap = (normals * (feet - points[corner])).sum(axis=1, keepdims=True)
+        np.add.at(matrix, corner, normals[:, :, None] * normals[:, None])
+        np.add.at(vector, corner, normals * gap)
+    move = np.linalg.solve(matrix, vector[:, :, None])[:, :, 0]
+    length = np.linalg.norm(move, axis=1, keepdims=True)
+    return points + move * np.minimum(1, cell / 2 / np.maximum(length, 1e-300))
+
+
+def _taken_back(points: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """The moved points, but partly or wholly back where faces fold, become thin or cross."""
+    share = np.ones((len(points), 1))
+    before = TriMesh(points, faces)
+    links = _links(faces, len(points))
+    even = np.minimum(EVEN, 0.9 * _evenness(points[faces]))
+    for round_ in range(BACK):
+        there = TriMesh(points + share * (moved - points), faces)
+        turned = np.einsum("fi,fi->f", face_normals(there), face_normals(before)) < TURN
+        bad = turned | (_evenness(there.vertices[faces]) < even)
+        if not bad.any():
+            bad[self_intersections(there).ravel()] = True
+        if not bad.any():
+            return there.vertices
+        moving = np.zeros(len(points))
+        moving[faces[bad].ravel()] = 1
+        for _ in range(round_ // 3):
+            moving += links @ moving
+        share[moving > 0] = np.where(share[moving > 0] > 0.2, share[moving > 0] / 2, 0)
+    there = TriMesh(points + share * (moved - points), faces)
+    return points if len(self_intersections(there)) else there.vertices
+
+
+def _evenness(corners: np.ndarray) -> np.ndarray:
+    """(F,) 1 for equilateral triangles, 0 for flat ones."""
+    sides = corners - np.roll(corners, 1, axis=1)
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return 2 * np.sqrt(3) * area / np.maximum((sides**2).sum(axis=(1, 2)), 1e-300)

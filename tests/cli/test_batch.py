@@ -1,0 +1,190 @@
+"""Many parts at once: the list, what is kept, the table, processes."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from polycube import HOME
+from polycube.cli.batch import ROW, expanded, part_name, run_job, summarized
+from polycube.errors import InputError
+
+QUICK = ["order=[]", "structure=slices"]
+
+
+@pytest.fixture
+def parts(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "parts").mkdir()
+    for name in ("b.stl", "a.obj", "notes.txt"):
+        (tmp_path / "parts" / name).touch()
+    return tmp_path / "parts"
+
+
+def test_one_part_stays_one_run(parts):
+    for one in (["mesh=parts/a.obj"], ["mesh=example:rod", "seed=1"], ["--help"], ["mesh=no.stl"]):
+        assert expanded(one) == one
+
+
+@pytest.mark.parametrize(
+    ("given", "listed"),
+    [
+        ("parts", "'parts/a.obj','parts/b.stl'"),
+        ("parts/*.stl", "'parts/b.stl'"),
+        ("parts/[ab].*", "'parts/a.obj','parts/b.stl'"),
+        ("example:rod,parts/b.stl", "'example:rod','parts/b.stl'"),
+    ],
+)
+def test_folders_patterns_and_lists_become_lists(parts, given, listed):
+    found = expanded([f"mesh={given}", "seed=3", "meshing.size=4%,5%", "output_dir=x"])
+    assert found[:3] == ["-m", f"mesh={listed}", "seed=3"]
+    left_out = "hydra.job.config.override_dirname.exclude_keys="
+    assert found[-1] == f"{left_out}[mesh,hex,output_dir,quiet,verbose,seed,output_dir]"
+    assert expanded([f"mesh={given}", "--multirun"])[:2] == ["-m", f"mesh={listed}"]
+
+
+def test_odd_names_reach_hydra_whole(parts):
+    (parts / "b.stl").rename(parts / "it's, so=1.stl")
+    [listed] = [word for word in expanded(["mesh=parts/*.stl"]) if word.startswith("mesh=")]
+    assert listed == "mesh='parts/it\\'s, so=1.stl'"
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ("parts/*.ply", "no file is called so"),
+        ("empty", "the folder holds no surface"),
+        ("parts/a.obj,other/a.stl", "2 parts are called a: parts/a.obj, other/a.stl"),
+    ],
+)
+def test_lists_that_make_no_sense_are_refused(parts, given, sentence):
+    (parts.parent / "empty").mkdir()
+    with pytest.raises(InputError, match=sentence):
+        expanded([f"mesh={given}"])
+
+
+def test_a_job_is_not_done_twice_unless_something_changed(parts, tmp_path, capsys):
+    done = []
+
+    def job(cfg):
+        done.append(cfg)
+        return 3, "no luck"
+
+    cfg = {"mesh": str(parts / "a.obj"), "hex": None, "seed": 0, "output_dir": None, "quiet": False}
+    for _ in range(2):
+        assert run_job(cfg, tmp_path, "", job) == 3
+    assert len(done) == 1 and done[0]["output_dir"] == str(tmp_path)
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.endswith(": no valid result; no luck")
+    assert second.endswith(": no valid result, as before; no luck")
+    run_job({**cfg, "quiet": True}, tmp_path, "", job)
+    assert len(done) == 1
+    run_job({**cfg, "seed": 1}, tmp_path, "", job)
+    (parts / "a.obj").write_text("changed")
+    run_job({**cfg, "seed": 1}, tmp_path, "", job)
+    assert len(done) == 3
+
+
+def test_a_bug_in_one_job_leaves_the_others_alone(tmp_path):
+    def job(cfg):
+        raise KeyError("nothing")
+
+    cfg = {"mesh": "example:rod", "hex": None}
+    assert run_job(cfg, tmp_path, "", job) == 1
+    row = json.loads((tmp_path / ROW).read_text())
+    assert row["result"] == "failed" and row["says"] == "KeyError: 'nothing'"
+    assert "Traceback" in (tmp_path / "failure.txt").read_text()
+
+
+def test_the_table_has_failures_beside_successes(tmp_path):
+    for name, more in {
+        "good<1>": {"exit": 0, "result": "valid", "hexes": 7, "says": ""},
+        "bad": {"exit": 2, "result": "refused", "says": "not closed"},
+    }.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / ROW).write_text(json.dumps({"part": name, "identity": "", **more}))
+    (tmp_path / "good<1>" / "report.html").touch()
+    assert [row["part"] for row in summarized(tmp_path)] == ["bad", "good<1>"]
+    rows = list(csv.DictReader((tmp_path / "summary.csv").open()))
+    assert [row["result"] for row in rows] == ["refused", "valid"]
+    assert [row["hexes"] for row in rows] == ["", "7"]
+    page = (tmp_path / "summary.html").read_text()
+    assert page.count("<a href=") == 1
+    assert '<a href="good&lt;1&gt;/report.html">good&lt;1&gt;</a>' in page
+    assert "not closed" in page and "2 parts" in page
+
+
+def test_names_of_parts():
+    assert [part_name(p) for p in ("a/b.c.stl", "example:rod", "x")] == ["b.c", "rod", "x"]
+
+
+def batch(folder, *words):
+    command = [sys.executable, str(HOME / "infer.py"), *QUICK, *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(
+    "launcher",
+    [
+        [],
+        pytest.param(["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"], marks=pytest.mark.slow),
+        pytest.param(["hydra/launcher=dask"], marks=pytest.mark.slow),
+    ],
+)
+def test_all_parts_are_done_the_worst_code_counts_and_a_second_time_is_free(tmp_path, launcher):
+    words = ["mesh=example:ring,nowhere.stl,example:dice", "output_dir=results", *launcher]
+    first = batch(tmp_path, *words)
+    assert first.returncode == 2
+    said = first.stderr.splitlines()
+    assert sorted(line.partition(":")[0] for line in said[:3]) == ["dice", "nowhere", "ring"]
+    assert said[-1] == "2 valid, 1 refused: results/summary.html"
+    made = {path.name for path in (tmp_path / "results").iterdir()}
+    assert made == {"dice", "nowhere", "ring", "multirun.yaml", "summary.csv", "summary.html"}
+    assert (tmp_path / "results/dice/report.json").is_file()
+    again = batch(tmp_path, *words)
+    assert again.returncode == 2 and again.stderr.count(", as before") == 3
+
+
+def test_without_a_folder_the_results_go_to_one_of_their_own(tmp_path):
+    ended = batch(tmp_path, "mesh=nowhere.stl", "-m", "seed=1,2")
+    assert ended.returncode == 2, ended.stderr
+    [folder] = (tmp_path / "outputs").iterdir()
+    assert {"nowhere,seed=1", "nowhere,seed=2"} <= {path.name for path in folder.iterdir()}
+
+
+# sitecustomize.py of every process: a job that may take its worker with it
+MORTAL = """
+import os, signal
+from polycube.cli import batch, infer
+
+def job(cfg):
+    part = batch.part_name(cfg["mesh"])
+    with open(os.path.join(os.environ["TALLY"], part), "a") as file:
+        file.write(".")
+        begun = file.tell()
+    if part in ("b", "d") and begun == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 0, ""
+
+infer._silently = job
+"""
+
+
+@pytest.mark.slow
+def test_a_worker_killed_half_way_costs_no_part_and_does_none_twice(tmp_path, monkeypatch):
+    (tmp_path / "sitecustomize.py").write_text(MORTAL)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    monkeypatch.setenv("TALLY", str(tmp_path / "tally"))
+    for folder in ("parts", "tally"):
+        (tmp_path / folder).mkdir()
+    for name in "abcdef":
+        (tmp_path / "parts" / f"{name}.stl").touch()
+    for _ in range(2):  # again: all are kept
+        ended = batch(tmp_path, "mesh=parts", "output_dir=results", "hydra/launcher=dask")
+        assert ended.returncode == 0, ended.stderr
+        assert ended.stderr.splitlines()[-1] == "6 valid: results/summary.html"
+        begun = {path.name: path.stat().st_size for path in (tmp_path / "tally").iterdir()}
+        assert begun == {"a": 1, "b": 2, "c": 1, "d": 2, "e": 1, "f": 1}

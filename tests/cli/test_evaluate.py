@@ -1,0 +1,103 @@
+"""python -m polycube.evaluate: one table, JSON and TensorBoard, of weights and checkpoints."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from polycube import HOME
+from polycube.cli.evaluate import TABLE, evaluate_weights, main, table
+from polycube.cli.train import train
+
+# torch says this about how Lightning asks it; neither is ours
+pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
+
+SMALL = ("pairs=4", "batch_size=2", "sampler.steps=2")
+
+
+def config(name: str, *overrides: str) -> dict[str, object]:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        return OmegaConf.to_container(compose(name, list(overrides)), resolve=True)
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a training of two steps, without a classifier."""
+    folder = tmp_path_factory.mktemp("trained") / "bare"
+    few = ["batch_size=4", "batches_per_epoch=2", "trainer.max_epochs=1", "held_out=4"]
+    few += ["schedule.steps=20", "+trainer.enable_progress_bar=false", "denoiser.classifier=false"]
+    train(config("train", "experiment=smoke", *few, "sampler.steps=2"), folder)
+    return folder
+
+
+def test_weights_and_checkpoint_in_one_table(
+    trained: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    """The same network twice, once in half precision; measured as training measured it."""
+    paths = [str(trained / "weights"), str(trained / "checkpoints" / "last.ckpt")]
+    made = evaluate_weights(
+        config("evaluate", f"weights={paths}".replace(" ", ""), *SMALL), tmp_path
+    )
+    assert json.loads((tmp_path / "evaluation.json").read_text()) == made
+    weights, checkpoint = made["weights"]
+    trained_error = json.loads((trained / "weights" / "weights.json").read_text())["error"]
+    assert checkpoint["columns"]["error"] == pytest.approx(trained_error, rel=1e-5)
+    assert weights["columns"]["error"] == pytest.approx(trained_error, rel=1e-2)
+    assert len(weights["contexts"]) == 4 and weights["threads"] >= 1
+    assert len(list((tmp_path / "tensorboard").rglob("events.out.tfevents.*"))) == 2
+    head, _, *rows = capsys.readouterr().out.splitlines()
+    assert len(rows) == 2 and all(row.count("|") == head.count("|") for row in rows)
+    for head, cell in zip(TABLE, rows[0].split("|")[2:-1], strict=True):
+        assert (cell.strip() == "") == ("context" in TABLE[head][0] or "turned" in TABLE[head][0])
+
+
+def test_a_part_has_its_best_structure_and_the_hint(
+    trained: Path, testdata: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    surface = testdata / "surfaces" / "ddpm_dice.obj"
+    few = ["structure.tried=3", "structure.frames=1", f"parts=[{surface}]"]
+    made = evaluate_weights(
+        config("evaluate", f"weights={trained / 'weights'}", *few, *SMALL), tmp_path
+    )
+    (part,) = made["weights"][0]["parts"]
+    assert (part["part"], part["genus"]) == ("ddpm_dice.obj", 0)
+    assert part["hint"] == "1 cube (dots as shallow dents)"
+    assert part["cost"] > 0 and part["seconds"] > 0 and "cube" in part["context"]
+    assert f"| {part['context']} | {part['cost']} |" in capsys.readouterr().out
+
+
+def test_what_is_not_there_is_empty_and_not_zero() -> None:
+    row = {"path": "a/weights/weights.safetensors", "columns": {"error": 0.25}, "parts": []}
+    cells = table([row]).splitlines()[2].split("|")[1:-1]
+    assert cells[:2] == [" a ", " 0.250 "]
+    assert not "".join(cells[2:]).strip()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["weights=nowhere"], "error: no weights at nowhere"),
+        (["pairs=0"], "error: pairs must be a whole number, 1 or more; got 0"),
+        (["batch_size=two"], "error: batch_size must be a whole number, 1 or more; got 'two'"),
+        (["parts=[nothing*.stl]"], "error: parts: no file nothing*.stl"),
+        (["sampler.steps=0"], "error: sampler=ddim: steps must be at least 1; got 0"),
+    ],
+)
+def test_a_wrong_option_is_one_sentence_and_exit_code_2(
+    arguments: list[str],
+    message: str,
+    trained: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["evaluate", f"weights={trained / 'weights'}", *arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    assert capsys.readouterr().err.strip().splitlines()[-1].startswith(message)
+    assert not list(tmp_path.rglob("evaluation.json"))

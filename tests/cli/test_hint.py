@@ -1,0 +1,24 @@
+"""Where a mesh is doubted, the terminal says what else to try."""
+
+import logging
+
+import pytest
+
+from tests.cli.test_infer import run
+
+
+@pytest.mark.parametrize(
+    ("part", "size", "is_doubted"), [("key", "20%", True), ("dice", "12%", False)]
+)
+def test_a_doubt_comes_with_a_hint(part, size, is_doubted, tmp_path, caplog):
+    """Large hexes miss the bit of the key."""
+    caplog.set_level(logging.INFO)
+    report = run(
+        f"mesh=example:{part}",
+        "structure=slices",
+        "order=[meshing]",
+        f"meshing.size={size}",
+        f"output_dir={tmp_path}",
+    )
+    hints = [m for m in caplog.messages if m.startswith("hint: try meshing=parametric")]
+    assert bool(report["doubts"]) == bool(hints) == is_doubted

@@ -1,0 +1,232 @@
+"""The program as a user meets it: one part all the way, refusals, resume, overrides."""
+
+import csv
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+import polycube.cli.search_path  # noqa: F401
+from polycube import HOME
+from polycube.cli.infer import _command, infer
+
+FAST = ["meshing.size=12%", "structure=slices"]
+
+
+def config(*overrides: str):
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        return compose("infer", list(overrides))
+
+
+def run(*overrides: str) -> dict:
+    return infer(OmegaConf.to_container(config(*overrides), resolve=True))
+
+
+def tree(folder: Path) -> set[str]:
+    return {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def rod(tmp_path_factory) -> tuple[dict, Path]:
+    folder = tmp_path_factory.mktemp("rod")
+    return run(
+        "mesh=example:rod", f"output_dir={folder}", "analysis.modes=10", "export=[vtk]", *FAST
+    ), folder
+
+
+def test_one_part_all_the_way(rod):
+    report, folder = rod
+    assert report["valid"]
+    assert report["polycube"]["genus"] == report["input"]["genus"] == 1
+    assert report["hex"]["inverted"] == 0
+    assert report["hex"]["min_scaled_jacobian"] > 0.2
+    assert report["spline"]["min_detj"] > 0
+    assert {"ranking", "meshing/smooth", "meshing/optimize"} <= set(report["effort"])
+    assert all(0 < spent["steps"] < spent["evaluations"] for spent in report["effort"].values())
+    assert report == json.loads((folder / "report.json").read_text())
+    files = {"polycube.vtu", "labels.vtp", "hex.vtu", "spline.bext", "spline.vtu", "modes.vtu"}
+    files |= {
+        "modes.csv",
+        "report.html",
+        "report.json",
+        "config.json",
+        "run.log",
+        "hex.vtk",
+        "spline.npz",
+    }
+    assert files <= tree(folder)
+    assert not [name for name in tree(folder) if name.endswith((".tmp", ".partial"))]
+
+
+def test_volumes_of_part_mesh_and_spline(rod):
+    report, folder = rod
+    part, mesh, spline = (report[name]["volume"] for name in ("input", "hex", "spline"))
+    assert mesh == pytest.approx(part, rel=0.03)
+    assert spline == pytest.approx(part, rel=0.005)  # fitted to the part, nearer than the mesh
+    assert abs(spline - part) < 0.2 * abs(mesh - part)
+    with np.load(folder / "spline.npz") as arrays:
+        assert len(arrays["nodes"]) == report["spline"]["elements"]
+        assert len(arrays["control"]) == report["spline"]["functions"]
+
+
+def test_six_rigid_modes_and_then_elastic_ones(rod):
+    report, folder = rod
+    omega_squared = np.array(report["modes"]["omega_squared"])
+    assert np.abs(omega_squared[:6]).max() < 1e-8 * omega_squared[6]
+    rows = list(csv.DictReader((folder / "modes.csv").open()))
+    assert [float(r["frequency_hz"]) for r in rows] == report["modes"]["frequency_hz"]
+
+
+def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
+    first, folder = rod
+    again = run(
+        f"resume={folder}", "from=analysis", f"output_dir={tmp_path}", "analysis.modes=8", *FAST
+    )
+    assert again["hex"] == first["hex"]
+    values = first["modes"]["omega_squared"][:8]  # the first six are noise beside the others
+    assert again["modes"]["omega_squared"] == pytest.approx(values, rel=1e-6, abs=1e-9 * values[6])
+    assert "meshing/optimize" not in again["seconds"]
+
+
+def test_a_resumed_run_says_which_settings_are_others_and_leaves_no_old_results(
+    rod, tmp_path, caplog
+):
+    folder = tmp_path / "rod"
+    shutil.copytree(rod[1], folder)
+    for name in ("poisson.vtu", "hex.inp"):
+        (folder / name).write_text("of an earlier run")
+    run(f"resume={folder}", "from=analysis", "analysis=static", *FAST)
+    said = [m for m in caplog.messages if "resumed with other settings" in m]
+    assert any("analysis.plugin is static, was modal" in m for m in said)
+    assert any("analysis.fixed is ['z_min'], was []" in m for m in said)
+    assert not any("meshing" in m for m in said)
+    assert (folder / "static.vtu").is_file() and (folder / "spline.bext").is_file()
+    assert not {"poisson.vtu", "hex.inp", "modes.vtu", "modes.csv"} & tree(folder)
+
+
+@pytest.mark.slow
+def test_units_and_placement_are_kept(rod, tmp_path):
+    import trimesh
+
+    from polycube.examples.parts import example
+
+    surface = example("rod")
+    shift = np.array([5e3, -2e3, 1e3])
+    moved = trimesh.Trimesh(1000 * surface.vertices + shift, surface.faces, process=False)
+    moved.export(tmp_path / "moved.ply")
+    report = run(f"mesh={tmp_path / 'moved.ply'}", f"output_dir={tmp_path / 'out'}", *FAST)
+    low, _ = np.array(report["input"]["bbox"])
+    assert low == pytest.approx(1000 * surface.vertices.min(0) + shift, rel=1e-5)
+    first = rod[0]["hex"]
+    assert report["hex"]["min_scaled_jacobian"] == pytest.approx(
+        first["min_scaled_jacobian"], abs=0.1
+    )
+    assert report["spline"]["volume"] == pytest.approx(1e9 * rod[0]["spline"]["volume"], rel=0.02)
+
+
+@pytest.mark.slow
+def test_context_overrules(tmp_path):
+    report = run("mesh=example:rod", "context=[cube,hole_y]", f"output_dir={tmp_path}", *FAST)
+    assert report["polycube"]["context"] == ["cube", "hole_y"]
+    assert not report["polycube"]["auto"]
+    assert report["valid"]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        (["mesh=nowhere.stl"], "nowhere.stl"),
+        (["mesh=example:nothing"], "rod"),
+        (["mesh=example:rod", "context=[cube,cube]"], "genus"),
+        (["mesh=example:rod", "context=[cube,cone]"], "cone"),
+        (["mesh=example:rod", "spline.plugin=nurbs"], "h2s"),
+        (["mesh=example:rod", "export=[abaqus]", "export.abaqus.element=C4"], "C3D8"),
+        (["mesh=example:rod", "meshing.order=[meshing/smooth]"], "needs hexes"),
+        (["mesh=example:rod", "resume=nowhere", "from=spline"], "holds no result"),
+        (["mesh=example:rod", "meshing.order=[]"], "meshing/subdivide before it"),
+        (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
+        (["mesh=example:rod", "order=meshing"], "order is a list"),
+        (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
+        (["mesh=example:rod", "tries=0"], "tries must be a whole number, 1 or more; got 0"),
+        (["mesh=example:rod", "seed=x"], "seed must be a whole number, 0 or more; got 'x'"),
+        (["mesh=example:rod", "quiet=maybe"], "quiet must be true or false; got 'maybe'"),
+        (["mesh=example:rod", "meshing.size=fine"], "size must be a positive number"),
+        (["mesh=example:rod", "meshing.size=-5%"], "got '-5%'"),
+        (["mesh=example:rod", "meshing.level=many"], "level must be null or a whole number"),
+        (["mesh=example:rod", "meshing.deviation=0"], "deviation must be a positive number"),
+        (["mesh=example:rod", "meshing.max_hexes=1e5"], "max_hexes must be a whole number"),
+        (["mesh=example:rod", "meshing.regions=[{box:[1,2],size:1}]"], "a region is"),
+        (["resume=nowhere"], "from=STAGE"),
+        ([], "mesh=part.stl"),
+    ],
+)
+def test_refusals_are_one_sentence_with_code_2_and_no_files(
+    overrides, sentence, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    assert _command(config("quiet=true", "structure=slices", *overrides)) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ") and said.count("\n") == 1
+    assert sentence in said
+    assert tree(tmp_path) == set()
+
+
+def test_command_line_exit_codes(tmp_path):
+    command = [sys.executable, str(HOME / "infer.py")]
+    for override in ("mesh=nowhere.stl", "no_such_option=1"):
+        ended = subprocess.run([*command, override], cwd=tmp_path, capture_output=True, text=True)
+        assert ended.returncode == 2
+        assert "Traceback" not in ended.stderr
+    assert tree(tmp_path) == set()
+
+
+@pytest.mark.parametrize("structure", ["given", "slices"])
+def test_a_context_is_the_only_one_that_is_ranked(structure, tmp_path):
+    report = run(
+        "mesh=example:rod",
+        "context=[cube,hole_z]",
+        f"structure={structure}",
+        f"output_dir={tmp_path}",
+        "order=[]",
+    )
+    found = report["polycube"]["candidates"]
+    assert found and {tuple(entry["context"]) for entry in found} == {("cube", "hole_z")}
+
+
+def test_a_new_run_leaves_no_results_of_another_in_the_folder(tmp_path):
+    (tmp_path / "stages").mkdir()
+    for name in ("hex.vtu", "report.html", "modes.csv", "stages/spline.npz", "mine.txt"):
+        (tmp_path / name).write_text("of another part")
+    run("mesh=example:dice", f"output_dir={tmp_path}", "order=[]", "structure=slices")
+    kept = tree(tmp_path)
+    assert {"mine.txt", "report.json", "stages/read.npz"} <= kept
+    assert not {"hex.vtu", "report.html", "modes.csv", "stages/spline.npz"} & kept
+
+
+def test_a_folder_that_can_not_be_written_is_refused(tmp_path, capsys):
+    (tmp_path / "run.log").mkdir()
+    overrides = ("mesh=example:dice", f"output_dir={tmp_path}", "structure=slices", "quiet=true")
+    assert _command(config(*overrides)) == 2
+    (tmp_path / "file").touch()
+    assert _command(config(*overrides, f"output_dir={tmp_path / 'file'}")) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 2 and all("cannot write results to" in line for line in said)
+
+
+def test_help_shows_how_to_begin():
+    command = [sys.executable, str(HOME / "infer.py"), "--help"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "python infer.py mesh=part.stl" in ended.stdout
+
+
+def test_the_seed_of_the_run_is_that_of_the_denoising():
+    cfg = OmegaConf.to_container(config("mesh=example:rod", "seed=7"), resolve=True)
+    assert cfg["structure"]["proposals"]["diffusion"]["seed"] == 7
+    alone = config("mesh=example:rod", "seed=7", "structure=diffusion")
+    assert OmegaConf.to_container(alone, resolve=True)["structure"]["seed"] == 7

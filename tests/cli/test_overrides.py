@@ -1,0 +1,97 @@
+"""A wrong command line is refused in one sentence that names what would be right."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
+
+from polycube import HOME
+from polycube.cli.overrides import plain_refusals, quoted
+from polycube.errors import InputError
+
+WRONG = [
+    ("infer", "grid=4x9", "grid=4x9: there is no such choice; have 1x1, 2x1"),
+    ("infer", "meshing=morf", "did you mean morph; have improve, morph"),
+    ("infer", "export=[abacus]", "export=abacus: there is no such choice, did you mean abaqus"),
+    ("infer", "mesing=morph", "no option mesing, did you mean meshing"),
+    ("infer", "meshing.sze=4%", "no option meshing.sze, did you mean meshing.size; meshing has"),
+    ("infer", "size=4%", "did you mean meshing.size"),
+    ("infer", "tries=[1", "can not be read"),
+    ("infer", "~foo", "'foo' does not exist"),
+    ("train", "data=papr", "did you mean paper; have"),
+    ("train", "trainer.max_epoch=2", "did you mean trainer.max_epochs"),
+]
+
+
+PATHS = [
+    "my pärts (β)/träger #1.stl",
+    "a=b/part.step",
+    "it's (1).stl",
+    "plain.stl",
+    "a.stl,b.stl",
+    "[a.stl,b.stl]",
+]
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_a_path_need_not_be_quoted(path):
+    [word] = quoted([f"mesh={path}"])
+    [override] = OverridesParser.create().parse_overrides([word])
+    if word != f"mesh={path}":
+        assert override.value() == path
+    else:
+        assert path in PATHS[3:]
+
+
+@pytest.mark.parametrize(("config", "word", "words"), WRONG)
+def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["program", word])
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+    with (
+        pytest.raises(InputError) as caught,
+        plain_refusals(config),
+        initialize_config_dir(str(HOME / "conf"), version_base="1.3"),
+    ):
+        compose(config, [word])
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_flags_of_other_programs_are_named(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["infer.py", "--mesh", "part.stl"])
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+    with (
+        pytest.raises(InputError, match=r"unknown flag --mesh; .* mesh=value"),
+        plain_refusals("infer"),
+    ):
+        raise HydraException("not reached")
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [(["infer.py", "mesh="], "no surface given"), (["train.py", "dta=x"], "data")],
+)
+def test_programs_end_with_code_2_and_one_line(tmp_path, words, says):
+    program = str(HOME / words[0])
+    done = subprocess.run(
+        [sys.executable, program, *words[1:]],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(HOME)},
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("error: ") and says in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_flags_of_hydra_keep_their_values(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["train.py", "--cfg", "job", "schedule=cosine"])
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+    with plain_refusals("train"):
+        pass

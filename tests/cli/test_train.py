@@ -1,0 +1,280 @@
+"""train.py from the command line: options, files, resuming, refusals."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+import torch
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from torch.utils.tensorboard import SummaryWriter
+
+from polycube import HOME
+from polycube.cli.sweep import summarized
+from polycube.cli.train import main, train
+from polycube.diffusion.denoiser import DenoiserOptions
+from polycube.diffusion.training.module import Learning
+from polycube.diffusion.weights import load_denoiser
+from polycube.errors import InputError
+from polycube.registry import build
+
+# torch says this about how Lightning asks it; neither is ours
+pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
+
+SMALL = [
+    "experiment=smoke",
+    "batch_size=4",
+    "batches_per_epoch=2",
+    "held_out=4",
+    "schedule.steps=20",
+    "+trainer.enable_progress_bar=false",
+]
+
+
+def config(*overrides: str) -> dict[str, object]:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", [*SMALL, *overrides])
+    return OmegaConf.to_container(cfg, resolve=True)
+
+
+def command(*arguments: str) -> int:
+    """Exit code of train.py with these arguments."""
+    argv, sys.argv = sys.argv, ["train.py", *arguments]
+    try:
+        main()
+    except SystemExit as end:
+        return end.code
+    finally:
+        sys.argv = argv
+    return 0
+
+
+def options(group: str) -> list[str]:
+    return [f"{group}={path.stem}" for path in sorted((HOME / "conf" / group).glob("*.yaml"))]
+
+
+@pytest.mark.parametrize(
+    "choice", [c for g in ("schedule", "model", "sampler", "data") for c in options(g)]
+)
+def test_every_option_composes_and_builds(choice: str) -> None:
+    group = choice.split("=")[0]
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", [choice])
+    assert build(group, OmegaConf.to_container(cfg[group]))
+
+
+@pytest.mark.parametrize("choice", [*options("trainer"), *options("experiment")])
+def test_every_trainer_and_experiment_composes(choice: str) -> None:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", [choice])
+    assert cfg.trainer._target_ == "lightning.pytorch.Trainer"
+
+
+def test_every_option_of_learning_and_denoiser_is_in_the_yaml() -> None:
+    cfg = config()
+    assert {*cfg["learning"], "seed"} == {field.name for field in fields(Learning)}
+    assert {*cfg["denoiser"], "pads"} == {field.name for field in fields(DenoiserOptions)}
+
+
+def test_paper_experiment_is_the_published_setting() -> None:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("train", ["experiment=paper"])
+    assert (cfg.batch_size, cfg.trainer.max_epochs, cfg.schedule.steps) == (200, 400, 500)
+    assert (cfg.schedule.beta_start, cfg.schedule.beta_end) == (1e-4, 0.02)
+    assert (cfg.learning.rate, cfg.learning.decay, cfg.data.plugin) == (1e-3, "paper", "paper")
+    assert (cfg.learning.loss, cfg.learning.endpoint, cfg.learning.thin) == ("mse", 0, 1)
+    assert (cfg.model.plugin, cfg.model.width, cfg.sampler.plugin) == ("unet", 64, "ddpm")
+    assert (cfg.ema, cfg.trainer.gradient_clip_val) == (0, None)
+    assert cfg.denoiser == {
+        "target": "noise",
+        "geometry_channels": False,
+        "normals": False,
+        "labels": False,
+        "classifier": False,
+        "noise_scale": 1.0,
+        "order": "x",
+    }
+
+
+def test_command_writes_weights_checkpoints_and_curves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command(*SMALL, "schedule=cosine", "sampler=ddim") == 0
+    (run,) = (tmp_path / "outputs" / "train").iterdir()
+    assert {p.name for p in (run / "checkpoints").iterdir()} == {"best.ckpt", "last.ckpt"}
+    metrics = json.loads((run / "weights" / "weights.json").read_text())
+    assert {
+        "loss",
+        "loss_points",
+        "loss_labels",
+        "loss_context",
+        "lr",
+        "error",
+        "error_p95",
+        "right_context",
+        "samples_per_second",
+    } <= metrics.keys()
+    assert (metrics["steps"], metrics["samples"]) == (4, 16)
+    assert load_denoiser(build, run / "weights").process.steps == 20
+    curves = EventAccumulator(str(run / "tensorboard")).Reload()
+    assert [event.step for event in curves.Scalars("error")] == [1, 3]
+    assert curves.Scalars("error")[-1].value == pytest.approx(metrics["error"])
+    assert curves.Scalars("final/error")[0].value == pytest.approx(metrics["error"])
+    assert curves.Images("geometry, x_0, truth")[0].height > 100
+    hparams = curves.SummaryMetadata("_hparams_/session_start_info").plugin_data.content
+    assert b"denoiser/target" in hparams and b"learning/rate" in hparams
+    assert (run / "loss.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_sweep_ends_with_a_table_of_its_trainings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    small = ("trainer.max_epochs=1", "batches_per_epoch=1", "held_out=2")
+    assert command("-m", *SMALL, *small, "schedule=linear,cosine", "learning.rate=1e-3") == 0
+    (sweep,) = (tmp_path / "outputs" / "train-sweep").iterdir()
+    with (sweep / "summary.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["settings"] for row in rows} == {"schedule=linear", "schedule=cosine"}
+    for row in rows:
+        found = json.loads((sweep / row["folder"] / "weights" / "weights.json").read_text())
+        assert float(row["error"]) == found["error"]
+    assert float(rows[0]["error"]) <= float(rows[1]["error"])
+    said = capsys.readouterr().err
+    assert f"{float(rows[0]['error']):.3f}" in said and "schedule=cosine" in said
+    assert (sweep / "loss.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_training_without_weights_is_the_last_of_the_table(tmp_path: Path) -> None:
+    for number, metrics in enumerate((None, {"error": 0.5}, {"error": 0.25})):
+        (tmp_path / f"{number}" / ".hydra").mkdir(parents=True)
+        chosen = f"- experiment=smoke\n- seed={number}\n"
+        (tmp_path / f"{number}" / ".hydra" / "overrides.yaml").write_text(chosen)
+        if metrics:
+            (tmp_path / f"{number}" / "weights").mkdir()
+            (tmp_path / f"{number}" / "weights" / "weights.json").write_text(json.dumps(metrics))
+            SummaryWriter(tmp_path / f"{number}" / "tensorboard").close()
+    rows = summarized(tmp_path)
+    assert [row["settings"] for row in rows] == ["seed=2", "seed=1", "seed=0"]
+    assert "error" not in rows[2] and rows[2]["folder"] == "0"
+
+
+def test_networks_for_any_size_train_on_thin_images(tmp_path: Path) -> None:
+    small = ("model=points", "model.width=8", "model.blocks=1", "model.slots=2")
+    errors = [
+        train(config(*small, f"learning.thin={thin}", "trainer.max_epochs=1"), tmp_path / thin)
+        for thin in ("null", "3", "4")
+    ]
+    assert all(metrics["steps"] == 2 and 0 < metrics["error"] < 5 for metrics in errors)
+    assert errors[0]["error"] == errors[1]["error"] != errors[2]["error"]
+
+
+@pytest.mark.parametrize(
+    "averaged",
+    [
+        pytest.param(["ema=0.9"], id="averaged"),
+        pytest.param(["ema=0", "workers=1"], id="workers", marks=pytest.mark.slow),
+    ],
+)
+def test_resumed_training_follows_the_same_curve(averaged: list[str], tmp_path: Path) -> None:
+    """Four epochs at once, and two, then two more: the same weights, bit for bit."""
+    epochs = ["trainer.max_epochs=4", "trainer.check_val_every_n_epoch=2"]
+    once = train(config(*epochs, *averaged), tmp_path / "whole")
+    train(config(*epochs, *averaged, "+trainer.max_steps=4"), tmp_path / "halves" / "first")
+    twice = train(config(*epochs, *averaged, "ckpt=last"), tmp_path / "halves" / "second")
+    whole, halves = (
+        torch.load(tmp_path / run / "checkpoints" / "last.ckpt", weights_only=True)
+        for run in ("whole", "halves/second")
+    )
+    assert whole["global_step"] == halves["global_step"] == 8
+    assert ("current_model_state" in whole) == ("ema=0" not in averaged)
+    for weights in ("state_dict", "current_model_state", "averaging_state"):
+        for name, tensor in whole.get(weights, {}).items():
+            assert torch.equal(tensor, halves[weights][name]), name
+    assert once | {"samples_per_second": 0} == twice | {"samples_per_second": 0}
+
+
+def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) -> None:
+    trained = train(config("trainer.max_epochs=1"), tmp_path / "run")
+    ckpt = tmp_path / "run" / "checkpoints" / "last.ckpt"
+    measured = train(config("fit=false", f"ckpt={ckpt}"), tmp_path / "export")
+    assert measured["error"] == pytest.approx(trained["error"], rel=1e-5)
+    assert measured["steps"] == 2
+    files = [tmp_path / run / "weights" / "weights.safetensors" for run in ("run", "export")]
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
+    train(config("trainer.max_epochs=1"), tmp_path / "run")
+    ckpt = tmp_path / "run" / "checkpoints" / "last.ckpt"
+    with pytest.raises(InputError, match=r"schedule\.plugin is cosine.*model\.width is 16, was 8"):
+        train(config(f"ckpt={ckpt}", "model.width=16", "schedule=cosine"), tmp_path / "other")
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [
+        ("sampler.steps=0", "error: sampler=ddim: steps must be at least 1; got 0"),
+        ("learning.decay=steep", "error: learning.decay must be one of"),
+        ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
+        ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
+        ("denoiser.target=mean", "error: denoiser.target must be one of x0, noise, v; got mean"),
+        ("denoiser.order=zigzag", "error: denoiser.order must be one of x, morton, hilbert"),
+        ("learning.thin=2", "error: model=tiny sees whole images only, so learning.thin must be 1"),
+        ("ema=1", "error: ema must lie between 0 and 1; got 1"),
+        ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
+        ("ckpt=last", "error: ckpt=last: no run under"),
+    ],
+)
+def test_a_wrong_option_is_one_sentence_and_exit_code_2(
+    argument: str,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command(*SMALL, argument) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert said.startswith(message)
+
+
+def test_held_out_pairs_must_be_shared_evenly(tmp_path: Path) -> None:
+    two = ("trainer=ddp", "trainer.accelerator=cpu", "trainer.devices=2", "held_out=5")
+    with pytest.raises(InputError, match=r"held_out must be a multiple of the 2 processes .*got 5"):
+        train(config(*two), tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_choice_is_refused_with_those_that_exist(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command("schedule=steep") == 2
+    assert "cosine" in capsys.readouterr().err
+    assert not os.listdir(tmp_path)
+
+
+def test_missing_checkpoint_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no checkpoint at"):
+        train(config("ckpt=nothing.ckpt"), tmp_path)
+
+
+def test_training_imports_no_meshing_libraries() -> None:
+    """It runs on a machine without a display, open3d, VTK or igl."""
+    code = (
+        "import sys, polycube.cli.train; from polycube.registry import names; names('model');"
+        "print(sorted({'open3d', 'vtkmodules', 'pyvista', 'igl', 'trimesh'}"
+        " & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=HOME, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,24 @@
+"""Checkpoints appear whole or not at all."""
+
+from pathlib import Path
+
+import pytest
+import torch
+
+from polycube.diffusion.training.checkpoints import WholeCheckpoints
+
+
+class Unwritable:
+    """Fails when it is written, after what stands before it."""
+
+    def __reduce__(self) -> None:
+        raise OSError("disk full")
+
+
+def test_a_checkpoint_that_fails_leaves_the_one_before(tmp_path: Path) -> None:
+    path, writer = tmp_path / "checkpoints" / "last.ckpt", WholeCheckpoints()
+    writer.save_checkpoint({"weights": torch.ones(1000)}, path)
+    with pytest.raises(OSError, match="disk full"):
+        writer.save_checkpoint({"weights": torch.zeros(1000), "last": Unwritable()}, path)
+    assert torch.equal(torch.load(path, weights_only=True)["weights"], torch.ones(1000))
+    assert list(path.parent.iterdir()) == [path]

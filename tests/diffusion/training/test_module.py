@@ -1,0 +1,288 @@
+"""Training: the loss is what it is said to be, and networks can bring it down."""
+
+import numpy as np
+import pytest
+import torch
+from torch.optim.swa_utils import AveragedModel
+
+from polycube.diffusion.pairs.dataset import Batch, PairImages
+from polycube.diffusion.pairs.pairs import Pairs
+from polycube.diffusion.pairs.shapes import UNTURNED, turned_contexts
+from polycube.diffusion.pairs.templates import contexts
+from polycube.diffusion.training.module import (
+    ROTATIONS,
+    SOFT,
+    DDPMPolycube,
+    Learning,
+    moving_average,
+    rate_factors,
+)
+from polycube.diffusion.training.pictures import scatter
+from polycube.diffusion.weights import make_denoiser
+from polycube.registry import build
+
+GRID = (2, 1, 1)
+QUARTER = torch.tensor([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # about z: x to y
+
+
+def _batch(pairs: Pairs, numbers: range) -> Batch:
+    images = PairImages(pairs, ("cube", "hole_z", "hole_x", "hole_y"))
+    rows = [images[i] for i in numbers]
+    return Batch(*(torch.stack(column) for column in zip(*rows, strict=True)))
+
+
+@pytest.fixture(scope="module")
+def batch(pairs: Pairs) -> Batch:
+    return _batch(pairs, range(8))
+
+
+@pytest.fixture(scope="module")
+def turned(primitives: dict) -> np.ndarray:
+    return turned_contexts(contexts(GRID, primitives), GRID, primitives)
+
+
+def _module(
+    config: dict, turned: np.ndarray | None = None, learning: dict | None = None, **options: object
+) -> DDPMPolycube:
+    options = config["options"] | {"classifier": turned is not None} | options
+    torch.manual_seed(0)
+    denoiser = make_denoiser(config | {"options": options}, build)
+    sampler = build("sampler", {"plugin": "ddim", "steps": 2})
+    return DDPMPolycube(denoiser, Learning(**(learning or {})), sampler, {}, turned)
+
+
+def _right(module: DDPMPolycube, batch: Batch) -> None:
+    """Let the module's network say its target, as it follows from what it is asked."""
+    process, x_0 = module.denoiser.process, batch.polycube
+    q = process.adjustment(batch.geometry[:, :3])
+
+    def answer(_: object, asked: tuple, said: torch.Tensor) -> torch.Tensor:
+        x_t, t = asked[0][:, :3], (asked[1] * process.steps).round().long()
+        z = process.noise(x_t, x_0, q, t)
+        target = {"x0": x_0, "noise": z, "v": process.velocity(x_0, z, t)}
+        return torch.cat([target[module.denoiser.options.target], said[:, 3:]], dim=1)
+
+    module.denoiser.network.register_forward_hook(answer)
+
+
+def _saying(module: DDPMPolycube, answer: torch.Tensor) -> list[tuple]:
+    """Let the module's network say `answer`; returns what it was asked."""
+    asked = []
+    module.denoiser.network.register_forward_hook(lambda _, args, __: asked.append(args) or answer)
+    return asked
+
+
+@pytest.mark.parametrize("loss", ["distance", "mse"])
+@pytest.mark.parametrize("target", ["x0", "noise", "v"])
+def test_loss_of_the_right_answer_is_zero(
+    target: str, loss: str, config: dict, batch: Batch
+) -> None:
+    module = _module(config, target=target, learning={"loss": loss})
+    _right(module, batch)
+    assert module.loss(batch)["points"].item() == pytest.approx(0, abs=1e-9)
+
+
+def test_loss_of_a_wrong_answer_is_its_distance_or_its_square(config: dict, batch: Batch) -> None:
+    off = batch.polycube + torch.tensor([0.3, 0, 0.4])[:, None, None]
+    expected = {"distance": (0.5**2 + SOFT**2) ** 0.5 - SOFT, "mse": (0.3**2 + 0.4**2) / 3}
+    for loss, value in expected.items():
+        module = _module(config, labels=False, learning={"loss": loss})
+        _saying(module, off)
+        assert module.loss(batch)["points"].item() == pytest.approx(value, rel=1e-5)
+
+
+def test_noise_is_the_target_of_the_paper(config: dict, batch: Batch) -> None:
+    """A network that says z = 0 has the squared error of unit noise: one."""
+    module = _module(
+        config, target="noise", labels=False, learning={"endpoint": 0.0, "loss": "mse"}
+    )
+    _saying(module, torch.zeros_like(batch.polycube))
+    terms = module.loss(batch)
+    assert terms.keys() == {"points"}
+    assert terms["points"].item() == pytest.approx(1, abs=0.03)
+
+
+def test_padded_pixels_do_not_count_as_distance_or_label(
+    config: dict, batch: Batch, primitives: dict
+) -> None:
+    published = build("data", {"plugin": "paper"})(GRID, primitives, seed=0)
+    padded = _batch(published, range(4))
+    noise = torch.where(padded.labels[:, :1] < 0, 7.0, 0.0)
+    module = _module(config)
+    _saying(module, torch.cat([padded.polycube + noise, noise.expand(-1, 10, -1, -1)], dim=1))
+    terms = module.loss(padded)
+    assert terms["points"].item() == pytest.approx(0, abs=1e-6)
+    assert terms["labels"].item() == pytest.approx(0.1 * np.log(6 * 2 * 2), rel=1e-5)
+    mse = _module(config, labels=False, learning={"loss": "mse"})  # as published, all count
+    _saying(mse, padded.polycube + noise)
+    assert mse.loss(padded)["points"].item() == pytest.approx(7**2 / 2, rel=1e-5)
+
+
+def test_loss_of_labels_is_their_cross_entropies(config: dict, batch: Batch) -> None:
+    """Those who know have none; one who is 3 to 1 for the right cell loses log(4 / 3)."""
+    one_hot = [
+        torch.nn.functional.one_hot(batch.labels[:, i], n).movedim(-1, 1).float()
+        for i, n in enumerate((6, 2, 2))
+    ]
+    for surety, expected in (
+        ((99, 99, 99), 0),
+        ((0, 99, 99), np.log(6)),
+        ((99, np.log(3), 0), np.log(4 / 3) + np.log(2)),
+    ):
+        module = _module(config, learning={"labels": 0.7})
+        logits = [s * right for s, right in zip(surety, one_hot, strict=True)]
+        _saying(module, torch.cat([batch.polycube, *logits], dim=1))
+        assert module.loss(batch)["labels"].item() == pytest.approx(0.7 * expected, abs=1e-5)
+
+
+def _classifying(module: DDPMPolycube, cells: torch.Tensor, fits: torch.Tensor) -> list[tuple]:
+    asked = []
+    module.denoiser.classifier.register_forward_hook(
+        lambda _, args, __: asked.append(args[0]) or (cells, fits)
+    )
+    return asked
+
+
+def test_loss_of_a_context_that_is_known_is_zero(
+    config: dict, turned: np.ndarray, pairs: Pairs
+) -> None:
+    batch = _batch(pairs, range(24))
+    module = _module(config, turned)
+    wanted = torch.from_numpy(turned)[batch.number, module.draws(batch.number, (32, 32)).turn]
+    along = (wanted[:, 0] >= 0).float()
+    assert 0 < along.mean() < 1
+    right = 99 * torch.nn.functional.one_hot(wanted.clamp(0), 5).float()
+    _classifying(module, right, 99 * (2 * along - 1))
+    assert module.loss(batch)["context"].item() == pytest.approx(0, abs=1e-6)
+    _classifying(module, 0 * right, 0 * along)  # of those that lie along the grid, log 5 a cell
+    expected = along.mean() * np.log(5) + np.log(2)
+    assert module.loss(batch)["context"].item() == pytest.approx(expected.item(), rel=1e-5)
+
+
+def test_a_turned_geometry_has_its_turned_context(
+    config: dict, turned: np.ndarray, pairs: Pairs, primitives: dict
+) -> None:
+    """One cell with a hole along x, turned about z, has its hole along y, and so its points."""
+    number = pairs.contexts.index(("hole_x", None))
+    turn = int((ROTATIONS - QUARTER).abs().sum(dim=(1, 2)).argmin())
+    batch = _batch(pairs, range(number, number + 1))
+    module = _module(config, turned)
+    draws = module.draws(batch.number, (32, 32))._replace(turn=torch.tensor([turn]))
+    module.draws = lambda *_: draws
+    right = torch.tensor([[0, 3]])  # cube and hole_y: the shape's canonical name
+    surely = 99 * torch.nn.functional.one_hot(right, 5).float()
+    asked = _classifying(module, surely, torch.tensor([99.0]))
+    assert module.loss(batch)["context"].item() == pytest.approx(0, abs=1e-6)
+    x, y, z, *normal = batch.geometry[0]
+    seen = torch.stack([-y, x, z, -normal[1], normal[0], normal[2]])
+    assert torch.allclose(asked[0][0], seen, atol=1e-6)
+
+
+def test_endpoint_share_is_trained_where_sampling_starts(config: dict, batch: Batch) -> None:
+    module = _module(config, labels=False, learning={"endpoint": 1.0})
+    asked = _saying(module, batch.polycube)
+    module.loss(batch)
+    x, t, context = asked[0]
+    assert torch.equal(x[:, :3], batch.geometry[:, :3]) and torch.equal(x[:, 3:], batch.geometry)
+    assert (t == 1).all() and torch.equal(context, batch.context)
+
+
+def test_draws_depend_on_the_pair_and_not_on_its_batch(config: dict) -> None:
+    module = _module(config)
+    numbers = torch.tensor([5, 10**9, 7])
+    together, alone = module.draws(numbers, (4, 8)), module.draws(numbers[1:2], (4, 8))
+    assert all(torch.equal(a[1:2], b) for a, b in zip(together, alone, strict=True))
+    other = _module(config, learning={"seed": 1}).draws(numbers, (4, 8))
+    assert not torch.equal(together.z, other.z)
+
+
+def test_draws_are_random(config: dict) -> None:
+    """Steps uniform, noise normal, of consecutive pairs uncorrelated; half of the pairs turned."""
+    draws = _module(config).draws(torch.arange(4000), (4, 4))
+    assert torch.bincount(draws.t, minlength=51)[1:].float() / 4000 == pytest.approx(
+        np.full(50, 1 / 50), abs=0.008
+    )
+    assert draws.t.min() == 1 and draws.t.max() == 50
+    assert draws.first.float().mean() == pytest.approx(0.8, abs=0.02)
+    assert torch.bincount(draws.turn, minlength=24).min() > 0.5 * 4000 / 48
+    kept = (draws.turn == UNTURNED).float().mean()
+    assert kept == pytest.approx(0.5 + 0.5 / 24, abs=0.025)
+    z = draws.z.flatten(1)
+    assert z.mean().item() == pytest.approx(0, abs=0.01)
+    assert z.std().item() == pytest.approx(1, abs=0.01)
+    assert (z[1:] * z[:-1]).mean().item() == pytest.approx(0, abs=0.01)
+
+
+def test_thin_images_are_every_nth_row_and_column(config: dict, batch: Batch) -> None:
+    module = _module(config | {"model": {"plugin": "points"}}, learning={"thin": 4, "endpoint": 1})
+    asked = []
+    module.denoiser.network.register_forward_hook(lambda _, args, __: asked.append(args[0]))
+    module.loss(batch)
+    assert torch.equal(asked[0][:, 3:], batch.geometry[..., ::4, ::4])
+
+
+def test_a_few_steps_on_one_batch_bring_each_term_down(
+    config: dict, batch: Batch, turned: np.ndarray
+) -> None:
+    """Points, labels and context, with new noise and orientations at every step."""
+    module = _module(config, turned)
+    adam = torch.optim.Adam(module.parameters(), lr=3e-3)
+    losses = []
+    for step in range(40):
+        terms = module.loss(batch._replace(number=batch.number + 24 * step))
+        adam.zero_grad()
+        sum(terms.values()).backward()
+        adam.step()
+        losses.append([term.item() for term in terms.values()])
+    points, labels, context = np.mean(losses[-5:], axis=0) / np.mean(losses[:5], axis=0)
+    assert points < 0.6 and labels < 0.8 and context < 0.8
+
+
+def test_learning_rates_of_the_paper() -> None:
+    """eta_k = eta_{k-1} (1 - k / K) ends at zero, as linear and cosine decay do."""
+    assert rate_factors("paper", 4) == pytest.approx([1, 3 / 4, 3 / 8, 3 / 32, 0])
+    assert rate_factors("linear", 4) == pytest.approx([1, 0.75, 0.5, 0.25, 0])
+    eighth = np.cos(np.pi / 8) ** 2  # (1 + cos(pi / 4)) / 2
+    assert rate_factors("cosine", 4) == pytest.approx([1, eighth, 0.5, 1 - eighth, 0])
+    assert rate_factors("constant", 2) == [1, 1, 1]
+
+
+def test_moving_average_of_a_sequence() -> None:
+    """a <- s a + (1 - s) w with s = min(decay, (1 + n) / (10 + n)); n, the averaged before."""
+    decay, weight = 0.3, torch.nn.Linear(1, 1, bias=False)
+    average = AveragedModel(weight, avg_fn=moving_average(decay))
+    expected = None
+    for n, value in enumerate([1.0, -2.0, 5.0, 0.5, 3.0]):
+        weight.weight.data.fill_(value)
+        average.update_parameters(weight)
+        share = min(decay, (1 + n) / (10 + n))
+        expected = value if n == 0 else share * expected + (1 - share) * value
+        assert average.module.weight.item() == pytest.approx(expected, rel=1e-6)
+    assert (1 + 4) / (10 + 4) > decay > (1 + 2) / (10 + 2)  # both sides were met
+
+
+def test_counters_are_not_averaged() -> None:
+    count = torch.tensor([7])
+    assert moving_average(0.9)(torch.tensor([3]), count, torch.tensor(5)) is count
+
+
+def test_wrong_options_are_refused() -> None:
+    with pytest.raises(ValueError, match="one of constant, linear, cosine, paper; got steep"):
+        Learning(decay="steep")
+    with pytest.raises(ValueError, match=r"learning\.loss must be one of distance, mse; got l1"):
+        Learning(loss="l1")
+    with pytest.raises(ValueError, match=r"thin must be at least 1; got 0"):
+        Learning(thin=0)
+    with pytest.raises(ValueError, match=r"endpoint must lie in \[0, 1\]; got 2"):
+        Learning(endpoint=2)
+    with pytest.raises(ValueError, match=r"labels must not be negative; got -1"):
+        Learning(labels=-1)
+    with pytest.raises(ValueError, match=r"ema must lie between 0 and 1; got 1"):
+        moving_average(1)
+
+
+def test_picture_shows_the_pairs(batch: Batch) -> None:
+    images = [np.asarray(image[:2, :3]) for image in (batch.geometry, *[batch.polycube] * 2)]
+    picture = scatter(*images)
+    assert picture.dtype == np.uint8 and picture.shape == (360, 540, 3)
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100

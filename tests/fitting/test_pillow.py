@@ -1,0 +1,177 @@
+"""Layers of hexes under the boundary."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from polycube.fitting.body import Body
+from polycube.fitting.creases.features import match
+from polycube.fitting.creases.paths import Route
+from polycube.fitting.pillow import insert, layer, regions, smooth_patches, smooth_regions
+from polycube.fitting.registration import register
+from polycube.hexmesh import hexes
+from polycube.hexmesh.quality import scaled_jacobian, volume
+from polycube.surface.target import target
+from polycube.types import HexMesh, Polycube, TriMesh
+from tests.hexmesh.test_template import cut, ring
+
+
+def cube() -> HexMesh:
+    """Unit cube of 4 x 4 x 4 hexes; patches +x, -x, +y, -y, +z, -z."""
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    return cut(solid, 0.25)
+
+
+def test_layer_under_the_whole_boundary():
+    mesh = insert(cube(), np.arange(6))
+    assert len(mesh.hexes) == 64 + 96
+    assert hexes.genus(mesh) == 0
+    assert volume(mesh) == pytest.approx(1)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0
+    assert np.bincount(mesh.patch).tolist() == [16] * 6
+
+
+def test_every_boundary_hex_has_one_boundary_face_then():
+    mesh = insert(cube(), np.arange(6))
+    _, owner = hexes.exposed(mesh.hexes)
+    assert len(np.unique(owner)) == len(owner)
+
+
+@pytest.mark.parametrize("covered", [[0], [0, 2], [0, 1], [0, 1, 2, 3]])
+def test_layer_leaves_through_the_other_patches(covered):
+    mesh = insert(cube(), np.array(covered))
+    hexes.check_conforming(mesh)
+    assert len(mesh.hexes) == 64 + 16 * len(covered)
+    assert 1 - 1 / 64 < volume(mesh) <= 1 + 1e-12  # edges between bare patches are cut short
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0
+    middle = mesh.vertices[mesh.quads].mean(axis=1)
+    for patch, (axis, side) in enumerate([(0, 1), (0, 0), (1, 1), (1, 0), (2, 1), (2, 0)]):
+        here = middle[mesh.patch == patch][:, axis]
+        assert here == pytest.approx(side, abs=1 / 64)
+    inner, _ = hexes.extraordinary_edges(mesh)
+    assert (len(inner) > 0) == (covered not in ([0], [0, 1]))  # where two layers meet
+
+
+def test_outer_vertices_keep_their_places():
+    before, after = cube(), insert(cube(), np.arange(6))
+    shown = [np.unique(m.vertices[m.quads].reshape(-1, 3), axis=0) for m in (before, after)]
+    assert np.array_equal(*shown)
+
+
+def test_layers_that_would_only_touch_are_joined():
+    """Two opposite quadrants of a face: at the middle vertex their layers meet in an edge."""
+    mesh = cube()
+    middle = mesh.vertices[mesh.quads].mean(axis=1)
+    up = mesh.patch == 4
+    quadrant = np.where(up, 6 + 2 * (middle[:, 0] > 0.5) + (middle[:, 1] > 0.5), mesh.patch)
+    mesh = HexMesh(mesh.vertices, mesh.hexes, mesh.quads, quadrant, mesh.cell)
+    layered = insert(mesh, np.array([6, 9]))
+    hexes.check_conforming(layered)
+    assert len(layered.hexes) == 64 + 16
+
+
+def test_cells_and_handles_are_kept():
+    mesh = cut(ring(), 1 / 6)
+    layered = insert(mesh, np.unique(mesh.patch))
+    assert hexes.genus(layered) == 1
+    assert len(layered.cell) == len(layered.hexes)
+    assert set(layered.patch) == set(mesh.patch)
+
+
+def surface(mesh: trimesh.Trimesh) -> TriMesh:
+    return TriMesh(mesh.vertices, mesh.faces)
+
+
+def test_smooth_patches_of_known_surfaces():
+    box = surface(trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    assert len(smooth_patches(cube(), target(box))) == 0
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.6)
+    ball.apply_translation([0.5, 0.5, 0.5])
+    assert smooth_patches(cube(), target(surface(ball))).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_caps_of_a_cylinder_stay_bare():
+    rod = trimesh.creation.cylinder(radius=0.5 * 2**0.5, height=1, sections=64)
+    rod.apply_translation([0.5, 0.5, 0.5])
+    goal = target(surface(rod))
+    assert smooth_patches(register(cube(), goal, rounds=5), goal).tolist() == [0, 1, 2, 3]
+
+
+def fitted(solid: Polycube, shape: trimesh.Trimesh) -> tuple[Body, np.ndarray]:
+    mesh, goal = cut(solid, 0.125), target(surface(shape))
+    return Body(mesh, goal, samples=1), goal.to_unit(mesh.vertices)
+
+
+def test_regions_of_a_box_are_its_sides_and_stay_bare():
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    body, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    region, taken = smooth_regions(body, x, match(body, x))
+    assert not taken.any()
+    assert region.max() == 5
+    assert len(np.unique(np.stack([body.mesh.patch, region]), axis=1).T) == 6
+
+
+def test_a_single_quad_is_no_region():
+    """A path that cuts off the corner of a patch leaves the patch whole."""
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    body, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    matching = match(body, x)
+    quad = body.quads[np.flatnonzero((body.quads == matching.corner[0]).any(axis=1))[0]]
+    around = np.roll(quad, -int(np.argmax(quad == matching.corner[0])))[1:]
+    short_cut = Route(matching.routes[0].crease, around)
+    assert regions(body, replace(matching, routes=(short_cut,))).max() == 5
+
+
+def test_a_crease_within_a_patch_parts_it():
+    """A roof with a sharp ridge on a box: its one top patch is two regions."""
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    outline = np.array([[0, 0], [1, 0], [1, 1], [0.5, 1.3], [0, 1]])
+    ends = [np.insert(outline, 1, y, axis=1) for y in (0, 1)]
+    body, x = fitted(solid, trimesh.convex.convex_hull(np.concatenate(ends)))
+    model = body.target.to_model(x)
+    model[:, 2] *= 1 + 0.3 * (1 - np.abs(2 * model[:, 0] - 1))
+    x = body.target.to_unit(model)
+    region, taken = smooth_regions(body, x, match(body, x))
+    assert not taken.any() and region.max() == 6
+    assert len(np.unique(region[body.mesh.patch == 4])) == 2
+
+
+def test_a_layer_does_not_end_at_a_concave_crease():
+    """An L: without the crease at one end of its floor, floor and end wall are smooth, and the
+    wall behind the floor, across the concave crease, goes with them."""
+    solid = Polycube(
+        np.array([[[1, 1]], [[1, 0]]]),
+        [0, 1, 2],
+        [0, 1],
+        [0, 1, 2],
+        (2, 1, 2),
+        (*["cube"] * 3, None),
+    )
+    shape = ell()
+    body, x = fitted(solid, shape)
+    matching = match(body, x)
+    assert len(matching.routes) == 18
+    middle = np.array([x[route.vertices].mean(axis=0) for route in matching.routes])
+    wanted = body.target.to_unit(np.array([2, 0.5, 1.0]))  # the outer edge of the floor
+    gone = int(np.linalg.norm(middle - wanted, axis=1).argmin())
+    routes = matching.routes[:gone] + matching.routes[gone + 1 :]
+    region, taken = smooth_regions(body, x, replace(matching, routes=routes))
+    centre = body.target.to_model(x)[body.quads].mean(axis=1)
+    floor = np.isclose(centre[:, 2], 1)
+    end, wall = np.isclose(centre[:, 0], 2), np.isclose(centre[:, 0], 1)
+    assert np.array_equal(taken, floor | end | wall)
+    layered = layer(body.mesh, region, taken)
+    hexes.check_conforming(layered)
+    assert scaled_jacobian(layered.vertices, layered.hexes).min() > 0
+
+
+def ell() -> trimesh.Trimesh:
+    """Two unit cubes in a row and one upon the first, as one closed surface."""
+    outline = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2.0]])
+    points = np.concatenate([np.insert(outline, 1, y, axis=1) for y in (0, 1)])
+    faces = [[i, (i + 1) % 6 + 6, (i + 1) % 6] for i in range(6)]
+    faces += [[i, i + 6, (i + 1) % 6 + 6] for i in range(6)]
+    cap = np.array([[3, 5, 0], [3, 4, 5], [3, 0, 1], [3, 1, 2]])
+    return trimesh.Trimesh(points, np.concatenate([faces, cap, cap[:, ::-1] + 6]))

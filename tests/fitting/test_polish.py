@@ -1,0 +1,111 @@
+"""Polishing: better, on the surface, and never worse than what came in."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from polycube.fitting import polish as module
+from polycube.fitting.body import Body
+from polycube.fitting.creases.features import goals, no_features
+from polycube.fitting.pillow import insert
+from polycube.fitting.polish import polish
+from polycube.fitting.registration import register
+from polycube.fitting.snapping import State, snap
+from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.quality import deviation, scaled_jacobian
+from polycube.surface.target import target
+from polycube.types import HexMesh, TriMesh
+from tests.fitting.test_registration import cube, sphere
+from tests.hexmesh.test_hexes import box
+
+
+def worst(mesh: HexMesh) -> float:
+    return float(scaled_jacobian(mesh.vertices, mesh.hexes).min())
+
+
+def test_a_pillowed_ball():
+    ball = sphere(3.0, 7.0)
+    start = cube(4)
+    start = hex_mesh(start.vertices * 3 + 7, start.hexes)
+    start = register(start, target(ball))
+    layered = register(insert(start, np.array([0])), target(ball), rounds=4, alpha=(0.04, 0.04))
+    mesh = polish(layered, target(ball), soft_rounds=10, hard_rounds=10)
+    assert worst(mesh) > max(0.6, worst(layered))
+    assert deviation(mesh, ball).vertices < 1e-9
+
+
+def test_sharp_edges_of_a_box_are_met():
+    solid = trimesh.creation.box((1, 2, 3))
+    surface = TriMesh(solid.vertices, solid.faces)
+    rng = np.random.default_rng(0)
+    vertices, cubes = box(3, 4, 6)
+    start = (vertices / [3, 4, 6] - 0.5) * [1, 2, 3] + 0.03 * rng.normal(size=vertices.shape)
+    mesh = hex_mesh(start, cubes, patch=_sides(vertices, cubes))
+    mesh = polish(mesh, target(surface), soft_rounds=8, hard_rounds=8)
+    on = np.isclose(np.abs(mesh.vertices), [0.5, 1, 1.5], atol=1e-9).sum(axis=1)
+    wanted = np.isclose(np.abs(vertices / [3, 4, 6] - 0.5), 0.5).sum(axis=1)
+    assert np.array_equal(on, wanted)
+    assert worst(mesh) > 0.95
+
+
+def _sides(vertices: np.ndarray, cubes: np.ndarray) -> np.ndarray:
+    """Number the six sides of a box."""
+    mesh = hex_mesh(vertices, cubes)
+    a, b, c, d = np.moveaxis(vertices[mesh.quads], 1, 0)
+    normal = np.cross(c - a, d - b)
+    axis = np.abs(normal).argmax(axis=1)
+    return 2 * axis + (np.take_along_axis(normal, axis[:, None], 1)[:, 0] < 0)
+
+
+def test_never_worse_than_before():
+    """A perfect mesh on the surface cannot be improved."""
+    solid = trimesh.creation.box(bounds=[[0, 0, 0], [3, 3, 3]])
+    vertices, cubes = box(3, 3, 3)
+    mesh = hex_mesh(vertices, cubes)
+    goal = target(TriMesh(solid.vertices, solid.faces))
+    assert worst(polish(mesh, goal, soft_rounds=2, hard_rounds=2)) == pytest.approx(1)
+
+
+def test_what_comes_tangled_leaves_valid():
+    rng = np.random.default_rng(3)
+    start = cube(3)
+    tangled = hex_mesh(start.vertices + 0.3 * rng.normal(size=start.vertices.shape), start.hexes)
+    assert worst(tangled) < 0
+    assert worst(polish(tangled, target(sphere()), soft_rounds=3, hard_rounds=3)) > 0
+
+
+def test_local_rounds_gain_and_keep_the_surface_covered():
+    ball = sphere(3.0, 7.0)
+    start = cube(4)
+    start = register(hex_mesh(start.vertices * 3 + 7, start.hexes), target(ball), rounds=10)
+    soft = {"soft_rounds": 6, "hard_rounds": 2}
+    plain = polish(start, target(ball), **soft, local_rounds=0)
+    raised = polish(start, target(ball), **soft)
+    assert worst(raised) > worst(plain) + 0.02
+    before, after = deviation(plain, ball), deviation(raised, ball)
+    assert after.vertices < 1e-3
+    lost = max(0.0, after.to_mesh.p99 - before.to_mesh.p99)  # pays what polish asks for it
+    assert worst(raised) - worst(plain) > module.UNCOVERED * lost
+    assert after.to_mesh.p99 < 0.02
+
+
+def test_a_valid_state_beats_every_other():
+    x, trust = np.zeros((1, 3)), np.ones(1)
+    valid, close = State(x, 0.01, 0.5, trust), State(x, -0.01, 0.0, trust)
+    assert valid.score > close.score
+
+
+def test_snap_backs_off_where_a_hex_would_suffer():
+    """The foot of a vertex lies beyond its hex: the snap stops short of the bound."""
+    start = cube(3)
+    body = Body(start, target(sphere()), 100)
+    x = body.target.to_unit(start.vertices)
+    at = goals(body, x, no_features(), 0.04, np.ones(len(x), bool))
+    at.foot[0] = x[body.outer[0]] + 2 * (x.mean(axis=0) - x[body.outer[0]])
+    least = 0.3
+    free = snap(body, x, at, -2.0, np.ones(len(x)))
+    assert free.jacobian < 0 and free.residual == pytest.approx(0, abs=1e-12)
+    state = snap(body, x, at, least, np.ones(len(x)))
+    assert state.jacobian >= least
+    assert state.residual > 0.1
+    assert state.score < state.jacobian

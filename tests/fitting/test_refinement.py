@@ -1,0 +1,91 @@
+"""Refined meshes: nearer, valid, never worse than allowed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from polycube.fitting import refinement
+from polycube.fitting.body import Body
+from polycube.hexmesh import hexes
+from polycube.hexmesh.octree import split
+from polycube.hexmesh.quality import deviation, quality, scaled_jacobian
+from polycube.hexmesh.template import mesh
+from polycube.structure.rough_map import affine_map
+from polycube.surface.target import target
+from polycube.types import HexMesh, Polycube, TriMesh
+
+
+@pytest.fixture(scope="module")
+def sphere() -> TriMesh:
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    return TriMesh(ball.vertices, ball.faces)
+
+
+@pytest.fixture(scope="module")
+def coarse() -> HexMesh:
+    """A ball of 4 x 4 x 4 hexes, the boundary on the unit sphere."""
+    cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    block = mesh(cube, affine_map(cube, 2 * np.eye(3), -np.ones(3)), ([4], [4], [4]))
+    x = block.vertices
+    a, b, c = np.moveaxis(x**2, 1, 0)
+    round_ = x * np.sqrt(
+        1
+        - np.stack([b + c, c + a, a + b], axis=1) / 2
+        + np.stack([b * c, c * a, a * b], axis=1) / 3
+    )
+    return replace(block, vertices=round_)
+
+
+def test_a_ball_comes_nearer(coarse, sphere):
+    fine = refinement.refine(coarse, sphere)
+    assert len(fine.hexes) == 512
+    hexes.check_conforming(fine)
+    before, after = deviation(coarse, sphere), deviation(fine, sphere)
+    assert after.to_mesh.p99 < before.to_mesh.p99 / 2
+    assert after.to_mesh.mean < before.to_mesh.mean / 3
+    worst = scaled_jacobian(coarse.vertices, coarse.hexes).min()
+    assert quality(fine, sphere).scaled_jacobian >= 0.9 * worst
+
+
+def test_where_no_finer_mesh_is_nearer_the_mesh_is_the_same():
+    """A box of hexes on the same box."""
+    cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    block = mesh(cube, affine_map(cube, np.eye(3), np.zeros(3)), ([3], [3], [3]))
+    solid = trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
+    assert refinement.refine(block, TriMesh(solid.vertices, solid.faces)) is block
+
+
+def test_harmonic_displacements(coarse, sphere):
+    """Constants and linear fields stay what they are on a regular mesh; the boundary is exact."""
+    cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    block = mesh(cube, affine_map(cube, np.diag([2.0, 1.0, 1.0]), np.zeros(3)), ([4], [3], [5]))
+    body = Body(block, target(sphere), 10)
+    linear = block.vertices @ np.array([[0.1, 0.2, 0], [0, 0.3, 0.1], [0.2, 0, 0.1]]) + 0.5
+    shift = np.where(np.isin(np.arange(len(linear)), body.outer)[:, None], linear, 7.0)
+    found = refinement.harmonic(body, block.vertices, shift)
+    assert found == pytest.approx(linear, abs=2e-3)
+    assert np.array_equal(found[body.outer], linear[body.outer])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_advance_keeps_every_hex(coarse, sphere, seed):
+    fine = split(coarse)
+    body = Body(fine, target(sphere), 10)
+    x = target(sphere).to_unit(fine.vertices)
+    rng = np.random.default_rng(seed)
+    wanted = x + rng.normal(0, 0.01, x.shape) * (rng.random((len(x), 1)) < 0.2)
+    least = 0.3
+    assert body.scaled_jacobian(wanted).min() < least
+    found = refinement.advance(body, x, wanted, least)
+    allowed = np.minimum(least, body.scaled_jacobian(x) - 1e-6)
+    assert (body.scaled_jacobian(found) >= allowed).all()
+    moved = np.linalg.norm(found - x, axis=1).sum() / np.linalg.norm(wanted - x, axis=1).sum()
+    assert 0.2 < moved < 1
+
+
+def test_advance_goes_all_the_way_where_it_may(coarse, sphere):
+    body = Body(coarse, target(sphere), 10)
+    x = target(sphere).to_unit(coarse.vertices)
+    assert np.array_equal(refinement.advance(body, x, x + 0.01, 0.2), x + 0.01)

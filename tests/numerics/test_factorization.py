@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix, diags, eye, kron, random
+
+from polycube.analysis.assembly import assemble
+from polycube.numerics.dissection import LEAF, dissect
+from polycube.numerics.factorization import factorize
+from tests.fixtures.hexmeshes import hex_cylinder
+from tests.fixtures.splines import box, spline_of
+
+
+def elastic(spline):
+    stiffness, mass = assemble(spline, 1.0, 0.3, 1.0)
+    return csr_matrix(stiffness + 0.01 * kron(mass, eye(3))), np.repeat(spline.control, 3, axis=0)
+
+
+SOLIDS = {
+    "bar": lambda: elastic(box((12, 2, 2), (6.0, 1.0, 1.0), "h2s")),
+    "cylinder": lambda: elastic(spline_of(hex_cylinder(2, 2, 2))),
+}
+
+
+@pytest.mark.parametrize("solid", SOLIDS)
+def test_solves_as_a_dense_solver_does(solid):
+    matrix, points = SOLIDS[solid]()
+    right = np.random.default_rng(0).normal(size=(len(points), 2))
+    exact = np.linalg.solve(matrix.toarray(), right)
+    for places in (points, None):
+        factor = factorize(matrix, places)
+        assert factor.solve(right) == pytest.approx(exact, rel=1e-9, abs=1e-9 * abs(exact).max())
+        assert factor.solve(right[:, 0]).shape == (len(points),)
+
+
+def test_any_pattern_will_do():
+    rng = np.random.default_rng(1)
+    loose = random(900, 900, 0.002, rng=rng)
+    matrix = csr_matrix(loose + loose.T + diags(np.full(900, 9.0)))
+    right = rng.normal(size=900)
+    for points in (rng.normal(size=(900, 3)), np.full((900, 3), 30.0), None):
+        found = factorize(matrix, points).solve(right)
+        assert matrix @ found == pytest.approx(right, abs=1e-11)
+
+
+def test_unknowns_apart_from_each_other():
+    """Two halves that do not touch, though each is one piece: no separator is needed."""
+    row = np.ones(599)
+    row[298] = 0
+    matrix = csr_matrix(diags([-row, np.full(600, 4.0), -row], [-1, 0, 1]))
+    matrix.eliminate_zeros()
+    points = np.arange(600.0)[:, None] * [1.0, 0, 0]
+    right = np.random.default_rng(2).normal(size=600)
+    assert matrix @ factorize(matrix, points).solve(right) == pytest.approx(right, abs=1e-12)
+
+
+def test_fronts_part_the_unknowns_and_halves_do_not_touch():
+    matrix, points = SOLIDS["bar"]()
+    fronts = dissect(matrix, points)
+    assert np.array_equal(np.sort(np.concatenate([f.own for f in fronts])), np.arange(len(points)))
+    assert len(fronts) > 1 and max(len(f.own) for f in fronts if not f.children) <= LEAF
+    below = []
+    for front in fronts:
+        inside = [below[child] for child in front.children]
+        if inside:
+            assert matrix[inside[0]][:, inside[1]].nnz == 0
+        below.append(np.concatenate([front.own, *inside]))
+
+
+def test_a_cube_is_cut_at_three_layers_of_functions():
+    """As many as a C2 cubic needs between functions that do not overlap."""
+    matrix, points = elastic(box((8, 8, 8), space="h2s"))
+    root = dissect(matrix, points)[-1].own
+    assert len(root) == 3 * 3 * 9 * 9
+    assert sorted(len(np.unique(x)) for x in points[root].T) == [3, 9, 9]
+
+
+def test_single_precision_is_kept_and_double_is_not_lost():
+    matrix, points = SOLIDS["bar"]()
+    right = np.random.default_rng(5).normal(size=len(points))
+    for dtype, error in ((np.float32, 1e-3), (np.float64, 1e-11)):
+        factor = factorize(matrix.astype(dtype), points)
+        assert factor.below[0].dtype == dtype
+        found = factor.solve(right)
+        assert found.dtype == np.float64
+        assert np.linalg.norm(matrix @ found - right) < error * np.linalg.norm(right)
+
+
+def test_keeps_far_less_than_the_whole_triangle():
+    matrix, points = elastic(box((100, 2, 2), (50.0, 1.0, 1.0), "h2s"))
+    assert factorize(matrix, points).entries < 0.1 * matrix.shape[0] ** 2
+
+
+def test_refuses_a_matrix_that_is_not_positive():
+    with pytest.raises(ValueError, match="matrix is not positive definite"):
+        factorize(csr_matrix(diags([1.0, -1.0, 2.0])))

@@ -1,0 +1,73 @@
+"""Kernels on several threads: the same numbers however many there are."""
+
+from threading import get_ident
+
+import numpy as np
+import pytest
+
+from polycube.hexmesh import energy
+from polycube.hexmesh.energy import Terms
+from polycube.numerics import threads
+from polycube.surface import closest
+from tests.hexmesh.test_energy import springs
+from tests.hexmesh.test_hexes import box
+
+
+def test_parts_cover_everything_once_and_evenly():
+    for number, least in [(0, 5), (4, 5), (9, 5), (10, 5), (1000, 5), (7, 1)]:
+        cuts = threads.parts(number, least)
+        assert np.concatenate([np.arange(number)[c] for c in cuts]).tolist() == list(range(number))
+        sizes = [c.stop - c.start for c in cuts]
+        assert max(sizes) - min(sizes) <= 1 and len(cuts) <= threads.MOST
+        assert len(cuts) == 1 or min(sizes) >= least
+
+
+def test_results_come_in_order_and_failures_come_through():
+    assert threads.side_by_side([lambda k=k: k for k in range(9)]) == list(range(9))
+    with pytest.raises(ZeroDivisionError):
+        threads.side_by_side([lambda: 1, lambda: 1 / 0])
+
+
+def test_calls_stay_on_this_thread_where_the_other_cores_are_busy(monkeypatch):
+    monkeypatch.setattr(threads, "cores", lambda: 2)
+    threads.pool.cache_clear()
+    try:
+        with threads.busy():
+            assert set(threads.side_by_side([get_ident] * 4)) == {get_ident()}
+        assert len(set(threads.side_by_side([get_ident] * 4))) == 2
+    finally:
+        threads.pool.cache_clear()
+
+
+@pytest.mark.parametrize("cores", [1, 2, 8])
+def test_numbers_do_not_depend_on_the_cores(cores, monkeypatch):
+    rng = np.random.default_rng(0)
+    x, hexes = box(20, 20, 20)
+    x = x + 0.1 * rng.normal(size=x.shape)
+    lengths = rng.uniform(0.5, 2, (len(hexes), 3))
+    tree = closest.tree(rng.normal(size=(200, 3, 3)), rng.normal(size=(200, 3)))
+    points, facing = rng.normal(size=(2, 5000, 3))
+
+    def numbers():
+        value, gradient = energy.energy(x, hexes, lengths, Terms(jacobian=1.0), springs(len(x)))
+        return [value, gradient, *closest.closest(tree, points, facing, 0.1)]
+
+    monkeypatch.setattr(threads.os, "sched_getaffinity", lambda _: set(range(cores)), raising=False)
+    threads.pool.cache_clear()
+    found = numbers()
+    threads.pool.cache_clear()
+    monkeypatch.setattr(threads, "pool", lambda: None)
+    assert all(np.array_equal(a, b) for a, b in zip(found, numbers(), strict=True))
+
+
+def test_cut_work_is_the_whole_work(monkeypatch):
+    rng = np.random.default_rng(0)
+    x, hexes = box(20, 20, 20)
+    x = x + 0.1 * rng.normal(size=x.shape)
+    at = x, hexes, np.ones((len(hexes), 3)), Terms(jacobian=1.0), springs(len(x))
+    assert len(threads.parts(len(hexes), energy.LEAST)) > 1
+    value, gradient = energy.energy(*at)
+    monkeypatch.setattr(energy, "LEAST", len(hexes))
+    whole = energy.energy(*at)
+    assert value == pytest.approx(whole[0], rel=1e-12)
+    assert gradient == pytest.approx(whole[1], rel=1e-9, abs=1e-9 * abs(whole[1]).max())

@@ -1,0 +1,61 @@
+"""Which grids structures are proposed on, and that the best grid is found."""
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+import polycube.cli.search_path  # noqa: F401
+from polycube import HOME
+from polycube.pipeline.proposals import propose
+from polycube.pipeline.run import Run
+from polycube.types import Candidate
+from tests.fixtures.polycubes import part
+
+L = ("cube", "cube", "cube", None)
+WITHOUT_WEIGHTS = ("~structure.proposals.diffusion", "mesh=example:rod")
+TURN = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
+
+
+def run(*overrides: str) -> Run:
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("infer", [*WITHOUT_WEIGHTS, *overrides])
+    made = Run(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False))
+    made.state = {"surface": part(L, TURN @ np.diag([20.0, 14, 9]), grid=(2, 2, 1))}
+    return made
+
+
+def proposed(run: Run) -> tuple[Candidate, ...]:
+    return propose(run.cfg, run.state["surface"], run.primitives, run.clock)
+
+
+def test_auto_finds_the_grid_of_an_l():
+    found = run("grid=auto")
+    found.structure()
+    best, ranked = found.state["polycube"], found.state["ranked"]
+    assert best.grid == (2, 2, 1) and best.context == L
+    rows = [entry.score for entry in ranked if entry.candidate.polycube.grid[1:] == (1, 1)]
+    assert ranked[0].score < 0.7 < 1.5 < min(rows)
+
+
+def test_equal_structures_are_proposed_once():
+    found = run("grid=auto", "grid.among=[[2,1,1],[3,1,1],[2,1,1]]")
+    twice = proposed(found)
+    once = proposed(run("grid=auto", "grid.among=[[2,1,1],[3,1,1]]"))
+    assert [c.key for c in twice] == [c.key for c in once]
+    on_two = {c.key for c in proposed(run("grid=2x1"))}
+    assert on_two & {c.key for c in proposed(run("grid=3x1"))}  # the same boxes, read again
+    assert not on_two & {c.key for c in once if c.polycube.grid == (3, 1, 1)}
+
+
+@pytest.mark.parametrize(
+    ("context", "grid"),
+    [
+        ("[cube,cube]", (2, 1, 1)),
+        ("[cube,cube,cube]", (3, 1, 1)),
+        ("[cube,cube,cube,null]", (2, 2, 1)),
+    ],
+)
+def test_a_given_context_goes_on_the_first_grid_that_holds_it(context, grid):
+    found = run("grid=auto", f"context={context}")
+    assert {c.polycube.grid for c in proposed(found)} == {grid}

@@ -1,0 +1,129 @@
+import logging
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from polycube.fitting.registration import ShortQuality
+from polycube.hexmesh.quality import BEST_SCORE
+from polycube.hexmesh.template import counts, mesh
+from polycube.pipeline.ranking import GOOD_SCORE, enough, judge, rank, worth_a_try
+from polycube.structure.lattice import collapse, lattice
+from polycube.structure.rough_map import affine_map, identity_map
+from polycube.types import Candidate
+from tests.fixtures.polycubes import PRIMITIVES, TWO, part
+
+SCALE = np.diag([10.0, 8.0, 8.0])
+PERFECT = ShortQuality(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
+
+
+def candidate(context, linear=SCALE, cost=0.0, proposal="slices") -> Candidate:
+    polycube = collapse(lattice(TWO, context, PRIMITIVES))
+    rough_map = affine_map(polycube, linear, np.zeros(3))
+    return Candidate(proposal, polycube, rough_map, cost, str(context))
+
+
+def test_a_good_placement_beats_a_bad_one_and_wrong_genus_never_ranks(caplog):
+    caplog.set_level(logging.INFO)
+    surface = part(("cube", "hole_y"), SCALE)
+    good = candidate(("cube", "hole_y"), SCALE * 0.95)
+    bad = candidate(("cube", "hole_z"), SCALE * 0.95)
+    ranked = rank(surface, [bad, candidate(("cube", "cube")), good], rounds=3)
+    assert [entry.candidate for entry in ranked] == [good, bad]
+    assert ranked[0].score < 2 < ranked[1].score
+    assert ranked[0].numbers["volume_ratio"] == pytest.approx(1, abs=0.05)
+    assert "cube, hole_y" in caplog.text
+    assert rank(surface, []) == []
+
+
+def test_positions_are_those_of_the_vertices_before_registration():
+    one = candidate(("cube", "hole_y"))
+    entry = rank(part(("cube", "hole_y"), SCALE), [one], rounds=1, size=0.1)[0]
+    parts = counts(one.polycube, one.rough_map, 0.1 * np.linalg.norm([20, 8, 8]))
+    expected = mesh(one.polycube, identity_map(one.polycube), parts)
+    np.testing.assert_array_equal(entry.positions, expected.vertices)
+    np.testing.assert_array_equal(entry.hexes.hexes, expected.hexes)
+
+
+def test_cost_counts_within_a_proposal_and_only_the_cheapest_are_tried():
+    surface = part(("cube", "cube"), SCALE)
+    costs = [0.3, 0.1, 0.2]
+    ours = [candidate(("cube", "cube"), cost=cost) for cost in costs]
+    other = candidate(("cube", "cube"), cost=5.0, proposal="diffusion")
+    ranked = rank(surface, [*ours, other], rounds=1, limit=2)
+    assert [entry.candidate.cost for entry in ranked] == [0.1, 5.0, 0.2]
+    assert ranked[0].score == ranked[1].score
+    assert ranked[2].score - ranked[0].score == pytest.approx(15 * 0.1)
+
+
+def test_of_two_that_share_a_rough_map_the_last_is_registered():
+    first = candidate(("cube", "hole_y"))
+    last = replace(first, probability=0.9)
+    ranked = rank(part(("cube", "hole_y"), SCALE), [first, last], rounds=1)
+    assert [entry.candidate for entry in ranked] == [last]
+
+
+def test_corners_beyond_those_of_a_box_cost():
+    surface = part(("cube", "hole_y"), SCALE)
+    free, dear = (
+        rank(surface, [candidate(("cube", "hole_y"))], rounds=1, corner=c)[0] for c in (0.0, 0.5)
+    )
+    assert dear.score - free.score == pytest.approx(0.5 * 8)  # those of the hole
+
+
+@pytest.mark.parametrize(
+    ("entries", "expected"),
+    [
+        ([("slices", "a", 1), ("slices", "b", 2), ("bricks", "c", 3)], [0, 2, 1]),
+        ([("bricks", "a", 1), ("bricks", "a", 1), ("diffusion", "b", 2)], [0, 2]),
+        ([("slices", "a", 1), ("bricks", "c", 4.5), ("slices", "b", 4)], [0, 2]),
+    ],
+)
+def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
+    def entry(proposal, key, score):
+        return SimpleNamespace(candidate=SimpleNamespace(proposal=proposal, key=key), score=score)
+
+    assert worth_a_try([entry(*e) for e in entries], tries=3) == expected
+
+
+@pytest.mark.parametrize(
+    ("entries", "expected"),
+    [
+        ([("slices", 5.0), ("bricks", 5.6)], BEST_SCORE),
+        ([("slices", 5.0), ("bricks", 5.8)], GOOD_SCORE),
+        ([("slices", 5.0), ("diffusion", 5.1)], GOOD_SCORE),
+        ([("bricks", 5.0)], GOOD_SCORE),
+    ],
+)
+def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
+    ranked = [SimpleNamespace(candidate=SimpleNamespace(proposal=p), score=s) for p, s in entries]
+    choices = list(range(len(ranked)))
+    assert enough(ranked, choices, 0) == expected
+    assert enough(ranked, choices, len(ranked) - 1) == GOOD_SCORE
+
+
+def test_twice_is_the_same():
+    surface = part(("hole_x", "hole_y"), SCALE)
+    candidates = [candidate(("hole_x", "hole_y")), candidate(("hole_x", "hole_z"))]
+    first, second = (rank(surface, candidates, rounds=2) for _ in range(2))
+    assert [entry.score for entry in first] == [entry.score for entry in second]
+
+
+@pytest.mark.parametrize(
+    ("worse", "by"),
+    [
+        ({"to_surface": 1.5}, 1.5),
+        ({"to_mesh": 2.0}, 2.0),
+        ({"bad": 0.1}, 6.0),
+        ({"mean_jacobian": 0.5}, 4.0),
+        ({"volume_ratio": 0.87}, 1.5),
+        ({"volume_ratio": 1.02}, 0.0),
+        ({"min_jacobian": 0.6}, 0.0),
+        ({"min_jacobian": -0.5}, 1.0),
+    ],
+)
+def test_the_score_adds_what_is_wrong(worse, by):
+    assert judge(PERFECT) == 0.5
+    quality = ShortQuality(**{**PERFECT.__dict__, **worse})
+    assert judge(quality) == pytest.approx(0.5 + by)

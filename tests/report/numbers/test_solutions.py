@@ -1,0 +1,106 @@
+"""The solid at rest and potentials in report.json, on the page, in pictures and as files."""
+
+import numpy as np
+import pytest
+
+from polycube.io.bezier import write_solution
+from polycube.registry import build
+from polycube.report.numbers import solutions
+from polycube.report.pictures import fields
+from polycube.report.pictures.bezier import tessellate
+from polycube.report.pictures.pictures import pictures
+from tests.fixtures.splines import box
+
+BAR = (4.0, 1.0, 1.0)
+
+
+@pytest.fixture(scope="module")
+def bar():
+    return box((4, 1, 1), BAR)
+
+
+@pytest.fixture(scope="module")
+def pulled(bar):
+    """Free to contract: 1 % longer."""
+    held = [{"at": f"{axis}_min", "components": [axis]} for axis in "xyz"]
+    pull = {"at": "x_max", "components": ["x"], "value": 0.04}
+    return build("analysis", {"plugin": "static", "fixed": [*held, pull], "gravity": [0, 0, 0]})(
+        bar
+    )
+
+
+@pytest.fixture(scope="module")
+def warm(bar):
+    ends = [{"at": "x_min", "value": 10.0}, {"at": "x_max", "value": 30.0}]
+    return build("analysis", {"plugin": "poisson", "fixed": ends})(bar)
+
+
+def test_numbers_of_a_pulled_bar(bar, pulled):
+    [(name, found)] = solutions.numbers(bar, pulled).items()
+    assert name == "static"
+    assert found["max_displacement"] == pytest.approx(np.hypot(0.04, 0.3 * 0.01 * np.sqrt(2)))
+    assert found["max_displacement_at"] == pytest.approx(BAR)
+    assert found["max_von_mises"] == pytest.approx(2.1e9)
+    assert [row["at"] for row in found["reactions"]] == ["x_min", "y_min", "z_min", "x_max"]
+    assert found["reactions"][3]["force"] == pytest.approx([2100.0, 0, 0], abs=1e-6)
+    assert found["units"]["stress"] == "Pa"
+
+
+def test_numbers_of_a_warm_bar(bar, warm):
+    [(name, found)] = solutions.numbers(bar, warm).items()
+    assert name == "poisson"
+    assert [found["min_u"], found["max_u"]] == pytest.approx([10, 30])
+    assert found["max_u_at"][0] == pytest.approx(4.0)
+    assert found["max_flux"] == pytest.approx(50 * 20 / 0.004)
+    assert [row["flow"] for row in found["flows"]] == pytest.approx([-0.25, 0.25])
+
+
+def page_of(spline, solution):
+    state = {"spline": spline, "solution": solution}
+    told = solutions.numbers(spline, solution)
+    return solutions.section_of(state, told, {}), solutions.tile(told)
+
+
+def test_page_tells_reactions_and_flows(bar, pulled, warm):
+    text, tile = page_of(bar, pulled)
+    assert "<td>x_max</td><td>2100</td>" in text and "2100 MPa" in text
+    assert tile == {"largest von Mises stress": "2100 MPa"}
+    text, tile = page_of(bar, warm)
+    assert "<td>x_min</td><td>-0.25</td>" in text
+    assert tile == {"u": "10 to 30"}
+    assert solutions.section_of({}, {}, {}) == "" and solutions.tile({}) == {}
+
+
+def test_scenes_move_and_colour_the_solid(bar, pulled, warm):
+    (layer,) = fields.deformed(bar, pulled)
+    still = tessellate(bar).points @ (bar.extraction @ bar.control)
+    moved = np.linalg.norm(layer.points - still, axis=1)
+    assert moved.max() == pytest.approx(0.08 * np.linalg.norm(BAR))
+    assert np.ptp(layer.colours.astype(int), axis=0).max() <= 1  # one stress all over
+    (layer,) = fields.potential(bar, warm)
+    cold, hot = layer.colours[layer.points[:, 0] == 0], layer.colours[layer.points[:, 0] == 4]
+    assert (cold[:, 2] > cold[:, 0]).all() and (hot[:, 0] > hot[:, 2]).all()
+
+
+def test_pictures_are_named_by_the_analysis(bar, pulled, warm, monkeypatch):
+    pytest.importorskip("pyvista")
+    assert set(pictures({"spline": bar, "solution": pulled})) == {"spline", "static"}
+    monkeypatch.setattr(
+        "polycube.report.pictures.pictures.draw", dict
+    )  # one drawing shows that it works
+    assert set(pictures({"spline": bar, "solution": warm})) == {"spline", "poisson"}
+
+
+def test_fields_in_the_files(bar, pulled, warm, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    write_solution(tmp_path, bar, pulled)
+    write_solution(tmp_path, bar, warm)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["poisson.vtu", "static.vtu"]
+    at_rest = pyvista.read(tmp_path / "static.vtu")
+    assert set(at_rest.point_data) == {"displacement", "stress", "von_mises"}
+    assert at_rest["stress"].shape == (at_rest.n_points, 6)
+    assert at_rest["stress"][:, 0] == pytest.approx(np.full(at_rest.n_points, 2.1e9))
+    assert at_rest["displacement"][:, 0] == pytest.approx(0.01 * at_rest.points[:, 0], abs=1e-9)
+    potential = pyvista.read(tmp_path / "poisson.vtu")
+    assert potential["u"] == pytest.approx(10 + 5 * potential.points[:, 0])
+    assert potential["flux"].shape == (potential.n_points, 3)

@@ -1,0 +1,223 @@
+"""The page: well-formed, alone, complete, and told as far as a run went."""
+
+import base64
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polycube.hexmesh.quality import scaled_jacobian
+from polycube.report.numbers.verdict import verdict
+from polycube.report.page import html
+from polycube.report.page.html import write_report
+from polycube.report.page.markup import show, table
+
+VOID = {"meta", "img", "line", "rect", "path", "input", "br"}
+
+
+class Outline(HTMLParser):
+    """Fails on a tag that is not closed; collects sections, text and addresses."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.open, self.sections, self.text, self.addresses = [], [], [], []
+        self.feed(page)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes) -> None:
+        if tag not in VOID:
+            self.open.append(tag)
+        given = dict(attributes)
+        if tag == "section":
+            self.sections.append(given["id"])
+        self.addresses += [given[key] for key in ("src", "href") if key in given]
+
+    def handle_endtag(self, tag) -> None:
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data) -> None:
+        self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def report(run) -> dict[str, object]:
+    surface, hexes, modes = run["surface"], run["hexes"], run["solution"]
+    quality = scaled_jacobian(hexes.vertices, hexes.hexes)
+    box = [surface.vertices.min(0).tolist(), surface.vertices.max(0).tolist()]
+    candidate = {"proposal": "slices", "context": ["cube", "hole_z"], "key": "k", "score": 0.25}
+    return {
+        "valid": True,
+        "input": {"path": "parts/<b>bent.stl", "vertices": 72, "genus": 1, "bbox": box},
+        "polycube": {
+            "grid": [2, 1, 1],
+            "candidates": [candidate],
+            "chosen": 0,
+            "context": ["cube", "hole_z"],
+            "denoised_to_polycube_mean": 0.026,
+            "denoised_to_polycube_max": 0.161,
+            "denoised_lies_on": ["hole_z", None],
+        },
+        "hex": {
+            "hexes": len(hexes.hexes),
+            "min_scaled_jacobian": float(quality.min()),
+            "mean_scaled_jacobian": float(quality.mean()),
+            "mesh_to_surface_max": 0.0025,
+            "surface_to_mesh_max": 0.0031,
+        },
+        "spline": {"functions": 468},
+        "modes": {
+            "omega_squared": modes.eigenvalues.tolist(),
+            "frequency_hz": modes.frequency.tolist(),
+            "units": modes.units,
+        },
+        "seconds": {"read": 0.5, "meshing/smooth": 9.5},
+        "warnings": ["3 vertices <welded>"],
+        "seed": 7,
+        "version": "0.1.0",
+        "config": {"grid": {"shape": [2, 1, 1]}, "mesh": "bent.stl"},
+    }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("run")
+
+
+@pytest.fixture(scope="module")
+def page(run, report, drawn, moving, folder: Path) -> str:
+    (folder / "hex.vtu").write_text("")
+    with pytest.MonkeyPatch.context() as patch:  # the pictures of this run, already drawn
+        patch.setattr(html, "pictures", lambda state: drawn)
+        patch.setattr(html, "denoising", lambda state: moving)
+        return write_report(folder, run, report).read_text(encoding="utf-8")
+
+
+def test_all_sections_in_order(page: str) -> None:
+    wanted = "view warnings hexes spline modes input structure denoising time settings files"
+    assert Outline(page).sections == wanted.split()
+
+
+def test_page_stands_alone(page: str) -> None:
+    addresses = Outline(page).addresses
+    assert all(re.match("data:image/(png|gif);base64,", a) or "/" not in a for a in addresses)
+    assert "http:" not in page.replace("http://www.w3.org", "") and "https:" not in page
+
+
+def test_numbers_of_the_run_stand_in_the_page(page: str, run) -> None:
+    text = " ".join(Outline(page).text)
+    quality = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    assert "Valid hex mesh" in text
+    assert f"min {quality.min():.3f}" in text
+    diagonal = np.linalg.norm(np.ptp(run["surface"].vertices, axis=0))
+    assert "0.31" in text and f"{0.0031 * diagonal:.4g}" in text  # per cent, and model units
+    assert f"{run['solution'].frequency[6]:.4g} Hz" in text
+    assert "rigid motion" in text and "3 vertices <welded>" in text
+    assert re.search(r"shape: \[2, 1, 1\]", text)
+
+
+def test_text_from_outside_is_escaped(page: str) -> None:
+    assert "<b>bent" not in page and "<welded>" not in page
+
+
+def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path) -> None:
+    report = {
+        "valid": False,
+        "failure": "stage meshing/smooth failed: no descent",
+        "input": {"path": "part.stl", "bbox": [[0, 0, 0], [1, 1, 1]]},
+        "seconds": {"read": 0.1},
+    }
+    state = {"surface": run["surface"], "polycube": run["polycube"]}
+    monkeypatch.setattr(
+        html, "pictures", lambda state: {name: drawn[name] for name in ("input", "polycube")}
+    )
+    page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
+    outline = Outline(page)
+    assert "No valid result" in page and "Stage meshing/smooth failed" in page
+    assert {"input", "structure"} <= set(outline.sections)
+    assert not {"hexes", "spline", "modes"} & set(outline.sections)
+
+
+def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
+    report = {"valid": True, "doubts": ["the volume is 93% of the surface's"]}
+    page = write_report(tmp_path, {}, report).read_text(encoding="utf-8")
+    assert "Valid hex mesh, to be looked at" in page
+    assert "The volume is 93% of the surface" in page
+
+
+@pytest.mark.parametrize(
+    ("corners", "everywhere", "words"),
+    [
+        (True, True, "everywhere (proved)"),
+        (True, False, "at corners"),
+        (False, False, "not in all"),
+    ],
+)
+def test_the_first_thing_to_read_says_where_it_is_positive(corners, everywhere, words) -> None:
+    certificate = {"positive_at_corners": corners, "positive_everywhere": everywhere}
+    page = verdict({"valid": True, "hex": {"hexes": 8, "certificate": certificate}})
+    assert f"Jacobian positive: {words}<" in page
+    assert "Jacobian positive" not in verdict({"valid": True, "hex": {"hexes": 8}})
+
+
+@pytest.mark.parametrize(
+    ("numbers", "mark"),
+    [
+        ({"min_scaled_jacobian": 0.5}, "good"),
+        ({"min_scaled_jacobian": 0.1}, "doubtful"),
+        ({"min_scaled_jacobian": -0.1}, "bad"),
+        ({"volume_error": 0.01}, "good"),
+        ({"volume_error": 0.05}, "doubtful"),
+        ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.02}, "good"),
+        ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.05}, "doubtful"),
+    ],
+)
+def test_a_number_beyond_its_limit_is_marked(numbers, mark) -> None:
+    assert f'<div class="tile {mark}">' in verdict({"valid": True, "hex": numbers})
+
+
+def test_a_spline_is_judged_by_its_sign_and_its_distance() -> None:
+    spline = {"is_positive": True, "min_scaled_detj": 0.1, "functions": 9}
+    spline |= {"surface_to_spline_p99": 0.001, "spline_to_surface_p99": 0.002}
+    assert 'tile good"><span>spline' in verdict({"spline": spline})
+    assert 'tile doubtful"><span>spline' in verdict({"spline": {**spline, "is_positive": False}})
+    far = {**spline, "surface_to_spline_p99": 0.02}
+    assert 'tile doubtful"><span>spline' in verdict({"spline": far})
+
+
+def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
+    Outline(write_report(tmp_path, {}, {}).read_text(encoding="utf-8"))
+
+
+def test_a_lattice_of_many_bricks_is_told_in_few_words(tmp_path: Path) -> None:
+    many = {"context": ["cube", None] * 9}
+    report = {"polycube": {**many, "candidates": [{**many, "score": 1.0}]}}
+    text = " ".join(Outline(write_report(tmp_path, {}, report).read_text("utf-8")).text)
+    assert text.count("bricks in 9 of 18 cells") == 2 and "cube, –" not in text
+
+
+def test_values_are_shown_for_people() -> None:
+    assert show(12345) == "12\u202f345"
+    assert show(np.float64(0.314159)) == "0.3142"
+    assert show(304180.2) == "304\u202f180" and show(1e12) == "1e+12"
+    assert show(True) == "yes" and show(None) == "–"
+    assert show(("cube", None)) == "cube, –"
+    assert show({"length": "m<m"}) == "length m&lt;m"
+
+
+def test_table_has_every_column_any_row_has() -> None:
+    rows = table([{"a": 1}, {"a": 2, "b": 3}], chosen=1)
+    assert rows.count("<th>") == 2 and rows.count("<td>") == 4
+    assert rows.index("class=chosen") > rows.index("<td>1</td>")
+
+
+def test_a_denoising_is_in_the_page_and_beside_it(page: str, folder: Path) -> None:
+    assert "they moved 0.026 cells on average, 0.161 at most" in page
+    assert "By themselves they lie on another polycube, hole_z, None." in page
+    for name, kind in (("trajectory.png", "png"), ("trajectory.gif", "gif")):
+        image = base64.b64encode((folder / name).read_bytes()).decode()
+        assert f"data:image/{kind};base64,{image}" in page
+        assert f'<a href="{name}">' in page
