@@ -9,7 +9,7 @@ import polycube
 from polycube.errors import InputError, MeshingError
 from polycube.examples.parts import example
 from polycube.hexmesh.quality import scaled_jacobian
-from polycube.io.hexes import read_hexes
+from polycube.io.hex_meshes import read_hexes
 
 FAST = ["meshing.size=12%", "structure=slices"]
 

@@ -20,7 +20,7 @@ from omegaconf import OmegaConf
 
 import polycube.cli.infer  # noqa: F401  (the resolvers of its configuration)
 from polycube import HOME, __version__
-from polycube.pipeline.improve import Improvement, is_improvement
+from polycube.pipeline.improvement import Improvement, is_improvement
 from polycube.pipeline.run import Run
 from polycube.registry import build
 from tests.conftest import ROOT

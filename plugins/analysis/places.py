@@ -1,7 +1,7 @@
 """Boundary conditions as options: lists whose items name a place and say what holds there.
 
 An item is a place alone (x_min, 7, {box: [...]}, {plane: [...]}, see
-`polycube.analysis.patches`) or {at: place, ...} with what is prescribed there.
+`polycube.analysis.boundary_sets`) or {at: place, ...} with what is prescribed there.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
 
+from polycube.analysis.boundary_sets import check_place, faces_of, place_name, place_of
 from polycube.analysis.constraints import Support
-from polycube.analysis.patches import check_place, faces_of, place_name, place_of
 from polycube.types import Spline
 
 AXES = "xyz"

@@ -4,9 +4,9 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from polycube.analysis.boundary_sets import faces_of, place_name
 from polycube.analysis.constraints import Support
 from polycube.analysis.material import check_units
-from polycube.analysis.patches import faces_of, place_name
 from polycube.analysis.poisson import Inflow, conduct
 from polycube.registry import register
 from polycube.types import Potential, Spline

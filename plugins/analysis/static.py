@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.material import check_units, material
-from polycube.analysis.patches import faces_of
 from polycube.analysis.recovery import samples
 from polycube.analysis.static import Load, deform
 from polycube.registry import register

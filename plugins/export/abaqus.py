@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from polycube.hexmesh.hexes import quad_sides
+from polycube.hexmesh.connectivity import quad_sides
 from polycube.registry import register
 from polycube.types import HexMesh
 

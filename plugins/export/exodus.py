@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from scipy.io import netcdf_file
 
-from polycube.hexmesh.hexes import quad_sides
-from polycube.io.atomic import whole
+from polycube.hexmesh.connectivity import quad_sides
+from polycube.io.atomic import atomic_write
 from polycube.registry import register
 from polycube.types import HexMesh
 
@@ -31,7 +31,7 @@ class Exodus:
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         path = path.with_suffix(".exo")
-        with whole(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
+        with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
             _head(file)
             _nodes(file, hexes)
             _elements(file, hexes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.hexmesh.patches import boundary_sets
+from polycube.hexmesh.named_sets import boundary_sets
 from polycube.io.vtk import numbered_primitives
 from polycube.types import HexMesh
 

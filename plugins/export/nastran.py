@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.hexmesh.hexes import quad_sides
+from polycube.hexmesh.connectivity import quad_sides
 from polycube.registry import register
 from polycube.types import HexMesh
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 
 
 def count(rows: np.ndarray) -> np.ndarray:
@@ -47,6 +47,9 @@ def wrapped(numbers: Iterable[int], width: int, columns: str = "%d", between: st
 
 def write(path: Path, *parts: str) -> Path:
     """The file, whole or not at all."""
-    with whole(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as file:
+    with (
+        atomic_write(path) as temporary,
+        open(temporary, "w", encoding="ascii", newline="\n") as file,
+    ):
         file.writelines(parts)
     return path

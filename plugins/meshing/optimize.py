@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from polycube.fitting.polish import polish
 from polycube.registry import register
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import match
+from polycube.fitting.creases.constraints import match
 from polycube.fitting.pillow import layer, smooth_regions
-from polycube.fitting.registration import register as fit
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.registration import register_mesh
 from polycube.registry import register
-from polycube.surface.target import Target, target
+from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 PATCHES = ("auto", "all", "none")
@@ -40,11 +40,11 @@ class Selective:
             return hexes
         layered = layer(hexes, region, taken, self.depth)
         near = {"alpha": (0.04, 0.04), "weight": (3.0, 20.0), "slack": (0.1, 0.05)}
-        return fit(layered, goal, self.rounds, self.iterations, **near)
+        return register_mesh(layered, goal, self.rounds, self.iterations, **near)
 
     def _taken(self, hexes: HexMesh, goal: Target) -> tuple[np.ndarray, np.ndarray]:
         """Regions of the quads, and which quads get a layer."""
         if self.patches != "auto":
             return hexes.patch, np.full(len(hexes.patch), self.patches == "all")
-        body, x = Body(hexes, goal, samples=1), goal.to_unit(hexes.vertices)
-        return smooth_regions(body, x, match(body, x), self.sharp)
+        problem, x = FitProblem(hexes, goal, samples=1), goal.to_unit(hexes.vertices)
+        return smooth_regions(problem, x, match(problem, x), self.sharp)

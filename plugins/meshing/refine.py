@@ -9,7 +9,7 @@ from polycube.fitting.refinement import REACH, refine
 from polycube.hexmesh import sizing
 from polycube.hexmesh.quality import quality
 from polycube.registry import register
-from polycube.surface.surface import diagonal
+from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)

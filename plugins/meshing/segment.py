@@ -12,7 +12,7 @@ from polycube.registry import register
 from polycube.structure.lattice import boundary
 from polycube.structure.parametrization import unit_normals
 from polycube.surface import closest
-from polycube.surface.surface import twins
+from polycube.surface.measures import twins
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
 
 logger = logging.getLogger(__name__)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.fitting.registration import register as fit
+from polycube.fitting.registration import register_mesh
 from polycube.registry import register
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
 QUICK = 15, 1500  # iterations and samples of the first rounds
@@ -34,8 +34,8 @@ class Register:
         if self.rounds == 0:
             return hexes
         goal = target(surface)
-        near = fit(hexes, goal, self.quick, *QUICK, coverage=self.coverage)
-        return fit(
+        near = register_mesh(hexes, goal, self.quick, *QUICK, coverage=self.coverage)
+        return register_mesh(
             near,
             goal,
             self.rounds,

@@ -9,12 +9,13 @@ import numpy as np
 
 from polycube.errors import MeshingError
 from polycube.fitting.cascade import cascade, registered_map
-from polycube.fitting.registration import register as fit
-from polycube.hexmesh import chords, sizing
+from polycube.fitting.registration import register_mesh
+from polycube.hexmesh import curvature_sizing as chords
+from polycube.hexmesh import sizing
 from polycube.hexmesh.template import counts, mesh, mesh_between
 from polycube.registry import register
-from polycube.surface.surface import diagonal
-from polycube.surface.target import Target, target
+from polycube.surface.fit_target import Target, target
+from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -77,7 +78,7 @@ class Template:
         few: sizing.Counts,
     ) -> sizing.Counts:
         """More parts where the surface curves, seen by a mesh of a few parts; within max_hexes."""
-        near = fit(mesh(polycube, placed, few), goal, *QUICK)
+        near = register_mesh(mesh(polycube, placed, few), goal, *QUICK)
         gap = chords.gaps(polycube, near, few, goal)
         wanted = sizing.length(self.curvature, goal.scale) / goal.scale
         more = chords.finer(polycube, parts, few, gap, wanted)

@@ -8,13 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.analysis.patches import check_place, place_of, quads_of
+from polycube.analysis.boundary_sets import check_place, place_of, quads_of
 from polycube.errors import InputError
-from polycube.hexmesh.hexes import extraordinary_edges, quad_edges
+from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
 from polycube.spline.fit import Fit
-from polycube.spline.spaces.features import (
+from polycube.spline.spaces.hierarchy import Space
+from polycube.spline.spaces.refinement import refined_spline
+from polycube.spline.spaces.selection import Refinement
+from polycube.spline.spaces.sharp_features import (
     border,
     edges_between,
     is_among,
@@ -22,9 +25,6 @@ from polycube.spline.spaces.features import (
     single_hex_edges,
     union,
 )
-from polycube.spline.spaces.hierarchy import Space
-from polycube.spline.spaces.refinement import refined_spline
-from polycube.spline.spaces.selection import Refinement
 from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
 from polycube.types import HexMesh, Spline, TriMesh
 

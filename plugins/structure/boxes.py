@@ -16,14 +16,14 @@ import numpy as np
 from polycube.diffusion.pairs.templates import contexts
 from polycube.registry import register
 from polycube.structure.lattice import collapse, genus, lattice
-from polycube.surface import surface as surfaces
+from polycube.surface import measures as surfaces
 from polycube.surface.frames import frames, rotations, turn
 from polycube.surface.voxels import voxels
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
+from .slices.alignment import View
+from .slices.candidates import distinct_turns, structure_key
 from .slices.knots import cumulative, fit_knots
-from .slices.read import View
-from .slices.reader import distinct_turns, structure_key
 
 logger = logging.getLogger(__name__)
 

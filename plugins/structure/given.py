@@ -11,13 +11,13 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.registry import register
 from polycube.structure.lattice import collapse, genus, is_manifold, lattice
-from polycube.surface import surface as surfaces
+from polycube.surface import measures as surfaces
 from polycube.surface.frames import rotations, turn
 from polycube.types import Candidate, Polycube, TriMesh
 
 from .boxes import boxed
-from .slices.reader import Reader, as_candidate, distinct_turns
-from .slices.words import Word, spell
+from .slices.candidates import Reader, as_candidate, distinct_turns
+from .slices.patterns import Word, spell
 
 logger = logging.getLogger(__name__)
 

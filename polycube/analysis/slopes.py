@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.hexmesh.hexes import unique_rows
-from polycube.spline.cubic import FACES
+from polycube.hexmesh.connectivity import unique_rows
+from polycube.spline.element_faces import FACES
 from polycube.types import Spline
 
 ZERO = 1e-12  # coefficient that counts as none

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 
 from polycube.spline.bernstein import bernstein, derivative, gauss
-from polycube.spline.cubic import FACES
+from polycube.spline.element_faces import FACES
 from polycube.types import Spline
 
 N_GAUSS = 5  # per direction: exact for bicubic traces times normals

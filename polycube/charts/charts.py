@@ -14,9 +14,9 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from polycube.charts.harmonic import cotangent, extend, flipped, mean_value
+from polycube.charts.mapped_surface import Sheet, Sides
 from polycube.charts.seams import seams
 from polycube.charts.segmentation import Segmentation
-from polycube.charts.sheet import Sheet, Sides
 from polycube.charts.tracing import Cost, Drawing, near
 from polycube.errors import MeshingError
 

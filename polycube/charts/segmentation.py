@@ -12,12 +12,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from polycube.charts.network import Arc, Network, network
-from polycube.charts.sheet import Sheet, Sides, refine, sides
+from polycube.charts.mapped_surface import Sheet, Sides, refine, sides
+from polycube.charts.polycube_edges import Arc, Network, network
 from polycube.charts.tracing import Cost, Drawing, Sector, near
 from polycube.errors import MeshingError
 from polycube.structure.lattice import Boundary, boundary, cell_of_box
-from polycube.surface.surface import diagonal, face_areas, half_edges
+from polycube.surface.measures import diagonal, face_areas, half_edges
 from polycube.types import AXES, Labels, Parametrization, Polycube, TriMesh
 
 WIDTHS = (0.1, 0.05, 0.2)  # of the guidance, in cells; tried in turn

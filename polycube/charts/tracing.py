@@ -14,8 +14,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from polycube.charts.sheet import Sheet, Sides, sides, split
-from polycube.surface.surface import connected, half_edges
+from polycube.charts.mapped_surface import Sheet, Sides, sides, split
+from polycube.surface.measures import connected, half_edges
 
 Cost = Callable[[Sheet, Sides], np.ndarray]  # (E,) of the sides; inf: not here
 Sector = tuple[int, int] | None

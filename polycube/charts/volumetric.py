@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.charts.harmonic import extend
-from polycube.charts.sheet import Sheet
-from polycube.hexmesh.hexes import PLACES
+from polycube.charts.mapped_surface import Sheet
+from polycube.hexmesh.connectivity import PLACES
 from polycube.hexmesh.template import grid_lines, interval_lengths, mesh
 from polycube.structure.lattice import Boundary
 from polycube.structure.rough_map import evaluate, identity_map

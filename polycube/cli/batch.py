@@ -28,8 +28,8 @@ from omegaconf import DictConfig, OmegaConf
 from polycube import __version__
 from polycube.cli.overrides import quote
 from polycube.errors import InputError
-from polycube.io.atomic import whole
-from polycube.io.read import KNOWN
+from polycube.io.atomic import atomic_write
+from polycube.io.surfaces import KNOWN
 from polycube.pipeline.stopping import INTERRUPTED
 from polycube.report.page.summary import summary_page
 
@@ -143,7 +143,7 @@ def run_job(
             return code
         row = {"identity": identity, "exit": code, "part": name, "settings": overrides}
         row |= {"result": VERDICT.get(code, "failed"), **_numbers(folder), "says": sentence}
-        with whole(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_text(json.dumps(row, indent=1))
     told = [row["says"]] if row["says"] else []
     if "hexes" in row:
@@ -200,10 +200,10 @@ def summarized(folder: Path) -> list[dict[str, object]]:
         rows.append({**json.loads(path.read_text()), "folder": path.parent.name})
     columns = list(dict.fromkeys(name for row in rows for name in row))
     columns = [name for name in columns if name not in LAST] + LAST[:2]
-    with whole(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
+    with atomic_write(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
         writer = csv.DictWriter(file, columns, extrasaction="ignore")
         writer.writeheader()
         writer.writerows(rows)
-    with whole(folder / "summary.html") as temporary:
+    with atomic_write(folder / "summary.html") as temporary:
         temporary.write_text(summary_page(rows, columns, folder), encoding="utf-8")
     return rows

@@ -23,10 +23,10 @@ from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
 from polycube.diffusion.weights import load_denoiser, shipped
 from polycube.errors import InputError
-from polycube.io.atomic import whole
-from polycube.io.read import read_surface
+from polycube.io.atomic import atomic_write
+from polycube.io.surfaces import read_surface
 from polycube.pipeline.primitives import voxels
-from polycube.surface.surface import genus
+from polycube.surface.measures import genus
 
 logger = logging.getLogger(__name__)
 
@@ -82,7 +82,7 @@ def evaluate_weights(cfg: Mapping[str, object], folder: Path) -> dict[str, objec
         )
         curves.log_metrics(row["columns"], step=0)
         curves.finalize("success")
-    with whole(folder / "evaluation.json") as temporary:
+    with atomic_write(folder / "evaluation.json") as temporary:
         temporary.write_text(json.dumps(found, indent=1) + "\n")
     sys.stdout.write(table(found["weights"]))
     logger.info("results: %s", folder / "evaluation.json")

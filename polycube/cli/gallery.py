@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 from polycube.pipeline.stages import load_stage
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.pictures import draw
@@ -54,13 +54,13 @@ def gallery(folder: Path, runs: Sequence[Path]) -> Path:
     strips = ""
     for run in reports:
         path = folder / "gallery" / f"{run.name}.png"
-        with whole(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_bytes(strip(run))
         strips += f"**{run.name}**\n\n![{run.name}](gallery/{path.name})\n\n"
     lines = [list(COLUMNS), ["---"] * len(COLUMNS)]
     lines += [_row(run.name, report) for run, report in reports.items()]
     table = "".join(f"| {' | '.join(line)} |\n" for line in lines)
-    with whole(folder / "gallery.md") as temporary:
+    with atomic_write(folder / "gallery.md") as temporary:
         temporary.write_text(HEAD + table + LEGEND + strips.rstrip() + "\n")
     return folder / "gallery.md"
 

@@ -26,7 +26,7 @@ from polycube.cli.overrides import plain_refusals
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.quality import scaled_jacobian
-from polycube.pipeline.improve import Improvement, is_improvement
+from polycube.pipeline.improvement import Improvement, is_improvement
 from polycube.pipeline.intake import check
 from polycube.pipeline.run import Run
 from polycube.pipeline.stages import State

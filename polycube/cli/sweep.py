@@ -12,7 +12,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
 from polycube.diffusion.training.history import curves, draw
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 
 SHOWN = ("error", "error_p95", "error_one_step", "loss", "samples_per_second")
 
@@ -38,7 +38,7 @@ def summarized(folder: Path) -> list[dict[str, object]]:
             known[chosen] = curves(run)
     rows.sort(key=lambda row: row.get("error", float("inf")))
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    with whole(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
+    with atomic_write(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
         writer = csv.DictWriter(file, columns)
         writer.writeheader()
         writer.writerows(rows)

@@ -19,7 +19,7 @@ from torch import Tensor
 from polycube import HOME
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.errors import InputError
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 
 SHIPPED = HOME / "plugins" / "weights"  # a folder for each grid, such as 2x1
 PAPERS = (2, 1, 1)  # the grid of the paper
@@ -80,10 +80,10 @@ def save_denoiser(
         ".json": json.dumps(dict(metrics), indent=1) + "\n",
     }
     path = folder / "weights.safetensors"
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(save(tensors))
     for suffix, text in texts.items():
-        with whole(path.with_suffix(suffix)) as temporary:
+        with atomic_write(path.with_suffix(suffix)) as temporary:
             temporary.write_text(text)
     return path
 

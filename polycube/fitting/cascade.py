@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.fitting.registration import register
+from polycube.fitting.registration import register_mesh
 from polycube.hexmesh.template import counts, grid_lines, mesh
 from polycube.structure.rough_map import evaluate, identity_map
-from polycube.surface.target import Target
+from polycube.surface.fit_target import Target
 from polycube.types import Polycube, RoughMap
 
 RATIO = 1.4  # between the sizes of a mesh and of the next coarser one
@@ -37,7 +37,7 @@ def registered_map(
     parts: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> RoughMap:
     """Where the polycube lies after a registration of hexes with so many parts per interval."""
-    coarse = register(
+    coarse = register_mesh(
         mesh(polycube, rough_map, parts), target, rounds=15, iterations=15, samples=1500
     )
     places = mesh(polycube, identity_map(polycube), parts).vertices

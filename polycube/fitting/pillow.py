@@ -13,34 +13,34 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import Matching, chains, match
-from polycube.hexmesh.hexes import exposed, hex_mesh, quad_edges, unique_rows
-from polycube.surface.target import Target
+from polycube.fitting.creases.constraints import Matching, chains, match
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges, unique_rows
+from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
 
-def regions(body: Body, matching: Matching) -> np.ndarray:
+def regions(problem: FitProblem, matching: Matching) -> np.ndarray:
     """(Q,) patches of a mesh, cut along the creases as well."""
-    patch = body.mesh.patch[body.side_quads]
+    patch = problem.mesh.patch[problem.side_quads]
     same = patch[:, 0] == patch[:, 1]
-    uncut = same & ~_on_crease(body, matching)
-    region = _parts(body, uncut)
+    uncut = same & ~_on_crease(problem, matching)
+    region = _parts(problem, uncut)
     alone = (np.bincount(region) == 1)[region]  # a path went round the wrong side of a quad
-    return _parts(body, uncut | (same & alone[body.side_quads].any(axis=1)))
+    return _parts(problem, uncut | (same & alone[problem.side_quads].any(axis=1)))
 
 
-def _parts(body: Body, joined: np.ndarray) -> np.ndarray:
+def _parts(problem: FitProblem, joined: np.ndarray) -> np.ndarray:
     """(Q,) number of the part of each quad, across the edges (E,) that join."""
-    pairs, n = body.side_quads[joined], len(body.quads)
+    pairs, n = problem.side_quads[joined], len(problem.quads)
     graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n))
     return connected_components(graph, directed=False)[1]
 
 
 def smooth_regions(
-    body: Body, x: np.ndarray, matching: Matching, least: float = 0.6
+    problem: FitProblem, x: np.ndarray, matching: Matching, least: float = 0.6
 ) -> tuple[np.ndarray, np.ndarray]:
     """Regions (Q,), and which quads (Q,) are in one with a border off the creases.
 
@@ -49,10 +49,10 @@ def smooth_regions(
 
     least : share of the edges between two regions that must be on a crease
     """
-    region = regions(body, matching)
-    borders = chains(body, region)
-    is_sharp = borders.share(_on_crease(body, matching)) >= least
-    concave = is_sharp & (borders.share(_is_concave(body, x)) > 0.5)
+    region = regions(problem, matching)
+    borders = chains(problem, region)
+    is_sharp = borders.share(_on_crease(problem, matching)) >= least
+    concave = is_sharp & (borders.share(_is_concave(problem, x)) > 0.5)
     taken = np.isin(region, borders.patches[~is_sharp])
     while True:
         beside = borders.patches[concave]
@@ -64,25 +64,25 @@ def smooth_regions(
 
 def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndarray:
     """Patches of a fitted mesh of which a part has a border that is not sharp on the surface."""
-    body = Body(mesh, target, samples=1)
+    problem = FitProblem(mesh, target, samples=1)
     x = target.to_unit(mesh.vertices)
-    _, taken = smooth_regions(body, x, match(body, x), least)
+    _, taken = smooth_regions(problem, x, match(problem, x), least)
     return np.unique(mesh.patch[taken])
 
 
-def _on_crease(body: Body, matching: Matching) -> np.ndarray:
+def _on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
     """(E,) whether each boundary edge is on the path of a crease."""
-    key = np.array([len(body.mesh.vertices), 1])
-    return np.isin(body.sides @ key, matching.sides @ key)
+    key = np.array([len(problem.mesh.vertices), 1])
+    return np.isin(problem.sides @ key, matching.sides @ key)
 
 
-def _is_concave(body: Body, x: np.ndarray) -> np.ndarray:
+def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """(E,) whether the target turns inwards from one quad of each boundary edge to the other."""
-    _, quad_normals = body.normals(x)
-    middle = x[body.quads].mean(axis=1)
-    _, face = body.target.closest(middle, quad_normals, 0.04)
-    facing = body.target.normals[face][body.side_quads]  # (E, 2, 3)
-    across = middle[body.side_quads[:, 1]] - middle[body.side_quads[:, 0]]
+    _, quad_normals = problem.normals(x)
+    middle = x[problem.quads].mean(axis=1)
+    _, face = problem.target.closest(middle, quad_normals, 0.04)
+    facing = problem.target.normals[face][problem.side_quads]  # (E, 2, 3)
+    across = middle[problem.side_quads[:, 1]] - middle[problem.side_quads[:, 0]]
     return np.einsum("ed,ed->e", facing[:, 1] - facing[:, 0], across) < 0
 
 

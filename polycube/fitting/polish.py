@@ -14,13 +14,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import Matching, match, no_features
-from polycube.fitting.regain import regain
+from polycube.fitting.creases.constraints import Matching, match, no_features
+from polycube.fitting.creases.recovery import regain
+from polycube.fitting.local_polish import raise_worst
+from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import GOOD, State, cover_of, goals_of, snap, state_of
-from polycube.fitting.worst import raise_worst
 from polycube.hexmesh.energy import Terms, pull
-from polycube.surface.target import Target
+from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
@@ -54,18 +54,18 @@ def polish(
     crease_rounds : that bring creases back, at most
     samples : points of the surface that look for the mesh
     """
-    body = Body(mesh, target, samples)
-    x = _untangled(body, target.to_unit(mesh.vertices))
-    matching = match(body, x) if features else no_features()
-    best = state_of(body, x, goals_of(body, x, matching, np.ones(len(x))), np.ones(len(x)))
+    problem = FitProblem(mesh, target, samples)
+    x = _untangled(problem, target.to_unit(mesh.vertices))
+    matching = match(problem, x) if features else no_features()
+    best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
     for keep in KEEP if matching.routes else KEEP[:1]:
-        best = _soft(body, x, matching, best, soft_rounds, keep)
-        best = _hard(body, matching, best, hard_rounds)
+        best = _soft(problem, x, matching, best, soft_rounds, keep)
+        best = _hard(problem, matching, best, hard_rounds)
         if best.score > GOOD:
             break
         x = best.x
-    best = _local(body, matching, best, local_rounds)
-    best = regain(body, matching, best, crease_rounds)
+    best = _local(problem, matching, best, local_rounds)
+    best = regain(problem, matching, best, crease_rounds)
     logger.info(
         "polish: least scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
         best.jacobian,
@@ -74,49 +74,49 @@ def polish(
     return replace(mesh, vertices=target.to_model(best.x))
 
 
-def _untangled(body: Body, x: np.ndarray) -> np.ndarray:
+def _untangled(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """The same positions where all hexes are valid, else moved until they are.
 
     The boundary is held at its place ever more weakly.
     """
-    place = x[body.outer]
+    place = x[problem.outer]
     for weight in 0.3 ** np.arange(12):
-        if body.scaled_jacobian(x).min() > 0:
+        if problem.scaled_jacobian(x).min() > 0:
             break
-        every = weight / body.size(x)[body.outer] ** 2
-        springs = pull(body.outer, place, np.zeros_like(place), 0 * every, every)
-        x = body.relax(x, body.lengths(x, 3, 0.1), Terms(), [springs], 50)
+        every = weight / problem.size(x)[problem.outer] ** 2
+        springs = pull(problem.outer, place, np.zeros_like(place), 0 * every, every)
+        x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), [springs], 50)
     return x
 
 
 def _soft(
-    body: Body, x: np.ndarray, matching: Matching, best: State, rounds: int, keep: float
+    problem: FitProblem, x: np.ndarray, matching: Matching, best: State, rounds: int, keep: float
 ) -> State:
     """Best snapped state of rounds that hold the boundary by springs, weakly below `keep`."""
-    jacobian = body.scaled_jacobian(x)
-    trust = np.where(body.touching(jacobian < 0.2), 0.1, 1.0)
+    jacobian = problem.scaled_jacobian(x)
+    trust = np.where(problem.touching(jacobian < 0.2), 0.1, 1.0)
     hold = np.ones(len(x))
     found = rounds // 3  # round of the best
     for k, step in enumerate(np.linspace(0, 1, rounds)):
         beta, weight = 5 * 5**step, 10 * 30 ** min(1.0, 1.5 * step)
-        at = goals_of(body, x, matching, np.ones(len(x)))
-        size = body.size(x)
-        on = (np.maximum(weight * hold, 0.05) / size**2)[body.outer]
-        _, quad_normals = body.normals(x)
+        at = goals_of(problem, x, matching, np.ones(len(x)))
+        size = problem.size(x)
+        on = (np.maximum(weight * hold, 0.05) / size**2)[problem.outer]
+        _, quad_normals = problem.normals(x)
         springs = [
-            pull(body.outer, at.foot, at.facing, on, 0.01 * on),
+            pull(problem.outer, at.foot, at.facing, on, 0.01 * on),
             *at.springs(weight * trust / size**2),
-            body.cover(x, quad_normals, 0.04, 0.2 * min(weight, 30.0) * trust, 0.0),
+            problem.cover(x, quad_normals, 0.04, 0.2 * min(weight, 30.0) * trust, 0.0),
         ]
         offset = float(np.clip(jacobian.min(), -0.2, 0.5))
         terms = Terms(shape=0.05, barrel=0.05, jacobian=1.0, beta=beta, offset=offset)
-        x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 20)
-        jacobian = body.scaled_jacobian(x)
-        trust = _relaxed(trust, body.touching(jacobian < keep), 1.3)
-        hold = _relaxed(hold, body.touching(jacobian < 0.15), 1.5)
+        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 20)
+        jacobian = problem.scaled_jacobian(x)
+        trust = _relaxed(trust, problem.touching(jacobian < keep), 1.3)
+        hold = _relaxed(hold, problem.touching(jacobian < 0.15), 1.5)
         if k >= rounds // 3:
-            at = goals_of(body, x, matching, trust)
-            new = snap(body, x, at, min(keep, jacobian.min()), trust)
+            at = goals_of(problem, x, matching, trust)
+            new = snap(problem, x, at, min(keep, jacobian.min()), trust)
             if new.score > best.score:
                 best, found = new, k
             elif k - found > PATIENCE:
@@ -124,28 +124,28 @@ def _soft(
     return best
 
 
-def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
+def _hard(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
     """Best snapped state of rounds that hold the boundary stiffly, from the best one given."""
     x, trust = best.x, best.trust
     found = 0  # round of the best
     for k, step in enumerate(np.linspace(0, 1, rounds)):
-        at = goals_of(body, x, matching, trust)
-        size = body.size(x)
-        free = ~np.isin(body.outer, np.append(at.curve, at.corner))
-        vertex, foot = body.outer[free], at.foot[free]
+        at = goals_of(problem, x, matching, trust)
+        size = problem.size(x)
+        free = ~np.isin(problem.outer, np.append(at.curve, at.corner))
+        vertex, foot = problem.outer[free], at.foot[free]
         stray = np.linalg.norm(foot - x[vertex], axis=1) / size[vertex]
         on = STIFF / (1 + (stray / 0.02) ** 2) / size[vertex] ** 2
-        _, quad_normals = body.normals(x)
+        _, quad_normals = problem.normals(x)
         springs = [
             pull(vertex, foot, at.facing[free], on, on * (0.02 / STIFF)),
             *at.springs(STIFF / size**2),
-            body.cover(x, quad_normals, 0.03, 1.0 * trust, 0.0),
+            problem.cover(x, quad_normals, 0.03, 1.0 * trust, 0.0),
         ]
-        offset = float(np.clip(body.scaled_jacobian(x).min(), -0.2, 0.6))
+        offset = float(np.clip(problem.scaled_jacobian(x).min(), -0.2, 0.6))
         terms = Terms(shape=0.02, barrel=0.05, jacobian=1.0, beta=8 * 7.5**step, offset=offset)
-        x = body.relax(x, body.lengths(x, 2, 0.05), terms, springs, 25)
+        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 25)
         least = max(min(best.score - 0.02, 0.6), 0.02)
-        new = snap(body, x, goals_of(body, x, matching, trust), least, trust)
+        new = snap(problem, x, goals_of(problem, x, matching, trust), least, trust)
         if new.score > best.score:
             best, found = new, k
         elif k - found > PATIENCE:
@@ -154,22 +154,22 @@ def _hard(body: Body, matching: Matching, best: State, rounds: int) -> State:
     return best
 
 
-def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
+def _local(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
     """Best state of rounds near the worst hexes; the minimum sharpens where they gain little.
 
     The surface pulls twice as much after a round that uncovers it.
     """
     x, trust, beta, strength = best.x, best.trust, BETAS[0], 1.0
-    lengths = body.lengths(x, 2, 0.05)
-    cover, missed = cover_of(body, best, strength)
+    lengths = problem.lengths(x, 2, 0.05)
+    cover, missed = cover_of(problem, best, strength)
     allowed, value = max(missed, MISSED), best.score
     for _ in range(rounds):
-        x = raise_worst(body, x, lengths, goals_of(body, x, matching, trust), cover, beta)
-        at = goals_of(body, x, matching, trust)
+        x = raise_worst(problem, x, lengths, goals_of(problem, x, matching, trust), cover, beta)
+        at = goals_of(problem, x, matching, trust)
         least = max(best.score - 0.02, 0.02)
-        states = state_of(body, x, at, trust), snap(body, x, at, least, trust)
+        states = state_of(problem, x, at, trust), snap(problem, x, at, least, trust)
         new = max(states, key=lambda state: state.score)
-        cover, missed = cover_of(body, new, strength)
+        cover, missed = cover_of(problem, new, strength)
         strength = 2 * strength if missed > 1.2 * allowed else max(1.0, 0.7 * strength)
         reached = new.score - UNCOVERED * max(0.0, missed - allowed)
         if reached < value + LITTLE:
@@ -180,7 +180,7 @@ def _local(body: Body, matching: Matching, best: State, rounds: int) -> State:
             break
         x = new.x
         if reached < value - SET_BACK:
-            x, (cover, _) = best.x, cover_of(body, best, strength)
+            x, (cover, _) = best.x, cover_of(problem, best, strength)
     return best
 
 

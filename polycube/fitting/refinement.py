@@ -16,14 +16,14 @@ import numpy as np
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import cg
 
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import Goals, Matching, goals, match, no_features
+from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
 from polycube.fitting.polish import polish
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh.connectivity import edges
 from polycube.hexmesh.energy import Terms, pull
-from polycube.hexmesh.hexes import edges
 from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import doubts, quality, score
-from polycube.surface.target import Target, target
+from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -104,73 +104,75 @@ def _tries(
 ) -> Iterator[tuple[str, HexMesh]]:
     """Meshes by a recipe: as it is fitted, then with its worst hex raised."""
     use = recipe.features and features
-    body = Body(fine, goal, SAMPLES * len(np.unique(fine.quads)))
+    problem = FitProblem(fine, goal, SAMPLES * len(np.unique(fine.quads)))
     x = goal.to_unit(fine.vertices)
-    matching = match(body, x) if use else no_features()
-    x = advance(body, x, _at_goals(body, x, matching), least)
-    x = advance(body, x, _fit(body, x, matching, recipe), least)
-    x = advance(body, x, _at_goals(body, x, matching), least)
+    matching = match(problem, x) if use else no_features()
+    x = advance(problem, x, _at_goals(problem, x, matching), least)
+    x = advance(problem, x, _fit(problem, x, matching, recipe), least)
+    x = advance(problem, x, _at_goals(problem, x, matching), least)
     fitted = replace(fine, vertices=goal.to_model(x))
     yield recipe.name, fitted
-    samples = len(body.points)
+    samples = len(problem.points)
     raised = polish(fitted, goal, features=use, soft_rounds=0, hard_rounds=10, samples=samples)
-    x = advance(body, x, goal.to_unit(raised.vertices), least)  # it may give quality for closeness
+    x = advance(
+        problem, x, goal.to_unit(raised.vertices), least
+    )  # it may give quality for closeness
     yield f"{recipe.name}, raised", replace(fine, vertices=goal.to_model(x))
 
 
-def advance(body: Body, x: np.ndarray, wanted: np.ndarray, least: float) -> np.ndarray:
+def advance(problem: FitProblem, x: np.ndarray, wanted: np.ndarray, least: float) -> np.ndarray:
     """Positions (V, 3) from x towards those wanted, less far round hexes that would fall too low.
 
     No hex falls below `least`, and none that is below it already gets worse: where all of a
     neighbourhood stays, it is as it was.
     """
-    allowed = np.minimum(least, body.scaled_jacobian(x) - 1e-6)
+    allowed = np.minimum(least, problem.scaled_jacobian(x) - 1e-6)
     share = np.ones(len(x))
     for attempt in range(ATTEMPTS):
         y = x + share[:, None] * (wanted - x)
-        bad = body.scaled_jacobian(y) < allowed
+        bad = problem.scaled_jacobian(y) < allowed
         if not bad.any():
             return y
-        rings = _rings(body, body.touching(bad))
+        rings = _rings(problem, problem.touching(bad))
         share *= 1 - 0.3 * rings if attempt < ATTEMPTS - 10 else rings < 1
     return x
 
 
-def _rings(body: Body, near: np.ndarray) -> np.ndarray:
+def _rings(problem: FitProblem, near: np.ndarray) -> np.ndarray:
     """(V,) 1 at the vertices marked, 0 from the fourth ring of hexes round them on."""
     level = near.astype(float)
     for ring in range(1, 4):
-        near = body.touching(near[body.hexes].any(axis=1))
+        near = problem.touching(near[problem.hexes].any(axis=1))
         level = np.maximum(level, near * (1 - ring / 4))
     return level
 
 
-def _at_goals(body: Body, x: np.ndarray, matching: Matching) -> np.ndarray:
+def _at_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
     """Positions with the whole boundary at its goals and the inside carried along."""
-    return x + harmonic(body, x, _near_goals(body, x, matching).place(body, x) - x)
+    return x + harmonic(problem, x, _near_goals(problem, x, matching).place(problem, x) - x)
 
 
-def _near_goals(body: Body, x: np.ndarray, matching: Matching) -> Goals:
+def _near_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> Goals:
     """Goals of the boundary vertices; sharp edges and corners only where they are near."""
-    at = goals(body, x, matching, NORMALS, np.ones(len(x), bool))
-    gap = np.linalg.norm(at.place(body, x) - x, axis=1)
-    return goals(body, x, matching, NORMALS, gap < NEAR * body.size(x))
+    at = goals(problem, x, matching, NORMALS, np.ones(len(x), bool))
+    gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
+    return goals(problem, x, matching, NORMALS, gap < NEAR * problem.size(x))
 
 
-def harmonic(body: Body, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
+def harmonic(problem: FitProblem, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
     """(V, 3) displacement that is `shift` on the boundary and harmonic inside.
 
     Edges conduct by their inverse length: the two ends of a short one move alike.
     """
-    ends = edges(body.hexes)
+    ends = edges(problem.hexes)
     length = np.linalg.norm(x[ends[:, 0]] - x[ends[:, 1]], axis=1)
     conducts = np.tile(1 / np.maximum(length, 1e-3 * length.mean()), 2)
     pairs = np.append(ends[:, 0], ends[:, 1]), np.append(ends[:, 1], ends[:, 0])
     graph = coo_matrix((conducts, pairs), (len(x), len(x))).tocsr()
     total = np.asarray(graph.sum(axis=1)).ravel()
-    free = np.setdiff1d(np.arange(len(x)), body.outer)
+    free = np.setdiff1d(np.arange(len(x)), problem.outer)
     moved = np.zeros_like(x)
-    moved[body.outer] = shift[body.outer]
+    moved[problem.outer] = shift[problem.outer]
     matrix, right = diags(total[free]) - graph[free][:, free], graph[free] @ moved
     for d in range(3):
         moved[free, d] = cg(matrix, right[:, d], rtol=1e-4, maxiter=500, M=diags(1 / total[free]))[
@@ -179,22 +181,22 @@ def harmonic(body: Body, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
     return moved
 
 
-def _fit(body: Body, x: np.ndarray, matching: Matching, recipe: Recipe) -> np.ndarray:
+def _fit(problem: FitProblem, x: np.ndarray, matching: Matching, recipe: Recipe) -> np.ndarray:
     """Rounds of descent with springs that grow stiff; weaker ones round bad hexes."""
     trust = np.ones(len(x))
     low, high = recipe.weight
     for step in np.linspace(0, 1, recipe.rounds):
         weight = low * (high / low) ** step
-        at = goals(body, x, matching, NORMALS, trust > 0.3)
-        size, (_, quad_normals) = body.size(x), body.normals(x)
-        on = (weight * trust / size**2)[body.outer]
+        at = goals(problem, x, matching, NORMALS, trust > 0.3)
+        size, (_, quad_normals) = problem.size(x), problem.normals(x)
+        on = (weight * trust / size**2)[problem.outer]
         springs = [
-            pull(body.outer, at.foot, at.facing, on, 0.02 * on),
+            pull(problem.outer, at.foot, at.facing, on, 0.02 * on),
             *at.springs(weight * trust / size**2),
-            body.cover(x, quad_normals, NORMALS, recipe.cover * weight * trust, 0.0),
+            problem.cover(x, quad_normals, NORMALS, recipe.cover * weight * trust, 0.0),
         ]
         terms = Terms(jacobian=1.0, beta=10.0, offset=0.5)
-        x = body.relax(x, body.lengths(x, 3, 0.1), terms, springs, 20)
-        bad = body.touching(body.scaled_jacobian(x) < 0.45)
+        x = problem.relax(x, problem.lengths(x, 3, 0.1), terms, springs, 20)
+        bad = problem.touching(problem.scaled_jacobian(x) < 0.45)
         trust = np.where(bad, np.maximum(0.4 * trust, 0.02), np.minimum(1.3 * trust, 1))
     return x

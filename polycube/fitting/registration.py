@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from polycube.fitting.body import Body
+from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.energy import Springs, Terms, pull
 from polycube.hexmesh.quality import volume
-from polycube.surface import surface as surfaces
-from polycube.surface.target import Target
+from polycube.surface import measures as surfaces
+from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
@@ -39,7 +39,7 @@ class ShortQuality:
     volume_ratio: float  # of the mesh to the surface
 
 
-def register(
+def register_mesh(
     mesh: HexMesh,
     target: Target,
     rounds: int = 25,
@@ -59,44 +59,49 @@ def register(
     weight, slack : of the pull across the surface, and the share of it along the surface
     coverage : weight of the pull from the surface's side
     """
-    body = Body(mesh, target, samples)
+    problem = FitProblem(mesh, target, samples)
     x = target.to_unit(mesh.vertices)
     trust = np.ones(len(x))
     for step in np.linspace(0, 1, rounds):
         turn, pulling, loose = (_between(r, step) for r in (alpha, weight, slack))
-        normals, quad_normals = body.normals(x)
+        normals, quad_normals = problem.normals(x)
         springs = [
-            onto(body, x, normals, turn, pulling * trust, loose),
-            body.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
+            onto(problem, x, normals, turn, pulling * trust, loose),
+            problem.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
         ]
-        x = body.relax(x, body.lengths(x, 3, 0.1), Terms(), springs, iterations)
-        bad = body.touching(body.scaled_jacobian(x) < 0.2)
+        x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), springs, iterations)
+        bad = problem.touching(problem.scaled_jacobian(x) < 0.2)
         trust = np.where(bad, np.maximum(0.4 * trust, 0.02), np.minimum(1.3 * trust, 1))
-    worst = body.scaled_jacobian(x).min()
+    worst = problem.scaled_jacobian(x).min()
     logger.info("register: %d hexes, least scaled Jacobian %.3f", len(mesh.hexes), worst)
     return replace(mesh, vertices=target.to_model(x))
 
 
 def onto(
-    body: Body, x: np.ndarray, normals: np.ndarray, alpha: float, weight: np.ndarray, slack: float
+    problem: FitProblem,
+    x: np.ndarray,
+    normals: np.ndarray,
+    alpha: float,
+    weight: np.ndarray,
+    slack: float,
 ) -> Springs:
     """Springs from the boundary vertices to their feet; weight (V,) per square of the size."""
-    foot, facing = body.feet(x, normals, alpha)
-    strength = (weight / body.size(x) ** 2)[body.outer]
-    return pull(body.outer, foot, facing, strength, slack * strength)
+    foot, facing = problem.feet(x, normals, alpha)
+    strength = (weight / problem.size(x) ** 2)[problem.outer]
+    return pull(problem.outer, foot, facing, strength, slack * strength)
 
 
 def short_quality(mesh: HexMesh, target: Target) -> ShortQuality:
     """Measure a mesh after a short registration."""
-    body = Body(mesh, target, 2500)
+    problem = FitProblem(mesh, target, 2500)
     x = target.to_unit(mesh.vertices)
-    normals, quad_normals = body.normals(x)
-    foot, _ = body.feet(x, normals, 0.04)
-    springs = body.cover(x, quad_normals, 0.0, np.ones(len(x)), 0.0)
+    normals, quad_normals = problem.normals(x)
+    foot, _ = problem.feet(x, normals, 0.04)
+    springs = problem.cover(x, quad_normals, 0.0, np.ones(len(x)), 0.0)
     reached = np.einsum("sk,skd->sd", springs.share, x[springs.vertex])
-    jacobian = body.scaled_jacobian(x)
+    jacobian = problem.scaled_jacobian(x)
     return ShortQuality(
-        to_surface=_per_cent(x[body.outer] - foot),
+        to_surface=_per_cent(x[problem.outer] - foot),
         to_mesh=_per_cent(reached - springs.goal),
         bad=float((jacobian < 0.1).mean()),
         mean_jacobian=float(jacobian.mean()),

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import Goals, Matching, goals
-from polycube.fitting.worst import ALPHA
+from polycube.fitting.creases.constraints import Goals, Matching, goals
+from polycube.fitting.local_polish import ALPHA
+from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.energy import Springs
 from polycube.hexmesh.quality import INVALID
 
@@ -32,41 +32,41 @@ class State:
         return self.jacobian - OFF * self.residual - INVALID * (self.jacobian <= 0)
 
 
-def goals_of(body: Body, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
+def goals_of(problem: FitProblem, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
     """Goals of all boundary vertices; features only of those trusted (V,)."""
-    return goals(body, x, matching, ALPHA, trust > 0.3)
+    return goals(problem, x, matching, ALPHA, trust > 0.3)
 
 
-def state_of(body: Body, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
+def state_of(problem: FitProblem, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
     """The mesh as it is."""
-    return _measured(body, x, at.place(body, x), trust)
+    return _measured(problem, x, at.place(problem, x), trust)
 
 
-def _measured(body: Body, x: np.ndarray, goal: np.ndarray, trust: np.ndarray) -> State:
-    gap = np.linalg.norm((goal - x)[body.outer], axis=1)
-    return State(x, float(body.scaled_jacobian(x).min()), float(gap.max()), trust)
+def _measured(problem: FitProblem, x: np.ndarray, goal: np.ndarray, trust: np.ndarray) -> State:
+    gap = np.linalg.norm((goal - x)[problem.outer], axis=1)
+    return State(x, float(problem.scaled_jacobian(x).min()), float(gap.max()), trust)
 
 
-def snap(body: Body, x: np.ndarray, at: Goals, least: float, trust: np.ndarray) -> State:
+def snap(problem: FitProblem, x: np.ndarray, at: Goals, least: float, trust: np.ndarray) -> State:
     """Move the boundary to its goals, less far at hexes that would fall below `least`.
 
     A hex that is below it already may not get worse.
     """
-    goal = at.place(body, x)
-    allowed = np.minimum(least, body.scaled_jacobian(x) - 1e-3)
+    goal = at.place(problem, x)
+    allowed = np.minimum(least, problem.scaled_jacobian(x) - 1e-3)
     share = np.ones((len(x), 1))
     for attempt in range(100):
         y = x + share * (goal - x)
-        vertex = np.unique(body.hexes[body.scaled_jacobian(y) < allowed])
+        vertex = np.unique(problem.hexes[problem.scaled_jacobian(y) < allowed])
         if not share[vertex].any():
             break
         share[vertex] *= 0.5 if attempt < 6 else 0.0
-    return _measured(body, y, goal, trust)
+    return _measured(problem, y, goal, trust)
 
 
-def cover_of(body: Body, state: State, strength: float) -> tuple[Springs, float]:
+def cover_of(problem: FitProblem, state: State, strength: float) -> tuple[Springs, float]:
     """Pulls of the surface on the quads, and the distance that 1 % of its points exceed."""
     weight = np.full(len(state.x), strength * (COVER if state.jacobian < GOOD else 1.0))
-    springs = body.cover(state.x, body.normals(state.x)[1], 0.03, weight, 0.0)
+    springs = problem.cover(state.x, problem.normals(state.x)[1], 0.03, weight, 0.0)
     reached = np.einsum("sk,skd->sd", springs.share, state.x[springs.vertex])
     return springs, float(np.percentile(np.linalg.norm(reached - springs.goal, axis=1), 99))

@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from polycube.hexmesh.hexes import EDGES, PLACES
+from polycube.hexmesh.connectivity import EDGES, PLACES
 
 MAX_LEVEL = 12  # halvings of a box
 MAX_BOXES = 100_000  # open at once; 22 MB

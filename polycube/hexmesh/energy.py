@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from polycube.hexmesh.hexes import CORNERS, EDGES
-from polycube.numerics.elementary import FAST, exponential, inverse_cube_root
+from polycube.hexmesh.connectivity import CORNERS, EDGES
+from polycube.numerics.fast_math import FAST, exponential, inverse_cube_root
 from polycube.numerics.threads import parts, side_by_side
 
 # frames as edges of the hex (12, 13, 14: mean edge along xi, eta, zeta) with the sign of their

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.hexmesh.hexes import CORNERS, EDGES
+from polycube.hexmesh.connectivity import CORNERS, EDGES
 from polycube.hexmesh.quality import scaled_jacobian
 
 LARGEST = 1e30  # what VTK gives where a measure has no bound: an edge without length, det <= 0

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.hexmesh.hexes import PLACES, unique_rows
+from polycube.hexmesh.connectivity import PLACES, unique_rows
 from polycube.types import HexMesh
 
 _GRID = np.stack(np.meshgrid(*[range(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)  # (27, 3)

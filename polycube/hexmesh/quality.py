@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 
 from polycube.hexmesh import energy
-from polycube.hexmesh.hexes import unique_rows
+from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import closest
-from polycube.surface import surface as surfaces
-from polycube.surface.target import Target, target
+from polycube.surface import measures as surfaces
+from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 BEST_SCORE = 0.6  # a scaled Jacobian counts in full up to this

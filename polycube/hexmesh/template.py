@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.hexmesh.hexes import FACES, PLACES, exposed, hex_mesh
+from polycube.hexmesh.connectivity import FACES, PLACES, exposed, hex_mesh
 from polycube.structure.lattice import boundary, cell_at
 from polycube.structure.rough_map import evaluate
 from polycube.types import HexMesh, Polycube, RoughMap

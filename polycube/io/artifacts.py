@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 
 _CLASSES = ("polycube.types", "polycube.pipeline.ranking")  # where the dataclasses come from
 
@@ -22,7 +22,7 @@ def save(path: Path, value: object) -> None:
     """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz."""
     arrays: dict[str, np.ndarray] = {}
     tree = _pack(value, "value", arrays)
-    with whole(path) as temporary, open(temporary, "wb") as file:
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, tree=np.array(json.dumps(tree)), **arrays)
 
 

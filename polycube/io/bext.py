@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.io.atomic import whole
-from polycube.spline.cubic import lone_sides
+from polycube.io.atomic import atomic_write
+from polycube.spline.element_faces import lone_sides
 from polycube.types import Spline
 
 SPARSE = 20  # most coefficients of a row that is written as indices and values
@@ -33,7 +33,7 @@ def write_bext(path: Path, spline: Spline) -> Path:
     ends = functions.offsets.tolist()
     for first, last in pairwise(ends):
         lines += [f"belem {last - first} 3 3 3", " ".join(numbers[first:last]), *rows[first:last]]
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n")
     return Path(path)
 

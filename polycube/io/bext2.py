@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 from polycube.io.bext import share
-from polycube.spline.cubic import lone_sides
+from polycube.spline.element_faces import lone_sides
 from polycube.types import Spline
 
 
@@ -30,7 +30,10 @@ def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
     count = np.diff(functions.offsets)
     sizes = np.unique(count)
     head = [part, len(spline.control), len(count), len(vectors), 0]
-    with whole(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as file:
+    with (
+        atomic_write(path) as temporary,
+        open(temporary, "w", encoding="ascii", newline="\n") as file,
+    ):
         file.write("B E X T 2.0\n")
         file.writelines(_integers(head))
         for point in np.column_stack([spline.control, np.ones(len(spline.control))]):

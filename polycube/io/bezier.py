@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 from polycube.io.vtk import write_cells
 from polycube.types import Deformation, Modes, Potential, Solution, Spline
 
@@ -98,6 +98,6 @@ def write_modes_csv(path: Path, modes: Modes) -> Path:
             zip(modes.eigenvalues.tolist(), modes.frequency.tolist(), strict=True), start=1
         )
     ]
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n")
     return Path(path)

@@ -20,8 +20,8 @@ from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
 from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
+from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
-from polycube.surface.surface import volume
 from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)

@@ -9,12 +9,12 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.io.cad import Cad
-from polycube.io.read import EXAMPLE, is_cad, read_repaired, read_soup
+from polycube.io.surfaces import EXAMPLE, is_cad, read_repaired, read_soup
 from polycube.io.vtk import write_named_vtp
+from polycube.surface.measures import diagonal, genus, place, volume
 from polycube.surface.repair import clean
 from polycube.surface.repair.defects import Defect, find_defects
 from polycube.surface.repair.repair import finite
-from polycube.surface.surface import diagonal, genus, place, volume
 from polycube.types import TriMesh
 
 N_PLACES = 3  # of each problem, printed

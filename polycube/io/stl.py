@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 
 HEADER, RECORD = 84, 50  # bytes: 80 of text and a count; a triangle
 VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)\s*$", re.IGNORECASE | re.MULTILINE)
@@ -45,7 +45,7 @@ def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
     normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
     floats = np.concatenate([normals[:, None], corners], axis=1).reshape(-1, 12).astype("<f4")
     records[:, :48] = floats.view(np.uint8)
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         head = b"repaired surface".ljust(80) + len(faces).to_bytes(4, "little")
         temporary.write_bytes(head + records.tobytes())
     return Path(path)

@@ -13,9 +13,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from polycube.hexmesh.hexes import quad_sides
+from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.metrics import metrics
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 from polycube.structure.lattice import cell_of_box
 from polycube.types import HexMesh, Labels, Polycube, TriMesh
 
@@ -178,7 +178,7 @@ def _write(
     comment: str = "",
     version: str = "1.0",  # what most other readers know
 ) -> Path:
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(
             f'<?xml version="1.0"?>\n{comment}'
             f'<VTKFile type="{dataset}" version="{version}" byte_order="LittleEndian" '

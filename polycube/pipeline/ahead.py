@@ -15,7 +15,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from contextvars import ContextVar
 from threading import Event, Lock
 
-from polycube.numerics.descent import Stopped, stoppable
+from polycube.numerics.lbfgs import Stopped, stoppable
 from polycube.numerics.threads import busy, cores
 
 SWITCH = 5e-4  # seconds after which a thread that holds Python's lock gives it to one that waits

@@ -12,7 +12,7 @@ from polycube.fitting.refinement import least_jacobian
 from polycube.hexmesh import sizing
 from polycube.hexmesh.quality import doubts, quality
 from polycube.pipeline.portfolio import Portfolio
-from polycube.surface.surface import diagonal
+from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)

@@ -9,8 +9,8 @@ from pathlib import Path
 from polycube.errors import InputError
 from polycube.io.cad import Cad
 from polycube.io.preflight import preflight
-from polycube.io.read import read_repaired
 from polycube.io.stl import write_stl
+from polycube.io.surfaces import read_repaired
 from polycube.io.vtk import write_named_vtp
 from polycube.pipeline.stages import State, load_stage, save_stage
 from polycube.surface.repair.repair import LEVELS

@@ -9,7 +9,7 @@ import numpy as np
 
 from polycube.pipeline.stages import Clock
 from polycube.registry import build
-from polycube.surface.surface import genus
+from polycube.surface.measures import genus
 from polycube.types import Candidate, TriMesh
 
 READERS = ("slices", "boxes", "bricks", "given")  # need no network; a given context replaces them

@@ -13,13 +13,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from polycube.fitting.registration import ShortQuality, register, short_quality
+from polycube.fitting.registration import ShortQuality, register_mesh, short_quality
 from polycube.hexmesh.quality import BEST_SCORE
 from polycube.hexmesh.template import counts, mesh
 from polycube.structure.lattice import boundary, corners, describe, genus, is_manifold
 from polycube.structure.rough_map import identity_map
-from polycube.surface import surface as surfaces
-from polycube.surface.target import target
+from polycube.surface import measures as surfaces
+from polycube.surface.fit_target import target
 from polycube.types import Candidate, HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -67,7 +67,7 @@ def rank(
         ours = sorted((c for c in fitting if c.proposal == proposal), key=lambda c: c.cost)[:limit]
         for candidate in ours:
             coarse, positions = _coarse(candidate, size * goal.scale)
-            hexes = register(coarse, goal, rounds, iterations, samples)
+            hexes = register_mesh(coarse, goal, rounds, iterations, samples)
             quality = short_quality(hexes, goal)
             score = judge(quality) + trust * (candidate.cost - ours[0].cost)
             score += corner * (len(corners(boundary(candidate.polycube))) - 8)

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.analysis.patches import check_names
+from polycube.analysis.boundary_sets import check_names
 from polycube.errors import InputError, MeshingError
+from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.certificate import certify
-from polycube.hexmesh.patches import sets_of_spline
+from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.hexmesh.quality import ENOUGH, INVALID, accept, scaled_jacobian, score
-from polycube.hexmesh.regions import with_sets
 from polycube.io.cad import Cad
 from polycube.kinds import KINDS, check_chain
 from polycube.pipeline.finer import meet
@@ -41,8 +41,8 @@ from polycube.registry import build
 from polycube.report.numbers.results import clear_results
 from polycube.structure.lattice import describe
 from polycube.structure.parametrization import pull_back
-from polycube.structure.regular import read_structure
-from polycube.surface import surface as topology
+from polycube.structure.recognition import read_structure
+from polycube.surface import measures as topology
 from polycube.types import Candidate, HexMesh, Polycube
 
 logger = logging.getLogger(__name__)

@@ -16,7 +16,7 @@ from pathlib import Path
 from polycube.errors import InputError, MeshingError
 from polycube.io import artifacts
 from polycube.kinds import KINDS
-from polycube.numerics.descent import counted
+from polycube.numerics.lbfgs import counted
 from polycube.registry import build
 
 logger = logging.getLogger(__name__)

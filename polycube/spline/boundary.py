@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.spline.bernstein import bernstein, derivative
-from polycube.spline.cubic import FACES
+from polycube.spline.element_faces import FACES
 from polycube.types import Spline
 
 

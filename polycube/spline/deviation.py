@@ -11,8 +11,8 @@ from polycube.hexmesh.quality import Distances
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import grid, sampling, triangles
 from polycube.surface import closest
-from polycube.surface.surface import volume
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
+from polycube.surface.measures import volume
 from polycube.types import Spline, TriMesh
 
 PIECES = 4  # cuts of a boundary face each way

@@ -18,7 +18,7 @@ from scipy.sparse.linalg import cg, splu
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.matching import Matcher
 from polycube.spline.positive import damped, raised, restored, shares
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import Spline, TriMesh
 
 FAIR = 0.02  # of the membrane beside the squared gaps, by the means of their diagonals

@@ -14,7 +14,7 @@ from scipy.sparse import csr_matrix, vstack
 from polycube.spline.bernstein import gauss
 from polycube.spline.boundary import corners, grid, normals, sampling, triangles
 from polycube.surface import closest
-from polycube.surface.target import Target
+from polycube.surface.fit_target import Target
 from polycube.types import Spline
 
 OWN = 4  # points on a face, each way

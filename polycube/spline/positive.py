@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.numerics.descent import descend
+from polycube.numerics.lbfgs import descend
 from polycube.spline.bernstein import volume_basis
 from polycube.spline.bezier import bezier_points, detj, scaled_detj
 from polycube.spline.matching import Matches

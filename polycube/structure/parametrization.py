@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.surface import closest
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Parametrization, TriMesh
 
 

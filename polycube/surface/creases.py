@@ -18,9 +18,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from polycube.surface import sliding
-from polycube.surface.broad import broad_turns
-from polycube.surface.surface import half_edges, twins
+from polycube.surface import arc_length as sliding
+from polycube.surface.filtered_normals import broad_turns
+from polycube.surface.measures import half_edges, twins
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(46)  # least angle between the normals at a sharp edge

@@ -17,7 +17,7 @@ from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from polycube.surface.surface import area_vectors
+from polycube.surface.measures import area_vectors
 from polycube.types import TriMesh
 
 SAME = np.cos(np.radians(10))  # frames whose axes agree better than this are one

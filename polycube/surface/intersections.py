@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from polycube.surface.closest import Tree, tree
-from polycube.surface.surface import connected, diagonal
+from polycube.surface.measures import connected, diagonal
 from polycube.types import TriMesh
 
 TOUCH = 1e-10  # of the diagonal: an end this near to a plane is on it

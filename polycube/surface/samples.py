@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.surface.surface import face_areas
+from polycube.surface.measures import face_areas
 from polycube.types import TriMesh
 
 

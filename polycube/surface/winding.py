@@ -14,7 +14,7 @@ from numba import njit
 
 from polycube.numerics.threads import parts, side_by_side
 from polycube.surface.closest import Tree, tree
-from polycube.surface.surface import area_vectors
+from polycube.surface.measures import area_vectors
 from polycube.types import TriMesh
 
 FAR = 2.5  # radii of a group from its middle, beyond which it is a dipole

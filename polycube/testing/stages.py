@@ -11,12 +11,12 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.hexmesh import quality
-from polycube.hexmesh.hexes import check_conforming, genus
+from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.template import counts, mesh
 from polycube.structure import lattice
 from polycube.structure.projection import project_onto
 from polycube.structure.rough_map import evaluate
-from polycube.surface import surface as surfaces
+from polycube.surface import measures as surfaces
 from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PLACE, SIDES, Solid, solid, swollen
 from polycube.types import (

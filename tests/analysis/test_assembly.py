@@ -8,7 +8,7 @@ from polycube.analysis.assembly import _Pattern, assemble, integrate
 from polycube.errors import MeshingError
 from polycube.spline.bezier import min_detj
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import creases, single_hex_edges, union
+from polycube.spline.spaces.sharp_features import creases, single_hex_edges, union
 from polycube.types import ElementFunctions
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 

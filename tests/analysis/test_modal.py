@@ -10,10 +10,10 @@ from scipy.sparse import eye, kron
 from polycube.analysis.assembly import assemble
 from polycube.analysis.material import MATERIALS, Material
 from polycube.analysis.modal import free_modes, lowest
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.spline.bezier import bezier_points, min_detj
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import edges_between, single_hex_edges
+from polycube.spline.spaces.sharp_features import edges_between, single_hex_edges
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 

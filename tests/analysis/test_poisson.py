@@ -5,12 +5,12 @@ import pytest
 from scipy.sparse import csr_matrix
 
 from polycube.analysis.assembly import assemble_scalar, integrate
+from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.modal import lowest
-from polycube.analysis.patches import faces_of
 from polycube.analysis.poisson import Inflow, conduct
 from polycube.analysis.recovery import samples
-from polycube.hexmesh.patches import ENDS
+from polycube.hexmesh.named_sets import ENDS
 from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
 from tests.fixtures.splines import cube, spline_of, unclamped
 

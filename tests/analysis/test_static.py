@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
 from polycube.analysis.material import MATERIALS, Material
-from polycube.analysis.patches import faces_of
 from polycube.analysis.recovery import samples
 from polycube.analysis.static import Load, deform, von_mises
 from polycube.errors import InputError

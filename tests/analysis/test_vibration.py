@@ -5,11 +5,11 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
 from polycube.analysis.material import MATERIALS, Material
 from polycube.analysis.modal import free_modes
-from polycube.analysis.patches import faces_of
-from polycube.hexmesh.patches import ENDS
+from polycube.hexmesh.named_sets import ENDS
 from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
 from tests.fixtures.splines import box, cube, spline_of
 

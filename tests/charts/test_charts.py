@@ -9,8 +9,8 @@ from polycube.charts.segmentation import segment
 from polycube.charts.tracing import Drawing
 from polycube.structure.lattice import boundary, collapse, lattice
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
+from tests.charts.test_mapped_surface import sheet
 from tests.charts.test_segmentation import given
-from tests.charts.test_sheet import sheet
 from tests.fixtures.polycubes import ONE, PRIMITIVES
 from tests.fixtures.surfaces import torus
 

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.charts.sheet import Sheet
+from polycube.charts.mapped_surface import Sheet
 from polycube.charts.tracing import Drawing, near
 from tests.fixtures.surfaces import box, torus
 

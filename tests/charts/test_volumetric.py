@@ -4,12 +4,12 @@ import pytest
 from polycube.charts.charts import flatten
 from polycube.charts.segmentation import segment
 from polycube.charts.volumetric import chart_map, lattice_weights
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import deviation, scaled_jacobian
 from polycube.hexmesh.template import mesh
 from polycube.structure.rough_map import affine_map, evaluate
 from polycube.surface.closest import distance
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import Parametrization
 from tests.charts.test_charts import ring
 from tests.charts.test_segmentation import TURNED, given

@@ -6,7 +6,7 @@ import pytest
 from polycube.errors import InputError
 from polycube.examples import implicit
 from polycube.examples.contour import contour
-from polycube.surface.surface import genus, volume
+from polycube.surface.measures import genus, volume
 
 REACH = np.full(3, 1.6)
 

@@ -5,9 +5,9 @@ import pytest
 
 from polycube.errors import InputError
 from polycube.examples.parts import EXAMPLES, example
-from polycube.io.read import read_surface
+from polycube.io.surfaces import read_surface
 from polycube.surface.intersections import self_intersections
-from polycube.surface.surface import check_surface, face_areas, genus
+from polycube.surface.measures import check_surface, face_areas, genus
 
 GENUS = {
     "dice": 0,

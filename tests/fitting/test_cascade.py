@@ -8,7 +8,7 @@ from polycube.fitting.cascade import cascade, registered_map
 from polycube.hexmesh.quality import deviation, scaled_jacobian
 from polycube.hexmesh.template import counts, grid_lines, mesh
 from polycube.structure.rough_map import affine_map, evaluate, identity_map
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
 from tests.hexmesh.test_template import ring
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import match
+from polycube.fitting.creases.constraints import match
 from polycube.fitting.creases.paths import Route
 from polycube.fitting.pillow import insert, layer, regions, smooth_patches, smooth_regions
-from polycube.fitting.registration import register
-from polycube.hexmesh import hexes
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.registration import register_mesh
+from polycube.hexmesh import connectivity as hexes
 from polycube.hexmesh.quality import scaled_jacobian, volume
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Polycube, TriMesh
 from tests.hexmesh.test_template import cut, ring
 
@@ -96,32 +96,32 @@ def test_caps_of_a_cylinder_stay_bare():
     rod = trimesh.creation.cylinder(radius=0.5 * 2**0.5, height=1, sections=64)
     rod.apply_translation([0.5, 0.5, 0.5])
     goal = target(surface(rod))
-    assert smooth_patches(register(cube(), goal, rounds=5), goal).tolist() == [0, 1, 2, 3]
+    assert smooth_patches(register_mesh(cube(), goal, rounds=5), goal).tolist() == [0, 1, 2, 3]
 
 
-def fitted(solid: Polycube, shape: trimesh.Trimesh) -> tuple[Body, np.ndarray]:
+def fitted(solid: Polycube, shape: trimesh.Trimesh) -> tuple[FitProblem, np.ndarray]:
     mesh, goal = cut(solid, 0.125), target(surface(shape))
-    return Body(mesh, goal, samples=1), goal.to_unit(mesh.vertices)
+    return FitProblem(mesh, goal, samples=1), goal.to_unit(mesh.vertices)
 
 
 def test_regions_of_a_box_are_its_sides_and_stay_bare():
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
-    body, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
-    region, taken = smooth_regions(body, x, match(body, x))
+    problem, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    region, taken = smooth_regions(problem, x, match(problem, x))
     assert not taken.any()
     assert region.max() == 5
-    assert len(np.unique(np.stack([body.mesh.patch, region]), axis=1).T) == 6
+    assert len(np.unique(np.stack([problem.mesh.patch, region]), axis=1).T) == 6
 
 
 def test_a_single_quad_is_no_region():
     """A path that cuts off the corner of a patch leaves the patch whole."""
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
-    body, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
-    matching = match(body, x)
-    quad = body.quads[np.flatnonzero((body.quads == matching.corner[0]).any(axis=1))[0]]
+    problem, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
+    matching = match(problem, x)
+    quad = problem.quads[np.flatnonzero((problem.quads == matching.corner[0]).any(axis=1))[0]]
     around = np.roll(quad, -int(np.argmax(quad == matching.corner[0])))[1:]
     short_cut = Route(matching.routes[0].crease, around)
-    assert regions(body, replace(matching, routes=(short_cut,))).max() == 5
+    assert regions(problem, replace(matching, routes=(short_cut,))).max() == 5
 
 
 def test_a_crease_within_a_patch_parts_it():
@@ -129,13 +129,13 @@ def test_a_crease_within_a_patch_parts_it():
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     outline = np.array([[0, 0], [1, 0], [1, 1], [0.5, 1.3], [0, 1]])
     ends = [np.insert(outline, 1, y, axis=1) for y in (0, 1)]
-    body, x = fitted(solid, trimesh.convex.convex_hull(np.concatenate(ends)))
-    model = body.target.to_model(x)
+    problem, x = fitted(solid, trimesh.convex.convex_hull(np.concatenate(ends)))
+    model = problem.target.to_model(x)
     model[:, 2] *= 1 + 0.3 * (1 - np.abs(2 * model[:, 0] - 1))
-    x = body.target.to_unit(model)
-    region, taken = smooth_regions(body, x, match(body, x))
+    x = problem.target.to_unit(model)
+    region, taken = smooth_regions(problem, x, match(problem, x))
     assert not taken.any() and region.max() == 6
-    assert len(np.unique(region[body.mesh.patch == 4])) == 2
+    assert len(np.unique(region[problem.mesh.patch == 4])) == 2
 
 
 def test_a_layer_does_not_end_at_a_concave_crease():
@@ -150,19 +150,19 @@ def test_a_layer_does_not_end_at_a_concave_crease():
         (*["cube"] * 3, None),
     )
     shape = ell()
-    body, x = fitted(solid, shape)
-    matching = match(body, x)
+    problem, x = fitted(solid, shape)
+    matching = match(problem, x)
     assert len(matching.routes) == 18
     middle = np.array([x[route.vertices].mean(axis=0) for route in matching.routes])
-    wanted = body.target.to_unit(np.array([2, 0.5, 1.0]))  # the outer edge of the floor
+    wanted = problem.target.to_unit(np.array([2, 0.5, 1.0]))  # the outer edge of the floor
     gone = int(np.linalg.norm(middle - wanted, axis=1).argmin())
     routes = matching.routes[:gone] + matching.routes[gone + 1 :]
-    region, taken = smooth_regions(body, x, replace(matching, routes=routes))
-    centre = body.target.to_model(x)[body.quads].mean(axis=1)
+    region, taken = smooth_regions(problem, x, replace(matching, routes=routes))
+    centre = problem.target.to_model(x)[problem.quads].mean(axis=1)
     floor = np.isclose(centre[:, 2], 1)
     end, wall = np.isclose(centre[:, 0], 2), np.isclose(centre[:, 0], 1)
     assert np.array_equal(taken, floor | end | wall)
-    layered = layer(body.mesh, region, taken)
+    layered = layer(problem.mesh, region, taken)
     hexes.check_conforming(layered)
     assert scaled_jacobian(layered.vertices, layered.hexes).min() > 0
 

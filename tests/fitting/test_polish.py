@@ -5,18 +5,18 @@ import pytest
 import trimesh
 
 from polycube.fitting import polish as module
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import goals, no_features
+from polycube.fitting.creases.constraints import goals, no_features
 from polycube.fitting.pillow import insert
 from polycube.fitting.polish import polish
-from polycube.fitting.registration import register
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.registration import register_mesh
 from polycube.fitting.snapping import State, snap
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import deviation, scaled_jacobian
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 from tests.fitting.test_registration import cube, sphere
-from tests.hexmesh.test_hexes import box
+from tests.hexmesh.test_connectivity import box
 
 
 def worst(mesh: HexMesh) -> float:
@@ -27,8 +27,10 @@ def test_a_pillowed_ball():
     ball = sphere(3.0, 7.0)
     start = cube(4)
     start = hex_mesh(start.vertices * 3 + 7, start.hexes)
-    start = register(start, target(ball))
-    layered = register(insert(start, np.array([0])), target(ball), rounds=4, alpha=(0.04, 0.04))
+    start = register_mesh(start, target(ball))
+    layered = register_mesh(
+        insert(start, np.array([0])), target(ball), rounds=4, alpha=(0.04, 0.04)
+    )
     mesh = polish(layered, target(ball), soft_rounds=10, hard_rounds=10)
     assert worst(mesh) > max(0.6, worst(layered))
     assert deviation(mesh, ball).vertices < 1e-9
@@ -77,7 +79,7 @@ def test_what_comes_tangled_leaves_valid():
 def test_local_rounds_gain_and_keep_the_surface_covered():
     ball = sphere(3.0, 7.0)
     start = cube(4)
-    start = register(hex_mesh(start.vertices * 3 + 7, start.hexes), target(ball), rounds=10)
+    start = register_mesh(hex_mesh(start.vertices * 3 + 7, start.hexes), target(ball), rounds=10)
     soft = {"soft_rounds": 6, "hard_rounds": 2}
     plain = polish(start, target(ball), **soft, local_rounds=0)
     raised = polish(start, target(ball), **soft)
@@ -98,14 +100,14 @@ def test_a_valid_state_beats_every_other():
 def test_snap_backs_off_where_a_hex_would_suffer():
     """The foot of a vertex lies beyond its hex: the snap stops short of the bound."""
     start = cube(3)
-    body = Body(start, target(sphere()), 100)
-    x = body.target.to_unit(start.vertices)
-    at = goals(body, x, no_features(), 0.04, np.ones(len(x), bool))
-    at.foot[0] = x[body.outer[0]] + 2 * (x.mean(axis=0) - x[body.outer[0]])
+    problem = FitProblem(start, target(sphere()), 100)
+    x = problem.target.to_unit(start.vertices)
+    at = goals(problem, x, no_features(), 0.04, np.ones(len(x), bool))
+    at.foot[0] = x[problem.outer[0]] + 2 * (x.mean(axis=0) - x[problem.outer[0]])
     least = 0.3
-    free = snap(body, x, at, -2.0, np.ones(len(x)))
+    free = snap(problem, x, at, -2.0, np.ones(len(x)))
     assert free.jacobian < 0 and free.residual == pytest.approx(0, abs=1e-12)
-    state = snap(body, x, at, least, np.ones(len(x)))
+    state = snap(problem, x, at, least, np.ones(len(x)))
     assert state.jacobian >= least
     assert state.residual > 0.1
     assert state.score < state.jacobian

@@ -7,13 +7,13 @@ import pytest
 import trimesh
 
 from polycube.fitting import refinement
-from polycube.fitting.body import Body
-from polycube.hexmesh import hexes
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh import connectivity as hexes
 from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import deviation, quality, scaled_jacobian
 from polycube.hexmesh.template import mesh
 from polycube.structure.rough_map import affine_map
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Polycube, TriMesh
 
 
@@ -61,31 +61,31 @@ def test_harmonic_displacements(coarse, sphere):
     """Constants and linear fields stay what they are on a regular mesh; the boundary is exact."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     block = mesh(cube, affine_map(cube, np.diag([2.0, 1.0, 1.0]), np.zeros(3)), ([4], [3], [5]))
-    body = Body(block, target(sphere), 10)
+    problem = FitProblem(block, target(sphere), 10)
     linear = block.vertices @ np.array([[0.1, 0.2, 0], [0, 0.3, 0.1], [0.2, 0, 0.1]]) + 0.5
-    shift = np.where(np.isin(np.arange(len(linear)), body.outer)[:, None], linear, 7.0)
-    found = refinement.harmonic(body, block.vertices, shift)
+    shift = np.where(np.isin(np.arange(len(linear)), problem.outer)[:, None], linear, 7.0)
+    found = refinement.harmonic(problem, block.vertices, shift)
     assert found == pytest.approx(linear, abs=2e-3)
-    assert np.array_equal(found[body.outer], linear[body.outer])
+    assert np.array_equal(found[problem.outer], linear[problem.outer])
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_advance_keeps_every_hex(coarse, sphere, seed):
     fine = split(coarse)
-    body = Body(fine, target(sphere), 10)
+    problem = FitProblem(fine, target(sphere), 10)
     x = target(sphere).to_unit(fine.vertices)
     rng = np.random.default_rng(seed)
     wanted = x + rng.normal(0, 0.01, x.shape) * (rng.random((len(x), 1)) < 0.2)
     least = 0.3
-    assert body.scaled_jacobian(wanted).min() < least
-    found = refinement.advance(body, x, wanted, least)
-    allowed = np.minimum(least, body.scaled_jacobian(x) - 1e-6)
-    assert (body.scaled_jacobian(found) >= allowed).all()
+    assert problem.scaled_jacobian(wanted).min() < least
+    found = refinement.advance(problem, x, wanted, least)
+    allowed = np.minimum(least, problem.scaled_jacobian(x) - 1e-6)
+    assert (problem.scaled_jacobian(found) >= allowed).all()
     moved = np.linalg.norm(found - x, axis=1).sum() / np.linalg.norm(wanted - x, axis=1).sum()
     assert 0.2 < moved < 1
 
 
 def test_advance_goes_all_the_way_where_it_may(coarse, sphere):
-    body = Body(coarse, target(sphere), 10)
+    problem = FitProblem(coarse, target(sphere), 10)
     x = target(sphere).to_unit(coarse.vertices)
-    assert np.array_equal(refinement.advance(body, x, x + 0.01, 0.2), x + 0.01)
+    assert np.array_equal(refinement.advance(problem, x, x + 0.01, 0.2), x + 0.01)

@@ -5,13 +5,13 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from polycube.fitting.body import Body
-from polycube.fitting.registration import register, short_quality
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.registration import register_mesh, short_quality
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import deviation, scaled_jacobian
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
-from tests.hexmesh.test_hexes import box
+from tests.hexmesh.test_connectivity import box
 
 
 def sphere(scale: float = 1.0, shift: float = 0.0) -> TriMesh:
@@ -26,7 +26,7 @@ def cube(n: int = 4, scale: float = 1.2) -> HexMesh:
 
 def test_a_cube_becomes_a_ball():
     ball = sphere()
-    mesh = register(cube(), target(ball))
+    mesh = register_mesh(cube(), target(ball))
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.2
     assert deviation(mesh, ball).vertices < 0.006
     assert deviation(mesh, ball).to_mesh.largest < 0.02
@@ -34,19 +34,19 @@ def test_a_cube_becomes_a_ball():
 
 def test_units_and_placement_do_not_matter():
     """A power of two scales exactly."""
-    plain = register(cube(), target(sphere()), rounds=5)
-    large = register(cube(scale=1.2 * 1024), target(sphere(1024)), rounds=5)
+    plain = register_mesh(cube(), target(sphere()), rounds=5)
+    large = register_mesh(cube(scale=1.2 * 1024), target(sphere(1024)), rounds=5)
     assert np.array_equal(large.vertices, 1024 * plain.vertices)
     turn = Rotation.from_rotvec([0.1, 0.2, 0.3]).as_matrix()  # no two feet equally suitable
     start = hex_mesh(cube().vertices @ turn, cube().hexes)
     moved = hex_mesh(start.vertices + 10, start.hexes)
-    plain = register(start, target(sphere()), rounds=1, iterations=3)
-    moved = register(moved, target(sphere(shift=10.0)), rounds=1, iterations=3)
+    plain = register_mesh(start, target(sphere()), rounds=1, iterations=3)
+    moved = register_mesh(moved, target(sphere(shift=10.0)), rounds=1, iterations=3)
     assert moved.vertices - 10 == pytest.approx(plain.vertices, abs=1e-9)
 
 
 def test_twice_is_the_same():
-    a, b = (register(cube(), target(sphere()), rounds=3).vertices for _ in range(2))
+    a, b = (register_mesh(cube(), target(sphere()), rounds=3).vertices for _ in range(2))
     assert np.array_equal(a, b)
 
 
@@ -55,7 +55,7 @@ def test_untangles():
     rng = np.random.default_rng(0)
     tangled = hex_mesh(start.vertices + 0.2 * rng.normal(size=start.vertices.shape), start.hexes)
     assert scaled_jacobian(tangled.vertices, tangled.hexes).min() < -0.5
-    mesh = register(tangled, target(sphere()))
+    mesh = register_mesh(tangled, target(sphere()))
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.2
 
 
@@ -63,7 +63,7 @@ def test_a_valid_mesh_stays_valid_on_a_surface_it_cannot_fit():
     """A cube on a surface turned inside out: the pulls all want to invert it."""
     ball = sphere()
     inside_out = TriMesh(ball.vertices, ball.faces[:, ::-1])
-    mesh = register(cube(), target(inside_out), rounds=6)
+    mesh = register_mesh(cube(), target(inside_out), rounds=6)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0
 
 
@@ -82,14 +82,16 @@ def test_short_quality_of_an_exact_mesh():
 def test_size_and_wanted_lengths_of_a_stretched_box():
     surface = target(sphere())
     vertices, cubes = box(3, 3, 3)
-    body = Body(hex_mesh(vertices * [1, 2, 3], cubes), surface, 100)
+    problem = FitProblem(hex_mesh(vertices * [1, 2, 3], cubes), surface, 100)
     x = vertices * np.array([1.0, 2, 3])
-    wanted = body.lengths(x, smooth=3, isotropy=0.0)
+    wanted = problem.lengths(x, smooth=3, isotropy=0.0)
     assert wanted == pytest.approx(np.tile([1, 2, 3], (27, 1)))
-    assert body.lengths(x, smooth=0, isotropy=1.0) == pytest.approx(np.full((27, 3), 6 ** (1 / 3)))
+    assert problem.lengths(x, smooth=0, isotropy=1.0) == pytest.approx(
+        np.full((27, 3), 6 ** (1 / 3))
+    )
     corner = np.flatnonzero((vertices == 0).all(axis=1))
-    assert body.size(x)[corner] == pytest.approx(2)
-    normals, _ = body.normals(x)
+    assert problem.size(x)[corner] == pytest.approx(2)
+    normals, _ = problem.normals(x)
     assert normals[corner[0]] == pytest.approx(-np.array([6, 3, 2]) / 7)
 
 
@@ -97,7 +99,7 @@ def test_lengths_are_smoothed_along_their_own_direction():
     """One thick layer: its thickness spreads to the neighbours, the other lengths do not."""
     vertices, cubes = box(3, 1, 1)
     vertices[:, 0] = np.array([0.0, 1, 5, 6])[vertices[:, 0].astype(int)]
-    body = Body(hex_mesh(vertices, cubes), target(sphere()), 100)
-    wanted = body.lengths(vertices, smooth=1, isotropy=0.0)
+    problem = FitProblem(hex_mesh(vertices, cubes), target(sphere()), 100)
+    wanted = problem.lengths(vertices, smooth=1, isotropy=0.0)
     assert wanted[:, 1:] == pytest.approx(1)
     assert wanted[:, 0] == pytest.approx([2, 2, 2])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh import energy
+from polycube.hexmesh.connectivity import CORNERS
 from polycube.hexmesh.energy import Springs, Terms
-from polycube.hexmesh.hexes import CORNERS
-from tests.hexmesh.test_hexes import box
+from tests.hexmesh.test_connectivity import box
 
 TERMS = Terms(shape=0.7, eps=0.05, barrel=0.3, jacobian=0.4, beta=3.0, offset=0.2)
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.hexmesh import metrics as module
-from polycube.hexmesh.hexes import PLACES
+from polycube.hexmesh.connectivity import PLACES
 from polycube.hexmesh.metrics import LARGEST, MEASURES, metrics, worst
 
 ROTATED = np.array([0, 4, 5, 1, 3, 7, 6, 2])  # the same hex with zeta, xi, eta as its axes

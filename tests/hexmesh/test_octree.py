@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from polycube.hexmesh import hexes, template
+from polycube.hexmesh import connectivity as hexes
+from polycube.hexmesh import template
 from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import scaled_jacobian, volume
 from polycube.structure.rough_map import identity_map

@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from polycube.hexmesh import quality
-from polycube.hexmesh.hexes import CORNERS, hex_mesh
+from polycube.hexmesh.connectivity import CORNERS, hex_mesh
 from polycube.types import TriMesh
-from tests.hexmesh.test_hexes import box
+from tests.hexmesh.test_connectivity import box
 
 
 def tri(mesh: trimesh.Trimesh) -> TriMesh:

@@ -8,7 +8,7 @@ of a cube's diagonal: 1 / sqrt(3), wherever the inner vertex lies.
 import numpy as np
 import pytest
 
-from polycube.hexmesh.hexes import PLACES
+from polycube.hexmesh.connectivity import PLACES
 from polycube.hexmesh.quality import scaled_jacobian
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from polycube.errors import InputError
-from polycube.io.read import read_surface
-from polycube.surface.surface import check_surface, genus, volume
+from polycube.io.surfaces import read_surface
+from polycube.surface.measures import check_surface, genus, volume
 
 REFUSED = {
     "open_hole.obj": "not closed: 19 edges",

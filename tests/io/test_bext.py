@@ -6,7 +6,7 @@ import pytest
 from polycube.io.bext import read_bext, write_bext
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import single_hex_edges
+from polycube.spline.spaces.sharp_features import single_hex_edges
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 

@@ -10,7 +10,7 @@ from polycube.io.bezier import VTK_ORDER, write_bezier_vtu, write_modes_csv, wri
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import single_hex_edges
+from polycube.spline.spaces.sharp_features import single_hex_edges
 from polycube.types import Modes
 from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
 

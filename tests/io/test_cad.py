@@ -12,9 +12,9 @@ import pytest
 from polycube.errors import InputError
 from polycube.io.cad import Cad
 from polycube.io.cad_worker import _names
-from polycube.io.read import read_surface
 from polycube.io.step import face_names, file_unit
-from polycube.surface.surface import genus, volume
+from polycube.io.surfaces import read_surface
+from polycube.surface.measures import genus, volume
 
 BORED = 100 * 60 * 40 - np.pi * 12**2 * 40  # volume
 WRITE = """

@@ -9,8 +9,8 @@ from polycube import HOME
 from polycube.cli.infer import _command
 from polycube.io.cad import Cad
 from polycube.io.preflight import preflight
+from polycube.surface.measures import diagonal, place
 from polycube.surface.repair.defects import find_defects
-from polycube.surface.surface import diagonal, place
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined, torus
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import scaled_jacobian
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 from polycube.io.vtk import write_cells, write_hex_vtu, write_labels_vtp, write_polycube_vtu
 from polycube.structure.lattice import lattice
 from polycube.types import HexMesh, Labels, TriMesh
@@ -105,12 +105,12 @@ def test_equal_meshes_give_equal_bytes(tmp_path: Path) -> None:
 def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path) -> None:
     path = tmp_path / "file.txt"
     path.write_text("old")
-    with pytest.raises(RuntimeError, match="half way"), whole(path) as temporary:
+    with pytest.raises(RuntimeError, match="half way"), atomic_write(path) as temporary:
         temporary.write_text("new")
         raise RuntimeError("half way")
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text("new")
         assert path.read_text() == "old"
     assert path.read_text() == "new"

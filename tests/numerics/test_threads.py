@@ -9,8 +9,8 @@ from polycube.hexmesh import energy
 from polycube.hexmesh.energy import Terms
 from polycube.numerics import threads
 from polycube.surface import closest
+from tests.hexmesh.test_connectivity import box
 from tests.hexmesh.test_energy import springs
-from tests.hexmesh.test_hexes import box
 
 
 def test_parts_cover_everything_once_and_evenly():

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.errors import MeshingError
-from polycube.numerics.descent import Stopped, descend
+from polycube.numerics.lbfgs import Stopped, descend
 from polycube.pipeline import ahead
 from polycube.pipeline.ahead import Ahead, Memo
 from polycube.pipeline.portfolio import Portfolio, run_portfolio, search

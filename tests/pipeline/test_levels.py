@@ -2,7 +2,7 @@
 
 import pytest
 
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.io.vtk import write_hex_vtu
 from tests.cli.test_infer import run
 from tests.fixtures.hexmeshes import hex_box, pillowed_cube

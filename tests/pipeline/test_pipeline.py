@@ -7,7 +7,7 @@ from scipy.sparse import csr_matrix
 from polycube.errors import InputError, MeshingError
 from polycube.io import artifacts
 from polycube.kinds import check_chain
-from polycube.numerics.descent import descend
+from polycube.numerics.lbfgs import descend
 from polycube.pipeline.stages import Clock, load_stage, save_stage
 from polycube.types import HexMesh, Spline
 

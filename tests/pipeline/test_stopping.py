@@ -16,7 +16,7 @@ import pytest
 from polycube import HOME
 from polycube.cli.infer import _command
 from polycube.errors import MeshingError
-from polycube.io.hexes import read_hexes
+from polycube.io.hex_meshes import read_hexes
 from polycube.pipeline.stages import Made
 from polycube.pipeline.stopping import TimeIsUp, Watch, terminable
 from tests.cli.test_infer import FAST, config, run, tree

@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from polycube.errors import InputError
-from polycube.hexmesh.hexes import hex_mesh
-from polycube.io.hexes import boundary, patches
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.io.hex_meshes import boundary, patches
 from polycube.registry import build
 from tests.fixtures.hexmeshes import hex_box
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.hexmesh.hexes import hex_mesh
-from polycube.hexmesh.patches import boundary_sets
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.named_sets import boundary_sets
 from polycube.hexmesh.quality import volume
 from polycube.io.vtk import write_hex_vtu
 from polycube.registry import build, names

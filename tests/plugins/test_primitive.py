@@ -6,8 +6,8 @@ import pytest
 from polycube.diffusion.pairs.templates import contexts, template
 from polycube.registry import build, names
 from polycube.structure.lattice import genus, lattice
-from polycube.surface.surface import genus as surface_genus
-from polycube.surface.surface import volume
+from polycube.surface.measures import genus as surface_genus
+from polycube.surface.measures import volume
 from polycube.types import TriMesh
 
 

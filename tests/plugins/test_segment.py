@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from polycube.charts.sheet import Sheet, sides, split
+from polycube.charts.mapped_surface import Sheet, sides, split
 from polycube.plugins.meshing.segment import majority
 from polycube.registry import build
 from polycube.structure.lattice import boundary, collapse, lattice
-from polycube.surface.surface import components, face_normals
+from polycube.surface.measures import components, face_normals
 from polycube.testing import check_plugin
 from polycube.types import Parametrization, TriMesh
 from tests.fixtures.polycubes import PRIMITIVES, TWO, part

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
-from polycube.hexmesh.hexes import hex_mesh
-from polycube.io.hexes import boundary
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.io.hex_meshes import boundary
 from polycube.registry import build, names
 from polycube.spline.bezier import min_detj
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import creases, kinks
+from polycube.spline.spaces.sharp_features import creases, kinks
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 CONF = Path(__file__).parents[2] / "conf"

@@ -6,8 +6,8 @@ import pytest
 from polycube.errors import InputError
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points, min_detj
-from polycube.spline.spaces.features import creases
 from polycube.spline.spaces.refinement import refined_spline
+from polycube.spline.spaces.sharp_features import creases
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 

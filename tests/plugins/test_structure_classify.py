@@ -10,8 +10,8 @@ from polycube.diffusion.encoding import learning_frame
 from polycube.diffusion.pairs.templates import contexts
 from polycube.diffusion.weights import load_denoiser, make_denoiser, save_denoiser
 from polycube.errors import InputError
-from polycube.plugins.structure.learned.likely import sample
-from polycube.plugins.structure.slices.reader import structure_key
+from polycube.plugins.structure.learned.hypotheses import sample
+from polycube.plugins.structure.slices.candidates import structure_key
 from polycube.registry import build
 from polycube.structure.lattice import collapse, genus, lattice
 from polycube.structure.rough_map import evaluate

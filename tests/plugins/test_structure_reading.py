@@ -6,10 +6,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from polycube.plugins.structure.slices.measure import measure
+from polycube.plugins.structure.slices.alignment import Costs, Reading, View, cut, emissions, read
+from polycube.plugins.structure.slices.patterns import spell, words
 from polycube.plugins.structure.slices.placement import misfit, place
-from polycube.plugins.structure.slices.read import Costs, Reading, View, cut, emissions, read
-from polycube.plugins.structure.slices.words import spell, words
+from polycube.plugins.structure.slices.sections import measure
 from polycube.structure.lattice import genus
 from polycube.surface.voxels import Voxels
 from tests.fixtures.polycubes import PRIMITIVES, TWO

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import identity
 
-from polycube.hexmesh.hexes import hex_mesh, quad_sides
+from polycube.hexmesh.connectivity import hex_mesh, quad_sides
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.structure.lattice import boundary, cell_of_box, lattice
 from polycube.structure.projection import project

@@ -6,7 +6,7 @@ import pytest
 from polycube.spline.bernstein import gauss, tensor, volume_basis
 from polycube.spline.bezier import bezier_points, min_detj, scaled_bounds, scaled_detj
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import single_hex_edges
+from polycube.spline.spaces.sharp_features import single_hex_edges
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 

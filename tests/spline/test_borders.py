@@ -5,15 +5,15 @@ import logging
 import numpy as np
 import pytest
 
+from polycube.analysis.boundary_sets import faces_of, quads_of
 from polycube.analysis.constraints import Support, constrain
-from polycube.analysis.patches import faces_of, quads_of
 from polycube.analysis.poisson import conduct
 from polycube.analysis.slopes import held_slopes
 from polycube.errors import InputError
-from polycube.hexmesh.hexes import hex_mesh
-from polycube.io.hexes import boundary
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.io.hex_meshes import boundary
 from polycube.registry import build
-from polycube.spline.spaces.features import border
+from polycube.spline.spaces.sharp_features import border
 from polycube.spline.spaces.sharpness import LOST, NO_EDGES, Creases, Sharp, Trial
 from polycube.types import HexMesh
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder

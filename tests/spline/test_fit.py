@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.sparse import identity
 
-from polycube.hexmesh.hexes import hex_mesh
-from polycube.io.hexes import boundary
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.io.hex_meshes import boundary
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.boundary import grid, sampling
 from polycube.spline.fit import Fit
 from polycube.spline.positive import restored, shares
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import single_hex_edges
+from polycube.spline.spaces.sharp_features import single_hex_edges
 from polycube.types import TriMesh
 from tests.fixtures.hexmeshes import hex_ball, hex_box
 

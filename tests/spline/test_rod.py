@@ -7,7 +7,7 @@ from scipy.sparse import diags, eye, kron
 
 from polycube.analysis.assembly import assemble
 from polycube.analysis.modal import lowest
-from polycube.io.hexes import boundary, read_hexes
+from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.refinement import refined_spline

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.surface.creases import Crease, _without_noise, features
-from polycube.surface.surface import face_normals
+from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined, torus
 

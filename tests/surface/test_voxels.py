@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from polycube.surface.frames import rotations
-from polycube.surface.surface import volume
+from polycube.surface.measures import volume
 from polycube.surface.voxels import voxels
 from tests.fixtures.surfaces import box, joined, torus
 

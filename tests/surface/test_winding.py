@@ -3,7 +3,7 @@
 import numpy as np
 
 from polycube.examples.parts import example
-from polycube.surface.surface import winding_numbers
+from polycube.surface.measures import winding_numbers
 from polycube.surface.winding import fast_winding_numbers
 from polycube.types import TriMesh
 

@@ -17,14 +17,14 @@ import numpy as np
 
 from polycube.registry import register
 from polycube.structure.lattice import collapse, lattice
-from polycube.surface import surface as surfaces
+from polycube.surface import measures as surfaces
 from polycube.surface.frames import frames
 from polycube.surface.voxels import voxels
 from polycube.types import Candidate, RoughMap, TriMesh
 
+from ..slices.alignment import View
+from ..slices.candidates import structure_key
 from ..slices.knots import cumulative, descend
-from ..slices.read import View
-from ..slices.reader import structure_key
 from .cut import minimum_cut
 from .knots import hole_knots, segment_costs, segmentations
 from .topology import corners, mend

@@ -15,7 +15,7 @@ from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ..slices.measure import PLANE
+from ..slices.sections import PLANE
 
 ALIKE = 2.0  # ratio of the areas of one hole in two neighbouring slices, at most
 

@@ -17,7 +17,7 @@ from polycube.registry import register
 from polycube.structure.rough_map import affine_map
 from polycube.types import Candidate, TriMesh
 
-from .likely import UNLIKELY, Guess, guesses, known_denoiser
+from .hypotheses import UNLIKELY, Guess, guesses, known_denoiser
 
 logger = logging.getLogger(__name__)
 

@@ -23,7 +23,7 @@ from polycube.structure.lattice import boundary, lattice
 from polycube.structure.projection import project
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
-from .likely import UNLIKELY, Guess, guesses, known_denoiser, sample
+from .hypotheses import UNLIKELY, Guess, guesses, known_denoiser, sample
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser

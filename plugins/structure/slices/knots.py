@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .read import cut
+from .alignment import cut
 
 ROUNDS = 10  # of all three axes at most; two or three are the rule
 

@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from polycube.types import Polycube, RoughMap
 
-from .read import Reading
+from .alignment import Reading
 
 THIRDS = np.array([0, 1 / 3, 2 / 3, 1])
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from polycube.registry import register
 from polycube.structure.lattice import genus as genus_of
-from polycube.surface.surface import genus
+from polycube.surface.measures import genus
 from polycube.types import Candidate, TriMesh
 
-from .reader import Reader, as_candidate
-from .words import words
+from .candidates import Reader, as_candidate
+from .patterns import words
 
 logger = logging.getLogger(__name__)
 

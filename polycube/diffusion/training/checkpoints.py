@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 from lightning.pytorch.plugins.io import TorchCheckpointIO
 
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 
 
 class WholeCheckpoints(TorchCheckpointIO):
@@ -23,5 +23,5 @@ class WholeCheckpoints(TorchCheckpointIO):
         """Write beside the path, then replace what was there."""
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        with whole(path) as temporary:
+        with atomic_write(path) as temporary:
             torch.save(checkpoint, temporary)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from polycube.fitting.body import Body
 from polycube.fitting.creases.routing import (
     ASKEW,
     CROWDED,
@@ -24,7 +23,8 @@ from polycube.fitting.creases.routing import (
     field,
     net,
 )
-from polycube.surface import sliding
+from polycube.fitting.problem import FitProblem
+from polycube.surface import arc_length as sliding
 from polycube.surface.creases import Crease, Features
 
 logger = logging.getLogger(__name__)
@@ -50,18 +50,18 @@ class Route:
         return sides if self.crease.is_loop else sides[:-1]
 
 
-def place_corners(features: Features, body: Body, x: np.ndarray, mesh: Net) -> np.ndarray:
+def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: Net) -> np.ndarray:
     """(C,) vertex for each corner of the surface, no vertex twice; -1 where none suits."""
     corners = features.corners
-    gap = np.linalg.norm(x[body.outer][None] - corners[:, None], axis=2)  # (C, B)
-    near = gap < REACH * mesh.size[body.outer]
+    gap = np.linalg.norm(x[problem.outer][None] - corners[:, None], axis=2)  # (C, B)
+    near = gap < REACH * mesh.size[problem.outer]
     cost = np.full(gap.shape, 1e6)
     order = np.argsort(mesh.start, kind="stable")
     first = np.searchsorted(mesh.start[order], np.arange(len(x) + 1))
     ways = _ways(features)
     for c, b in np.argwhere(near):
-        leaving = order[first[body.outer[b]] : first[body.outer[b] + 1]]
-        cost[c, b] = (gap[c, b] / mesh.size[body.outer[b]]) ** 2
+        leaving = order[first[problem.outer[b]] : first[problem.outer[b] + 1]]
+        cost[c, b] = (gap[c, b] / mesh.size[problem.outer[b]]) ** 2
         if ways[c]:
             away = np.stack([way for way, _ in ways[c]]) @ mesh.run[leaving].T  # (K, leaving)
             inside = np.array([angle for _, angle in ways[c]])[:, None]
@@ -70,8 +70,8 @@ def place_corners(features: Features, body: Body, x: np.ndarray, mesh: Net) -> n
     alone = np.full((len(corners), len(corners)), NOT_MATCHED)
     row, column = linear_sum_assignment(np.hstack([np.minimum(cost, 1e6), alone]))
     found = np.full(len(corners), -1)
-    real = column < len(body.outer)
-    found[row[real]] = body.outer[column[real]]
+    real = column < len(problem.outer)
+    found[row[real]] = problem.outer[column[real]]
     return found
 
 
@@ -91,18 +91,18 @@ def _ways(features: Features) -> list[list[tuple[np.ndarray, float]]]:
 
 
 def find_routes(
-    features: Features, body: Body, x: np.ndarray
+    features: Features, problem: FitProblem, x: np.ndarray
 ) -> tuple[list[Route], np.ndarray, np.ndarray]:
     """Paths of the creases that have a good one, those with the cheapest first.
 
     Also the corners (P,) at their ends and the vertices (P,) placed there.
     """
-    mesh = net(body, x)
-    placed = place_corners(features, body, x, mesh)
+    mesh = net(problem, x)
+    placed = place_corners(features, problem, x, mesh)
     taken = np.zeros(len(x), bool)
     taken[placed[placed >= 0]] = True
     creases = [c for c in features.creases if c.is_loop or (placed[list(c.ends)] >= 0).all()]
-    fields = {id(c): field(c, body, x, mesh) for c in creases}
+    fields = {id(c): field(c, problem, x, mesh) for c in creases}
     costs = [cheapest(c, fields[id(c)], x, placed, taken)[1] for c in creases]
     routes = []
     for k in np.argsort(costs, kind="stable"):

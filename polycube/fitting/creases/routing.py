@@ -13,8 +13,8 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from polycube.fitting.body import Body
-from polycube.hexmesh.hexes import edge_valence
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh.connectivity import edge_valence
 from polycube.surface.creases import Crease
 
 REACH = 2.0  # farthest vertex, in local sizes
@@ -33,28 +33,28 @@ class Net(NamedTuple):
     size: np.ndarray  # (V,) local edge length
 
 
-def net(body: Body, x: np.ndarray) -> Net:
-    """The boundary edges of a body at positions x."""
-    hexes = boundary_valence(body)
-    step = x[body.sides[:, 1]] - x[body.sides[:, 0]]
+def net(problem: FitProblem, x: np.ndarray) -> Net:
+    """The boundary edges of a problem at positions x."""
+    hexes = boundary_valence(problem)
+    step = x[problem.sides[:, 1]] - x[problem.sides[:, 0]]
     length = np.maximum(np.linalg.norm(step, axis=1), 1e-30)
     run = step / length[:, None]
-    both = np.concatenate([body.sides, body.sides[:, ::-1]])
+    both = np.concatenate([problem.sides, problem.sides[:, ::-1]])
     return Net(
         both[:, 0],
         both[:, 1],
         np.concatenate([run, -run]),
         np.tile(length, 2),
         np.tile(hexes, 2),
-        body.size(x),
+        problem.size(x),
     )
 
 
-def boundary_valence(body: Body) -> np.ndarray:
-    """(E,) number of hexes at each of the body's sides."""
-    found, count = edge_valence(body.hexes)
-    key = np.array([len(body.mesh.vertices), 1])
-    return count[np.searchsorted(found @ key, body.sides @ key)]
+def boundary_valence(problem: FitProblem) -> np.ndarray:
+    """(E,) number of hexes at each of the problem's sides."""
+    found, count = edge_valence(problem.hexes)
+    key = np.array([len(problem.mesh.vertices), 1])
+    return count[np.searchsorted(found @ key, problem.sides @ key)]
 
 
 def crowding(inside: np.ndarray, hexes: np.ndarray) -> np.ndarray:
@@ -69,12 +69,14 @@ class Field(NamedTuple):
     graph: csr_matrix  # (N, N)
 
 
-def field(crease: Crease, body: Body, x: np.ndarray, mesh: Net) -> Field:
+def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net) -> Field:
     """Edges between the vertices within reach of a crease; walking back along it costs most."""
     low, high = crease.points.min(axis=0), crease.points.max(axis=0)
-    reach = REACH * mesh.size[body.outer]
-    box = ((x[body.outer] > low - reach[:, None]) & (x[body.outer] < high + reach[:, None])).all(1)
-    vertex = body.outer[box]
+    reach = REACH * mesh.size[problem.outer]
+    box = (
+        (x[problem.outer] > low - reach[:, None]) & (x[problem.outer] < high + reach[:, None])
+    ).all(1)
+    vertex = problem.outer[box]
     _, gap = crease.nearest(x[vertex])
     vertex, gap = vertex[gap < reach[box]], gap[gap < reach[box]]
     number = np.full(len(x), -1)

@@ -11,8 +11,8 @@ from polycube.hexmesh import quality
 from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.metrics import metrics, worst
 from polycube.surface import closest
-from polycube.surface import surface as topology
-from polycube.surface.target import target
+from polycube.surface import measures as topology
+from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
 N_WORST = 5  # hexes told by their scaled Jacobian, and one by each other measure

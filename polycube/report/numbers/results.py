@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from polycube import __version__
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 from polycube.report.numbers import quality as hex_quality
 from polycube.report.numbers import solutions
 from polycube.structure import lattice
-from polycube.surface import surface as topology
+from polycube.surface import measures as topology
 from polycube.types import Candidate, HexMesh
 
 logger = logging.getLogger(__name__)
@@ -176,7 +176,7 @@ def write_results(
     if "spline" in state:
         _write_spline(folder, state, cfg)
     if state.get("trajectory") is not None:
-        with whole(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
+        with atomic_write(folder / "trajectory.npz") as temporary, open(temporary, "wb") as file:
             names = {"states": "trajectory", "steps": "steps", "regular": "points"}
             np.savez_compressed(file, **{name: state[key] for name, key in names.items()})
     _write_json(folder / "config.json", cfg)
@@ -190,7 +190,7 @@ def write_results(
 
 def _write_spline(folder: Path, state: State, cfg: Mapping[str, object]) -> None:
     from polycube.io import bext, bext2, bezier
-    from polycube.io.deck import settings_of, write_modal_deck
+    from polycube.io.lsdyna_deck import settings_of, write_modal_deck
     from polycube.spline.bezier import scaled_bounds
 
     spline = state["spline"]
@@ -199,7 +199,7 @@ def _write_spline(folder: Path, state: State, cfg: Mapping[str, object]) -> None
     write_modal_deck(folder / "modal.k", "spline.bext", **settings_of(cfg["analysis"]))
     bounds = {"scaled_det_j": scaled_bounds(spline)}
     bezier.write_bezier_vtu(folder / "spline.vtu", spline, cell_data=bounds)
-    with whole(folder / "spline.npz") as temporary, open(temporary, "wb") as file:
+    with atomic_write(folder / "spline.npz") as temporary, open(temporary, "wb") as file:
         matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
         arrays = {name: getattr(spline, name) for name in ARRAYS}
         np.savez_compressed(file, **arrays, **matrix)
@@ -208,5 +208,5 @@ def _write_spline(folder: Path, state: State, cfg: Mapping[str, object]) -> None
 
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         Path(temporary).write_text(json.dumps(value, indent=1), encoding="utf-8")

@@ -10,7 +10,7 @@ from pathlib import Path
 from string import Template
 
 from polycube import __version__
-from polycube.io.atomic import whole
+from polycube.io.atomic import atomic_write
 from polycube.report.numbers import solutions
 from polycube.report.numbers.verdict import subtitle, verdict
 from polycube.report.page import sections
@@ -71,7 +71,7 @@ def write_report(
     drawn = pictures(state) if drawing else {}
     moving = denoising(state) if drawing else {}
     for name, image in moving.items():
-        with whole(folder / name) as temporary:
+        with atomic_write(folder / name) as temporary:
             temporary.write_bytes(image)
     parts = [
         view(state),
@@ -95,7 +95,7 @@ def write_report(
         subtitle(report),
     )
     path = folder / "report.html"
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
 

@@ -11,7 +11,7 @@ from string import Template
 
 import numpy as np
 
-from polycube.hexmesh.hexes import FACES, neighbours, quad_sides
+from polycube.hexmesh.connectivity import FACES, neighbours, quad_sides
 from polycube.hexmesh.quality import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.page.markup import gradient, show, swatches

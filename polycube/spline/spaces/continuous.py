@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix, eye
 
-from polycube.hexmesh.hexes import part, quad_sides
+from polycube.hexmesh.connectivity import part, quad_sides
 from polycube.hexmesh.octree import split
 from polycube.spline.spaces.extraction import TENSOR, bezier_nodes
 from polycube.spline.spaces.subdivision import bezier_halves

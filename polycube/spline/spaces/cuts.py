@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from polycube.hexmesh.hexes import PLACES, neighbours
+from polycube.hexmesh.connectivity import PLACES, neighbours
 from polycube.spline.spaces.extraction import TENSOR
 from polycube.types import HexMesh
 

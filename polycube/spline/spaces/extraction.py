@@ -20,8 +20,8 @@ from itertools import product
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 
-from polycube.hexmesh.hexes import extraordinary_edges, quad_sides, unique_rows
-from polycube.spline.spaces.features import is_among
+from polycube.hexmesh.connectivity import extraordinary_edges, quad_sides, unique_rows
+from polycube.spline.spaces.sharp_features import is_among
 from polycube.types import HexMesh, Spline
 
 TENSOR = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # VTK corner at tensor place i + 2 j + 4 k

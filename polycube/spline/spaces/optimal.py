@@ -25,7 +25,7 @@ from scipy.sparse import csr_matrix
 from polycube.spline.spaces.continuous import ContinuousSpace
 from polycube.spline.spaces.cuts import HalfEdges, children, cut_faces
 from polycube.spline.spaces.extraction import NO_HEXES
-from polycube.spline.spaces.features import union
+from polycube.spline.spaces.sharp_features import union
 from polycube.types import HexMesh
 
 STEP = np.array([1, 4, 16])  # between nodes along each axis

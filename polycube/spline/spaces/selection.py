@@ -19,7 +19,7 @@ from polycube.errors import InputError
 from polycube.spline.boundary import grid, normals, sampling
 from polycube.spline.spaces.hierarchy import Level, Space, ring
 from polycube.surface import closest
-from polycube.surface.target import target
+from polycube.surface.fit_target import target
 from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)

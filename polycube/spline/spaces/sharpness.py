@@ -10,7 +10,7 @@ import numpy as np
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.deviation import deviation
 from polycube.spline.spaces.extraction import NO_HEXES, volumetric_spline
-from polycube.spline.spaces.features import (
+from polycube.spline.spaces.sharp_features import (
     creases,
     folds,
     is_among,

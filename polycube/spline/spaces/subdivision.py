@@ -14,7 +14,7 @@ from functools import cached_property, reduce
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
-from polycube.hexmesh.hexes import PLACES, edges, part, quad_sides
+from polycube.hexmesh.connectivity import PLACES, edges, part, quad_sides
 from polycube.hexmesh.octree import split
 from polycube.spline.spaces.extraction import (
     CORNERS,

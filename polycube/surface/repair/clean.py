@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
 from polycube.surface.intersections import crossing_places, self_intersections
-from polycube.surface.surface import (
+from polycube.surface.measures import (
     check_closed,
     check_surface,
     connected,

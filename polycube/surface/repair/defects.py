@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.surface import surface as topology
+from polycube.surface import measures as topology
 from polycube.surface.intersections import self_intersections
 from polycube.types import TriMesh
 

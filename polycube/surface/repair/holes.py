@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from polycube.surface.surface import diagonal, half_edges, twins
+from polycube.surface.measures import diagonal, half_edges, twins
 from polycube.types import TriMesh
 
 MAX_LOOP = 1000  # edges of a hole; the work grows with their cube

@@ -14,7 +14,7 @@ from scipy.sparse import coo_array
 from polycube.errors import InputError
 from polycube.surface.closest import Tree, closest, tree
 from polycube.surface.intersections import self_intersections
-from polycube.surface.surface import face_normals, half_edges
+from polycube.surface.measures import face_normals, half_edges
 from polycube.surface.winding import fast_winding_numbers
 from polycube.types import TriMesh
 

@@ -13,14 +13,14 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.surface import surface as topology
+from polycube.surface import measures as topology
 from polycube.surface.closest import distance, tree
 from polycube.surface.intersections import self_intersections
+from polycube.surface.measures import diagonal, place, volume
 from polycube.surface.repair import clean
 from polycube.surface.repair.defects import spans_of
 from polycube.surface.repair.holes import MAX_LOOP, filling, flatness, loops, nested
 from polycube.surface.repair.remesh import remesh
-from polycube.surface.surface import diagonal, place, volume
 from polycube.surface.winding import fast_winding_numbers
 from polycube.types import TriMesh
 

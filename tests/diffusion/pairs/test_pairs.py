@@ -13,7 +13,7 @@ from polycube.diffusion.pairs.pairs import Pairs, sample
 from polycube.diffusion.pairs.templates import template
 from polycube.structure.lattice import lattice
 from polycube.structure.projection import project
-from polycube.surface.surface import volume
+from polycube.surface.measures import volume
 from polycube.types import TriMesh
 
 STEPS = [field.name for field in fields(Deformation)]

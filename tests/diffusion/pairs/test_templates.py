@@ -5,8 +5,8 @@ import pytest
 
 from polycube.diffusion.pairs.templates import SMOOTHING, contexts, template
 from polycube.structure.lattice import genus, is_manifold, lattice
-from polycube.surface.surface import genus as surface_genus
-from polycube.surface.surface import volume
+from polycube.surface.measures import genus as surface_genus
+from polycube.surface.measures import volume
 from polycube.types import TriMesh
 
 

@@ -6,21 +6,21 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.fitting.body import Body
-from polycube.fitting.creases.features import match
+from polycube.fitting.creases.constraints import match
 from polycube.fitting.creases.paths import find_routes
 from polycube.fitting.creases.routing import crowding, net
-from polycube.surface.target import target
+from polycube.fitting.problem import FitProblem
+from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
 from tests.hexmesh.test_template import cut
 
 
-def body_of(surface: trimesh.Trimesh, size: float = 0.125) -> tuple[Body, np.ndarray]:
+def body_of(surface: trimesh.Trimesh, size: float = 0.125) -> tuple[FitProblem, np.ndarray]:
     """A unit cube of hexes about the origin, at the unit scale of the surface."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     goal = target(TriMesh(surface.vertices, surface.faces))
-    body = Body(cut(cube, size), goal, 100)
-    return body, goal.to_unit(body.mesh.vertices - 0.5)
+    problem = FitProblem(cut(cube, size), goal, 100)
+    return problem, goal.to_unit(problem.mesh.vertices - 0.5)
 
 
 def stepped(height: float = 0.25, radius: float = 0.3) -> trimesh.Trimesh:
@@ -46,13 +46,13 @@ def stepped(height: float = 0.25, radius: float = 0.3) -> trimesh.Trimesh:
 
 
 def test_net_knows_the_hexes_at_each_edge():
-    body, x = body_of(trimesh.creation.box((1, 1, 1)), 0.25)
-    found = net(body, x)
-    half = 0.5 / body.target.scale
+    problem, x = body_of(trimesh.creation.box((1, 1, 1)), 0.25)
+    found = net(problem, x)
+    half = 0.5 / problem.target.scale
     middle = (x[found.start] + x[found.end]) / 2
     on_edge = (np.isclose(np.abs(middle), half).sum(axis=1)) == 2
     assert (found.hexes[on_edge] == 1).all() and (found.hexes[~on_edge] == 2).all()
-    assert found.length == pytest.approx(0.25 / body.target.scale)
+    assert found.length == pytest.approx(0.25 / problem.target.scale)
     assert np.linalg.norm(found.run, axis=1) == pytest.approx(1)
 
 
@@ -64,24 +64,24 @@ def test_crowding_is_least_at_right_angles():
 
 
 def test_every_edge_of_a_box_has_its_path():
-    body, x = body_of(trimesh.creation.box((1, 1, 1)))
-    routes, ends, placed = find_routes(body.target.features, body, x)
+    problem, x = body_of(trimesh.creation.box((1, 1, 1)))
+    routes, ends, placed = find_routes(problem.target.features, problem, x)
     assert len(routes) == 12 and len(ends) == 8
-    assert x[placed] == pytest.approx(body.target.features.corners[ends])
+    assert x[placed] == pytest.approx(problem.target.features.corners[ends])
     for route in routes:
         arc, gap = route.crease.nearest(x[route.vertices])
         assert gap == pytest.approx(0, abs=1e-12)
-        assert np.diff(arc) == pytest.approx(0.125 / body.target.scale)
+        assert np.diff(arc) == pytest.approx(0.125 / problem.target.scale)
 
 
 @given(st.integers(0, 10**6))
 @settings(max_examples=10, deadline=None)
 def test_paths_of_a_shaken_box_are_those_of_the_polycube(seed):
-    body, x = body_of(trimesh.creation.box((1, 1, 1)))
-    calm = match(body, x)
-    size = 0.125 / body.target.scale
+    problem, x = body_of(trimesh.creation.box((1, 1, 1)))
+    calm = match(problem, x)
+    size = 0.125 / problem.target.scale
     shaken = x + np.random.default_rng(seed).uniform(-0.2, 0.2, x.shape) * size
-    wild = match(body, shaken)
+    wild = match(problem, shaken)
     assert _rows(wild.sides) == _rows(calm.sides)
     assert sorted(wild.corner) == sorted(calm.corner)
 
@@ -93,13 +93,13 @@ def _rows(sides: np.ndarray) -> list[tuple[int, ...]]:
 def test_rims_inside_a_flat_patch_are_found():
     """The hexes of the cube rise into the boss; its foot and its rim are loops in the top patch."""
     surface = stepped()
-    body, x = body_of(surface, 1 / 16)
-    model = body.target.to_model(x)
+    problem, x = body_of(surface, 1 / 16)
+    model = problem.target.to_model(x)
     away = np.linalg.norm(model[:, :2], axis=1)
     rise = np.clip((0.35 - away) / 0.1, 0, 1) * 0.25
     model[:, 2] += rise * np.clip(model[:, 2] + 0.5, 0, 1)
-    x = body.target.to_unit(model)
-    matching = match(body, x)
+    x = problem.target.to_unit(model)
+    matching = match(problem, x)
     loops = [r for r in matching.routes if r.crease.is_loop]
     assert len(matching.routes) == 14 and len(loops) == 2
     for route in loops:
@@ -115,16 +115,16 @@ def test_a_crease_far_from_the_mesh_is_left_out():
     )
     cube, _ = body_of(trimesh.creation.box((1, 1, 1)))
     goal = target(TriMesh(surface.vertices, surface.faces))
-    body = Body(cube.mesh, goal, 100)
-    routes, ends, _ = find_routes(goal.features, body, goal.to_unit(body.mesh.vertices - 0.5))
+    problem = FitProblem(cube.mesh, goal, 100)
+    routes, ends, _ = find_routes(goal.features, problem, goal.to_unit(problem.mesh.vertices - 0.5))
     assert len(goal.features.creases) == 24
     assert len(routes) == 12 and len(ends) == 8
 
 
 def test_creases_closer_than_a_hex_do_not_share_vertices():
     """Rim and foot of a boss a third of a hex high: both loops find their own way, or only one."""
-    body, x = body_of(stepped(height=0.02), 1 / 16)
-    matching = match(body, x)
+    problem, x = body_of(stepped(height=0.02), 1 / 16)
+    matching = match(problem, x)
     used = np.concatenate([np.setdiff1d(r.vertices, matching.corner) for r in matching.routes])
     assert len(np.unique(used)) == len(used)
     assert 1 <= sum(r.crease.is_loop for r in matching.routes) <= 2

@@ -8,7 +8,7 @@ from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.errors import BadOption, MeshingError
-from polycube.hexmesh.hexes import check_conforming
+from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.quality import accept, deviation, scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build

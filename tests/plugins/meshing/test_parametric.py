@@ -7,7 +7,7 @@ from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.errors import MeshingError
-from polycube.hexmesh.hexes import check_conforming
+from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.quality import doubts, scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import scaled_jacobian
-from polycube.io.hexes import boundary
+from polycube.io.hex_meshes import boundary
 from polycube.io.vtk import write_hex_vtu
 from polycube.report.numbers import quality
 from polycube.types import HexMesh

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from polycube.hexmesh.hexes import hex_mesh
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import scaled_jacobian
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import QUALITY_COLOURS, ramp, rgb
-from polycube.spline.cubic import lone_sides
+from polycube.spline.element_faces import lone_sides
 from polycube.structure.rough_map import affine_map
 from polycube.types import Modes, TriMesh
 

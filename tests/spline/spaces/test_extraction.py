@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.hexmesh.hexes import (
+from polycube.hexmesh.connectivity import (
     edge_valence,
     extraordinary_edges,
     hex_mesh,
@@ -14,7 +14,7 @@ from polycube.hexmesh.hexes import (
 )
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import TENSOR, volumetric_spline
-from polycube.spline.spaces.features import creases, single_hex_edges, union
+from polycube.spline.spaces.sharp_features import creases, single_hex_edges, union
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 NONE = np.zeros((0, 2), np.int64)

@@ -11,7 +11,7 @@ from scipy.sparse import eye, kron
 
 from polycube.analysis.assembly import assemble
 from polycube.hexmesh.octree import split
-from polycube.io.hexes import boundary
+from polycube.io.hex_meshes import boundary
 from polycube.registry import build
 from polycube.spline.bezier import min_detj
 from polycube.spline.spaces.extraction import TENSOR, bezier_nodes, volumetric_spline

@@ -9,15 +9,15 @@ from scipy.sparse import eye
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from polycube.analysis.assembly import assemble_scalar
-from polycube.hexmesh.hexes import neighbours, quad_edges
+from polycube.hexmesh.connectivity import neighbours, quad_edges
 from polycube.registry import build
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.spaces.cuts import SIDES, children, cut_faces
 from polycube.spline.spaces.extraction import TENSOR, volumetric_spline
-from polycube.spline.spaces.features import single_hex_edges, union
 from polycube.spline.spaces.optimal import OptimalSpace
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
+from polycube.spline.spaces.sharp_features import single_hex_edges, union
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder, pillowed_cube
 
 PLACES = np.array(

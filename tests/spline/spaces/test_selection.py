@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from polycube.errors import InputError
-from polycube.hexmesh.hexes import quad_edges
-from polycube.io.hexes import boundary
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.io.hex_meshes import boundary
 from polycube.spline.spaces.hierarchy import coarsest
 from polycube.spline.spaces.selection import Refinement, check_listed
 from polycube.spline.spaces.subdivision import ControlMesh

@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polycube.hexmesh.hexes import hex_mesh
-from polycube.io.hexes import boundary
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.io.hex_meshes import boundary
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.features import edges_between, single_hex_edges
+from polycube.spline.spaces.sharp_features import edges_between, single_hex_edges
 from polycube.spline.spaces.sharpness import (
     INVALID,
     STRAIGHT,

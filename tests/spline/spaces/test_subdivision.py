@@ -3,11 +3,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from polycube.hexmesh.hexes import hex_mesh, quad_edges
+from polycube.hexmesh.connectivity import hex_mesh, quad_edges
 from polycube.hexmesh.octree import split
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.spaces.extraction import TENSOR, bezier_nodes, extraction_matrix
-from polycube.spline.spaces.features import creases, single_hex_edges, union
+from polycube.spline.spaces.sharp_features import creases, single_hex_edges, union
 from polycube.spline.spaces.subdivision import CASTELJAU, ControlMesh, bezier_halves, two_scale
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 

@@ -1,0 +1,189 @@
+"""The structures that a trained classifier finds likely, in all orientations of a few frames.
+
+The points of the part are seen in every orientation at once.  For each the classifier says what
+fills each cell of the grid, and whether the part lies along it at all; the likeliest fillings that
+are solids of the part's genus are the guesses, whatever the size of the grid.  A structure can be
+named in several orientations, a box in all 24: the mean over them is surer than any one.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from polycube.diffusion.encoding import learning_frame
+from polycube.diffusion.pairs.pairs import sample as sample_faces
+from polycube.registry import build
+from polycube.structure.lattice import collapse, genus, is_manifold, lattice
+from polycube.surface.frames import frames, rotations
+from polycube.surface.measures import face_normals
+from polycube.surface.measures import genus as surface_genus
+from polycube.types import Polycube, TriMesh
+
+from ..slices.candidates import structure_key
+
+if TYPE_CHECKING:
+    from polycube.diffusion.denoiser import Denoiser
+
+logger = logging.getLogger(__name__)
+
+UNLIKELY = 0.07  # cost of a structure e times less likely
+FILLINGS = 64  # of the grid that are looked at in each orientation, the likeliest
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A structure as it lies in a frame, in the proportions of one of its names."""
+
+    polycube: Polycube  # collapsed
+    rotation: np.ndarray  # (3, 3) from the model to the axes of the polycube
+    key: str
+    log_likelihood: float  # of the structure: mean over the orientations in which it has a name
+    probability: float | None  # of the structure among all of its genus in the frame
+
+    def box(self, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
+        """Linear map (3, 3) and offset (3,) that bring the polycube's box to the part's box."""
+        turned = surface.vertices @ self.rotation.T
+        low, high = np.transpose([knots[[0, -1]] for knots in self.polycube.knots])
+        scale = np.ptp(turned, axis=0) / (high - low)
+        return self.rotation.T * scale, self.rotation.T @ (turned.min(axis=0) - scale * low)
+
+
+def known_denoiser(
+    weights: str | None, grid: tuple[int, int, int], primitives: Mapping[str, np.ndarray]
+) -> Denoiser | None:
+    """The trained network, those shipped for the grid if no weights are named; raises InputError.
+
+    None if nothing is shipped or the network does not know the grid and the primitives.
+    """
+    from polycube.diffusion.weights import load_denoiser, shipped_grids  # torch is heavy
+
+    if weights is None and tuple(grid) not in shipped_grids():
+        logger.info("no weights ship for grid %s; nothing proposed", "x".join(map(str, grid)))
+        return None
+    denoiser = load_denoiser(build, weights, grid)
+    if tuple(grid) == denoiser.grid and set(primitives) <= set(denoiser.primitives):
+        return denoiser
+    logger.log(
+        logging.INFO if weights is None else logging.WARNING,
+        "the weights know grid %s with %s only; nothing proposed%s",
+        "x".join(map(str, denoiser.grid)),
+        ", ".join(denoiser.primitives),
+        f" by {weights}" if weights else "",
+    )
+    return None
+
+
+def guesses(
+    denoiser: Denoiser,
+    surface: TriMesh,
+    primitives: Mapping[str, np.ndarray],
+    n_frames: int,
+    seed: int,
+) -> list[Guess]:
+    """Structures of the surface's genus, likeliest first, each in all its proportions.
+
+    The proportions most like the part's come first.  Without a classifier all structures are
+    equally likely.  Of names that give the same solid in the same place, as hole_y and hole_z do
+    a quarter turn apart, the likeliest is kept.
+    """
+    solid = _solids(denoiser, primitives, surface_genus(surface))
+    turns = rotations()
+    placed = [turn @ frame for frame in frames(surface, n_frames) for turn in turns]
+    log_ps: dict[tuple[int, str], dict[int, float]] = defaultdict(dict)  # likeliest name of a turn
+    named: dict[tuple[int, str, str], tuple[float, int, Polycube]] = {}  # and of each solid
+    for index, filling, log_p in _fillings(denoiser, surface, placed, seed):
+        if polycube := solid(filling):
+            frame, turn = divmod(index, len(turns))
+            key = structure_key(polycube, turns[turn], frame)
+            log_ps[frame, key].setdefault(turn, log_p)
+            name, lies = (log_p, index, polycube), (frame, key, _widths(polycube, turns[turn]))
+            named[lies] = max(name, named.get(lies, name), key=lambda name: name[0])
+    mean = {structure: float(np.mean([*of.values()])) for structure, of in log_ps.items()}
+    share = _shares(mean)
+    found = []
+    for (frame, key, _), (_, index, polycube) in named.items():
+        extent = np.ptp(surface.vertices @ placed[index].T, axis=0)
+        sides = [knots[-1] - knots[0] for knots in polycube.knots]
+        stretched = np.log(extent / sides).std()
+        log_p = mean[frame, key]
+        guess = Guess(polycube, placed[index], key, log_p, share[frame, key])
+        found.append((-log_p, key, stretched, guess))
+    return [guess for *_, guess in sorted(found, key=lambda row: row[:3])]
+
+
+def _shares(log_p: Mapping[tuple[int, str], float]) -> dict[tuple[int, str], float]:
+    """Probability of each structure, (frame, key), among those in its frame."""
+    total: dict[int, float] = defaultdict(float)
+    for (frame, _), value in log_p.items():
+        total[frame] += np.exp(value)
+    return {(frame, key): float(np.exp(v) / total[frame]) for (frame, key), v in log_p.items()}
+
+
+def _solids(
+    denoiser: Denoiser, primitives: Mapping[str, np.ndarray], wanted: int
+) -> Callable[[tuple[int, ...]], Polycube | None]:
+    """The solid of a filling, None where it is not one of the wanted genus or starts elsewhere."""
+    names = (*denoiser.primitives, None)
+
+    @cache
+    def solid(filling: tuple[int, ...]) -> Polycube | None:
+        context = tuple(names[number] for number in filling)
+        if not any(context) or not set(context) <= {*primitives, None}:
+            return None
+        polycube = collapse(lattice(denoiser.grid, context, primitives))
+        at_corner = all(knots[0] == 0 for knots in polycube.knots)  # others are the same, moved
+        fits = at_corner and genus(polycube) == wanted and is_manifold(polycube)
+        return polycube if fits else None
+
+    return solid
+
+
+def _widths(polycube: Polycube, view: np.ndarray) -> str:
+    """Widths of the slabs of a polycube as they lie in a frame; view : (3, 3) frame to polycube."""
+    axes, signs = np.abs(view).argmax(axis=0), view.sum(axis=0).astype(int)
+    lying = [np.diff(polycube.knots[axis])[::sign] for axis, sign in zip(axes, signs, strict=True)]
+    return " ".join(f"{width:.3f}" for width in np.concatenate(lying))
+
+
+def _fillings(
+    denoiser: Denoiser, surface: TriMesh, placed: list[np.ndarray], seed: int
+) -> Iterator[tuple[int, tuple[int, ...], float]]:
+    """Orientation, filling as numbers of primitives, log-probability; likeliest first in each."""
+    n_points = int(np.prod(denoiser.image))
+    points, normals = sample(surface, n_points, np.random.default_rng(seed))
+    seen = np.stack([learning_frame(surface.vertices, r).apply(points) for r in placed])
+    turned = np.stack([normals @ r.T for r in placed])
+    if denoiser.options.classifier:
+        log_cells, log_along = denoiser.log_cells(seen, turned)
+    else:
+        log_cells = np.zeros(
+            (len(placed), int(np.prod(denoiser.grid)), len(denoiser.primitives) + 1)
+        )
+        log_along = np.zeros(len(placed))
+    cells = np.empty((len(placed), 1, 0), int)
+    total = log_along[:, None]  # (B, K) of the K likeliest fillings of the first cells
+    for log_p in np.moveaxis(log_cells, 1, 0):  # (B, classes)
+        longer = (total[:, :, None] + log_p[:, None]).reshape(len(placed), -1)
+        best = np.argsort(-longer, axis=1, kind="stable")[:, :FILLINGS]
+        before, here = np.divmod(best, log_p.shape[1])
+        before = np.take_along_axis(cells, before[..., None], axis=1)
+        cells = np.concatenate([before, here[..., None]], axis=2)
+        total = np.take_along_axis(longer, best, axis=1)
+    for index, rank in np.ndindex(total.shape):
+        yield index, tuple(cells[index, rank].tolist()), float(total[index, rank])
+
+
+def sample(
+    surface: TriMesh, n_points: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Random points (N, 3) of the surface, uniform by area, and its normals (N, 3) there."""
+    face, weights = sample_faces(surface.faces, surface.vertices, n_points, rng)
+    points = np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[face]])
+    return points, face_normals(surface)[face]

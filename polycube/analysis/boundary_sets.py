@@ -1,0 +1,119 @@
+"""Boundary faces of a spline, or of its mesh, by what users call them: a name, a patch number, a
+box, a plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.hexmesh.named_sets import (
+    LEVEL,
+    Sets,
+    boundary_sets,
+    listed,
+    may_name,
+    set_name,
+    sets_of_quads,
+)
+from polycube.spline.element_faces import FACES
+from polycube.types import HexMesh, Spline
+
+CORNERS = [0, 3, 15, 12]  # of the 16 nodes of a face, in a circle
+
+
+def faces_of(spline: Spline, where: object) -> np.ndarray:
+    """(F,) numbers into `spline.sides` of the faces that `where` names.
+
+    where : patch number, name of a set, {"box": [x, y, z, x, y, z]} for the faces with all corners
+        in it, or {"plane": [a, b, c, d]} for those with all corners on a x + b y + c z = d
+    Raises InputError naming the sets there are.
+    """
+    if isinstance(where, Mapping):
+        return _within((spline.extraction @ spline.control)[_corner_nodes(spline)], where)
+    return _named(spline.sets or sets_of_sides(spline), where)
+
+
+def quads_of(mesh: HexMesh, where: object) -> np.ndarray:
+    """(F,) numbers into `mesh.quads` of the faces that `where` names, as for `faces_of`."""
+    if isinstance(where, Mapping):
+        return _within(mesh.vertices[mesh.quads], where)
+    return _named(mesh.sets or boundary_sets(mesh), where)
+
+
+def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
+    """The sets that the boundary of a spline has by itself, its faces taken for quads."""
+    corners = _corner_nodes(spline)
+    return sets_of_quads(spline.extraction @ spline.control, corners, spline.patch)
+
+
+def check_names(places: Iterable[object], sets: Sets) -> None:
+    """Raise InputError for the first name or number that is no set; boxes and planes pass."""
+    for where in places:
+        if not isinstance(where, Mapping) and not len(sets.get(set_name(where), ())):
+            raise InputError(
+                f"no boundary set {where!r}; there are {listed(sets)}; {{box: ...}} and "
+                "{plane: ...} choose faces by their place"
+            )
+
+
+def check_place(where: object) -> None:
+    """Raise ValueError unless `where` is written as `faces_of` reads it."""
+    lengths = {"box": 6, "plane": 4}
+    if isinstance(where, Mapping):
+        good = len(where) == 1 and all(
+            lengths.get(key) == len(np.atleast_1d(value)) for key, value in where.items()
+        )
+    else:
+        good = isinstance(where, int | str) and not isinstance(where, bool) and may_name(where)
+    if not good:
+        raise ValueError(
+            "boundary faces are a patch number, a name (x_min to z_max, hole_1, cad_face_1 ...), "
+            f"{{box: [x, y, z, x, y, z]}} or {{plane: [a, b, c, d]}}; got {where!r}"
+        )
+
+
+def place_of(item: object) -> object:
+    """The place of an item of a list of supports or loads: what is `at`, or all of it."""
+    return item["at"] if isinstance(item, Mapping) and "at" in item else item
+
+
+def place_name(where: object) -> str:
+    """The place in one word, for tables."""
+    if not isinstance(where, Mapping):
+        return str(where)
+    [(kind, numbers)] = where.items()
+    return f"{kind} {' '.join(f'{number:g}' for number in numbers)}"
+
+
+def _named(sets: Sets, name: object) -> np.ndarray:
+    check_names([name], sets)
+    return np.asarray(sets[set_name(name)])
+
+
+def _within(corners: np.ndarray, where: Mapping[str, object]) -> np.ndarray:
+    """(F,) faces, of those with corners (Q, 4, 3), in a box or on a plane."""
+    [(kind, numbers)] = where.items()
+    numbers = np.asarray(numbers, dtype=np.float64)
+    slack = LEVEL * np.linalg.norm(np.ptp(corners, axis=(0, 1)))
+    if kind == "plane":
+        off = np.abs(corners @ numbers[:3] - numbers[3]) / np.linalg.norm(numbers[:3])
+        inside = off <= slack
+    else:
+        inside = ((corners >= numbers[:3] - slack) & (corners <= numbers[3:] + slack)).all(axis=2)
+    found = np.flatnonzero(inside.all(axis=1))
+    if len(found) == 0:
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        raise InputError(
+            f"no boundary face lies in {place_name(where)}; the part fills "
+            f"{' '.join(f'{x:.4g}' for x in low)} to {' '.join(f'{x:.4g}' for x in high)}"
+        )
+    return found
+
+
+def _corner_nodes(spline: Spline) -> np.ndarray:
+    """(F, 4) Bezier nodes at the corners of the sides."""
+    element, side = spline.sides.T
+    return spline.nodes[element[:, None], FACES[side][:, CORNERS]]

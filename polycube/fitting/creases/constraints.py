@@ -1,0 +1,156 @@
+"""Vertices that belong on the creases of the surface, and their goals.
+
+`paths` says which vertices.  They slide along their own crease, in the order of the path and never
+closer than a fifth of an even spacing, so that edges cannot fold; corners stay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from polycube.fitting.creases.paths import Route, find_routes
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh.connectivity import unique_rows
+from polycube.hexmesh.energy import Springs, pull
+from polycube.surface import arc_length as sliding
+
+FREE = 1.0  # square difference of normals (60 degrees) at which a vertex is on its side
+
+
+@dataclass(frozen=True, eq=False)
+class Chains:
+    """Mesh edges between patches, and the chain (polycube edge) each belongs to."""
+
+    side: np.ndarray  # (N,) into `problem.sides`
+    number: np.ndarray  # (N,) chain
+    patches: np.ndarray  # (E, 2) of each chain
+
+    def share(self, marked: np.ndarray) -> np.ndarray:
+        """(E,) share of the edges of each chain that are marked, of all sides of the problem."""
+        return np.bincount(self.number, marked[self.side]) / np.bincount(self.number)
+
+
+@dataclass(frozen=True, eq=False)
+class Matching:
+    """Which vertices belong on creases and corners of the surface."""
+
+    routes: tuple[Route, ...]
+    corner: np.ndarray  # (P,) vertices
+    corner_goal: np.ndarray  # (P, 3)
+
+    @property
+    def sides(self) -> np.ndarray:
+        """(N, 2) mesh edges on creases, ends ascending."""
+        none = np.zeros((0, 2), np.int64)
+        return np.sort(np.concatenate([none, *(r.sides for r in self.routes)]), axis=1)
+
+    @property
+    def curve(self) -> np.ndarray:
+        """(C,) vertices on creases, without the corners."""
+        none = np.zeros(0, np.int64)
+        return np.setdiff1d(np.concatenate([none, *(r.vertices for r in self.routes)]), self.corner)
+
+    @cached_property
+    def rails(self) -> tuple[np.ndarray, ...]:
+        """Creases, vertices and their starts in the form that `sliding.slide` takes."""
+        creases = [route.crease for route in self.routes]
+        paths = [route.vertices for route in self.routes]
+        points, arc = (np.concatenate([getattr(c, k) for c in creases]) for k in ("points", "arc"))
+        first, start = (
+            np.cumsum([0, *map(len, each)]) for each in ([c.arc for c in creases], paths)
+        )
+        is_loop = np.array([crease.is_loop for crease in creases])
+        return points, arc, first, is_loop, np.concatenate(paths), start
+
+
+@dataclass(frozen=True, eq=False)
+class Goals:
+    """Where the boundary vertices should be now."""
+
+    foot: np.ndarray  # (B, 3) on the surface, of `problem.outer`
+    facing: np.ndarray  # (B, 3) normals there
+    curve: np.ndarray  # (C,) vertices with a crease
+    curve_foot: np.ndarray  # (C, 3)
+    direction: np.ndarray  # (C, 3) of the crease
+    corner: np.ndarray  # (P,) vertices with a corner
+    corner_goal: np.ndarray  # (P, 3)
+
+    def place(self, problem: FitProblem, x: np.ndarray) -> np.ndarray:
+        """Positions (V, 3) with all boundary vertices at their goals."""
+        goal = x.copy()
+        goal[problem.outer] = self.foot
+        goal[self.curve] = self.curve_foot
+        goal[self.corner] = self.corner_goal
+        return goal
+
+    def springs(self, weight: np.ndarray) -> list[Springs]:
+        """Pulls to the creases, free along them, and to the corners; weight (V,)."""
+        w, c = weight[self.curve], weight[self.corner]
+        away = np.zeros((len(c), 3))
+        return [
+            pull(self.curve, self.curve_foot, self.direction, -w, w),
+            pull(self.corner, self.corner_goal, away, np.zeros(len(c)), c),
+        ]
+
+
+def chains(problem: FitProblem, patch: np.ndarray | None = None) -> Chains:
+    """Borders of the patches (Q,) of a mesh, by default its polycube's: chains between two."""
+    patch = problem.mesh.patch if patch is None else patch
+    patches = np.sort(patch[problem.side_quads], axis=1)
+    side = np.flatnonzero(patches[:, 0] != patches[:, 1])
+    _, pair, _ = unique_rows(patches[side])
+    # nodes (vertex, pair of patches): chains of one pair are connected through common vertices
+    ends = problem.sides[side] + len(problem.mesh.vertices) * pair[:, None]
+    nodes, node = np.unique(ends, return_inverse=True)
+    node = node.reshape(-1, 2)
+    graph = coo_matrix((np.ones(len(node)), tuple(node.T)), shape=(len(nodes),) * 2)
+    number = connected_components(graph, directed=False)[1][node[:, 0]]
+    first = np.unique(number, return_index=True)[1]
+    return Chains(side, number, patches[side][first])
+
+
+def match(problem: FitProblem, x: np.ndarray) -> Matching:
+    """Paths for the creases of the surface on a fitted mesh, and vertices for their corners."""
+    features = problem.target.features
+    if not features.creases:
+        return no_features()
+    routes, ends, vertices = find_routes(features, problem, x)
+    fixed = features.is_fixed[ends]
+    return Matching(tuple(routes), vertices[fixed], features.corners[ends[fixed]])
+
+
+def no_features() -> Matching:
+    """A matching of nothing."""
+    return Matching((), np.zeros(0, np.int64), np.zeros((0, 3)))
+
+
+def goals(
+    problem: FitProblem, x: np.ndarray, matching: Matching, alpha: float, used: np.ndarray
+) -> Goals:
+    """Feet of all boundary vertices; features only where `used` (V,)."""
+    normals, _ = problem.normals(x)
+    foot, facing = problem.feet(x, normals, alpha, FREE)
+    curve, curve_foot, direction = _curve_feet(x, matching)
+    free = used[curve] & ~np.isin(curve, matching.corner)
+    here = used[matching.corner]
+    corner, goal = matching.corner[here], matching.corner_goal[here]
+    return Goals(foot, facing, curve[free], curve_foot[free], direction[free], corner, goal)
+
+
+def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices (C,) of all routes, their places (C, 3) and the directions there (C, 3)."""
+    if not matching.routes:
+        return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3))
+    points, arc, first, is_loop, vertex, start = matching.rails
+    return vertex, *sliding.slide(points, arc, first, is_loop, x[vertex], start)
+
+
+def spread(route: Route, x: np.ndarray) -> np.ndarray:
+    """(N,) arc lengths of the vertices of a route: the closest, but in order and apart."""
+    crease = route.crease
+    return sliding.spread(crease.points, crease.arc, crease.is_loop, x[route.vertices])

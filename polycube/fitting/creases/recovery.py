@@ -1,0 +1,89 @@
+"""Bring creases that gave way back onto edges of the mesh, at no cost in the worst hex that counts.
+
+Each round snaps to the creases what can go there with no hex below a floor; the rest stays on the
+surface, where it is pulled towards its crease while the worst hexes are raised.  The floor is what
+the worst hex had, or what the score counts in full: beyond, hexes are given for creases.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from polycube.fitting.creases.constraints import Matching
+from polycube.fitting.local_polish import ON_GOAL, raise_worst
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.snapping import State, cover_of, goals_of, snap
+from polycube.hexmesh.energy import together
+from polycube.hexmesh.quality import BEST_SCORE, CREASES, off_creases, worth
+
+logger = logging.getLogger(__name__)
+
+PULL = 0.2  # weight of a crease on vertices off it, per square of the size; then:
+GROW = 1.2  # factor on that after a round that ends at the floor
+EASE = 0.7  # or after one that falls, more than SHORT below it
+SHORT = 0.01
+BETA = 60.0  # sharpness of the soft minimum
+PATIENCE = 4  # rounds without gain that end it
+GAIN = 0.0005  # of the score
+
+
+def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
+    """The state worth most of the one given and of those after each round.
+
+    The one given where creases are within 0.3 % of the diagonal already, or have no paths.
+    """
+    off = _off(problem, best)
+    if off <= CREASES or not matching.routes:
+        return best
+    value, floor, found = _worth(problem, best, off), min(best.jacobian, BEST_SCORE), 0
+    every = np.ones(len(best.x))
+    lengths, (cover, _) = problem.lengths(best.x, 2, 0.05), cover_of(problem, best, 1.0)
+    x, pull, before, last = best.x, PULL, off, best.jacobian
+    for k in range(rounds):
+        state = _back(problem, x, matching, floor)
+        here = _off(problem, state)
+        reached = _worth(problem, state, here)
+        if reached > value + GAIN:
+            found = k
+        if reached > value:
+            best, value, off = state, reached, here
+        if k - found >= PATIENCE:
+            break
+        pull *= _factor(state.jacobian - floor, state.jacobian - last)
+        last = state.jacobian
+        away = goals_of(problem, state.x, matching, every)
+        weight = pull * (state.trust < 1) / problem.size(state.x) ** 2
+        at = goals_of(problem, state.x, matching, state.trust)
+        springs = together([cover, *away.springs(weight)])
+        x = raise_worst(problem, state.x, lengths, at, springs, BETA)
+    logger.info("polish: creases within %.2f %%, %.2f %% before", 100 * off, 100 * before)
+    return best
+
+
+def _back(problem: FitProblem, x: np.ndarray, matching: Matching, floor: float) -> State:
+    """On their creases those vertices that can go there; trust is low for all others."""
+    every = np.ones(len(x))
+    at = goals_of(problem, x, matching, every)
+    y = snap(problem, x, at, floor, every).x
+    missed = np.linalg.norm(at.place(problem, x) - y, axis=1) > ON_GOAL
+    trust = np.where(missed, 0.1, 1.0)
+    return snap(problem, y, goals_of(problem, y, matching, trust), floor, trust)
+
+
+def _factor(spare: float, gain: float) -> float:
+    """On the pull, for what the worst hex has above the floor and what it gained."""
+    if spare < -SHORT and gain < 0:
+        return EASE
+    return GROW if spare > -SHORT / 5 else 1.0
+
+
+def _off(problem: FitProblem, state: State) -> float:
+    return off_creases(problem.target, state.x[problem.sides])
+
+
+def _worth(problem: FitProblem, state: State, off: float) -> float:
+    outer = state.x[problem.outer]
+    stray = np.linalg.norm(problem.target.closest(outer)[0] - outer, axis=1).max()
+    return worth(state.jacobian, float(stray), off)

@@ -1,0 +1,132 @@
+"""Raise the worst hexes by moving only the vertices near them.
+
+They lower a sharp soft minimum of the scaled Jacobian.  The boundary among them slides: every step
+of the search is brought back to the surface, so that nothing is lost to a snap afterwards (holding
+the tangent planes alone lost what it gained at the creases of a coarse surface).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.fitting.creases.constraints import FREE, Goals
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh import energy
+from polycube.hexmesh.energy import Springs, Terms, pull, together
+from polycube.numerics.lbfgs import descend
+from polycube.surface import closest
+
+BAND = 0.1  # hexes this much better than the worst are raised too
+MOST = 60  # of them
+RINGS = 1  # of hexes round them whose vertices move; 2 and 3 cost more and gain nothing
+ITERATIONS = 30
+ON_GOAL = 1e-6  # distance from a goal, in diagonals, of a vertex that is there
+LOOSE = 3.0  # weight of the pull on others, per square of the size
+ALPHA = 0.04  # length that a whole turn of the normal is worth, in diagonals
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """The part of a mesh round vertices that move: all hexes that have one."""
+
+    hexes: np.ndarray  # (h,) of the mesh
+    vertices: np.ndarray  # (v,) of the mesh
+    corners: np.ndarray  # (h, 8) into `vertices`
+    moves: np.ndarray  # (v,) bool
+
+
+def region(hexes: np.ndarray, n_vertices: int, seeds: np.ndarray, rings: int) -> Region:
+    """The vertices of the seeds (hexes) and of so many rings of hexes round them move."""
+    moves = np.zeros(n_vertices, bool)
+    moves[hexes[seeds]] = True
+    for _ in range(rings):
+        moves[hexes[moves[hexes].any(axis=1)]] = True
+    near = np.flatnonzero(moves[hexes].any(axis=1))
+    vertices, corners = np.unique(hexes[near], return_inverse=True)
+    return Region(near, vertices, corners.reshape(-1, 8), moves[vertices])
+
+
+def raise_worst(
+    problem: FitProblem, x: np.ndarray, lengths: np.ndarray, at: Goals, cover: Springs, beta: float
+) -> np.ndarray:
+    """Positions (V, 3) with a higher soft minimum near the worst hexes of x.
+
+    lengths : (H, 3) wanted; at : goals of x, vertices at theirs stay on the surface; cover : pulls
+    on the boundary, of the target on all quads; beta : sharpness of the minimum
+    """
+    jacobian = problem.scaled_jacobian(x)
+    seeds = np.argsort(jacobian, kind="stable")[:MOST]
+    seeds = seeds[jacobian[seeds] < jacobian.min() + BAND]
+    part = region(problem.hexes, len(x), seeds, RINGS)
+    start = np.ascontiguousarray(x[part.vertices])
+    lengths = np.ascontiguousarray(lengths[part.hexes])
+    floor = min(0.5 * energy.least_determinant(start, part.corners, lengths), 1e-3)
+    terms = Terms(0.01, 1e-3, 0.05, 1.0, beta, float(jacobian.min()), floor)
+    is_away = np.linalg.norm(at.place(problem, x) - x, axis=1) > ON_GOAL
+    springs = together([_back(problem, x, at, part, is_away), _within(cover, part, len(x))])
+    rails, slides = _rails(problem, x, at, part, is_away)
+
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = energy.energy(y, part.corners, lengths, terms, springs)
+        return value, np.einsum("vij,vj->vi", rails, gradient)
+
+    result = x.copy()
+    back = _retraction(problem, problem.normals(x)[0][part.vertices[slides]], slides)
+    result[part.vertices] = descend(function, start, ITERATIONS, retract=back)
+    return result
+
+
+def _back(
+    problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
+) -> Springs:
+    """Pulls on the moving vertices that are not at their goals."""
+    here = np.flatnonzero(is_away[part.vertices] & part.moves)
+    vertex = part.vertices[here]
+    every = LOOSE / problem.size(x)[vertex] ** 2
+    goal = at.place(problem, x)[vertex]
+    return pull(here, goal, np.zeros_like(goal), 0 * every, every)
+
+
+def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
+    """Those springs that hold moving vertices and no vertex outside."""
+    local = np.full(n_vertices, -1)
+    local[part.vertices] = np.arange(len(part.vertices))
+    index = local[cover.vertex]  # (S, 4)
+    pulls = (cover.along != 0) | (cover.every != 0)
+    kept = (index >= 0).all(axis=1) & part.moves[index].any(axis=1) & pulls
+    return Springs(*(values[kept] for values in cover))._replace(vertex=index[kept])
+
+
+def _rails(
+    problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Projectors (v, 3, 3) onto where vertices may go, and (v,) which slide on the surface."""
+    rails = np.tile(np.eye(3), (len(x), 1, 1))
+    rails[problem.outer] -= at.facing[:, :, None] * at.facing[:, None]
+    rails[at.curve] = at.direction[:, :, None] * at.direction[:, None]
+    rails[at.corner] = 0
+    rails[is_away] = np.eye(3)
+    slides = np.zeros(len(x), bool)
+    slides[problem.outer] = True
+    slides[at.curve] = slides[at.corner] = slides[is_away] = False
+    rails, slides = rails[part.vertices], slides[part.vertices] & part.moves
+    rails[~part.moves] = 0
+    return rails, slides
+
+
+def _retraction(
+    problem: FitProblem, normals: np.ndarray, slides: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Brings those vertices that slide to the surface, where it suits their normals."""
+    face = np.zeros(len(normals), np.int64)
+
+    def back(y: np.ndarray) -> np.ndarray:
+        nonlocal face
+        tree = problem.target.tree
+        y[slides], face, _ = closest.closest(tree, y[slides], normals, ALPHA, face, FREE)
+        return y
+
+    return back

@@ -1,0 +1,179 @@
+"""A hex mesh whose vertices move over a target: sizes, normals, springs and one descent.
+
+The positions x (V, 3) are at the target's unit scale and belong to the caller; a FitProblem holds
+what does not change while they move.  The matches of the last search are kept as guesses for the
+next: they save time and do not change the answer.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from numba import njit
+from scipy.sparse import coo_matrix, csr_matrix, diags
+
+from polycube.hexmesh import energy
+from polycube.hexmesh.connectivity import EDGES, FACES, PLACES, neighbours, quad_edges
+from polycube.hexmesh.energy import Springs, Terms
+from polycube.hexmesh.quality import triangles
+from polycube.numerics.lbfgs import descend
+from polycube.numerics.threads import parts, side_by_side
+from polycube.surface import closest
+from polycube.surface.fit_target import Target
+from polycube.types import HexMesh
+
+
+class FitProblem:
+    """Connectivity of a hex mesh and the surface it is fitted to."""
+
+    def __init__(self, mesh: HexMesh, target: Target, samples: int) -> None:
+        self.mesh, self.target = mesh, target
+        self.hexes, self.quads = mesh.hexes, mesh.quads
+        self.outer = np.unique(mesh.quads)  # (B,) boundary vertices
+        self.sides, self.side_quads = quad_edges(mesh.quads)
+        self._at_vertex = _incidence(mesh.quads, len(mesh.vertices))  # (V, Q)
+        sides = _incidence(self.sides, len(mesh.vertices))
+        degree = sides @ np.ones(len(self.sides))
+        self._side_mean = diags(1 / np.maximum(degree, 1)) @ sides  # (V, E)
+        self._alike = _alike(mesh.hexes)
+        points, normals = target.samples(samples)
+        some = slice(None, None, 1 + len(target.surface.vertices) // (2 * samples))
+        self.points = np.concatenate([points, target.surface.vertices[some]])
+        self.point_normals = np.concatenate([normals, target.vertex_normals[some]])
+        self._face = np.zeros(len(self.outer), np.int64)
+        self._triangle = np.zeros(len(self.points), np.int64)
+
+    def normals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Unit normals of the vertices (V, 3) and of the boundary quads (Q, 3)."""
+        a, b, c, d = np.moveaxis(x[self.quads], 1, 0)
+        by_quad = np.cross(c - a, d - b)
+        return _unit(self._at_vertex @ by_quad), _unit(by_quad)
+
+    def size(self, x: np.ndarray) -> np.ndarray:
+        """(V,) mean length of the boundary edges at a vertex, at least 0.3 of the median."""
+        length = np.linalg.norm(x[self.sides[:, 0]] - x[self.sides[:, 1]], axis=1)
+        mean = self._side_mean @ length
+        return np.maximum(mean, 0.3 * np.median(mean[self.outer]))
+
+    def lengths(self, x: np.ndarray, smooth: int, isotropy: float) -> np.ndarray:
+        """(H, 3) wanted edge lengths: the present means, smoothed over like neighbours.
+
+        smooth : steps on the logarithms; isotropy : share of the mean of the three directions
+        """
+        length = _edge_lengths(np.ascontiguousarray(x, np.float64), self.hexes)
+        log = np.log(np.maximum(length, 0.15 * np.median(length))).ravel()
+        for _ in range(smooth):
+            log = 0.5 * log + 0.5 * (self._alike @ log)
+        log = log.reshape(-1, 3)
+        return np.exp((1 - isotropy) * log + isotropy * log.mean(axis=1, keepdims=True))
+
+    def scaled_jacobian(self, x: np.ndarray) -> np.ndarray:
+        """(H,) see `quality.scaled_jacobian`."""
+        cuts = parts(len(self.hexes), energy.LEAST)
+        calls = [partial(energy.scaled_jacobian, x, self.hexes[cut]) for cut in cuts]
+        return np.concatenate(side_by_side(calls))
+
+    def feet(
+        self, x: np.ndarray, normals: np.ndarray, alpha: float, free: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the target that suit the boundary vertices (B, 3), and its normals there."""
+        foot, self._face = self.target.closest(
+            x[self.outer], normals[self.outer], alpha, self._face, free
+        )
+        return foot, self.target.normals[self._face]
+
+    def cover(
+        self,
+        x: np.ndarray,
+        quad_normals: np.ndarray,
+        alpha: float,
+        weight: np.ndarray,
+        slack: float,
+    ) -> Springs:
+        """Springs from the points of the target to the boundary quads that suit them.
+
+        weight : (V,) per square of the size; a point whose quad looks away pulls nothing
+        """
+        faces = closest.tree(triangles(x, self.quads), np.repeat(quad_normals, 4, axis=0))
+        _, self._triangle, share = closest.closest(
+            faces, self.points, self.point_normals, alpha, self._triangle
+        )
+        quad, corner = self._triangle // 4, self._triangle % 4
+        weights = np.repeat(share[:, 2:] / 4, 4, axis=1)
+        row = np.arange(len(quad))
+        weights[row, corner] += share[:, 0]
+        weights[row, (corner + 1) % 4] += share[:, 1]
+        vertex = self.quads[quad]
+        facing = np.einsum("nd,nd->n", quad_normals[quad], self.point_normals) > 0
+        number = len(self.outer) / len(self.points)
+        strength = number * weight[vertex].min(axis=1) * facing
+        strength /= self.size(x)[vertex].mean(axis=1) ** 2
+        return Springs(vertex, weights, self.points, self.point_normals, strength, slack * strength)
+
+    def relax(
+        self,
+        x: np.ndarray,
+        lengths: np.ndarray,
+        terms: Terms,
+        springs: list[Springs],
+        iterations: int,
+    ) -> np.ndarray:
+        """Lower the energy; hexes that are all valid stay so."""
+        least = energy.least_determinant(x, self.hexes, lengths)
+        eps = min(np.sqrt(1e-6 + 0.04 * least**2), 1.0) if least < 0.01 else 1e-3
+        floor = min(0.5 * least, 1e-3) if least > 0 else -np.inf
+        terms, pulls = terms._replace(eps=eps, floor=floor), energy.together(springs)
+        return descend(lambda y: energy.energy(y, self.hexes, lengths, terms, pulls), x, iterations)
+
+    def touching(self, is_bad: np.ndarray) -> np.ndarray:
+        """(V,) whether a vertex belongs to one of the bad hexes (H,)."""
+        touched = np.zeros(len(self.mesh.vertices), bool)
+        touched[self.hexes[is_bad]] = True
+        return touched
+
+
+@njit(cache=True, nogil=True)
+def _edge_lengths(x, hexes):
+    """(H, 3) mean length of the four edges along xi, eta, zeta."""
+    result = np.empty((len(hexes), 3))
+    for h in range(len(hexes)):
+        for k in range(3):
+            total = 0.0
+            for e in range(4 * k, 4 * k + 4):
+                a, b = hexes[h, EDGES[e, 0]], hexes[h, EDGES[e, 1]]
+                square = 0.0
+                for d in range(3):
+                    square += (x[b, d] - x[a, d]) ** 2
+                total += np.sqrt(square)
+            result[h, k] = total / 4
+    return result
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30)
+
+
+def _incidence(cells: np.ndarray, n: int) -> csr_matrix:
+    """(V, C) ones where a vertex belongs to a cell."""
+    column = np.repeat(np.arange(len(cells)), cells.shape[1])
+    return csr_matrix((np.ones(cells.size), (cells.ravel(), column)), shape=(n, len(cells)))
+
+
+def _alike(hexes: np.ndarray) -> csr_matrix:
+    """(3H, 3H) mean over the same direction (3 hex + direction) in the hexes across each face."""
+    a, b = neighbours(hexes)
+    first, second = [3 * (a // 6) + a % 6 // 2], [3 * (b // 6) + b % 6 // 2]
+    for k in range(2):  # the two directions in the common face
+        one, two = FACES[a % 6, k], FACES[a % 6, k + 1]
+        start, end = (
+            (hexes[b // 6] == hexes[a // 6, local][:, None]).argmax(axis=1) for local in (one, two)
+        )
+        first.append(3 * (a // 6) + (PLACES[one] != PLACES[two]).argmax(axis=1))
+        second.append(3 * (b // 6) + (PLACES[start] != PLACES[end]).argmax(axis=1))
+    i, j = np.concatenate(first), np.concatenate(second)
+    entries = (np.ones(2 * len(i)), (np.append(i, j), np.append(j, i)))
+    graph = coo_matrix(entries, shape=(3 * len(hexes),) * 2).tocsr()
+    degree = graph @ np.ones(3 * len(hexes))
+    alone = diags((degree == 0).astype(float))
+    return (diags(1 / np.maximum(degree, 1)) @ graph + alone).tocsr()

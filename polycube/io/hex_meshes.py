@@ -1,0 +1,230 @@
+"""Read a hex mesh that another program made, and check that it bounds one solid.
+
+Coordinates are kept exactly as they stand in the file.  What is changed is told: vertices welded or
+left out, hexes numbered the other way round.  What is still wrong then is refused, never patched.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections import Counter
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.hexmesh.connectivity import (
+    CORNERS,
+    FACES,
+    boundary_quads,
+    check_conforming,
+    hex_mesh,
+    neighbours,
+    quad_edges,
+)
+from polycube.hexmesh.quality import triangles
+from polycube.surface.measures import check_surface, connected, diagonal
+from polycube.types import HexMesh, TriMesh
+
+logger = logging.getLogger(__name__)
+
+FORMATS = (".vtu", ".vtk", ".mesh", ".msh", ".inp")
+FLAT_CELLS = ("vertex", "line", "triangle", "quad")  # beside the hexes; left out
+SHARP = np.pi / 4  # angle between the normals of quads of different patches
+MIRRORED = [4, 5, 6, 7, 0, 1, 2, 3]
+BY_AXES = [0, 1, 3, 2, 4, 5, 7, 6]  # xi fastest, then eta, then zeta, as some programs number
+APART = 0.1  # of the diagonal: boxes of mesh and surface farther off are not of one part
+
+
+def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
+    """Conforming hex mesh, its patches cut at sharp edges, and what was changed, one per line.
+
+    Raises InputError, one sentence, for what can not be used.
+    """
+    path = Path(path)
+    try:
+        mesh, notes = tidy(*_parsed(path))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error.__cause__
+    logger.info("%s: %d vertices, %d hexes", path, len(mesh.vertices), len(mesh.hexes))
+    return mesh, notes
+
+
+def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (V, 3), hexes (H, 8) and the array `cell` (H,) of our own files, else zeros."""
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"unknown kind of hex mesh {path.suffix!r}; can read {', '.join(FORMATS)}")
+    if not path.is_file():
+        raise InputError("there is no such file")
+    import meshio
+
+    try:
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):  # it talks
+            found = meshio.read(path)
+    except (Exception, SystemExit) as error:  # foreign parsers raise whatever broke
+        raise InputError(f"not a readable {path.suffix} file") from error
+    kinds = Counter()
+    for block in found.cells:
+        kinds[block.type] += len(block.data)
+    kinds = +kinds  # without those of which there are none
+    others = [kind for kind in kinds if kind not in (*FLAT_CELLS, "hexahedron")]
+    if others or "hexahedron" not in kinds:
+        had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"
+        raise InputError(f"only meshes of hexahedra with 8 corners can be improved; it has {had}")
+    if found.points.ndim != 2 or found.points.shape[1] != 3:
+        raise InputError("its points have no three coordinates")
+    hexes = found.cells_dict["hexahedron"]
+    cell = found.cell_data_dict.get("cell", {}).get("hexahedron", np.zeros(len(hexes)))
+    cell = np.asarray(cell).reshape(len(hexes), -1)[:, 0]
+    known = cell.dtype.kind in "iu" and cell.min() >= 0
+    return found.points, hexes, cell if known else np.zeros(len(hexes), np.int64)
+
+
+def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[HexMesh, list[str]]:
+    """Mesh of one solid in VTK's vertex order, and one sentence for each thing changed."""
+    vertices, hexes = np.asarray(vertices, np.float64), np.asarray(hexes, np.int64)
+    if not np.isfinite(vertices).all():
+        raise InputError("coordinates must be finite numbers")
+    if hexes.min() < 0 or hexes.max() >= len(vertices):
+        raise InputError(f"a hex names vertex {hexes.max()}; there are {len(vertices)}")
+    vertices, hexes, notes = _welded(vertices, hexes)
+    hexes, cell, done = _distinct(hexes, cell)
+    hexes, numbered = _in_order(vertices, hexes)
+    hexes, turned = _oriented(vertices, hexes)
+    mesh = hex_mesh(vertices, hexes, cell=cell)
+    try:
+        check_conforming(mesh)
+    except ValueError as error:
+        raise InputError(f"the hexes do not meet in whole faces: {error}") from None
+    check_surface(boundary(mesh))
+    mesh = hex_mesh(vertices, hexes, mesh.quads, patches(mesh), cell)
+    return mesh, notes + done + numbered + turned
+
+
+def _welded(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Only vertices that are used, one at each place, in their order."""
+    used, local = np.unique(hexes, return_inverse=True)
+    _, first, group = np.unique(vertices[used], axis=0, return_index=True, return_inverse=True)
+    kept = np.sort(first)
+    number = np.searchsorted(kept, first)[group.ravel()]
+    notes = []
+    if len(used) < len(vertices):
+        notes.append(f"left out vertices that no hex uses: {len(vertices) - len(used)}")
+    if len(kept) < len(used):
+        notes.append(f"welded vertices at the same place: {len(used) - len(kept)}")
+    return vertices[used][kept], number[local.reshape(hexes.shape)], notes
+
+
+def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    ordered = np.sort(hexes, axis=1)
+    collapsed = (np.diff(ordered, axis=1) == 0).any(axis=1)
+    if collapsed.any():
+        raise InputError(
+            f"{collapsed.sum()} hexes have two equal corners, the first is number "
+            f"{collapsed.argmax()}; wedges and pyramids can not be improved"
+        )
+    kept = np.sort(np.unique(ordered, axis=0, return_index=True)[1])
+    extra = len(hexes) - len(kept)
+    return hexes[kept], cell[kept], [f"left out hexes given twice: {extra}"] if extra else []
+
+
+def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """VTK's order of the corners, or that of the axes made VTK's where most hexes say so."""
+    plain, by_axes = (_untwisted(vertices, h) for h in (hexes, hexes[:, BY_AXES]))
+    if 2 * plain.sum() >= len(hexes) or by_axes.sum() <= plain.sum():
+        return hexes, []
+    return hexes[:, BY_AXES], ["re-numbered the corners of all hexes: they ran along the axes"]
+
+
+def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
+    """(H,) whether the corners are all right-handed, or all left-handed."""
+    corners = vertices[hexes]
+    sign = np.sign(np.linalg.det(corners[:, CORNERS[:, 1:]] - corners[:, CORNERS[:, :1]]))
+    return np.abs(sign.sum(axis=1)) == 8
+
+
+def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Mirror the numbering of hexes so that neighbours agree and the volume is positive.
+
+    Two nodes stand for each hex, as given and mirrored; neighbours that agree link equal nodes.
+    """
+    n = len(hexes)
+    first, second = neighbours(hexes)
+    faces = hexes[:, FACES].reshape(-1, 4)
+    a, b = faces[first], faces[second]
+    at = (b == a[:, :1]).argmax(axis=1)
+    row = np.arange(len(a))
+    agree = b[row, (at + 3) % 4] == a[:, 1]
+    alike = b[row, (at + 1) % 4] == a[:, 1]
+    if not (agree | alike).all():
+        where = (~(agree | alike)).argmax()
+        raise InputError(
+            f"hexes {first[where] // 6} and {second[where] // 6} share the corners of a face, but "
+            "not its edges: the vertex order is not VTK's"
+        )
+    f, g = first // 6, second // 6
+    left, right = np.where(agree, g, n + g), np.where(agree, n + g, g)
+    side = connected(np.append(f, n + f), np.append(left, right), 2 * n)
+    pieces = len(np.unique(np.minimum(side[:n], side[n:])))
+    if pieces > 1:
+        raise InputError(
+            f"its hexes are {pieces} pieces that share no whole face; give one solid whose hexes "
+            "meet in whole faces"
+        )
+    if (side[:n] == side[n:]).any():
+        raise InputError("the hexes can not be oriented: the mesh bounds no solid")
+    turn = side[:n] != side[0]
+    turned = np.where(turn[:, None], hexes[:, MIRRORED], hexes)
+    if _volume(vertices, turned) < 0:
+        turn = ~turn
+        turned = turned[:, MIRRORED]
+    if not turn.any():
+        return hexes, []
+    which = "all hexes: they were mirrored" if turn.all() else f"mirrored hexes: {turn.sum()}"
+    return turned, [f"re-numbered {which}"]
+
+
+def _volume(vertices: np.ndarray, hexes: np.ndarray) -> float:
+    """Of the boundary, by its triangles; negative when the hexes are mirrored."""
+    corners = triangles(vertices - vertices.mean(axis=0), boundary_quads(hexes))
+    return float(np.linalg.det(corners).sum() / 6)
+
+
+def patches(mesh: HexMesh, angle: float = SHARP) -> np.ndarray:
+    """(Q,) parts of the boundary between edges that turn by more than `angle` radians."""
+    _, pair = quad_edges(mesh.quads)
+    corners = mesh.vertices[mesh.quads]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    turn = np.einsum("ed,ed->e", normals[pair[:, 0]], normals[pair[:, 1]])
+    smooth = pair[turn >= np.cos(angle)]
+    return connected(smooth[:, 0], smooth[:, 1], len(mesh.quads))
+
+
+def boundary(mesh: HexMesh) -> TriMesh:
+    """The boundary as a surface: four triangles of each quad, round its middle."""
+    outer, quads = np.unique(mesh.quads, return_inverse=True)
+    quads = quads.reshape(-1, 4)
+    middle = len(outer) + np.arange(len(quads))
+    sides = [(quads[:, k], quads[:, (k + 1) % 4], middle) for k in range(4)]
+    faces = np.concatenate([np.stack(side, axis=1) for side in sides])
+    corners = mesh.vertices[outer]
+    return TriMesh(np.concatenate([corners, corners[quads].mean(axis=1)]), faces)
+
+
+def check_place(mesh: HexMesh, surface: TriMesh) -> None:
+    """Raise InputError unless mesh and surface lie in the same place at the same size."""
+    boxes = [(p.min(axis=0), p.max(axis=0)) for p in (mesh.vertices, surface.vertices)]
+    size = diagonal(surface)
+    off = max(np.linalg.norm(a - b) for a, b in zip(*boxes, strict=True)) / size
+    if off <= APART:
+        return
+    ratio = float(np.linalg.norm(boxes[0][1] - boxes[0][0]) / size)
+    told = [" to ".join("({:.4g}, {:.4g}, {:.4g})".format(*end) for end in box) for box in boxes]
+    what = "placement" if 0.8 < ratio < 1.25 else f"units: it is {ratio:.3g} times as large"
+    raise InputError(
+        f"the hex mesh, from {told[0]}, does not lie where the surface is, from {told[1]}; "
+        f"give both in the same {what}"
+    )

@@ -1,0 +1,62 @@
+"""An LS-DYNA deck for the free vibration modes of a spline in BEXT version 1.
+
+Keywords and cards are those of the published rod's deck, which LS-DYNA ran in 2020.
+Consistent units: the part's length, kg, s; so frequencies come in Hz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from polycube.analysis.material import Material, material
+from polycube.io.atomic import atomic_write
+from polycube.units import METRES
+
+
+def write_modal_deck(
+    path: Path, bext: str, elastic: Material, units: str, modes: int, lumped: bool = False
+) -> Path:
+    """Write the deck beside a file named `bext`; modes count the six rigid ones.
+
+    lumped : LS-DYNA's own default, rows of the mass matrix summed on the diagonal
+    """
+    metre = METRES[units]
+    young, density = elastic.young * metre, elastic.density * metre**3
+    mass = [] if lumped else ["*CONTROL_IMPLICIT_CONSISTENT_MASS", "1"]
+    lines = [
+        "*KEYWORD 500M",
+        "*TITLE",
+        "Free vibration modes",
+        f"$ length {units}, mass kg, time s",
+        "*INCLUDE_TRANSFORM",
+        bext,
+        "1,0,1,0,0",
+        *[""] * 3,
+        "*PART",
+        "spline",
+        "1,1,1",
+        "*SECTION_SOLID",
+        "1,201",
+        "*MAT_ELASTIC",
+        f"1,{density:.9g},{young:.9g},{elastic.poisson:.9g}",
+        "*CONTROL_IMPLICIT_GENERAL",
+        "1,1.",
+        "*CONTROL_IMPLICIT_EIGENVALUE",
+        str(modes),
+        *mass,
+        "*END",
+    ]
+    with atomic_write(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="ascii")
+    return Path(path)
+
+
+def settings_of(analysis: Mapping[str, object]) -> dict[str, object]:
+    """Material, units, modes and mass of an analysis' options; what it has not, of steel in mm."""
+    return {
+        "elastic": material(analysis.get("material", "steel")),
+        "units": analysis.get("units", "mm"),
+        "modes": analysis.get("modes", 20),
+        "lumped": analysis.get("mass") == "lumped",
+    }

@@ -1,0 +1,86 @@
+"""Which boundary edges (S, 2) and vertices (P,) of a hex mesh the spline keeps sharp."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.hexmesh.connectivity import FACES, edge_valence, quad_edges
+from polycube.types import HexMesh
+
+
+def creases(mesh: HexMesh, angle: float) -> np.ndarray:
+    """Boundary edges whose two quads have normals more than `angle` radians apart."""
+    edges, quads = quad_edges(mesh.quads)
+    corners = mesh.vertices[mesh.quads]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    return edges[_angle(normals[quads[:, 0]], normals[quads[:, 1]]) > angle]
+
+
+def border(mesh: HexMesh, quads: np.ndarray) -> np.ndarray:
+    """Boundary edges between some quads (F,), numbers into `mesh.quads`, and others."""
+    edges, sides = quad_edges(mesh.quads)
+    return edges[np.isin(sides, quads).sum(axis=1) == 1]
+
+
+def single_hex_edges(mesh: HexMesh) -> np.ndarray:
+    """Boundary edges that one hex has; smooth, det J would be 0 along them."""
+    edges, count = edge_valence(mesh.hexes)
+    return edges[count == 1]
+
+
+def edges_between(mesh: HexMesh, vertices: np.ndarray) -> np.ndarray:
+    """Boundary edges with both ends in a list of vertices, chords across a face included."""
+    edges, _ = quad_edges(mesh.quads)
+    return edges[np.isin(edges, vertices).all(axis=1)]
+
+
+def without_dead_ends(sharp_edges: np.ndarray) -> np.ndarray:
+    """The edges that lie on closed curves or on curves between such; stray ones are dropped."""
+    while len(sharp_edges):
+        kept = (np.bincount(sharp_edges.ravel())[sharp_edges] > 1).all(axis=1)
+        if kept.all():
+            break
+        sharp_edges = sharp_edges[kept]
+    return sharp_edges
+
+
+def kinks(mesh: HexMesh, sharp_edges: np.ndarray, angle: float) -> np.ndarray:
+    """Vertices where a curve of sharp edges turns by more than `angle` radians."""
+    passages = _passages(sharp_edges)
+    before, vertex, after = mesh.vertices[passages.T]
+    return passages[_angle(vertex - before, after - vertex) > angle, 1]
+
+
+def folds(mesh: HexMesh, sharp_edges: np.ndarray) -> np.ndarray:
+    """Vertices where a curve turns from one edge of a face to the next; det J would be 0 there."""
+    passages = _passages(sharp_edges)
+    turns = np.stack([np.roll(FACES, shift, axis=1) for shift in (-1, 0, 1)], axis=-1)
+    turns = mesh.hexes[:, turns].reshape(-1, 3)
+    turns[:, ::2].sort(axis=1)
+    base = np.int64(len(mesh.vertices))  # base^3 fits up to two million vertices
+    return passages[np.isin(passages @ [base**2, base, 1], turns @ [base**2, base, 1]), 1]
+
+
+def union(*lists: np.ndarray) -> np.ndarray:
+    """Edges or vertices of any list, each once."""
+    return np.unique(np.concatenate(lists), axis=0)
+
+
+def is_among(edges: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """(...) which of some edges (..., 2) are among others (E, 2); the ends of all ascend."""
+    base = max(edges.max(initial=0), others.max(initial=0)) + 1
+    return np.isin(edges @ [base, 1], others @ [base, 1])
+
+
+def _passages(sharp_edges: np.ndarray) -> np.ndarray:
+    """(P, 3) before, at and after each vertex that has two sharp edges, the ends ascending."""
+    tails, heads = sharp_edges.ravel(), sharp_edges[:, ::-1].ravel()
+    order = np.lexsort((heads, tails))
+    vertices, first, count = np.unique(tails[order], return_index=True, return_counts=True)
+    heads, first = heads[order], first[count == 2]
+    return np.stack([heads[first], vertices[count == 2], heads[first + 1]], axis=1)
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N,) radians between vectors (N, 3)."""
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))

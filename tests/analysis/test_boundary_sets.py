@@ -1,0 +1,73 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polycube.analysis.boundary_sets import (
+    check_names,
+    check_place,
+    faces_of,
+    place_name,
+    sets_of_sides,
+)
+from polycube.analysis.trace import trace
+from polycube.errors import InputError
+from polycube.hexmesh.named_sets import ENDS
+from polycube.io.hex_meshes import boundary
+from polycube.registry import build
+from tests.fixtures.hexmeshes import hex_ball
+from tests.fixtures.splines import box
+
+
+def test_sides_of_a_box_are_where_their_names_say():
+    spline = box((2, 3, 1), (3.0, 2.0, 1.0), "h2s")
+    assert list(sets_of_sides(spline)) == [*ENDS, *(f"patch_{k}" for k in range(6))]
+    for end, name in enumerate(ENDS):
+        points = trace(spline, faces_of(spline, name)).points
+        place = [0.0, (3.0, 2.0, 1.0)[end // 2]][end % 2]
+        assert points[:, end // 2] == pytest.approx(np.full(len(points), place), abs=1e-14)
+
+
+def test_a_smooth_solid_of_one_patch_has_no_ends():
+    ball = hex_ball(2)
+    spline = build("spline", {"plugin": "h2s"})(boundary(ball), ball)
+    assert list(sets_of_sides(spline)) == ["patch_0"]
+    with pytest.raises(InputError, match=r"no boundary set 'x_min'; there are patch_0; {box"):
+        faces_of(spline, "x_min")
+    low = faces_of(spline, {"box": [-2, -2, -2, 2, 2, 0.1]})
+    assert 0 < len(low) < len(spline.sides)
+    assert trace(spline, low).points[:, 2].max() < 0.3
+
+
+def test_the_sets_of_the_mesh_come_before_its_own():
+    spline = box((2, 1, 1), (2.0, 1.0, 1.0), "h2s")
+    named = replace(spline, sets={"x_min": np.array([3])})
+    assert faces_of(named, "x_min").tolist() == [3]
+    with pytest.raises(InputError, match=r"no boundary set 'x_max'; there are x_min; {box"):
+        faces_of(named, "x_max")
+    check_names(["x_min", {"plane": [0, 0, 1, 9]}], named.sets)
+
+
+def test_faces_of_several_spellings():
+    spline = box((2, 1, 1), (2.0, 1.0, 1.0), "h2s")
+    top = faces_of(spline, "z_max")
+    assert len(top) == 2
+    for same in (int(spline.patch[top[0]]), {"plane": [0, 0, 2, 2]}, {"box": [0, 0, 1, 2, 1, 1]}):
+        assert np.array_equal(faces_of(spline, same), top)
+    assert len(faces_of(spline, {"box": [1, 0, 1, 2, 1, 1]})) == 1
+
+
+def test_places_in_words():
+    assert [place_name(place) for place in ("x_min", 7, {"plane": [1, 0, 0, 2.5]})] == [
+        "x_min",
+        "7",
+        "plane 1 0 0 2.5",
+    ]
+
+
+@pytest.mark.parametrize(
+    "bad", [None, True, 1.5, "top", "x_mid", "hole", {"box": [1]}, {"ball": [0, 0, 0, 1]}, {}]
+)
+def test_refuses_what_is_no_place(bad):
+    with pytest.raises(ValueError, match=r"boundary faces are a patch number, a name \(x_min to z"):
+        check_place(bad)

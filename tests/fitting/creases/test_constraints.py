@@ -1,0 +1,201 @@
+"""Sharp edges of a cube found by a box of hexes in it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from polycube.fitting.creases.constraints import Matching, chains, goals, match, no_features, spread
+from polycube.fitting.creases.paths import Route
+from polycube.fitting.problem import FitProblem
+from polycube.structure.lattice import boundary, edges
+from polycube.surface.creases import Crease
+from polycube.surface.fit_target import target
+from polycube.types import Polycube, TriMesh
+from tests.hexmesh.test_template import cut, ring
+
+
+def cube_body(surface: trimesh.Trimesh, turn: float = 0.0) -> tuple[FitProblem, np.ndarray]:
+    """A unit cube of hexes, at the unit scale of the surface; turned about z by an angle."""
+    cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    goal = target(TriMesh(surface.vertices, surface.faces))
+    problem = FitProblem(cut(cube, 0.25), goal, 100)
+    c, s = np.cos(turn), np.sin(turn)
+    x = (problem.mesh.vertices - 0.5) @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    return problem, x / goal.scale
+
+
+def unit_box() -> trimesh.Trimesh:
+    return trimesh.creation.box((1, 1, 1))
+
+
+def test_chains_are_the_edges_of_the_polycube():
+    goal = target(TriMesh(unit_box().vertices, unit_box().faces))
+    mesh = cut(ring(), 1 / 6)
+    found = chains(FitProblem(mesh, goal, 10))
+    ends, patches = edges(boundary(ring()))
+    assert len(found.patches) == len(ends) == 24
+    assert sorted(found.patches.tolist()) == sorted(patches.tolist())
+    problem = FitProblem(mesh, goal, 10)
+    for number, pair in enumerate(found.patches):
+        quads = problem.side_quads[found.side[found.number == number]]
+        assert (np.sort(mesh.patch[quads], axis=1) == pair).all()
+
+
+def test_share_of_marked_edges():
+    problem, _ = cube_body(unit_box())
+    found = chains(problem)
+    marked = np.zeros(len(problem.sides), bool)
+    marked[found.side[found.number == 3][:1]] = True
+    assert found.share(marked).tolist() == [0.25 * (k == 3) for k in range(12)]
+
+
+def test_a_ball_has_nothing_to_match():
+    problem, x = cube_body(trimesh.creation.icosphere(subdivisions=2))
+    matching = match(problem, x)
+    assert len(matching.curve) == len(matching.corner) == len(matching.sides) == 0
+
+
+def test_matching_of_a_cube():
+    problem, x = cube_body(unit_box())
+    matching = match(problem, x)
+    assert len(matching.curve) == 12 * 3
+    assert len(matching.corner) == 8
+    assert matching.corner_goal == pytest.approx(x[matching.corner])
+
+
+def test_goals_are_on_the_surface_its_edges_and_corners():
+    problem, x = cube_body(unit_box(), turn=0.1)
+    at = goals(problem, x, match(problem, x), 0.04, np.ones(len(x), bool))
+    place = at.place(problem, x)
+    half = 0.5 / problem.target.scale
+    on = np.isclose(np.abs(place[problem.outer]), half, atol=1e-12).sum(axis=1)
+    assert np.bincount(on).tolist() == [0, 6 * 9, 12 * 3, 8]
+    assert np.abs(at.direction).max(axis=1) == pytest.approx(1)
+    assert np.array_equal(
+        np.delete(place, problem.outer, axis=0), np.delete(x, problem.outer, axis=0)
+    )
+
+
+def test_springs_hold_across_edges_and_at_corners():
+    problem, x = cube_body(unit_box())
+    at = goals(problem, x, match(problem, x), 0.04, np.ones(len(x), bool))
+    edge, corner = at.springs(np.full(len(x), 2.0))
+    assert np.array_equal(edge.vertex[:, 0], at.curve) and (edge.along == -2).all()
+    assert (corner.along == 0).all() and (corner.every == 2).all()
+
+
+def test_unused_features_are_left_out():
+    problem, x = cube_body(unit_box())
+    at = goals(problem, x, match(problem, x), 0.04, np.zeros(len(x), bool))
+    assert len(at.curve) == len(at.corner) == 0
+    at = goals(problem, x, no_features(), 0.04, np.ones(len(x), bool))
+    assert len(at.curve) == len(at.corner) == 0
+
+
+def circle(n: int) -> Crease:
+    """Radius 1 about the origin in the plane z = 0."""
+    angle = 2 * np.pi * np.arange(n + 1) / n
+    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return Crease(points, arc, np.full(n, np.pi / 2), (-1, -1))
+
+
+def line(length: float) -> Crease:
+    points = np.array([[0.0, 0, 0], [length, 0, 0]])
+    return Crease(points, np.array([0, length]), np.array([np.pi / 2]), (0, 1))
+
+
+def test_spread_keeps_places_that_are_in_order():
+    x = np.array([[0, 0.1, 0], [1, -0.2, 0], [2.5, 0, 0.3], [4, 0, 0]])
+    route = Route(line(4.0), np.arange(4))
+    assert spread(route, x) == pytest.approx([0, 1, 2.5, 4])
+
+
+@given(st.integers(0, 10**6), st.integers(3, 12))
+@settings(max_examples=40, deadline=None)
+def test_spread_never_folds(seed, n):
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(-1.5, 1.5, (n, 3))
+    opened = spread(Route(line(1.0), np.arange(n)), x)
+    assert (np.diff(opened) >= 0.2 / (n - 1) - 1e-12).all()
+    assert 0 <= opened[0] and opened[-1] <= 1 + 1e-12
+    loop = circle(30)
+    closed = spread(Route(loop, np.arange(n)), x)
+    around = np.append(closed, closed[0] + loop.length)
+    assert (np.diff(around) >= 0.2 * loop.length / n - 1e-12).all()
+
+
+def test_vertices_stay_on_their_own_crease():
+    """Two parallel creases: a vertex that is nearer to the other one does not change over."""
+    other = Crease(line(1.0).points + np.array([0, 0.3, 0]), np.array([0, 1.0]), np.ones(1), (2, 3))
+    routes = (Route(line(1.0), np.arange(3)), Route(other, np.arange(3, 6)))
+    matching = Matching(routes, np.zeros(0, int), np.zeros((0, 3)))
+    problem, x = cube_body(unit_box())
+    x[:6] = [[0, 0, 0], [0.5, 0.25, 0], [1, 0, 0], [0, 0.3, 0], [0.5, 0.05, 0], [1, 0.3, 0]]
+    at = goals(problem, x, matching, 0.04, np.ones(len(x), bool))
+    assert at.curve.tolist() == list(range(6))
+    assert at.curve_foot[:, 1] == pytest.approx([0, 0, 0, 0.3, 0.3, 0.3])
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=40, deadline=None)
+def test_spread_goes_on_from_where_vertices_are(seed):
+    """On a loop of six straight pieces, unevenly: they stay, and a small way moves them little."""
+    rng = np.random.default_rng(seed)
+    loop = circle(6)
+    step = rng.uniform(0.4, 1, 12)
+    arc = rng.uniform(0, loop.length) + np.cumsum(step) / step.sum() * loop.length
+    route, x = Route(loop, np.arange(12)), loop.at(arc)[0]
+    turns = (spread(route, x) - arc) / loop.length
+    assert turns == pytest.approx(np.round(turns[0]), abs=1e-7)
+    moved = spread(route, x + rng.uniform(-1e-4, 1e-4, x.shape))
+    change = (moved - arc) / loop.length
+    assert change == pytest.approx(np.round(change[0]), abs=1e-4)
+
+
+def plate(thickness: float) -> tuple[FitProblem, np.ndarray]:
+    """A box of 4 x 4 x 1 hexes on a plate."""
+    sides = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, thickness], (1, 1, 1), ("cube",))
+    solid = trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, thickness]])
+    goal = target(TriMesh(solid.vertices, solid.faces))
+    problem = FitProblem(cut(sides, 0.25), goal, 100)
+    return problem, goal.to_unit(problem.mesh.vertices)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.2, 0.4])
+def test_feet_keep_to_their_side_of_a_thin_wall(turn):
+    """A plate thinner than the hexes' tilt moves them: vertices a small way through stay."""
+    problem, x = plate(0.05)
+    height = x[problem.outer, 2].copy()
+    rng = np.random.default_rng(1)
+    moved = x + np.array([0, 0, turn * 0.05]) + rng.uniform(-1e-3, 1e-3, x.shape)
+    at = goals(problem, moved, no_features(), 0.04, np.zeros(len(x), bool))
+    inner = (np.abs(x[problem.outer, :2]) < 0.3).all(axis=1)
+    assert inner.sum() == 18
+    assert at.foot[inner, 2] == pytest.approx(height[inner], abs=1e-12)
+
+
+def test_feet_stay_at_a_seam():
+    """An inner edge of 90 degrees: its vertices are moved out along the floor, and stay there.
+
+    Their normals lean to the wall, for its quads are higher than the floor's are long: up to 0.03
+    away the foot was on the wall.
+    """
+    solid = np.ones((2, 1, 2))
+    solid[1, :, 1] = 0
+    step = Polycube(solid, [0, 1, 2], [0, 1], [0, 1, 2], (2, 1, 2), ("cube",) * 4)
+    mesh = cut(step, 0.25)
+    high = replace(mesh, vertices=mesh.vertices * [1, 1, 1.5])
+    quads = np.concatenate([mesh.quads[:, [0, 1, 2]], mesh.quads[:, [0, 2, 3]]])
+    goal = target(TriMesh(high.vertices, quads))
+    problem, x = FitProblem(high, goal, 100), goal.to_unit(high.vertices)
+    seam = (mesh.vertices[:, [0, 2]] == 1).all(axis=1)
+    assert seam.sum() == 5
+    for out in np.linspace(0, 0.03, 7):
+        moved = x + out * np.outer(seam, [1, 0, 0])
+        at = goals(problem, moved, no_features(), 0.04, np.zeros(len(x), bool))
+        assert at.place(problem, moved) == pytest.approx(moved, abs=1e-12)

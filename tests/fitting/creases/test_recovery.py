@@ -1,0 +1,93 @@
+"""Creases that gave way come back, for no hex that counts."""
+
+import numpy as np
+import pytest
+
+from polycube.fitting.creases.constraints import match, no_features
+from polycube.fitting.creases.recovery import regain
+from polycube.fitting.local_polish import raise_worst
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.snapping import State, cover_of, goals_of, snap
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.quality import BEST_SCORE, off_creases, worth
+from polycube.surface.fit_target import target
+from polycube.types import TriMesh
+from tests.hexmesh.test_connectivity import box
+
+ROUNDS = 12
+
+
+def wedge(slope: float) -> tuple[FitProblem, np.ndarray]:
+    """4^3 hexes in a box of which one side slopes outwards, all creases held; unit scale."""
+
+    def sloped(vertices):
+        return vertices * (1 + slope * vertices[:, 2:] / 4 * [1, 0, 0])
+
+    vertices, cubes = box(4, 4, 4)
+    solid, one = box(1, 1, 1)
+    quads = hex_mesh(solid, one).quads
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    surface = target(TriMesh(sloped(4 * solid), faces))
+    problem = FitProblem(hex_mesh(sloped(vertices), cubes), surface, 500)
+    return problem, surface.to_unit(problem.mesh.vertices)
+
+
+def state(problem: FitProblem, x: np.ndarray) -> State:
+    return State(x, float(problem.scaled_jacobian(x).min()), 0.0, np.ones(len(x)))
+
+
+def given_way(problem: FitProblem, x: np.ndarray) -> State:
+    """The worst hexes raised on the surface, creases or not."""
+    every, free, lengths = np.ones(len(x)), no_features(), problem.lengths(x, 2, 0.05)
+    for _ in range(8):
+        found = snap(problem, x, goals_of(problem, x, free, every), 0.3, every)
+        at = goals_of(problem, found.x, free, every)
+        x = raise_worst(problem, found.x, lengths, at, cover_of(problem, found, 1.0)[0], 40.0)
+    return snap(problem, x, goals_of(problem, x, free, every), 0.3, every)
+
+
+def off(problem: FitProblem, found: State) -> float:
+    return off_creases(problem.target, found.x[problem.sides])
+
+
+def stray(problem: FitProblem, found: State) -> float:
+    outer = found.x[problem.outer]
+    return float(np.linalg.norm(problem.target.closest(outer)[0] - outer, axis=1).max())
+
+
+def test_an_edge_that_gave_way_for_nothing_comes_back():
+    problem, x = wedge(0.5)
+    moved = x.copy()
+    top = np.isclose(x[:, 2], x[:, 2].max()) & np.isclose(x[:, 0], x[:, 0].max())
+    moved[top & (np.abs(x[:, 1]) < 0.9 * x[:, 1].max()), 0] -= 0.03  # but its ends, on the top
+    start = state(problem, moved)
+    assert off(problem, start) > 0.01
+    found = regain(problem, match(problem, x), start, ROUNDS)
+    assert off(problem, found) < 1e-6
+    assert stray(problem, found) < 1e-9
+    assert found.jacobian > start.jacobian
+
+
+@pytest.mark.parametrize("slope", [1.0, 1.6, 2.2])
+def test_what_counts_in_the_worst_hex_is_not_given(slope):
+    problem, x = wedge(slope)
+    start = given_way(problem, x)
+    assert off(problem, start) > 0.005
+    found = regain(problem, match(problem, x), start, ROUNDS)
+
+    def value(one):
+        return worth(one.jacobian, stray(problem, one), off(problem, one))
+
+    assert off(problem, found) < off(problem, start)
+    assert value(found) > value(start)
+    assert found.jacobian > min(start.jacobian, BEST_SCORE) - 0.02
+    assert stray(problem, found) < 0.002
+
+
+def test_creases_that_hold_or_have_no_path_leave_the_mesh_as_it_is():
+    problem, x = wedge(1.6)
+    held, loose = state(problem, x), given_way(problem, x)
+    matching = match(problem, x)
+    assert regain(problem, matching, held, ROUNDS) is held
+    assert regain(problem, no_features(), loose, ROUNDS) is loose
+    assert regain(problem, matching, loose, 0) is loose

@@ -1,0 +1,42 @@
+"""What a problem measures of its mesh."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh import energy
+from polycube.hexmesh.connectivity import EDGES, hex_mesh
+from polycube.surface.fit_target import target
+from polycube.types import TriMesh
+from tests.hexmesh.test_connectivity import box
+
+
+@pytest.fixture(scope="module")
+def problem() -> FitProblem:
+    """A block of 20 x 20 x 20 hexes: more than one thread's share."""
+    solid = trimesh.creation.box()
+    return FitProblem(hex_mesh(*box(20, 20, 20)), target(TriMesh(solid.vertices, solid.faces)), 10)
+
+
+def test_lengths_of_a_box_are_its_sides(problem):
+    x = problem.mesh.vertices * [1.0, 2.0, 3.0]
+    assert problem.lengths(x, 0, 0.0) == pytest.approx(np.tile([1.0, 2.0, 3.0], (8000, 1)))
+    even = problem.lengths(x, 2, 1.0)
+    assert even == pytest.approx(np.full((8000, 3), 6 ** (1 / 3)))
+
+
+def test_lengths_are_means_of_four_edges(problem):
+    x = problem.mesh.vertices + np.random.default_rng(0).uniform(
+        -0.3, 0.3, problem.mesh.vertices.shape
+    )
+    ends = x[problem.hexes[:, EDGES]]
+    length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+    assert problem.lengths(x, 0, 0.0) == pytest.approx(length.reshape(-1, 3, 4).mean(axis=2))
+
+
+def test_scaled_jacobians_in_parts_are_those_of_the_whole(problem):
+    x = problem.mesh.vertices + np.random.default_rng(0).uniform(
+        -0.3, 0.3, problem.mesh.vertices.shape
+    )
+    assert np.array_equal(problem.scaled_jacobian(x), energy.scaled_jacobian(x, problem.hexes))

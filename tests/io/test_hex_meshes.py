@@ -1,0 +1,241 @@
+"""Hex meshes of other programs: read as they are, re-numbered where needed, else one sentence."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from polycube.errors import InputError
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.quality import deviation, scaled_jacobian, volume
+from polycube.io.hex_meshes import (
+    BY_AXES,
+    FORMATS,
+    MIRRORED,
+    boundary,
+    check_place,
+    patches,
+    read_hexes,
+    tidy,
+)
+from polycube.io.vtk import write_hex_vtu
+from polycube.surface.measures import genus
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
+from tests.fixtures.surfaces import box
+
+meshio = pytest.importorskip("meshio")
+TURNED = np.array([0, 4, 5, 1, 3, 7, 6, 2])  # the same hex with zeta, xi, eta as its axes
+
+
+def write(path: Path, points, cells) -> Path:
+    meshio.write_points_cells(path, points, cells)
+    return path
+
+
+def cells_of(mesh) -> np.ndarray:
+    return np.zeros(len(mesh.hexes), np.int64)
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_every_format_is_read_with_its_coordinates(suffix, tmp_path):
+    mesh = hex_cylinder()
+    points = 25.4 * mesh.vertices + [1e3, 0, -7]
+    cells = [("quad", mesh.quads[:5]), ("hexahedron", mesh.hexes)]
+    if suffix == ".inp":
+        cells = cells[1:]
+    found, notes = read_hexes(write(tmp_path / f"part{suffix}", points, cells))
+    assert notes == []
+    np.testing.assert_array_equal(found.hexes, mesh.hexes)
+    np.testing.assert_allclose(found.vertices, points, rtol=1e-14)
+    assert set(map(tuple, np.sort(found.quads, 1))) == set(map(tuple, np.sort(mesh.quads, 1)))
+
+
+def test_our_own_file_keeps_its_grid_cells(tmp_path):
+    mesh = hex_box((4, 2, 2))
+    mesh = hex_mesh(mesh.vertices, mesh.hexes, cell=np.arange(16) // 8)
+    found, _ = read_hexes(write_hex_vtu(tmp_path / "hex.vtu", mesh, ("cube", "hole_z")))
+    np.testing.assert_array_equal(found.cell, mesh.cell)
+
+
+def test_patches_end_at_sharp_edges_only():
+    cube, rod, ball = hex_box((3, 3, 3)), hex_cylinder(4, 4), hex_ball(4)
+    assert len(np.unique(patches(cube))) == 6
+    assert np.bincount(patches(cube)).tolist() == [9] * 6
+    flat = np.ptp(rod.vertices[rod.quads][:, :, 2], axis=1) == 0
+    end = rod.vertices[rod.quads][:, 0, 2] > 0.5
+    found = [np.unique(patches(rod)[on]) for on in (flat & end, flat & ~end, ~flat)]
+    assert sorted(np.concatenate(found)) == [0, 1, 2]
+    assert (patches(ball) == 0).all()
+    assert len(np.unique(patches(cube, np.radians(91)))) == 1
+
+
+@pytest.mark.parametrize("order", [MIRRORED, BY_AXES, np.array(BY_AXES)[MIRRORED]])
+def test_a_mesh_numbered_otherwise_is_renumbered_and_told(order):
+    mesh = hex_cylinder()
+    found, notes = tidy(mesh.vertices, mesh.hexes[:, order], cells_of(mesh))
+    assert "re-numbered" in "; ".join(notes)
+    assert scaled_jacobian(found.vertices, found.hexes).min() == pytest.approx(
+        scaled_jacobian(mesh.vertices, mesh.hexes).min()
+    )
+    assert volume(found) == pytest.approx(volume(mesh))
+
+
+def test_single_mirrored_hexes_are_found_by_their_neighbours():
+    mesh = hex_cylinder()
+    some = np.random.default_rng(0).random(len(mesh.hexes)) < 0.3
+    mixed = np.where(some[:, None], mesh.hexes[:, MIRRORED], mesh.hexes)
+    found, notes = tidy(mesh.vertices, mixed, cells_of(mesh))
+    assert notes == [f"re-numbered mirrored hexes: {some.sum()}"]
+    assert (scaled_jacobian(found.vertices, found.hexes) > 0).all()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0, 1))
+def test_no_order_of_vertices_hexes_and_corners_changes_the_mesh(seed, mirrored):
+    """Vertices and hexes shuffled, every hex turned, some mirrored, the whole turned in space."""
+    mesh, rng = hex_cylinder(3), np.random.default_rng(seed)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    order = rng.permutation(len(mesh.vertices))
+    hexes = np.argsort(order)[mesh.hexes][rng.permutation(len(mesh.hexes))]
+    for row in hexes:
+        for _ in range(rng.integers(3)):
+            row[:] = row[TURNED]
+        row[:] = np.roll(row.reshape(2, 4), rng.integers(4), axis=1).ravel()
+        if rng.random() < mirrored:
+            row[:] = row[MIRRORED]
+    vertices = mesh.vertices[order] @ turn.T + rng.normal(size=3)
+    found, _ = tidy(vertices, hexes, cells_of(mesh))
+    assert volume(found) == pytest.approx(volume(mesh))
+    np.testing.assert_allclose(
+        np.sort(scaled_jacobian(found.vertices, found.hexes)),
+        np.sort(scaled_jacobian(mesh.vertices, mesh.hexes)),
+        atol=1e-9,
+    )
+    assert sorted(np.bincount(found.patch)) == sorted(np.bincount(patches(mesh)))
+
+
+def test_a_folded_hex_is_left_as_it_is():
+    """Inverted by its vertices, not by its numbering: to be untangled, not mirrored."""
+    mesh = hex_box((3, 3, 3))
+    vertices = mesh.vertices.copy()
+    inner = np.setdiff1d(np.arange(64), mesh.quads)[0]
+    vertices[inner] += 0.6
+    assert scaled_jacobian(vertices, mesh.hexes).min() < 0
+    found, notes = tidy(vertices, mesh.hexes, cells_of(mesh))
+    assert notes == []
+    np.testing.assert_array_equal(found.hexes, mesh.hexes)
+
+
+def test_double_vertices_spare_ones_and_double_hexes_are_told():
+    mesh = hex_box((2, 2, 2))
+    soup = mesh.vertices[mesh.hexes].reshape(-1, 3)
+    vertices = np.vstack([soup, [[9.0, 9, 9]]])
+    hexes = np.arange(64).reshape(8, 8)
+    found, notes = tidy(vertices, np.vstack([hexes, hexes[:1]]), np.zeros(9, np.int64))
+    assert len(found.vertices) == 27 and len(found.hexes) == 8 == len(found.cell)
+    assert notes == [
+        "left out vertices that no hex uses: 1",
+        "welded vertices at the same place: 37",
+        "left out hexes given twice: 1",
+    ]
+
+
+def hanging() -> tuple[np.ndarray, np.ndarray]:
+    """A cube beside four small ones."""
+    big, small = hex_box((1, 1, 1)), hex_box((1, 2, 2), (0.5, 1, 1))
+    moved = small.vertices + np.array([1, 0, 0])
+    return np.vstack([big.vertices, moved]), np.vstack([big.hexes, small.hexes + 8])
+
+
+def collapsed() -> tuple[np.ndarray, np.ndarray]:
+    mesh = hex_box()
+    hexes = mesh.hexes.copy()
+    hexes[3, 1] = hexes[3, 0]
+    return mesh.vertices, hexes
+
+
+def two_pieces() -> tuple[np.ndarray, np.ndarray]:
+    mesh = hex_box()
+    return np.vstack([mesh.vertices, mesh.vertices + 5]), np.vstack([mesh.hexes, mesh.hexes + 27])
+
+
+def hollow() -> tuple[np.ndarray, np.ndarray]:
+    mesh = hex_box((3, 3, 3))
+    return mesh.vertices, np.delete(mesh.hexes, 13, axis=0)
+
+
+def edge_contact() -> tuple[np.ndarray, np.ndarray]:
+    mesh = hex_box((2, 2, 2))
+    return mesh.vertices, mesh.hexes[[0, 1, 2, 5, 6, 7][:5]]
+
+
+def not_a_number() -> tuple[np.ndarray, np.ndarray]:
+    mesh = hex_box()
+    return np.where(mesh.vertices == 0.5, np.nan, mesh.vertices), mesh.hexes
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (hanging, "2 pieces that share no whole face"),
+        (collapsed, "1 hexes have two equal corners, the first is number 3"),
+        (two_pieces, "2 pieces that share no whole face"),
+        (hollow, "inner void"),
+        (edge_contact, "whole faces: boundary is not a closed manifold"),
+        (not_a_number, "finite"),
+    ],
+)
+def test_what_can_not_be_used_is_refused(made, words):
+    vertices, hexes = made()
+    with pytest.raises(InputError, match=words):
+        tidy(vertices, hexes, np.zeros(len(hexes), np.int64))
+
+
+def test_files_that_are_no_hex_mesh_are_refused_in_one_sentence(tmp_path, capfd):
+    mesh = hex_box()
+    tetra = write(tmp_path / "tetra.vtu", mesh.vertices, [("tetra", mesh.hexes[:, :4])])
+    mixed = [("hexahedron", mesh.hexes), ("wedge", mesh.hexes[:1, :6])]
+    mixed = write(tmp_path / "mixed.vtk", mesh.vertices, mixed)
+    (tmp_path / "broken.vtu").write_text("<VTKFile")
+    (tmp_path / "broken.msh").write_text("hello")
+    for path, words in {
+        tetra: "it has 8 tetra",
+        mixed: "8 hexahedron, 1 wedge",
+        tmp_path / "broken.vtu": "not a readable .vtu file",
+        tmp_path / "broken.msh": "not a readable .msh file",
+        tmp_path / "nowhere.vtk": "no such file",
+        tmp_path / "part.stl": "unknown kind of hex mesh '.stl'",
+    }.items():
+        with pytest.raises(InputError, match=words) as caught:
+            read_hexes(path)
+        assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
+    said = capfd.readouterr()
+    assert said.out == said.err == ""
+
+
+def test_the_boundary_as_a_surface_is_where_the_mesh_is():
+    mesh = hex_cylinder(4, 4)
+    surface = boundary(mesh)
+    assert genus(surface) == 0
+    off = deviation(mesh, surface)
+    assert off.vertices < 1e-12 and off.to_mesh.largest < 1e-12 and off.to_surface.largest < 1e-3
+
+
+def test_mesh_and_surface_must_lie_in_the_same_place():
+    mesh = hex_box((2, 2, 2))
+    check_place(mesh, box())
+    check_place(mesh, box(high=(1.05, 1, 1)))
+    with pytest.raises(InputError, match=r"units: it is 0\.001 times as large"):
+        check_place(mesh, box(high=(1000.0, 1000, 1000)))
+    with pytest.raises(InputError, match="the same placement"):
+        check_place(mesh, box((2.0, 0, 0), (3.0, 1, 1)))
+
+
+def test_published_meshes_are_taken_as_they_are(testdata):
+    for path in sorted((testdata / "surfaces" / "ref_hex").glob("*.vtk")):
+        mesh, notes = read_hexes(path)
+        assert notes == [], path.name
+        assert (scaled_jacobian(mesh.vertices, mesh.hexes) > 0).all()

@@ -1,0 +1,255 @@
+"""Reading: formats agree to the last digit, and each refusal is reached."""
+
+import struct
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+
+from polycube.errors import InputError
+from polycube.io.surfaces import read_surface
+from polycube.surface.measures import check_surface, genus, volume
+from polycube.surface.repair.clean import clean
+from tests.fixtures.surfaces import box, torus
+
+CUBE = box((1000.5, -2.25, 0.125), (1001.5, -1.25, 2.125))  # exact in single precision
+
+
+def written(folder, kind, mesh=CUBE):
+    path = folder / f"part.{kind}"
+    trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(path)
+    return path
+
+
+@pytest.mark.parametrize("kind", ["stl", "obj", "ply", "off", "glb", "STL"])
+def test_formats_keep_units_and_placement(tmp_path, kind):
+    surface, warnings = read_surface(str(written(tmp_path, kind)))
+    assert warnings == []
+    assert len(surface.vertices) == 8 and len(surface.faces) == 12
+    assert surface.vertices.min(axis=0).tolist() == [1000.5, -2.25, 0.125]
+    assert surface.vertices.max(axis=0).tolist() == [1001.5, -1.25, 2.125]
+    assert volume(surface) == pytest.approx(2)
+
+
+def test_fbx_is_read(tmp_path):
+    pytest.importorskip("open3d", exc_type=ImportError)
+    polygons = ",".join(f"{a},{b},{-c - 1}" for a, b, c in CUBE.faces)
+    vertices = ",".join(str(x) for x in CUBE.vertices.ravel())
+    path = tmp_path / "part.fbx"
+    path.write_text(FBX.format(n=CUBE.vertices.size, m=CUBE.faces.size, v=vertices, p=polygons))
+    surface, _ = read_surface(path)
+    assert genus(surface) == 0
+    assert volume(surface) == pytest.approx(2, rel=1e-5)
+
+
+FBX = """; FBX 7.3.0 project file
+FBXHeaderExtension:  {{
+	FBXHeaderVersion: 1003
+	FBXVersion: 7300
+}}
+Objects:  {{
+	Geometry: 1000, "Geometry::part", "Mesh" {{
+		Vertices: *{n} {{
+			a: {v}
+		}}
+		PolygonVertexIndex: *{m} {{
+			a: {p}
+		}}
+		GeometryVersion: 124
+	}}
+	Model: 2000, "Model::part", "Mesh" {{
+		Version: 232
+	}}
+}}
+Connections:  {{
+	C: "OO",2000,0
+	C: "OO",1000,2000
+}}
+"""
+
+
+def test_ascii_stl_with_odd_layout(tmp_path):
+    lines = ["  SOLID vertex 1 2 3"]
+    for triangle in CUBE.vertices[CUBE.faces]:
+        corners = [f"\tVERTEX {x} {y} {z}" for x, y, z in triangle.tolist()]
+        lines += ["facet normal 0 0 0", " outer loop", *corners, " endloop", "EndFacet"]
+    path = tmp_path / "part.stl"
+    path.write_bytes("\r\n".join([*lines, "endsolid"]).encode())
+    assert volume(read_surface(path)[0]) == pytest.approx(2)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 one\n", "breaks off"),
+        (b"solid a\nendsolid a\n", "no triangles"),
+        (
+            b"solid\nfacet\nvertex 0 0 a\nvertex 1 0 0\nvertex 0 1 0\nendfacet\nendsolid",
+            "no number",
+        ),
+        (b"\0" * 90, "header counts 0 triangles"),
+        (b"\0" * 80 + struct.pack("<I", 2**32 - 1), "header counts 4294967295"),
+        (b"good morning", "not an STL file"),
+        (b"", "the file is empty"),
+    ],
+)
+def test_broken_stl(tmp_path, text, sentence):
+    path = tmp_path / "part.stl"
+    path.write_bytes(text)
+    with pytest.raises(InputError, match=sentence):
+        read_surface(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("v 0 0 0\nf 1 2 3\n", "vertex 3 of 1"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "line 4.*goes back before"),
+        ("v 0 0 0\nf 0 1 2\n", "line 2.*vertex index 0"),
+        ("v 0 0\n", "line 1"),
+        ("v 0 0 zero\n", "line 1, 'v 0 0 zero'"),
+        ("v 0 0 0\nv 1 0 0\nf 1 2\n", "has 2 corners"),
+        ("# nothing\n", "no triangles"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1e999 0\nf 1 2 3\n", "must be finite"),
+    ],
+)
+def test_broken_obj(tmp_path, text, sentence):
+    path = tmp_path / "part.obj"
+    path.write_text(text)
+    with pytest.raises(InputError, match=sentence):
+        read_surface(path)
+
+
+def prism(outline) -> str:
+    n = len(outline)
+    lines = [f"v {x} {y} {z}" for z in (0, 1) for x, y in outline]
+    lines += ["f " + " ".join(str(i) for i in range(n, 0, -1))]
+    lines += ["f " + " ".join(f"{n + i}/1/1" for i in range(1, n + 1))]
+    lines += [f"f {i + 1} {(i + 1) % n + 1} {n + (i + 1) % n + 1} {n + i + 1}" for i in range(n)]
+    return "\n".join(lines)
+
+
+def test_polygons_are_split_inside_themselves(tmp_path):
+    path = tmp_path / "part.obj"
+    path.write_text(prism([(0, 0), (4, 0), (1, 1), (0, 4)]))  # a dart: concave at (1, 1)
+    surface, warnings = read_surface(path)
+    assert warnings == [] and volume(surface) == pytest.approx(4)
+
+
+def test_polygon_that_is_no_fan_is_refused(tmp_path):
+    path = tmp_path / "part.obj"
+    comb = [(0, 0), (5, 0), (5, 4), (4, 4), (4, 1), (3, 1), (3, 4), (2, 4), (2, 1), (1, 1), (1, 4)]
+    path.write_text(prism([*comb, (0, 4)]))
+    with pytest.raises(InputError, match="polygon of 12 corners"):
+        read_surface(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("none.step", "can not be read"),
+        ("none.IGS", "can not be read"),
+        ("part.docx", ".glb, .fbx, .step, .stp, .iges, .igs, .brep and example:NAME"),
+        ("part", "unknown kind"),
+        ("none.stl", "can not be read"),
+        ("none.fbx", "can not be read"),
+    ],
+)
+def test_names_that_can_not_be_read(tmp_path, name, sentence):
+    with pytest.raises(InputError, match=sentence):
+        read_surface(tmp_path / name)
+
+
+@pytest.mark.parametrize("kind", ["ply", "off", "glb", "obj", "fbx"])
+def test_garbage_is_refused_in_every_format(tmp_path, kind):
+    path = tmp_path / f"part.{kind}"
+    path.write_bytes(bytes(range(256)) * 8)
+    with pytest.raises(InputError):
+        read_surface(path)
+    path.write_bytes(b"")
+    with pytest.raises(InputError):
+        read_surface(path)
+
+
+def test_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match="this is a folder; give one file"):
+        (tmp_path / "a.stl").mkdir()
+        read_surface(tmp_path / "a.stl")
+
+
+def test_missing_libusb_names_the_cure(tmp_path, monkeypatch):
+    path = written(tmp_path, "stl").rename(tmp_path / "part.fbx")
+    monkeypatch.setitem(sys.modules, "open3d", None)
+    with pytest.raises(InputError, match=r"apt-get install libusb-1\.0-0"):
+        read_surface(path)
+
+
+def test_corners_are_welded_by_the_size_of_the_part():
+    rng = np.random.default_rng(0)
+    for size in (1e-12, 1.0, 1e30):
+        soup = torus().vertices[torus().faces].reshape(-1, 3)
+        noisy = (soup + rng.uniform(-1e-7, 1e-7, soup.shape)) * size
+        surface, warnings = clean(noisy, np.arange(len(soup)).reshape(-1, 3))
+        assert len(surface.vertices) == len(torus().vertices) and genus(surface) == 1
+        assert len(warnings) == 1 and warnings[0].startswith("welded corners")
+
+
+def test_vertex_thrown_far_away_is_named():
+    soup = torus().vertices[torus().faces].reshape(-1, 3)
+    soup[7] = 1e12
+    with pytest.raises(InputError, match=r"at \(1e\+12, 1e\+12, 1e\+12\) belong"):
+        clean(soup, np.arange(len(soup)).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("kind", ["stl", "obj", "ply", "off", "glb"])
+def test_damaged_files_are_read_or_refused(tmp_path, kind):
+    path = written(tmp_path, kind, torus(8, 5))
+    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    for _ in range(40):
+        damaged = bytearray(whole)
+        at = rng.integers(len(whole))
+        damaged[at : at + rng.integers(20)] = rng.bytes(rng.integers(20))
+        path.write_bytes(damaged[: rng.integers(2, 4) * len(damaged) // 3])
+        try:
+            surface, _ = read_surface(path)
+        except InputError as error:
+            assert "\n" not in str(error)
+        else:
+            check_surface(surface)
+
+
+def test_touching_vertices_of_a_closed_mesh_stay_apart():
+    pinched = torus()
+    vertices = pinched.vertices.copy()
+    vertices[0] = vertices[30]
+    surface, _ = clean(vertices, pinched.faces)
+    assert len(surface.vertices) == len(pinched.vertices)
+
+
+def test_face_without_area_gets_some_of_its_neighbour():
+    cube = box()
+    middle = (cube.vertices[0] + cube.vertices[1]) / 2
+    face = int(np.flatnonzero((cube.faces == 0).any(1) & (cube.faces == 1).any(1))[0])
+    a, b, c = np.roll(cube.faces[face], -int(np.argmin(np.isin(cube.faces[face], [0, 1]))) - 1)
+    others = np.delete(cube.faces, face, axis=0).tolist()
+    faces = [*others, [a, 8, c], [8, b, c], [a, b, 8]]
+    surface, warnings = clean(np.vstack([cube.vertices, middle]), np.array(faces))
+    assert warnings == ["flipped the longest edges of faces of no area: 1"]
+    assert len(surface.faces) == 14 and volume(surface) == pytest.approx(1)
+
+
+def test_part_too_small_for_float64_is_refused():
+    with pytest.raises(InputError, match="out of range"):
+        clean(box().vertices * 1e-70, box().faces)
+
+
+def test_reading_imports_no_heavy_package(tmp_path):
+    code = (
+        "import sys; from polycube.io.surfaces import read_surface; read_surface(sys.argv[1]);"
+        "assert not {'torch', 'open3d', 'trimesh', 'vtk', 'matplotlib'} & set(sys.modules)"
+    )
+    path = written(tmp_path, "stl")
+    result = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
