@@ -155,6 +155,7 @@ class Candidate:
     trajectory: np.ndarray | None = None  # (S, N, 3) x_T ... x_0 of a denoising, polycube units
     probability: float | None = None  # of the structure, in its frame, by a trained classifier
     steps: tuple[int, ...] = ()  # (S,) t of each state of the trajectory
+    family: str = "grid"  # of structures that fail alike: contexts of a grid, or free lattices
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +214,17 @@ class HexMesh:
             patch=("Q", np.int64),
             cell=("H", np.int64),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A candidate, its score and the coarse mesh that was used to judge it."""
+
+    candidate: Candidate
+    score: float  # smaller is better
+    numbers: dict[str, float]  # the terms of the score
+    hexes: HexMesh  # coarse, registered, in model units
+    positions: np.ndarray  # (V, 3) polycube position of each vertex of the hexes
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,14 @@ One .npz per value: the arrays under the path of their field, and the rest as JS
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import json
 from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from polycube import types
 from polycube.io.atomic import atomic_write
-
-_CLASSES = ("polycube.types", "polycube.pipeline.ranking")  # where the dataclasses come from
 
 
 def save(path: Path, value: object) -> None:
@@ -74,7 +72,6 @@ def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
 
 
 def _class(name: str) -> type:
-    for module in map(importlib.import_module, _CLASSES):
-        if hasattr(module, name):
-            return getattr(module, name)
-    raise ValueError(f"artifact holds a {name}, which no module of {', '.join(_CLASSES)} defines")
+    if not hasattr(types, name):
+        raise ValueError(f"artifact holds a {name}, which polycube.types does not define")
+    return getattr(types, name)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 import numpy as np
 
@@ -20,23 +20,12 @@ from polycube.structure.lattice import boundary, corners, describe, genus, is_ma
 from polycube.structure.rough_map import identity_map
 from polycube.surface import measures as surfaces
 from polycube.surface.fit_target import target
-from polycube.types import Candidate, HexMesh, TriMesh
+from polycube.types import Candidate, HexMesh, Ranked, TriMesh
 
 logger = logging.getLogger(__name__)
 
 GOOD_SCORE = 0.4  # of a mesh, see `quality.score`: no other structure is tried
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
-
-
-@dataclass(frozen=True, eq=False)
-class Ranked:
-    """A candidate, its score and the coarse mesh it was judged by."""
-
-    candidate: Candidate
-    score: float  # smaller is better
-    numbers: dict[str, float]  # the parts of the score
-    hexes: HexMesh  # coarse, registered, in model units
-    positions: np.ndarray  # (V, 3) polycube position of each vertex of the hexes
 
 
 def rank(
@@ -101,7 +90,7 @@ def worth_a_try(ranked: list[Ranked], tries: int) -> list[int]:
         if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
             seen.add(entry.candidate.key)
             choices.append(index)
-    other = [i for i in choices if _is_lattice(ranked[i]) != _is_lattice(ranked[choices[0]])]
+    other = [i for i in choices if _family(ranked[i]) != _family(ranked[choices[0]])]
     first = choices[:1] + other[:1]
     return [*first, *(i for i in choices if i not in first)][:tries]
 
@@ -114,14 +103,13 @@ def enough(ranked: list[Ranked], choices: list[int], index: int) -> float:
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
     is_close = any(
-        entry.score <= CLOSE * now.score and _is_lattice(entry) != _is_lattice(now)
-        for entry in later
+        entry.score <= CLOSE * now.score and _family(entry) != _family(now) for entry in later
     )
     return BEST_SCORE if is_close else GOOD_SCORE
 
 
-def _is_lattice(entry: Ranked) -> bool:
-    return entry.candidate.proposal == "bricks"
+def _family(entry: Ranked) -> str:
+    return entry.candidate.family
 
 
 def _coarse(candidate: Candidate, size: float) -> tuple[HexMesh, np.ndarray]:

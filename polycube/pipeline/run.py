@@ -26,7 +26,7 @@ from polycube.pipeline.intake import REPAIR, check_intake, keep_repair, kept_rep
 from polycube.pipeline.portfolio import Portfolio, search
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import no_structure, propose
-from polycube.pipeline.ranking import GOOD_SCORE, Ranked, enough, rank, worth_a_try
+from polycube.pipeline.ranking import GOOD_SCORE, enough, rank, worth_a_try
 from polycube.pipeline.settings import check_settings, unlike
 from polycube.pipeline.stages import (
     Stage,
@@ -43,7 +43,7 @@ from polycube.structure.lattice import describe
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
 from polycube.surface import measures as topology
-from polycube.types import Candidate, HexMesh, Polycube
+from polycube.types import Candidate, HexMesh, Polycube, Ranked
 
 logger = logging.getLogger(__name__)
 

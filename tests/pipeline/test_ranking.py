@@ -18,6 +18,9 @@ SCALE = np.diag([10.0, 8.0, 8.0])
 PERFECT = ShortQuality(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
 
 
+FAMILY = {"slices": "grid", "diffusion": "grid", "boxes": "grid", "bricks": "lattice"}
+
+
 def candidate(context, linear=SCALE, cost=0.0, proposal="slices") -> Candidate:
     polycube = collapse(lattice(TWO, context, PRIMITIVES))
     rough_map = affine_map(polycube, linear, np.zeros(3))
@@ -82,7 +85,9 @@ def test_corners_beyond_those_of_a_box_cost():
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
     def entry(proposal, key, score):
-        return SimpleNamespace(candidate=SimpleNamespace(proposal=proposal, key=key), score=score)
+        return SimpleNamespace(
+            candidate=SimpleNamespace(family=FAMILY[proposal], key=key), score=score
+        )
 
     assert worth_a_try([entry(*e) for e in entries], tries=3) == expected
 
@@ -97,7 +102,9 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
     ],
 )
 def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
-    ranked = [SimpleNamespace(candidate=SimpleNamespace(proposal=p), score=s) for p, s in entries]
+    ranked = [
+        SimpleNamespace(candidate=SimpleNamespace(family=FAMILY[p]), score=s) for p, s in entries
+    ]
     choices = list(range(len(ranked)))
     assert enough(ranked, choices, 0) == expected
     assert enough(ranked, choices, len(ranked) - 1) == GOOD_SCORE

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from polycube.cli import gallery
-from polycube.pipeline.ranking import Ranked
 from polycube.pipeline.stages import save_stage
 from polycube.report.pictures.fields import mode
 from polycube.structure.rough_map import identity_map
-from polycube.types import Candidate
+from polycube.types import Candidate, Ranked
 
 REPORT = {
     "polycube": {
