@@ -227,6 +227,21 @@ class Ranked:
     positions: np.ndarray  # (V, 3) polycube position of each vertex of the hexes
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """What an acceptance says of a hex mesh."""
+
+    failures: tuple[str, ...]  # why the mesh is not valid, a sentence each
+    warnings: tuple[str, ...]  # why a user should look at a valid mesh, a sentence each
+    key: tuple[float, ...]  # to choose by: the larger mesh is the better one
+    reaches: float  # scaled Jacobian of a mesh that misses nothing else; -inf otherwise
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether the mesh may be used at all."""
+        return not self.failures
+
+
 @dataclass(frozen=True, eq=False)
 class Spline:
     """Tricubic volumetric spline as Bezier elements.
