@@ -1,0 +1,35 @@
+"""Data types that the stages exchange, one module per subject; imports numpy and scipy only.
+
+All are frozen dataclasses whose arrays are checked, copied and locked.  Arrays are float64 and
+int64; equal letters in the shapes mean equal lengths.  Lengths are in the user's units and
+placement, except on the polycube, whose cell edge is 1.
+"""
+
+from polycube.types.checks import freeze
+from polycube.types.hexmesh import HexMesh, Ranked, Verdict
+from polycube.types.polycube import AXES, Candidate, Labels, Parametrization, Polycube, RoughMap
+from polycube.types.solution import Deformation, Modes, Potential, Solution
+from polycube.types.spline import ElementFunctions, Spline
+from polycube.types.surface import Frame, PointImage, TriMesh
+
+__all__ = [
+    "AXES",
+    "Candidate",
+    "Deformation",
+    "ElementFunctions",
+    "Frame",
+    "HexMesh",
+    "Labels",
+    "Modes",
+    "Parametrization",
+    "PointImage",
+    "Polycube",
+    "Potential",
+    "Ranked",
+    "RoughMap",
+    "Solution",
+    "Spline",
+    "TriMesh",
+    "Verdict",
+    "freeze",
+]

@@ -1,0 +1,74 @@
+"""Hex meshes, and how they are judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from polycube.types.checks import freeze
+from polycube.types.polycube import Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class HexMesh:
+    """All-hex mesh; VTK vertex order, and no other order inside the project.
+
+            7--------6        zeta
+           /|       /|         |
+          4--------5 |         |  eta
+          | 3------|-2         | /
+          |/       |/          |/
+          0--------1           o---- xi
+
+    `quads` are the boundary faces, counter-clockwise from outside, and `patch` the polycube face
+    that each came from; `cell` is the grid cell of each hex and `primitives` the primitive in each
+    grid cell (all computed by `hexmesh.connectivity.hex_mesh`).  `warnings` name requests that
+    could not be met.  `sets` name parts of the boundary (`hexmesh.named_sets.boundary_sets`).
+    """
+
+    vertices: np.ndarray  # (V, 3)
+    hexes: np.ndarray  # (H, 8) into vertices
+    quads: np.ndarray  # (Q, 4) into vertices
+    patch: np.ndarray  # (Q,)
+    cell: np.ndarray  # (H,)
+    primitives: tuple[str | None, ...] = ()  # of each grid cell; empty where it is not known
+    warnings: tuple[str, ...] = ()  # a sentence each
+    sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # quads (N,) by name
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            vertices=("V 3", np.float64),
+            hexes=("H 8", np.int64),
+            quads=("Q 4", np.int64),
+            patch=("Q", np.int64),
+            cell=("H", np.int64),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A candidate, its score and the coarse mesh that was used to judge it."""
+
+    candidate: Candidate
+    score: float  # smaller is better
+    numbers: dict[str, float]  # the terms of the score
+    hexes: HexMesh  # coarse, registered, in model units
+    positions: np.ndarray  # (V, 3) polycube position of each vertex of the hexes
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What an acceptance says of a hex mesh."""
+
+    failures: tuple[str, ...]  # why the mesh is not valid, a sentence each
+    warnings: tuple[str, ...]  # why a user should look at a valid mesh, a sentence each
+    key: tuple[float, ...]  # to choose by: the larger mesh is the better one
+    reaches: float  # scaled Jacobian of a mesh that misses nothing else; -inf otherwise
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether the mesh may be used at all."""
+        return not self.failures

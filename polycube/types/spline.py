@@ -1,0 +1,68 @@
+"""Volumetric splines as Bezier elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube.types.checks import freeze
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """Tricubic volumetric spline as Bezier elements.
+
+    The Bezier points of element e are `(extraction @ control)[nodes[e]]`, in the order
+    i + 4 j + 16 k, i fastest: neighbours of one level share nodes, so the solid is watertight.
+    `sides` are the faces on the boundary, 0 to 5 for -xi +xi -eta +eta -zeta +zeta, and `patch`
+    the polycube face that each came from.
+    """
+
+    control: np.ndarray  # (C, 3), one spline function each
+    extraction: csr_matrix  # (B, C), rows sum to 1
+    nodes: np.ndarray  # (E, 64) into the B Bezier nodes
+    element_hex: np.ndarray  # (E,) hex each element came from
+    level: np.ndarray  # (E,) of refinement: the hex halved so often
+    sides: np.ndarray  # (Q, 2) element and face of it
+    patch: np.ndarray  # (Q,)
+    extraordinary_edges: int = 0
+    sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # numbers of sides (N,) by name
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            control=("C 3", np.float64),
+            nodes=("E 64", np.int64),
+            element_hex=("E", np.int64),
+            level=("E", np.int64),
+            sides=("Q 2", np.int64),
+            patch=("Q", np.int64),
+        )
+
+    def element_functions(self) -> ElementFunctions:
+        """Extraction operators of all elements, functions that vanish there left out."""
+        n_functions = self.extraction.shape[1]
+        rows = self.extraction[self.nodes.ravel()].tocoo()
+        element, node = np.divmod(rows.row.astype(np.int64), 64)
+        pairs, row = np.unique(element * n_functions + rows.col, return_inverse=True)
+        element, functions = np.divmod(pairs, n_functions)
+        return ElementFunctions(
+            offsets=np.searchsorted(element, np.arange(len(self.nodes) + 1)),
+            functions=functions,
+            coefficients=csr_matrix((rows.data, (row, node)), (len(pairs), 64)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ElementFunctions:
+    """The spline functions of each element and their Bezier coefficients there.
+
+    Rows offsets[e] to offsets[e + 1] belong to element e, its functions ascending.
+    """
+
+    offsets: np.ndarray  # (E + 1,)
+    functions: np.ndarray  # (R,) into the C control points
+    coefficients: csr_matrix  # (R, 64)
