@@ -28,7 +28,7 @@ def command(config_name: str, job: Callable[[dict[str, object], Path], object]) 
         job(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
 
     try:
-        with plain_refusals(config_name):
+        with plain_refusals():
             compose_and_run()
     except (InputError, OmegaConfBaseException) as error:
         sys.exit(refused(error))

@@ -103,7 +103,7 @@ def main() -> None:
 
     try:
         sys.argv[1:] = expanded(sys.argv[1:])
-        with plain_refusals("infer"):
+        with plain_refusals():
             compose_and_run()
     except InputError as error:
         sys.exit(refused(error))

@@ -53,7 +53,7 @@ def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch)
     monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
     with (
         pytest.raises(InputError) as caught,
-        plain_refusals(config),
+        plain_refusals(),
         initialize_config_dir(str(HOME / "conf"), version_base="1.3"),
     ):
         compose(config, [word])
@@ -66,7 +66,7 @@ def test_flags_of_other_programs_are_named(monkeypatch):
     monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
     with (
         pytest.raises(InputError, match=r"unknown flag --mesh; .* mesh=value"),
-        plain_refusals("infer"),
+        plain_refusals(),
     ):
         raise HydraException("not reached")
 
@@ -93,5 +93,5 @@ def test_programs_end_with_code_2_and_one_line(tmp_path, words, says):
 def test_flags_of_hydra_keep_their_values(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["train.py", "--cfg", "job", "schedule=cosine"])
     monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    with plain_refusals("train"):
+    with plain_refusals():
         pass

@@ -1,0 +1,68 @@
+"""Composing a configuration: the values of conf/, from anywhere in a process, or one sentence."""
+
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from hydra.core.global_hydra import GlobalHydra
+
+from polycube.config import compose
+from polycube.errors import InputError
+from tests.conftest import ROOT
+
+# another program, with a configuration and choices of its own, that composes ours while it runs
+PROGRAM = """
+import hydra
+from polycube.config import compose
+
+@hydra.main(version_base=%s, config_path="conf", config_name="other")
+def main(cfg):
+    found = compose("infer", ["meshing.size=4%%", "spline=c0"])
+    assert found["meshing"]["subdivide"]["size"] == "4%%" and found["spline"]["plugin"] == "c0"
+    assert "hydra" not in found and "own" not in found and cfg.own == 3
+    print(hydra.core.hydra_config.HydraConfig.get().job.name)
+
+main()
+"""
+
+
+@pytest.mark.parametrize("version_base", ['"1.3"', '"1.1"', "None"])
+def test_another_hydra_program_can_compose_ours(version_base: str, tmp_path: Path) -> None:
+    (tmp_path / "conf").mkdir()
+    (tmp_path / "conf" / "other.yaml").write_text("own: 1\n")
+    (tmp_path / "other.py").write_text(PROGRAM % version_base)
+    command = [sys.executable, "other.py", "own=3"]
+    done = subprocess.run(
+        command, cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["other"]
+
+
+def test_threads_compose_at_the_same_time() -> None:
+    sizes = [f"{n}%" for n in range(1, 9)]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda size: compose("infer", [f"meshing.size={size}"]), sizes))
+    assert [cfg["meshing"]["subdivide"]["size"] for cfg in found] == sizes
+    assert not GlobalHydra.instance().is_initialized()
+
+
+def test_a_mandatory_value_is_shown_as_such() -> None:
+    assert compose("infer")["mesh"] == "???"
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("meshing.sze=4%", "no option meshing.sze, did you mean meshing.size; meshing has"),
+        ("seed.x=1", "no option seed.x"),
+        ("seed=${nothing}", "Interpolation key 'nothing' not found"),
+        ("tries=1,2", "Ambiguous value"),
+    ],
+)
+def test_a_wrong_override_is_refused_on_one_line(override: str, words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        compose("infer", [override])
+    assert words in str(caught.value) and "\n" not in str(caught.value)
