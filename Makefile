@@ -3,6 +3,7 @@
 # make train   train the denoiser                        make train ARGS=experiment=smoke
 # make gallery docs/gallery.md with its pictures, from the parts that the program makes itself
 # make lint    format and lint, changing nothing
+# make types   check the types
 # make doctor  what of this machine can be used
 #
 # The first of them makes .venv from the pinned requirements.
@@ -22,7 +23,7 @@ CODE := polycube plugins tests train.py infer.py
 export MPLBACKEND := Agg
 export PYVISTA_OFF_SCREEN := true
 
-.PHONY: demo test train gallery lint doctor
+.PHONY: demo test train gallery lint types doctor
 
 demo: $(READY)
 	$(RUN) infer.py mesh=$(MESH) output_dir=$(OUTPUT) $(ARGS)
@@ -43,6 +44,9 @@ gallery: $(READY)
 lint: $(READY)
 	$(RUN) -m ruff format --check $(CODE)
 	$(RUN) -m ruff check $(CODE)
+
+types: $(READY)
+	$(RUN) -m mypy
 
 doctor: $(READY)
 	$(RUN) -m polycube.cli.doctor

@@ -12,7 +12,7 @@ from functools import reduce
 import numpy as np
 
 Field = Callable[[np.ndarray], np.ndarray]  # (N, 3) points -> (N,)
-Point = Sequence[float]
+Point = Sequence[float] | np.ndarray
 
 
 def sphere(center: Point, radius: float) -> Field:

@@ -70,7 +70,9 @@ def _cut(
         for choice in _separators(part, points[nodes, axis], weight)
     ]
     none = np.zeros((2, len(nodes)), bool)
-    touching, side = min(choices, key=lambda choice: _cost(*choice, weight), default=none)
+    touching, side = min(
+        choices, key=lambda choice: _cost(choice, weight), default=(none[0], none[1])
+    )
     if not touching.any():
         touching[np.argmax(side)] = True  # halves that do not touch: a front needs an unknown
     halves = [nodes[side & ~touching], nodes[~side]]
@@ -99,7 +101,8 @@ def _separators(
             yield side & (part @ (~side).astype(np.float64) != 0), side
 
 
-def _cost(touching: np.ndarray, side: np.ndarray, weight: np.ndarray) -> float:
+def _cost(choice: tuple[np.ndarray, np.ndarray], weight: np.ndarray) -> float:
     """Unknowns of the separator over those of the two parts, multiplied."""
+    touching, side = choice
     apart = weight[side & ~touching].sum() * weight[~side].sum()
     return weight[touching].sum() / max(apart, 1e-9)

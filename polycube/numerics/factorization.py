@@ -70,7 +70,10 @@ def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
     ordered = tril(matrix[order][:, order], format="csc")
     potrf, trsm, syrk = _dense(matrix.dtype)
     del matrix
-    later, diagonal, below, updates = [], [], [], {}
+    later: list[np.ndarray] = []
+    diagonal: list[np.ndarray] = []
+    below: list[np.ndarray] = []
+    updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # of fronts not yet assembled
     for k, front in enumerate(fronts):
         a, b = starts[k], starts[k + 1]
         entries = ordered[:, a:b].tocoo()

@@ -131,7 +131,7 @@ class _Pairs:
 
 
 @njit(cache=True, nogil=True)
-def _dot(a, b):
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
     """Product of vectors (n,), the same whatever the number of cores."""
     total = 0.0
     for start in range(0, len(a), BLOCK):
@@ -140,7 +140,13 @@ def _dot(a, b):
 
 
 @njit(cache=True, nogil=True)
-def _two_loops(gradient, changes, bends, inverses, order):
+def _two_loops(
+    gradient: np.ndarray,
+    changes: np.ndarray,
+    bends: np.ndarray,
+    inverses: np.ndarray,
+    order: np.ndarray,
+) -> np.ndarray:
     """Nocedal and Wright 2006, algorithm 7.4; pairs in order, the newest first."""
     direction = gradient.copy()
     shares = np.empty(len(order))

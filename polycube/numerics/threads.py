@@ -12,12 +12,15 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
 from itertools import pairwise
+from typing import TypeVar
 
 MOST = 4  # threads of the pool
 _BUSY: set[object] = set()  # one for each `busy` thread
 
+Result = TypeVar("Result")
 
-def side_by_side(calls: Sequence[Callable[[], object]]) -> list[object]:
+
+def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
     """Results of the calls, in order; the first runs on this thread.
 
     A call must not use this function itself: it would wait for a thread that waits.

@@ -15,7 +15,9 @@ CLOSEST = 0.2  # least distance of neighbours along a crease, in even spacings
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _closest(points, arc, is_loop, k, x, expected):
+def _closest(
+    points: np.ndarray, arc: np.ndarray, is_loop: bool, k: int, x: np.ndarray, expected: float
+) -> tuple[float, float]:
     """Arc length and square distance of the point of segment k closest to x."""
     along, size = 0.0, 0.0
     for d in range(3):
@@ -35,7 +37,9 @@ def _closest(points, arc, is_loop, k, x, expected):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest(points, arc, is_loop, x, expected):
+def nearest(
+    points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray, expected: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Arc lengths (M,) of the points closest to x (M, 3), and square distances (M,).
 
     expected : (M,) arc lengths that tell branches apart where the crease comes near itself, or nan;
@@ -61,7 +65,7 @@ def nearest(points, arc, is_loop, x, expected):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def expected(points, arc, is_loop, x):
+def expected(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) -> np.ndarray:
     """(M,) arc lengths that the vertices of a path at x (M, 3) would have at an even stretch.
 
     The path of a loop ends at its first vertex again, where the arc length has grown by the length
@@ -78,7 +82,7 @@ def expected(points, arc, is_loop, x):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def spread(points, arc, is_loop, x):
+def spread(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) -> np.ndarray:
     """(M,) arc lengths of the vertices of a path at x: the closest, but in order and apart.
 
     The first vertex of a loop's path is not repeated.
@@ -99,7 +103,7 @@ def spread(points, arc, is_loop, x):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def segments(arc, is_loop, at):
+def segments(arc: np.ndarray, is_loop: bool, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Segments (M,) of arc lengths (M,), and those lengths on the crease itself."""
     number, inside = np.empty(len(at), np.int64), np.empty(len(at))
     for i in range(len(at)):
@@ -113,7 +117,14 @@ def segments(arc, is_loop, at):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def slide(points, arc, first, is_loop, x, start):
+def slide(
+    points: np.ndarray,
+    arc: np.ndarray,
+    first: np.ndarray,
+    is_loop: np.ndarray,
+    x: np.ndarray,
+    start: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """Feet (M, 3) of the paths of all routes, and the directions of the creases there.
 
     points, arc : of all creases one after the other, that of route r begins at first[r]

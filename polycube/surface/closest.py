@@ -18,6 +18,8 @@ from polycube.numerics.threads import parts, side_by_side
 LEAF = 4  # triangles in a leaf
 LEAST = 1000  # points for a thread
 
+Point = tuple[float, float, float]
+
 
 class Tree(NamedTuple):
     """Box tree of T triangles: nodes in depth-first order, the left child follows its parent."""
@@ -71,7 +73,10 @@ def distance(tree: Tree, points: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _build(corners, normals):
+def _build(
+    corners: np.ndarray, normals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The other fields of a `Tree`."""
     n = len(corners)
     box = np.zeros((n, 12))
     for i in range(n):
@@ -120,7 +125,7 @@ def _build(corners, normals):
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _bound(box, node, x, n, square, free):
+def _bound(box: np.ndarray, node: int, x: Point, n: Point, square: float, free: float) -> float:
     """Least value that any triangle of the node can have."""
     away, turned = 0.0, 0.0
     for d in range(3):
@@ -132,17 +137,17 @@ def _bound(box, node, x, n, square, free):
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _dot(a, b):
+def _dot(a: Point, b: Point) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _minus(a, b):
+def _minus(a: Point, b: Point) -> Point:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 @njit(cache=True, error_model="numpy")
-def _weights(x, a, b, c):
+def _weights(x: Point, a: Point, b: Point, c: Point) -> tuple[float, float]:
     """Weights of b and c at the point of their triangle with a that is closest to x."""
     ab, ac = _minus(b, a), _minus(c, a)
     gap = _minus(x, a)
@@ -171,12 +176,14 @@ def _weights(x, a, b, c):
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _row(array, i):
+def _row(array: np.ndarray, i: int) -> Point:
     return (array[i, 0], array[i, 1], array[i, 2])
 
 
 @njit(cache=True, error_model="numpy")
-def _value(tree, face, x, n, square, free, most):
+def _value(
+    tree: Tree, face: int, x: Point, n: Point, square: float, free: float, most: float
+) -> tuple[float, float, float]:
     """Square distance and misfit of the normal, with the weights of the closest point.
 
     Infinite where the misfit alone is not below `most`.
@@ -196,7 +203,15 @@ def _value(tree, face, x, n, square, free, most):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _search(tree, points, normals, alpha, guess, free):
+def _search(
+    tree: Tree,
+    points: np.ndarray,
+    normals: np.ndarray,
+    alpha: float,
+    guess: np.ndarray,
+    free: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (N,) and weights (N, 3) of the closest points."""
     square = alpha * alpha
     face = np.zeros(len(points), np.int64)
     weight = np.zeros((len(points), 3))

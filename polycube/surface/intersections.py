@@ -91,7 +91,7 @@ def _overlapping(boxes: Tree, faces: np.ndarray, start: int, end: int) -> np.nda
 
 
 @njit(cache=True, inline="always")
-def _meet(low, high, lowest, highest):
+def _meet(low: np.ndarray, high: np.ndarray, lowest: np.ndarray, highest: np.ndarray) -> bool:
     for d in range(3):
         if low[d] > highest[d] or lowest[d] > high[d]:
             return False

@@ -58,7 +58,9 @@ def _groups(boxes: Tree, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sum(boxes, normal, middle, radius, points):
+def _sum(
+    boxes: Tree, normal: np.ndarray, middle: np.ndarray, radius: np.ndarray, points: np.ndarray
+) -> np.ndarray:
     result = np.zeros(len(points))
     stack = np.zeros(128, np.int64)
     for i in range(len(points)):
@@ -84,7 +86,7 @@ def _sum(boxes, normal, middle, radius, points):
 
 
 @njit(cache=True, error_model="numpy")
-def _solid_angle(t, px, py, pz):
+def _solid_angle(t: np.ndarray, px: float, py: float, pz: float) -> float:
     """Of a triangle, by van Oosterom and Strackee."""
     ax, ay, az = t[0, 0] - px, t[0, 1] - py, t[0, 2] - pz
     bx, by, bz = t[1, 0] - px, t[1, 1] - py, t[1, 2] - pz

@@ -176,7 +176,7 @@ def _close_holes(surface: TriMesh, widest_closed: float) -> clean.Step:
     patches, edges, widest = [], 0, 0.0
     for loop, is_alone in zip(found, alone, strict=True):
         points = surface.vertices[loop]
-        width = np.linalg.norm(np.ptp(points, axis=0))
+        width = float(np.linalg.norm(np.ptp(points, axis=0)))
         small = width <= widest_closed * diagonal(surface)
         flat = len(loop) > 3 and flatness(points) <= FLAT_HOLE
         if 3 <= len(loop) <= MAX_LOOP and (small or len(loop) == 3 or (flat and is_alone)):
