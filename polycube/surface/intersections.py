@@ -25,7 +25,7 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
     found = [np.empty((0, 2), dtype=np.int64)]
     for start in range(0, len(triangles), BATCH):
         end = min(start + BATCH, len(triangles))
-        pairs = _overlapping(boxes, surface.faces, start, end)
+        pairs = overlapping_boxes(boxes, surface.faces, 1, start, end)
         found.append(pairs[_cross(triangles[pairs[:, 0]], triangles[pairs[:, 1]])])
     pairs = np.sort(np.concatenate(found), axis=1)
     return pairs[np.lexsort(pairs.T[::-1])]
@@ -52,36 +52,50 @@ def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np
 
 
 @njit(cache=True)
-def _overlapping(boxes: Tree, faces: np.ndarray, start: int, end: int) -> np.ndarray:
-    """(N, 2) pairs of faces i < j, start <= i < end, of no common edge, whose boxes overlap."""
+def overlapping_boxes(
+    tree: Tree, faces: np.ndarray, shared: int, start: int, end: int
+) -> np.ndarray:
+    """Find the pairs of triangles whose bounding boxes overlap or touch.
+
+    Parameters
+    ----------
+    tree : Tree
+        Box tree over the T triangles.
+    faces : (T, 3) int array
+        Vertices of the triangles.
+    shared : int
+        Pairs with more than this number of common vertices are left out.
+    start, end : int
+        Pairs i < j with ``start <= i < end`` are searched.
+
+    Returns
+    -------
+    (N, 2) int array
+        The pairs.
+    """
+    boxes = np.empty((len(faces), 6))
+    for i in range(len(faces)):
+        for d in range(3):
+            a, b, c = tree.corners[i, 0, d], tree.corners[i, 1, d], tree.corners[i, 2, d]
+            boxes[i, d], boxes[i, 3 + d] = min(a, b, c), max(a, b, c)
     pairs = np.empty((16 * (end - start), 2), np.int64)
     count = 0
     stack = np.zeros(128, np.int64)
-    low, high = np.zeros(3), np.zeros(3)
     for i in range(start, end):
-        for d in range(3):
-            low[d], high[d] = boxes.corners[i, :, d].min(), boxes.corners[i, :, d].max()
+        own = boxes[i]
         stack[0], top = 0, 1
         while top > 0:
             top -= 1
             node = stack[top]
-            if not _meet(low, high, boxes.box[node, :3], boxes.box[node, 6:9]):
+            if not _overlap(own, tree.box[node], 6):
                 continue
-            if boxes.right[node] > 0:
-                stack[top], stack[top + 1] = boxes.right[node], node + 1
+            if tree.right[node] > 0:
+                stack[top], stack[top + 1] = tree.right[node], node + 1
                 top += 2
                 continue
-            for j in boxes.order[boxes.first[node] : boxes.last[node]]:
-                if j <= i:
-                    continue
-                common = 0
-                for corner in faces[j]:
-                    common += (faces[i] == corner).sum()
-                apart = False
-                for d in range(3):
-                    apart |= boxes.corners[j, :, d].min() > high[d]
-                    apart |= boxes.corners[j, :, d].max() < low[d]
-                if apart or common >= 2:
+            for k in range(tree.first[node], tree.last[node]):
+                j = tree.order[k]
+                if j <= i or not _overlap(own, boxes[j], 3) or _common(faces, i, j) > shared:
                     continue
                 if count == len(pairs):
                     pairs = np.concatenate((pairs, np.empty_like(pairs)))
@@ -91,11 +105,21 @@ def _overlapping(boxes: Tree, faces: np.ndarray, start: int, end: int) -> np.nda
 
 
 @njit(cache=True, inline="always")
-def _meet(low: np.ndarray, high: np.ndarray, lowest: np.ndarray, highest: np.ndarray) -> bool:
+def _overlap(own: np.ndarray, other: np.ndarray, highest: int) -> bool:
+    """Whether two boxes meet; the highest coordinates of `other` start at index `highest`."""
     for d in range(3):
-        if low[d] > highest[d] or lowest[d] > high[d]:
+        if own[d] > other[highest + d] or other[d] > own[3 + d]:
             return False
     return True
+
+
+@njit(cache=True, inline="always")
+def _common(faces: np.ndarray, i: int, j: int) -> int:
+    count = 0
+    for a in range(3):
+        for b in range(3):
+            count += faces[i, a] == faces[j, b]
+    return count
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
