@@ -106,7 +106,7 @@ class Constraints:
         found = np.zeros((len(self.supports), n))
         for i, held in enumerate(self.held):
             for k, support in enumerate(self.supports):
-                if i in support.components:
+                if held is not None and i in support.components:
                     found[k, i] = held.resultant(residual[i::n], k)
         return found
 
@@ -114,7 +114,9 @@ class Constraints:
 def constrain(spline: Spline, supports: Sequence[Support], n_components: int) -> Constraints:
     """The space of fields with the prescribed values; the last support of a face rules it."""
     size = len(spline.control)
-    held, bases, known = [], [], {}
+    held: list[Held | None] = []
+    bases: list[csr_matrix] = []
+    known: dict[bytes, tuple[Held, csr_matrix]] = {}  # by the owner of each face
     offset = np.zeros((size, n_components))
     for i in range(n_components):
         owner = np.full(len(spline.sides), -1)
@@ -130,9 +132,10 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
             found = _hold(spline, owner)
             known[key] = found, found.basis(size)
             _warn_of_flat(*held_slopes(spline, np.flatnonzero(owner >= 0), known[key][1]))
-        held.append(known[key][0])
-        bases.append(known[key][1])
-        offset[:, i] = _given(held[-1], supports, i, size)
+        found, basis = known[key]
+        held.append(found)
+        bases.append(basis)
+        offset[:, i] = _given(found, supports, i, size)
     return Constraints(tuple(supports), tuple(held), _interleave(bases), offset.ravel())
 
 

@@ -99,11 +99,10 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 def _force(spline: Spline, load: Load, metres: float) -> np.ndarray:
     """(C, 3) N."""
     here = trace(spline, load.faces)
-    traction = load.traction
-    if callable(traction):
-        traction = traction(here.points, here.normals)
+    given = load.traction
+    traction = given(here.points, here.normals) if callable(given) else np.asarray(given)
     even = np.asarray(load.force, dtype=np.float64) / (here.area.sum() * metres**2)
-    density = np.asarray(traction) + even - load.pressure * here.normals
+    density = traction + even - load.pressure * here.normals
     return here.moments(density) * metres**2
 
 

@@ -126,14 +126,14 @@ def _map_rectangles(segmentation: Segmentation, patch: int, axis: int, at: dict[
     number = {tuple(place): i for i, place in enumerate(outside.vertices.tolist())}
     quads = outside.vertices[outside.quads[outside.patch == patch]]
     for knots in seams(quads, plane_of(axis)):
-        ends = tuple(at[number[tuple(knots[end].tolist())]] for end in (0, -1))
+        start, stop = (at[number[tuple(knots[end].tolist())]] for end in (0, -1))
         guide = near(knots, WIDTH)
 
         def cost(sheet: Sheet, sides: Sides, guide: Cost = guide) -> np.ndarray:
             return np.where(sides.inside(sheet.tag == patch), guide(sheet, sides), np.inf)
 
         name = len(drawing.paths)
-        if not drawing.draw(name, ends, cost, least=2 * len(knots)):
+        if not drawing.draw(name, (start, stop), cost, least=2 * len(knots)):
             return int((drawing.sheet.tag == patch).sum())
         settle(drawing, name, knots)
     return _map_patch(drawing, patch, axis)

@@ -55,7 +55,7 @@ def sides(sheet: Sheet) -> Sides:
     ends, _, edge = edges(sheet.faces)
     first, second = np.argsort(edge, kind="stable").reshape(-1, 2).T // 3  # faces of each edge
     normals = face_normals(TriMesh(sheet.vertices, sheet.faces))
-    real = normals.any(axis=1)
+    real = np.any(normals, axis=1)
     turns = np.einsum("nd,nd->n", normals[first], normals[second]) < TURN
     sharp = turns & real[first] & real[second]
     length = np.linalg.norm(np.diff(sheet.vertices[ends], axis=1)[:, 0], axis=1)

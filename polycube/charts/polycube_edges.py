@@ -31,7 +31,8 @@ class Network:
 
 def network(surface: Boundary) -> Network:
     """The network of a manifold boundary."""
-    left, turn = {}, {}  # of each directed edge: the patch, and the next edge that leaves its start
+    left: dict[tuple[int, int], int] = {}  # patch of each directed edge
+    turn: dict[tuple[int, int], tuple[int, int]] = {}  # next edge that leaves its start
     for patch, quad in zip(surface.patch.tolist(), surface.quads.tolist(), strict=True):
         for k, vertex in enumerate(quad):
             left[vertex, quad[(k + 1) % 4]] = patch
@@ -40,7 +41,9 @@ def network(surface: Boundary) -> Network:
     leaving: dict[int, list[tuple[int, int]]] = {}
     for edge in between:
         leaving.setdefault(edge[0], []).append(edge)
-    arcs, seen, at = [], set(), {}
+    arcs: list[Arc] = []
+    seen: set[tuple[int, int]] = set()
+    at: dict[tuple[int, int], tuple[int, int]] = {}  # arc and its end, of each first edge
     for corner in (v for v, out in leaving.items() if len(out) > 2):
         for edge in leaving[corner]:
             if edge in seen:

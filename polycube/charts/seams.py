@@ -14,7 +14,7 @@ def seams(quads: np.ndarray, plane: list[int]) -> list[np.ndarray]:
     middle = quads.mean(axis=1)[:, plane]
     filled = np.zeros([len(line) + 1 for line in lines], bool)  # with an empty rim
     filled[tuple(np.searchsorted(line, m) for line, m in zip(lines, middle.T, strict=True))] = True
-    ways = []
+    ways: list[list[np.ndarray]] = []
     for cells, order in ((filled, (0, 1)), (filled.T, (1, 0))):
         along, across = (lines[d] for d in order)
         ways.append([])

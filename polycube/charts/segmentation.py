@@ -78,19 +78,19 @@ def segment(
     net = network(outside)
     orders = [by_length(outside, net)] * len(WIDTHS)
     orders += [np.random.default_rng(seed).permutation(len(net.arcs)) for seed in range(SHUFFLES)]
-    failure = None
+    failures = []
     for order, width in zip(orders, (*WIDTHS, *WIDTHS[:1] * SHUFFLES), strict=True):
         found = Segmentation(Drawing(sheet, ()), polycube, outside, net, faces)
         try:
             found = _draw(found, labels, width, order)
             patch = _patches(found)
         except MeshingError as error:
-            failure = failure or error
+            failures.append(error)
             continue
         drawn = found.drawing.sheet
         found.drawing.sheet = replace(drawn, tag=patch)
         return replace(found, parent=drawn.tag)
-    raise failure
+    raise failures[0]
 
 
 def by_length(outside: Boundary, net: Network) -> np.ndarray:

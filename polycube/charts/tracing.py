@@ -70,8 +70,8 @@ class Drawing:
 
     def drawn(self) -> np.ndarray:
         """(E,) whether each side of the sheet is part of a path."""
-        steps = [np.stack([path[:-1], path[1:]], axis=1) for path in self.paths.values()]
-        steps = np.sort(np.concatenate([np.zeros((0, 2), np.int64), *steps]), axis=1)
+        of_path = [np.stack([path[:-1], path[1:]], axis=1) for path in self.paths.values()]
+        steps = np.sort(np.concatenate([np.zeros((0, 2), np.int64), *of_path]), axis=1)
         key = np.array([len(self.sheet.vertices), 1])
         return np.isin(self.sides.ends @ key, steps @ key)
 

@@ -16,13 +16,11 @@ from polycube.hexmesh.template import grid_lines, interval_lengths, mesh
 from polycube.structure.lattice import Boundary
 from polycube.structure.rough_map import evaluate, identity_map
 from polycube.surface import closest
-from polycube.types import HexMesh, Polycube, RoughMap
-
-Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
+from polycube.types import HexMesh, PerAxis, Polycube, RoughMap
 
 
 def chart_map(
-    polycube: Polycube, outside: Boundary, sheet: Sheet, rough_map: RoughMap, parts: Parts
+    polycube: Polycube, outside: Boundary, sheet: Sheet, rough_map: RoughMap, parts: PerAxis
 ) -> RoughMap:
     """Trilinear on the lattice of so many parts per interval; `rough_map` stays where no solid is.
 
@@ -45,7 +43,8 @@ def chart_map(
         np.searchsorted(line, hexes.vertices[:, axis] - 1e-9) for axis, line in enumerate(lines)
     ]
     found[tuple(index)] = positions
-    return RoughMap(*lines, found)
+    x, y, z = lines
+    return RoughMap(x, y, z, found)
 
 
 def on_surface(hexes: HexMesh, outside: Boundary, sheet: Sheet) -> np.ndarray:

@@ -11,7 +11,7 @@ from polycube.fitting.registration import register_mesh
 from polycube.hexmesh.template import counts, grid_lines, mesh
 from polycube.structure.rough_map import evaluate, identity_map
 from polycube.surface.fit_target import Target
-from polycube.types import Polycube, RoughMap
+from polycube.types import PerAxis, Polycube, RoughMap
 
 RATIO = 1.4  # between the sizes of a mesh and of the next coarser one
 
@@ -34,7 +34,7 @@ def registered_map(
     polycube: Polycube,
     rough_map: RoughMap,
     target: Target,
-    parts: tuple[np.ndarray, np.ndarray, np.ndarray],
+    parts: PerAxis,
 ) -> RoughMap:
     """Where the polycube lies after a registration of hexes with so many parts per interval."""
     coarse = register_mesh(
@@ -46,4 +46,5 @@ def registered_map(
     positions = evaluate(rough_map, lattice.reshape(-1, 3)).reshape(lattice.shape)  # in holes too
     index = [np.searchsorted(line, places[:, axis] - 1e-9) for axis, line in enumerate(lines)]
     positions[tuple(index)] = coarse.vertices
-    return RoughMap(*lines, positions)
+    x, y, z = lines
+    return RoughMap(x, y, z, positions)

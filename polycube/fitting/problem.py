@@ -134,7 +134,7 @@ class FitProblem:
 
 
 @njit(cache=True, nogil=True)
-def _edge_lengths(x, hexes):
+def _edge_lengths(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     """(H, 3) mean length of the four edges along xi, eta, zeta."""
     result = np.empty((len(hexes), 3))
     for h in range(len(hexes)):

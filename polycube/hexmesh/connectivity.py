@@ -209,7 +209,8 @@ def check_conforming(mesh: HexMesh) -> None:
     if (count > 2).any():
         raise ValueError(f"face {faces[np.argmax(count > 2)].tolist()} has {count.max()} hexes")
     outside, _ = exposed(mesh.hexes)
-    if not np.array_equal(*(unique_rows(np.sort(q, axis=1))[0] for q in (outside, mesh.quads))):
+    found, listed = (unique_rows(np.sort(q, axis=1))[0] for q in (outside, mesh.quads))
+    if not np.array_equal(found, listed):
         raise ValueError("quads are not the boundary faces of the hexes")
     quad_edges(mesh.quads)
     _check_fans(mesh.quads)

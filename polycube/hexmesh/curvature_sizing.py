@@ -12,7 +12,7 @@ from polycube.hexmesh.sizing import Counts, number_of_hexes
 from polycube.hexmesh.template import mesh
 from polycube.structure.rough_map import identity_map
 from polycube.surface.fit_target import Target
-from polycube.types import HexMesh, Polycube
+from polycube.types import HexMesh, PerAxis, Polycube
 
 SHARE = 75  # per cent of the edges of a polycube face, in an interval, that are to be near
 SPARED = 0.05  # of a part that may be lacking
@@ -20,9 +20,7 @@ MOST = 2  # times the parts that the size asks for, in an interval and as hexes
 RELAX = 1.1  # of the distance, until the hexes are not too many
 
 
-def gaps(
-    polycube: Polycube, hexes: HexMesh, counts: Counts, goal: Target
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def gaps(polycube: Polycube, hexes: HexMesh, counts: Counts, goal: Target) -> PerAxis:
     """How far edges along each axis are off the surface in each interval, in diagonals.
 
     hexes : `template.mesh` with so many parts of each interval, registered
@@ -52,7 +50,7 @@ def finer(
     polycube: Polycube,
     counts: Counts,
     measured: Counts,
-    gap: tuple[np.ndarray, np.ndarray, np.ndarray],
+    gap: PerAxis,
     wanted: float,
 ) -> Counts:
     """The counts raised until edges are within `wanted` (diagonals) of the surface, by h^2.

@@ -11,7 +11,7 @@ import numpy as np
 from polycube.hexmesh.connectivity import FACES, PLACES, exposed, hex_mesh
 from polycube.structure.lattice import boundary, cell_at
 from polycube.structure.rough_map import evaluate
-from polycube.types import HexMesh, Polycube, RoughMap
+from polycube.types import HexMesh, PerAxis, Polycube, RoughMap
 
 _AXIS_OF_FACE = np.array([1, 0, 3, 2, 5, 4])  # axis label of each local face of a hex
 
@@ -22,7 +22,7 @@ def counts(
     size: float,
     least: int = 2,
     across: int = 4,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> PerAxis:
     """Number of parts of each lattice interval, per axis.
 
     size : wanted edge length in model units
@@ -60,14 +60,12 @@ def interval_lengths(polycube: Polycube, rough_map: RoughMap, axis: int) -> np.n
     return np.array([row[used].mean() for row, used in zip(length, touched, strict=True)])
 
 
-def mesh(
-    polycube: Polycube, rough_map: RoughMap, counts: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> HexMesh:
+def mesh(polycube: Polycube, rough_map: RoughMap, counts: PerAxis) -> HexMesh:
     """Hexes of the polycube with the given number of parts of each interval."""
     return mesh_between(polycube, rough_map, grid_lines(polycube, counts))
 
 
-def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: list[np.ndarray]) -> HexMesh:
+def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: PerAxis) -> HexMesh:
     """Hexes of the polycube between the given lines along each axis, all its knots among them."""
     middles = [(line[1:] + line[:-1]) / 2 for line in lines]
     slab = [np.searchsorted(k, m) - 1 for k, m in zip(polycube.knots, middles, strict=True)]
@@ -88,17 +86,15 @@ def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: list[np.ndarray
     return hex_mesh(evaluate(rough_map, places), hexes, quads, patch, cell)
 
 
-def grid_lines(
-    polycube: Polycube, counts: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> list[np.ndarray]:
+def grid_lines(polycube: Polycube, counts: PerAxis) -> PerAxis:
     """Polycube coordinates of the mesh lines along each axis."""
-    lines = []
-    for number, knots in zip(counts, polycube.knots, strict=True):
+
+    def line(number: np.ndarray, knots: np.ndarray) -> np.ndarray:
         parts = [i + np.arange(n) / n for i, n in enumerate(number)]
-        lines.append(
-            np.interp(np.append(np.concatenate(parts), len(number)), range(len(knots)), knots)
-        )
-    return lines
+        return np.interp(np.append(np.concatenate(parts), len(number)), range(len(knots)), knots)
+
+    x, y, z = map(line, counts, polycube.knots)
+    return x, y, z
 
 
 def _patch_of(

@@ -2,22 +2,39 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.spline.bernstein import bernstein, derivative
 from polycube.spline.element_faces import FACES
-from polycube.types import Spline
 
 
-def boundary_nodes(spline: Spline) -> np.ndarray:
+class Elements(Protocol):
+    """Bezier elements with faces on the boundary: a spline, or a space to make one of."""
+
+    @property
+    def extraction(self) -> csr_matrix:
+        """(B, C) Bezier nodes from the control points; rows sum to 1."""
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """(E, 64) Bezier nodes of each element."""
+
+    @property
+    def sides(self) -> np.ndarray:
+        """(Q, 2) element and face of it, for each face on the boundary."""
+
+
+def boundary_nodes(spline: Elements) -> np.ndarray:
     """(Q, 16) Bezier nodes of the boundary faces, u fastest; d/du x d/dv points outwards."""
     element, side = spline.sides.T
     return spline.nodes[element[:, None], FACES[side]]
 
 
 def sampling(
-    spline: Spline, u: np.ndarray, v: np.ndarray, faces: np.ndarray | None = None
+    spline: Elements, u: np.ndarray, v: np.ndarray, faces: np.ndarray | None = None
 ) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
     """Points, d/du and d/dv as matrices (n, B) on the Bezier nodes.
 

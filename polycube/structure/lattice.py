@@ -57,17 +57,20 @@ def lattice(
 
     primitives : name -> (3, 3, 3) bool; raises LookupError for a name that is not there.
     """
-    grid = tuple(int(n) for n in grid)
     unknown = [name for name in context if name is not None and name not in primitives]
     if unknown:
         raise LookupError(f"no primitive named {unknown[0]!r}; have {', '.join(primitives)}")
     if len(grid) != 3 or len(context) != np.prod(grid):
-        raise ValueError(f"context of grid {grid} needs {np.prod(grid)} cells; got {context}")
+        raise ValueError(
+            f"context of grid {tuple(grid)} needs {np.prod(grid)} cells; got {context}"
+        )
     empty = np.zeros((3, 3, 3), bool)
     cells = np.stack([empty if name is None else primitives[name] for name in context])
-    voxels = cells.reshape(*grid, 3, 3, 3).transpose(0, 3, 1, 4, 2, 5)
-    knots = [np.arange(3 * n + 1) / 3 for n in grid]
-    return Polycube(voxels.reshape([3 * n for n in grid]), *knots, grid, tuple(context))
+    i, j, k = (int(n) for n in grid)
+    voxels = cells.reshape(i, j, k, 3, 3, 3).transpose(0, 3, 1, 4, 2, 5)
+    x, y, z = (np.arange(3 * n + 1) / 3 for n in (i, j, k))
+    occupancy = voxels.reshape(3 * i, 3 * j, 3 * k)
+    return Polycube(occupancy, x, y, z, (i, j, k), tuple(context))
 
 
 def describe(polycube: Polycube) -> str:
@@ -89,7 +92,8 @@ def collapse(polycube: Polycube) -> Polycube:
         new = np.append(True, (slabs[1:] != slabs[:-1]).any(axis=(1, 2)))
         occupancy = np.moveaxis(slabs[new], 0, axis)
         knots[axis] = knots[axis][np.append(new, True)]
-    return Polycube(occupancy, *knots, polycube.grid, polycube.context)
+    x, y, z = knots
+    return Polycube(occupancy, x, y, z, polycube.grid, polycube.context)
 
 
 def boundary(polycube: Polycube) -> Boundary:
@@ -97,14 +101,13 @@ def boundary(polycube: Polycube) -> Boundary:
     occupancy = polycube.occupancy
     boxes = np.argwhere(occupancy)
     padded = np.pad(occupancy, 1)
-    axis, box = [], []
+    axes, exposed = [], []
     for label in range(6):
         step = np.zeros(3, int)
         step[label // 2] = 1 - 2 * (label % 2)
-        exposed = np.flatnonzero(~padded[tuple((boxes + 1 + step).T)])
-        axis.append(np.full(len(exposed), label))
-        box.append(exposed)
-    axis, box = np.concatenate(axis), np.concatenate(box)
+        exposed.append(np.flatnonzero(~padded[tuple((boxes + 1 + step).T)]))
+        axes.append(np.full(len(exposed[-1]), label))
+    axis, box = np.concatenate(axes), np.concatenate(exposed)
     corners = boxes[box][:, None] + CORNERS[axis]  # (Q, 4, 3) lattice indices
     shape = np.array(occupancy.shape) + 1
     used, quads = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)

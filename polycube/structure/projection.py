@@ -48,4 +48,5 @@ def log_probability(
 ) -> np.ndarray:
     """(N, Q) log-probability of each boundary face: of its axis, its cell and its wall together."""
     labels = (surface.axis, *cell_and_wall(polycube, surface))
-    return sum(log_p[:, label] for log_p, label in zip(log_labels, labels, strict=True))
+    of_label = [log_p[:, label] for log_p, label in zip(log_labels, labels, strict=True)]
+    return np.sum(of_label, axis=0)

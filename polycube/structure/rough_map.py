@@ -10,9 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.types import Polycube, RoughMap
-
-Axes = tuple[np.ndarray, np.ndarray, np.ndarray]
+from polycube.types import PerAxis, Polycube, RoughMap
 
 
 def evaluate(rough_map: RoughMap, points: np.ndarray) -> np.ndarray:
@@ -21,7 +19,7 @@ def evaluate(rough_map: RoughMap, points: np.ndarray) -> np.ndarray:
     return _weights(axes, points) @ rough_map.positions.reshape(-1, 3)
 
 
-def _weights(axes: Axes, points: np.ndarray) -> csr_matrix:
+def _weights(axes: PerAxis, points: np.ndarray) -> csr_matrix:
     """(N, X*Y*Z) trilinear weights of the control positions at points; rows sum to 1."""
     lower, fraction = np.empty(points.shape, int), np.empty(points.shape)
     for axis, knots in enumerate(axes):
@@ -45,11 +43,11 @@ def identity_map(polycube: Polycube) -> RoughMap:
 
 def affine_map(polycube: Polycube, linear: np.ndarray, offset: np.ndarray) -> RoughMap:
     """The map u -> linear @ u + offset."""
-    ends = [knots[[0, -1]] for knots in polycube.knots]
-    return RoughMap(*ends, _grid(ends) @ linear.T + offset)
+    x, y, z = (knots[[0, -1]] for knots in polycube.knots)
+    return RoughMap(x, y, z, _grid((x, y, z)) @ linear.T + offset)
 
 
-def _grid(axes: Axes | list[np.ndarray]) -> np.ndarray:
+def _grid(axes: PerAxis) -> np.ndarray:
     """(X, Y, Z, 3) lattice points of three knot vectors."""
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
@@ -80,7 +78,8 @@ def fit(
     low, scale = targets.min(axis=0), float(np.linalg.norm(np.ptp(targets, axis=0)))
     goal = (targets - low) / scale
     linear, offset = _affine(points, goal, outlier, rounds)
-    axes = tuple(_control(knots, spacing) for knots in polycube.knots)
+    x, y, z = (_control(knots, spacing) for knots in polycube.knots)
+    axes = x, y, z
     base = _grid(axes) @ linear.T + offset
     weights, bending = _weights(axes, points).toarray(), _bending(axes)
     residual = goal - points @ linear.T - offset
@@ -91,7 +90,7 @@ def fit(
             break
     else:
         positions = base
-    return RoughMap(*axes, positions * scale + low)
+    return RoughMap(x, y, z, positions * scale + low)
 
 
 def _affine(
@@ -125,7 +124,7 @@ def _control(knots: np.ndarray, spacing: float) -> np.ndarray:
     return np.linspace(knots[0], knots[-1], max(1, round(length / spacing)) + 1)
 
 
-def _bending(axes: Axes) -> np.ndarray:
+def _bending(axes: PerAxis) -> np.ndarray:
     """Quadratic form of all second differences of a field on the control lattice.
 
     A slight pull to zero settles what no point and no neighbour sees.

@@ -7,7 +7,15 @@ placement, except on the polycube, whose cell edge is 1.
 
 from polycube.types.checks import freeze
 from polycube.types.hexmesh import HexMesh, Ranked, Verdict
-from polycube.types.polycube import AXES, Candidate, Labels, Parametrization, Polycube, RoughMap
+from polycube.types.polycube import (
+    AXES,
+    Candidate,
+    Labels,
+    Parametrization,
+    PerAxis,
+    Polycube,
+    RoughMap,
+)
 from polycube.types.solution import Deformation, Modes, Potential, Solution
 from polycube.types.spline import ElementFunctions, Spline
 from polycube.types.surface import Frame, PointImage, TriMesh
@@ -22,6 +30,7 @@ __all__ = [
     "Labels",
     "Modes",
     "Parametrization",
+    "PerAxis",
     "PointImage",
     "Polycube",
     "Potential",

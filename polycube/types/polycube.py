@@ -8,6 +8,7 @@ import numpy as np
 
 from polycube.types.checks import freeze
 
+PerAxis = tuple[np.ndarray, np.ndarray, np.ndarray]  # one array for each of x, y and z
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # the axis labels 0..5
 
 
@@ -38,7 +39,7 @@ class Polycube:
             )
 
     @property
-    def knots(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def knots(self) -> PerAxis:
         """The three knot vectors."""
         return self.x, self.y, self.z
 

@@ -100,7 +100,8 @@ def cheapest(
 ) -> tuple[np.ndarray, float]:
     """Vertices of the cheapest path that is free, and its cost; infinite without one."""
     if not crease.is_loop:
-        return _between(field, *placed[list(crease.ends)], taken)
+        start, end = placed[list(crease.ends)]
+        return _between(field, start, end, taken)
     if len(field.vertex) == 0:
         return np.zeros(0, np.int64), np.inf
     shares = np.arange(ANCHORS) / ANCHORS

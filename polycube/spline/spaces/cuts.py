@@ -8,7 +8,6 @@ It is in all directions at regular vertices, along the line only at an extraordi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from polycube.hexmesh.connectivity import PLACES, neighbours
-from polycube.spline.spaces.extraction import TENSOR
+from polycube.spline.spaces.extraction import NO_INDICES, TENSOR
 from polycube.types import HexMesh
 
 SIDES = np.array(
@@ -64,7 +63,7 @@ class HalfEdges:
 def cut_faces(
     mesh: HexMesh,
     sharp_edges: np.ndarray,
-    corner_vertices: Sequence[int] = (),
+    corner_vertices: np.ndarray = NO_INDICES,
     rings: int | None = 0,
 ) -> np.ndarray:
     """(H, 6) sides of hexes across which a spline should only be continuous.
@@ -104,7 +103,7 @@ def _carried_on(cut: np.ndarray, across: np.ndarray, rings: int | None) -> np.nd
 
 
 def _follows(
-    half: HalfEdges, label: np.ndarray, sharp_edges: np.ndarray, corner_vertices: Sequence[int]
+    half: HalfEdges, label: np.ndarray, sharp_edges: np.ndarray, corner_vertices: np.ndarray
 ) -> np.ndarray:
     """(N,) by class: nothing sharp at the vertex but the whole line itself."""
     base = half.vertex.max() + 1

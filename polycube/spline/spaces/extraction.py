@@ -12,9 +12,7 @@ is the trilinear one of its corners, and its neighbours meet it only continuousl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 from itertools import product
 
 import numpy as np
@@ -42,7 +40,7 @@ def _local(fixed: list[int], free: list[int], base: int) -> list[np.ndarray]:
 CORNERS = _local([0, 1], [0, 1], 2)  # the corners of each entity
 OWN = _local([0, 3], [1, 2], 4)  # its Bezier nodes nearest to those corners
 CLOSURE = _local([0, 3], [0, 1, 2, 3], 4)  # its Bezier nodes and those of its sides
-NO_HEXES = np.zeros(0, np.int64)
+NO_INDICES = np.zeros(0, np.int64)
 
 
 @dataclass(frozen=True)
@@ -57,8 +55,8 @@ class Cells:
 def volumetric_spline(
     mesh: HexMesh,
     sharp_edges: np.ndarray,
-    corner_vertices: Sequence[int] = (),
-    straight: np.ndarray = NO_HEXES,
+    corner_vertices: np.ndarray = NO_INDICES,
+    straight: np.ndarray = NO_INDICES,
 ) -> Spline:
     """The spline whose control points are the vertices of the mesh.
 
@@ -84,8 +82,8 @@ def volumetric_spline(
 def extraction_matrix(
     mesh: HexMesh,
     sharp_edges: np.ndarray,
-    corner_vertices: Sequence[int] = (),
-    straight: np.ndarray = NO_HEXES,
+    corner_vertices: np.ndarray = NO_INDICES,
+    straight: np.ndarray = NO_INDICES,
 ) -> tuple[csr_matrix, np.ndarray]:
     """Rows (B, C) of all Bezier nodes and the nodes (H, 64) of each hex; see volumetric_spline."""
     corners = mesh.hexes[:, TENSOR]
@@ -184,7 +182,9 @@ def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matri
 
 def _mean_rows(cells: Cells, n_nodes: int, n_vertices: int) -> csr_matrix:
     """(B, C) mean over the cells round a node of their trilinear weights at thirds."""
-    weights = reduce(np.kron, [NEAREST] * cells.dimension, np.ones((1, 1)))
+    weights: np.ndarray = np.ones((1, 1))
+    for _ in range(cells.dimension):
+        weights = np.kron(weights, NEAREST)
     count = np.bincount(cells.nodes.ravel(), minlength=n_nodes)
     shape = (len(cells.nodes), *weights.shape)  # (c, 4^d, 2^d)
     rows = np.broadcast_to(cells.nodes[..., None], shape)

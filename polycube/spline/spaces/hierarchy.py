@@ -12,13 +12,15 @@ in Omega_l+1, which is gone, follows that finer one which it contributes most to
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
+from polycube.spline.boundary import Elements
+from polycube.spline.spaces.extraction import NO_INDICES
 from polycube.spline.spaces.subdivision import bezier_halves
 from polycube.types import Spline
 
@@ -29,14 +31,16 @@ NESTED = 1e-10  # remainders no larger are rounding
 TINY = 1e-13  # coefficients below it are rounding
 
 
-class Space(Protocol):
+class Space(Elements, Protocol):
     """A spline space on some elements of one level, which are refined without their neighbours."""
 
-    control: np.ndarray  # (C, 3)
-    extraction: csr_matrix  # (B, C), rows sum to 1
-    nodes: np.ndarray  # (E, 64)
-    sides: np.ndarray  # (Q, 2) element and face, on the solid's boundary
-    patch: np.ndarray  # (Q,)
+    @property
+    def control(self) -> np.ndarray:
+        """(C, 3) control points."""
+
+    @property
+    def patch(self) -> np.ndarray:
+        """(Q,) polycube face that each boundary face came from."""
 
     def finer(self, elements: np.ndarray) -> tuple[Space, csr_matrix]:
         """The space of the children, 8 i to 8 i + 7 of elements[i] in VTK corner order, and S.
@@ -54,8 +58,8 @@ class Level:
     inside: np.ndarray  # (E,) whether in Omega_l; the others are ghosts
     hex: np.ndarray  # (E,) each comes from
     halved: int = 0  # how often it was
-    two_scale: csr_matrix | None = None  # (C_l, C_l-1); None at level 0
-    parents: np.ndarray | None = None  # (E / 8,) elements of the level before
+    two_scale: csr_matrix = field(default_factory=lambda: csr_matrix((0, 0)))  # (C_l, C_l-1)
+    parents: np.ndarray = field(default_factory=lambda: NO_INDICES)  # (E / 8,) of the level before
 
     @property
     def refined(self) -> np.ndarray:

@@ -14,7 +14,6 @@ are cut when the mesh is halved, so that the finer space contains the coarser on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -24,7 +23,7 @@ from scipy.sparse import csr_matrix
 
 from polycube.spline.spaces.continuous import ContinuousSpace
 from polycube.spline.spaces.cuts import HalfEdges, children, cut_faces
-from polycube.spline.spaces.extraction import NO_HEXES
+from polycube.spline.spaces.extraction import NO_INDICES
 from polycube.spline.spaces.sharp_features import union
 from polycube.types import HexMesh
 
@@ -49,8 +48,8 @@ def smallest_space(
     mesh: HexMesh,
     points: np.ndarray,
     sharp_edges: np.ndarray,
-    corner_vertices: Sequence[int] = (),
-    straight: np.ndarray = NO_HEXES,
+    corner_vertices: np.ndarray = NO_INDICES,
+    straight: np.ndarray = NO_INDICES,
 ) -> OptimalSpace:
     """The space with the fewest functions among those of longer and shorter cuts.
 

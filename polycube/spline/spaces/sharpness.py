@@ -9,7 +9,7 @@ import numpy as np
 
 from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.deviation import deviation
-from polycube.spline.spaces.extraction import NO_HEXES, volumetric_spline
+from polycube.spline.spaces.extraction import NO_INDICES, volumetric_spline
 from polycube.spline.spaces.sharp_features import (
     creases,
     folds,
@@ -37,7 +37,7 @@ class Sharp(NamedTuple):
 
     edges: np.ndarray  # (S, 2) of the boundary, ends ascending
     corners: np.ndarray  # (P,) vertices on them
-    straight: np.ndarray = NO_HEXES  # (T,) hexes that stay trilinear for it
+    straight: np.ndarray = NO_INDICES  # (T,) hexes that stay trilinear for it
 
 
 class Creases:

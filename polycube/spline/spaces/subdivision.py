@@ -7,9 +7,8 @@ coarser ones wherever the mesh is regular, not round extraordinary edges.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
@@ -18,7 +17,7 @@ from polycube.hexmesh.connectivity import PLACES, edges, part, quad_sides
 from polycube.hexmesh.octree import split
 from polycube.spline.spaces.extraction import (
     CORNERS,
-    NO_HEXES,
+    NO_INDICES,
     TENSOR,
     bezier_nodes,
     extraction_matrix,
@@ -27,7 +26,7 @@ from polycube.types import HexMesh
 
 LOW = np.array([[8, 0, 0, 0], [4, 4, 0, 0], [2, 4, 2, 0], [1, 3, 3, 1]]) / 8  # de Casteljau's
 HALF = (LOW, LOW[::-1, ::-1])
-CASTELJAU = np.stack([reduce(np.kron, [HALF[side] for side in p[::-1]]) for p in PLACES])
+CASTELJAU = np.stack([np.kron(np.kron(HALF[k], HALF[j]), HALF[i]) for i, j, k in PLACES])
 
 
 def bezier_halves(
@@ -52,8 +51,8 @@ def bezier_halves(
 def two_scale(
     mesh: HexMesh,
     sharp_edges: np.ndarray,
-    corner_vertices: Sequence[int] = (),
-    straight: np.ndarray = NO_HEXES,
+    corner_vertices: np.ndarray = NO_INDICES,
+    straight: np.ndarray = NO_INDICES,
 ) -> csr_matrix:
     """(V', V) control points of the mesh that `octree.split` gives, from those of the mesh.
 
@@ -158,7 +157,7 @@ class ControlMesh:
     mesh: HexMesh
     sharp_edges: np.ndarray  # (S, 2)
     corner_vertices: np.ndarray  # (P,)
-    straight: np.ndarray = field(default_factory=lambda: NO_HEXES)  # (T,) hexes, trilinear
+    straight: np.ndarray = field(default_factory=lambda: NO_INDICES)  # (T,) hexes, trilinear
 
     @cached_property
     def _rows(self) -> tuple[csr_matrix, np.ndarray]:
