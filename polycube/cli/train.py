@@ -22,7 +22,8 @@ from polycube.diffusion.pairs.dataset import PairImages, training_loader, valida
 from polycube.diffusion.pairs.shapes import turned_contexts
 from polycube.diffusion.training import history
 from polycube.diffusion.training.checkpoints import WholeCheckpoints
-from polycube.diffusion.training.module import DDPMPolycube, Learning, moving_average
+from polycube.diffusion.training.learning import Learning, moving_average
+from polycube.diffusion.training.module import DDPMPolycube
 from polycube.diffusion.training.pictures import Pictures
 from polycube.diffusion.weights import (
     begin_from,
@@ -60,10 +61,10 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
             f"model={cfg['model']['plugin']} sees whole images only, so learning.thin must be 1; "
             f"got {learning.thin}"
         )
-    grid, order = cfg["grid"]["shape"], denoiser.options.order
+    grid = cfg["grid"]["shape"]
 
     def images(seed: int) -> PairImages:
-        return PairImages(data(grid, primitives, seed), tuple(primitives), order)
+        return PairImages(data(grid, primitives, seed), tuple(primitives))
 
     training_images, size = images(cfg["seed"]), cfg["batch_size"]
     turned = None

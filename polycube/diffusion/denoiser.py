@@ -12,13 +12,12 @@ from torch import Tensor, nn
 
 from polycube.diffusion.classifier import ContextClassifier
 from polycube.diffusion.encoding import (
-    CURVES,
     context_length,
     context_vector,
     image_size,
-    point_order,
     to_pixels,
     to_points,
+    x_order,
 )
 from polycube.diffusion.pairs.pairs import n_sample_points
 from polycube.diffusion.pairs.templates import Context
@@ -28,7 +27,6 @@ from polycube.diffusion.process import DiffusionProcess, Predict
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
 
 TARGETS = ("x0", "noise", "v")
-ORDERS = ("x", *CURVES)
 
 
 @contextmanager
@@ -56,16 +54,13 @@ class DenoiserOptions:
     labels: bool = True  # also says of each point its polycube face: axis, cell, wall
     classifier: bool = True  # a second network says the context
     noise_scale: float = 0.25  # s, in learning-frame units; the paper has 1
-    order: str = "x"  # of the points in the image: x (the paper's), morton, hilbert
     pads: bool = False  # single cells have 512 points and zeros, as published
 
     def __post_init__(self) -> None:
-        for name, choices in (("target", TARGETS), ("order", ORDERS)):
-            if getattr(self, name) not in choices:
-                raise ValueError(
-                    f"denoiser.{name} must be one of {', '.join(choices)}; "
-                    f"got {getattr(self, name)}"
-                )
+        if self.target not in TARGETS:
+            raise ValueError(
+                f"denoiser.target must be one of {', '.join(TARGETS)}; got {self.target}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +156,7 @@ class Denoiser(nn.Module):
     ) -> Denoised:
         """Polycube points for (B, N, 3) points and normals of geometries in the learning frame."""
         self.eval()
-        order = point_order(points, self.options.order)
+        order = x_order(points)
         geometry, context = self._images(points, normals, order), self.vectors(contexts)
         predict = self.predict(geometry, context)
         draw = torch.Generator().manual_seed(seed)
@@ -184,7 +179,7 @@ class Denoiser(nn.Module):
         Of contexts of equal shape only the canonical one is likely (`shapes.turned_contexts`).
         """
         self.eval()
-        geometry = self._images(points, normals, point_order(points, self.options.order))
+        geometry = self._images(points, normals, x_order(points))
         return self.classifier.log_likelihood(geometry, self.classes_of(contexts)).numpy()
 
     @_same_everywhere()
@@ -195,7 +190,7 @@ class Denoiser(nn.Module):
         (B, n_cells, primitives + 1), empty last, and (B,); their sum is `log_likelihood`
         """
         self.eval()
-        geometry = self._images(points, normals, point_order(points, self.options.order))
+        geometry = self._images(points, normals, x_order(points))
         log_p, log_along = self.classifier.log_cells(geometry)
         return log_p.numpy(), log_along.numpy()
 

@@ -11,12 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from polycube.diffusion.curves import hilbert, morton
 from polycube.types import Frame, PointImage
 
 POINTS_PER_CELL = 512
-CURVES = {"morton": morton, "hilbert": hilbert}
-CURVE_BITS = 10  # a curve's grid has 2^10 cells along each edge of the learning frame
 
 
 def learning_frame(points: np.ndarray, rotation: np.ndarray | None = None) -> Frame:
@@ -63,22 +60,8 @@ def context_length(n_primitives: int, n_cells: int) -> int:
 
 
 def x_order(geometry: np.ndarray) -> np.ndarray:
-    """(..., N) stable order of (..., N, 3) points by x."""
+    """(..., N) order of (..., N, 3) points by x, stable."""
     return np.argsort(geometry[..., 0], axis=-1, kind="stable")
-
-
-def point_order(geometry: np.ndarray, by: str) -> np.ndarray:
-    """(..., N) stable order of (..., N, 3) points of the learning frame.
-
-    by : x (the paper's), or morton or hilbert: their cells of [-1, 1]^3 along that curve
-    """
-    if by == "x":
-        return x_order(geometry)
-    if by not in CURVES:
-        raise ValueError(f"points are ordered by x, {' or '.join(CURVES)}; got {by!r}")
-    n_cells = 1 << CURVE_BITS
-    cells = np.clip((geometry + 1) / 2 * n_cells, 0, n_cells - 1).astype(np.int64)
-    return np.argsort(CURVES[by](cells, CURVE_BITS), axis=-1, kind="stable")
 
 
 def to_pixels(points: np.ndarray, order: np.ndarray, size: tuple[int, int]) -> np.ndarray:

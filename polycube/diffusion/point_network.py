@@ -60,6 +60,8 @@ class PointFeatures(nn.Module):
     The first three channels are coordinates, which also enter as waves.
     """
 
+    waves: Tensor  # (4,) wave numbers, a buffer
+
     def __init__(self, channels: int, given: int, width: int, blocks: int, slots: int) -> None:
         super().__init__()
         waves = 2.0 ** torch.arange(4) * torch.pi / 2

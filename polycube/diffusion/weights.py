@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any, TypedDict
 
 import torch
 import yaml
@@ -26,6 +27,16 @@ PAPERS = (2, 1, 1)  # the grid of the paper
 
 # (kind, config) -> plugin: `polycube.registry.build`, handed in because it lies above this layer
 Build = Callable[[str, Mapping[str, object]], Callable]
+
+
+class Recipe(TypedDict):
+    """What is needed to build an untrained denoiser; plain values, as YAML has them."""
+
+    grid: list[int]
+    primitives: list[str]
+    schedule: dict[str, object]
+    model: dict[str, object]
+    options: dict[str, Any]  # of DenoiserOptions
 
 
 def shipped_grids() -> list[tuple[int, ...]]:
@@ -52,20 +63,24 @@ def _name(grid: Sequence[int]) -> str:
     return "x".join(map(str, grid if grid[2] > 1 else grid[:2]))
 
 
-def make_denoiser(config: Mapping[str, object], build: Build) -> Denoiser:
-    """Untrained denoiser from grid, primitives, schedule, model and options."""
+def make_denoiser(config: Recipe, build: Build) -> Denoiser:
+    """Untrained denoiser of a recipe; raises InputError for an order of points other than by x."""
+    options = dict(config["options"])
+    order = options.pop("order", "x")  # written by versions that knew others
+    if order != "x":
+        raise InputError(f"points ordered by {order} are no longer supported, only by x")
     return Denoiser(
         build("model", config["model"]),
         build("schedule", config["schedule"])(),
         config["grid"],
         config["primitives"],
-        DenoiserOptions(**config["options"]),
+        DenoiserOptions(**options),
     )
 
 
 def save_denoiser(
     denoiser: Denoiser,
-    config: Mapping[str, object],
+    config: Recipe,
     metrics: Mapping[str, float],
     folder: Path,
 ) -> Path:
@@ -124,16 +139,16 @@ def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
     return len(same)
 
 
-def config_of(checkpoint: Path) -> dict[str, object]:
+def config_of(checkpoint: Path) -> Recipe:
     """What is needed to build the denoiser of a checkpoint again."""
     return _read_checkpoint(checkpoint)[0]
 
 
-def _read(path: Path) -> tuple[dict[str, object], dict[str, Tensor]]:
+def _read(path: Path) -> tuple[Recipe, dict[str, Tensor]]:
     return yaml.safe_load(path.with_suffix(".yaml").read_text()), load_file(path)
 
 
-def _read_checkpoint(path: Path) -> tuple[dict[str, object], dict[str, Tensor]]:
+def _read_checkpoint(path: Path) -> tuple[Recipe, dict[str, Tensor]]:
     checkpoint = torch.load(path, map_location="cpu", weights_only=True)  # nothing is run
     own = {n: t for n, t in checkpoint["state_dict"].items() if n.startswith("denoiser.")}
     tensors = {name.removeprefix("denoiser."): tensor for name, tensor in own.items()}

@@ -118,10 +118,10 @@ def _element(words: Iterator[str], first: int, n_nodes: int) -> Iterator[np.ndar
     functions = map(int, _take(words, count))
     for function in functions:
         if _take(words, 1) == ["d"]:
-            index, values = range(64), _take(words, 64)
+            index, values = list(range(64)), _take(words, 64)
         else:
             pairs = _take(words, 2 * int(_take(words, 1)[0]))
-            index, values = map(int, pairs[::2]), pairs[1::2]
+            index, values = [int(word) for word in pairs[::2]], pairs[1::2]
         row = [(i, function, float(c)) for i, c in zip(index, values, strict=True) if float(c)]
         entries = _checked(np.array(row).reshape(-1, 3).T, n_nodes)
         entries[0] += first

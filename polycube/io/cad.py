@@ -57,7 +57,7 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     surface, notes = clean(found["vertices"] / MILLIMETRES[unit], found["faces"])
     if "cad_face" in found:
         surface = _regions(surface, found, path)
-    size = found.get("volume", np.nan) / MILLIMETRES[unit] ** 3
+    size = float(found.get("volume", np.nan)) / MILLIMETRES[unit] ** 3
     logger.info("%s: lengths in %s, volume %.6g %s3", path, unit, size, unit)
     if options.units not in (None, unit):
         notes.append(
@@ -97,11 +97,11 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
     """
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "solid.npz"
-        asked = {"path": str(path), "output": str(output)}
-        asked |= {"solid": options.solid, "segments": options.segments}
+        request: dict[str, str | int | None] = {"path": str(path), "output": str(output)}
+        request |= {"solid": options.solid, "segments": options.segments}
         done = subprocess.run(
             [sys.executable, "-m", "polycube.io.cad_worker"],
-            input=json.dumps(asked),
+            input=json.dumps(request),
             capture_output=True,
             text=True,
         )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+from types import ModuleType
 
 import numpy as np
 
@@ -50,16 +51,16 @@ def main() -> None:
     if number is not None and 1 <= number <= len(solids):
         found |= _triangles(gmsh, solids, number - 1)
     with open(request["output"], "wb") as file:
-        np.savez(file, **found)
+        np.savez(file, allow_pickle=False, **found)
     gmsh.finalize()
 
 
-def _diagonal(gmsh: object) -> float:
+def _diagonal(gmsh: ModuleType) -> float:
     low, high = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
     return float(np.linalg.norm(high - low))
 
 
-def _triangles(gmsh: object, solids: list[int], chosen: int) -> dict[str, np.ndarray]:
+def _triangles(gmsh: ModuleType, solids: list[int], chosen: int) -> dict[str, np.ndarray]:
     """Vertices (V, 3), faces (F, 3), the CAD face of each (F,), from 1.
 
     Of each CAD face: kind of surface, name, number of corners, and these, all in a row.
@@ -89,7 +90,7 @@ def _triangles(gmsh: object, solids: list[int], chosen: int) -> dict[str, np.nda
     }
 
 
-def _names(gmsh: object, sides: list[int]) -> list[str]:
+def _names(gmsh: ModuleType, sides: list[int]) -> list[str]:
     """What gmsh calls each face; where it has no names but several colours, `colour_ff0000`."""
     names = [gmsh.model.getEntityName(2, side).rpartition("/")[2] for side in sides]
     colours = [gmsh.model.getColor(2, side) for side in sides]

@@ -19,7 +19,7 @@ from polycube import HOME
 from polycube.cli.sweep import summarized
 from polycube.cli.train import main, train
 from polycube.diffusion.denoiser import DenoiserOptions
-from polycube.diffusion.training.module import Learning
+from polycube.diffusion.training.learning import Learning
 from polycube.diffusion.weights import load_denoiser
 from polycube.errors import InputError
 from polycube.registry import build
@@ -98,7 +98,6 @@ def test_paper_experiment_is_the_published_setting() -> None:
         "labels": False,
         "classifier": False,
         "noise_scale": 1.0,
-        "order": "x",
     }
 
 
@@ -226,7 +225,6 @@ def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
         ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
         ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
         ("denoiser.target=mean", "error: denoiser.target must be one of x0, noise, v; got mean"),
-        ("denoiser.order=zigzag", "error: denoiser.order must be one of x, morton, hilbert"),
         ("learning.thin=2", "error: model=tiny sees whole images only, so learning.thin must be 1"),
         ("ema=1", "error: ema must lie between 0 and 1; got 1"),
         ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),

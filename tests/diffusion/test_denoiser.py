@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
-from polycube.diffusion.encoding import point_order
+from polycube.diffusion.encoding import x_order
 from polycube.diffusion.weights import load_denoiser
 from polycube.registry import build
 
@@ -38,13 +38,12 @@ def cloud(n: int = 1024, batch: int = 2) -> tuple[np.ndarray, np.ndarray]:
     return rng.uniform(-1, 1, (batch, n, 3)), rng.uniform(-1, 1, (batch, n, 3))
 
 
-@pytest.mark.parametrize("order", ["x", "morton", "hilbert"])
 @pytest.mark.parametrize("sampler", ["ddpm", "ddim"])
-def test_points_keep_their_order_and_get_the_grids_origin(sampler: str, order: str) -> None:
+def test_points_keep_their_order_and_get_the_grids_origin(sampler: str) -> None:
     points, normals = cloud()
     contexts = [("cube", None), ("cube", "cube")]
     sampler = build("sampler", {"plugin": sampler})
-    denoised = known(order=order).denoise(points, normals, contexts, sampler, 0)
+    denoised = known().denoise(points, normals, contexts, sampler, 0)
     origin = np.array([1, 0.5, 0.5])
     assert denoised.points == pytest.approx(points / 2 + origin, abs=1e-5)
     assert denoised.trajectory.shape == (5, 2, 1024, 3)
@@ -52,12 +51,11 @@ def test_points_keep_their_order_and_get_the_grids_origin(sampler: str, order: s
     assert np.array_equal(denoised.trajectory[-1], denoised.points)
 
 
-@pytest.mark.parametrize("order", ["x", "hilbert"])
-def test_labels_are_those_of_each_point(order: str) -> None:
+def test_labels_are_those_of_each_point() -> None:
     """Log-softmax of what the network says of axis, cell and wall, in the points' own order."""
     points, normals = cloud()
     sampler = build("sampler", {"plugin": "ddim", "steps": 1})
-    denoiser = known(order=order)
+    denoiser = known()
     axis, cell, wall = denoiser.denoise(points, normals, [FOUR[:2]] * 2, sampler, 0).log_labels
     logits = np.concatenate([normals, -normals], axis=2)
     assert axis == pytest.approx(logits - np.log(np.exp(logits).sum(2, keepdims=True)), abs=1e-5)
@@ -118,8 +116,8 @@ def test_padded_images_are_denoised_too(denoiser: Denoiser) -> None:
     denoised = denoiser.denoise(points, normals, [("cube", None)], sampler, 0)
     assert denoised.points.shape == (1, 512, 3)
     assert [log_p.shape for log_p in denoised.log_labels] == [(1, 512, n) for n in (6, 2, 2)]
-    order = point_order(denoised.trajectory[0], "x")
-    assert np.array_equal(order, point_order(points.astype(np.float32), "x"))
+    order = x_order(denoised.trajectory[0])
+    assert np.array_equal(order, x_order(points.astype(np.float32)))
 
 
 def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> None:
@@ -138,8 +136,6 @@ def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> No
 def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
     with pytest.raises(ValueError, match=r"denoiser\.target must be one of x0, noise, v; got mean"):
         DenoiserOptions(target="mean")
-    with pytest.raises(ValueError, match=r"denoiser\.order must be one of x, morton, hilbert; got"):
-        DenoiserOptions(order="zigzag")
     with pytest.raises(LookupError, match="no primitive named 'cone'"):
         denoiser.vectors([("cone", None)])
 

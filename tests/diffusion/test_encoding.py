@@ -12,7 +12,6 @@ from polycube.diffusion.encoding import (
     encode,
     image_size,
     learning_frame,
-    point_order,
     to_pixels,
     to_points,
     x_order,
@@ -77,63 +76,13 @@ def test_batches_keep_the_order_of_each_member() -> None:
 
 
 @settings(derandomize=True, max_examples=20, deadline=None)
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    n=st.integers(1, 200),
-    by=st.sampled_from(("x", "morton", "hilbert")),
-)
-def test_every_order_is_a_permutation_of_each_member(seed: int, n: int, by: str) -> None:
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 200))
+def test_the_order_is_a_permutation_of_each_member(seed: int, n: int) -> None:
     points = np.random.default_rng(seed).uniform(-1.1, 1.1, (2, 3, n, 3))
-    order = point_order(points, by)
+    order = x_order(points)
     assert np.array_equal(np.sort(order, axis=-1), np.broadcast_to(np.arange(n), (2, 3, n)))
-    assert np.array_equal(order[1, 2], point_order(points[1, 2], by))
+    assert np.array_equal(order[1, 2], x_order(points[1, 2]))
 
 
-def test_orders_by_hand() -> None:
-    """One point in each octant: Morton counts them, Hilbert walks along edges."""
-    corners = np.indices((2, 2, 2)).reshape(3, 8).T - 0.5  # z fastest
-    shuffled = np.random.default_rng(0).permutation(8)
-    assert corners[shuffled][point_order(corners[shuffled], "morton")] == pytest.approx(corners)
-    walk = corners[shuffled][point_order(corners[shuffled], "hilbert")]
-    assert np.abs(np.diff(walk, axis=0)).sum(axis=1) == pytest.approx(np.ones(7))
-    x = corners[shuffled][point_order(corners[shuffled], "x")]
-    assert (np.diff(x[:, 0]) >= 0).all()
-
-
-def test_curves_keep_more_neighbours_than_x() -> None:
-    """Mean distance from a point of a sphere to the next: what a convolution sees beside it."""
-    points = np.random.default_rng(0).normal(size=(1024, 3))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-
-    def step(by: str) -> float:
-        ordered = points[point_order(points, by)]
-        return float(np.linalg.norm(np.diff(ordered, axis=0), axis=1).mean())
-
-    assert step("hilbert") < step("morton") < step("x") / 4
-
-
-def test_points_of_one_cell_keep_their_order_and_outsiders_go_to_the_rim() -> None:
-    assert point_order(np.full((5, 3), 0.3), "hilbert").tolist() == [0, 1, 2, 3, 4]
-    outside = np.array([[1.5, 1.5, 1.5], [-1.5, -1.5, -1.5], [0, 0, 0]])
-    assert point_order(outside, "morton").tolist() == [1, 2, 0]
-
-
-def test_an_unknown_order_is_refused() -> None:
-    with pytest.raises(ValueError, match="by x, morton or hilbert; got 'y'"):
-        point_order(np.zeros((2, 3)), "y")
-
-
-def test_frame_centres_the_box_and_scales_its_longest_edge_to_two() -> None:
-    points = np.array([[10.0, 0, 0], [14, 1, 0], [12, 0, 3]])
-    frame = learning_frame(points)
-    placed = frame.apply(points)
-    assert placed.min(axis=0) + placed.max(axis=0) == pytest.approx(np.zeros(3))
-    assert np.ptp(placed, axis=0) == pytest.approx([2, 0.5, 1.5])
-    assert frame.invert(placed) == pytest.approx(points)
-
-
-def test_impossible_images_are_refused() -> None:
-    with pytest.raises(ValueError, match="do not fit an image of 4 x 4"):
-        to_pixels(np.zeros((17, 3)), np.arange(17), (4, 4))
-    with pytest.raises(ValueError, match="must not all coincide"):
-        learning_frame(np.ones((5, 3)))
+def test_equal_points_keep_their_order() -> None:
+    assert x_order(np.full((5, 3), 0.3)).tolist() == [0, 1, 2, 3, 4]

@@ -120,3 +120,10 @@ def test_a_checkpoint_of_a_training_is_read_as_well(
         load_denoiser(build, path)
     with pytest.raises(InputError, match=r"no weights at .*first.ckpt"):
         load_denoiser(build, tmp_path / "first.ckpt")
+
+
+def test_weights_that_name_the_order_of_points_still_load(config: dict) -> None:
+    """Files of earlier versions, the shipped ones among them, say `order: x`."""
+    make_denoiser(config | {"options": config["options"] | {"order": "x"}}, build)
+    with pytest.raises(InputError, match="ordered by hilbert are no longer supported, only by x"):
+        make_denoiser(config | {"options": config["options"] | {"order": "hilbert"}}, build)

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, distributed
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from polycube.diffusion.encoding import context_vector, image_size, point_order, to_pixels
+from polycube.diffusion.encoding import context_vector, image_size, to_pixels, x_order
 from polycube.diffusion.pairs.pairs import Pair, Pairs
 
 
@@ -26,14 +26,14 @@ class Batch(NamedTuple):
 
 
 class PairImages(Dataset):
-    """Pair `index` of a stream as images, its points in the given order."""
+    """Pair `index` of a stream as images."""
 
-    def __init__(self, pairs: Pairs, primitives: tuple[str, ...], order: str = "x") -> None:
-        self.pairs, self.primitives, self.order = pairs, primitives, order
+    def __init__(self, pairs: Pairs, primitives: tuple[str, ...]) -> None:
+        self.pairs, self.primitives = pairs, primitives
 
     def __getitem__(self, index: int) -> Batch:
         pair = self.pairs(index)
-        made = images(pair, self.pairs.grid, self.primitives, self.order)
+        made = images(pair, self.pairs.grid, self.primitives)
         return Batch(*made, torch.tensor(index))
 
 
@@ -48,21 +48,20 @@ class Kept(Dataset):
 
 
 def images(
-    pair: Pair, grid: tuple[int, ...], primitives: tuple[str, ...], by: str
+    pair: Pair, grid: tuple[int, ...], primitives: tuple[str, ...]
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Geometry (6, h, w), polycube (3, h, w), context vector (K,) and labels (3, h, w)."""
-    order, size = point_order(pair.geometry, by), image_size(grid)
+    order, size = x_order(pair.geometry), image_size(grid)
     points, normals, polycube, labels = (
         to_pixels(rows, order, size)
         for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
     )
-    arrays = (
-        np.concatenate([points, normals]),
-        polycube,
-        context_vector(pair.context, primitives, int(np.prod(grid))),
-        labels.astype(np.int64) - 1,
+    return (
+        torch.from_numpy(np.concatenate([points, normals])),
+        torch.from_numpy(polycube),
+        torch.from_numpy(context_vector(pair.context, primitives, int(np.prod(grid)))),
+        torch.from_numpy(labels.astype(np.int64) - 1),
     )
-    return tuple(map(torch.from_numpy, arrays))
 
 
 def place() -> tuple[int, int]:

@@ -100,10 +100,10 @@ def _refine(polycube: Polycube, n: int) -> Polycube:
     occupancy = polycube.occupancy
     for axis in range(3):
         occupancy = occupancy.repeat(n, axis=axis)
-    knots = [
+    x, y, z = (
         np.interp(np.arange(n * (len(k) - 1) + 1) / n, np.arange(len(k)), k) for k in polycube.knots
-    ]
-    return Polycube(occupancy, *knots, polycube.grid, polycube.context)
+    )
+    return Polycube(occupancy, x, y, z, polycube.grid, polycube.context)
 
 
 def _round(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -25,6 +26,7 @@ from polycube.structure.projection import TRUST, log_probability, project_onto
 from polycube.surface.frames import rotations
 from polycube.types import Polycube
 
+Key = TypeVar("Key")
 Columns = dict[str, np.ndarray]  # (N,) of the points of a pair, or (1,) of the pair
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
@@ -196,10 +198,8 @@ def _context_columns(
     return found
 
 
-def _grouped(
-    keys: Sequence[Hashable], columns: Sequence[Columns]
-) -> dict[Hashable, dict[str, float]]:
-    groups = defaultdict(list)
+def _grouped(keys: Sequence[Key], columns: Sequence[Columns]) -> dict[Key, dict[str, float]]:
+    groups: dict[Key, list[Columns]] = defaultdict(list)
     for key, found in sorted(zip(keys, columns, strict=True), key=lambda pair: str(pair[0])):
         groups[key].append(found)
     return {key: summary(group) for key, group in groups.items()}

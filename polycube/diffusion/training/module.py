@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from functools import reduce
+from typing import Any, NamedTuple
 
 import lightning.pytorch as L
 import numpy as np
@@ -19,71 +18,11 @@ from torch.optim.lr_scheduler import LambdaLR
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.dataset import Batch, place
 from polycube.diffusion.pairs.shapes import UNTURNED
+from polycube.diffusion.training.learning import Learning, rate_factors
 from polycube.surface.frames import rotations
 
-DECAYS = ("constant", "linear", "cosine", "paper")
-LOSSES = ("distance", "mse")
 SOFT = 0.01  # length up to which the loss of a distance grows as its square
 ROTATIONS = torch.from_numpy(rotations()).float()  # (24, 3, 3)
-
-
-@dataclass(frozen=True)
-class Learning:
-    """How to train."""
-
-    rate: float = 1e-3  # Adam's learning rate at the start
-    decay: str = "linear"  # of the rate over the epochs: constant, linear, cosine or paper
-    loss: str = "distance"  # distance of points, or mse: mean squared error
-    labels: float = 0.1  # weight of the cross-entropy of the labels beside it
-    endpoint: float = 0.8  # share of a batch trained at t = T from the geometry itself
-    thin: int = 1  # train on every n-th row and column; 1 where the network needs whole images
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        if self.thin < 1:
-            raise ValueError(f"learning.thin must be at least 1; got {self.thin}")
-        for name, choices in (("decay", DECAYS), ("loss", LOSSES)):
-            if getattr(self, name) not in choices:
-                raise ValueError(
-                    f"learning.{name} must be one of {', '.join(choices)}; "
-                    f"got {getattr(self, name)}"
-                )
-        if not 0 <= self.endpoint <= 1:
-            raise ValueError(f"learning.endpoint must lie in [0, 1]; got {self.endpoint}")
-        if self.labels < 0:
-            raise ValueError(f"learning.labels must not be negative; got {self.labels}")
-
-
-def rate_factors(decay: str, epochs: int) -> list[float]:
-    """Learning rate of each epoch k = 0..K as a share of the first.
-
-    paper: eta_k = eta_{k-1} (1 - k / K); linear: eta_k = eta_0 (1 - k / K);
-    cosine: eta_k = eta_0 (1 + cos(pi k / K)) / 2
-    """
-    factors = [1.0]
-    for k in range(1, epochs + 1):
-        share = 1 - k / epochs
-        factors.append(
-            {
-                "constant": 1.0,
-                "linear": share,
-                "cosine": (1 - np.cos(np.pi * share)) / 2,
-                "paper": factors[-1] * share,
-            }[decay]
-        )
-    return factors
-
-
-def moving_average(decay: float) -> Callable[[Tensor, Tensor, Tensor], Tensor]:
-    """Exponential moving average of weights, the first n of them at most (1 + n) / (10 + n) old."""
-    if not 0 < decay < 1:
-        raise ValueError(f"ema must lie between 0 and 1; got {decay}")
-
-    def average(averaged: Tensor, current: Tensor, n: Tensor) -> Tensor:
-        share = min(decay, (1 + int(n)) / (10 + int(n)))
-        return torch.lerp(current, averaged, share) if current.is_floating_point() else current
-
-    return average
 
 
 def everywhere(values: Tensor) -> Tensor:
@@ -156,7 +95,8 @@ class DDPMPolycube(L.LightningModule):
             image[..., ::thin, ::thin] for image in (batch.geometry, batch.polycube, batch.labels)
         )
         process, x_T = self.denoiser.process, geometry[:, :3]
-        t, first, turn, z = self.draws(batch.number, x_0.shape[2:])
+        height, width = x_0.shape[2:]
+        t, first, turn, z = self.draws(batch.number, (height, width))
         q = process.adjustment(x_T)
         x_t = process.forward(x_0, z, q, t)
         t = torch.where(first, process.steps, t)
@@ -170,12 +110,14 @@ class DDPMPolycube(L.LightningModule):
         terms = {"points": self._distance(said[:, :3], wanted, labels[:, 0] >= 0)}
         if self.denoiser.classes:
             logits = said[:, 3:].split(self.denoiser.classes, dim=1)
-            terms["labels"] = self.learning.labels * sum(
+            entropies = [
                 functional.cross_entropy(values, labels[:, i], ignore_index=-1)
                 for i, values in enumerate(logits)
-            )
+            ]
+            terms["labels"] = self.learning.labels * reduce(torch.add, entropies)
         if self.turned is not None:
-            terms["context"] = self._context_loss(geometry, batch.number, turn)
+            wanted = _contexts(self.turned, batch.number, turn)
+            terms["context"] = self._context_loss(geometry, turn, wanted)
         return terms
 
     def _distance(self, said: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
@@ -185,11 +127,13 @@ class DDPMPolycube(L.LightningModule):
         squared = (said - wanted).square().sum(dim=1)
         return ((squared + SOFT**2).sqrt() - SOFT)[real].mean()
 
-    def _context_loss(self, geometry: Tensor, number: Tensor, turn: Tensor) -> Tensor:
-        """Cross-entropies of lying along the grid, turned, and of the cells of those that do."""
+    def _context_loss(self, geometry: Tensor, turn: Tensor, wanted: Tensor) -> Tensor:
+        """Cross-entropies of lying along the grid, turned, and of the cells of those that do.
+
+        wanted : (B, cells) see `_contexts`
+        """
         vectors = geometry.unflatten(1, (2, 3))  # points and normals
         vectors = torch.einsum("bij,bkjhw->bkihw", ROTATIONS.to(geometry)[turn], vectors)
-        wanted = self._contexts(number, turn)
         cells, fits = self.denoiser.classifier(vectors.flatten(1, 2))
         along = (wanted[:, 0] >= 0).float()
         filled = functional.cross_entropy(
@@ -197,15 +141,10 @@ class DDPMPolycube(L.LightningModule):
         )
         return filled.mean() + functional.binary_cross_entropy_with_logits(fits.float(), along)
 
-    def _contexts(self, number: Tensor, turn: Tensor | int) -> Tensor:
-        """(B, cells) what the classifier should say of pairs as they are turned; -1 if nothing."""
-        turned = self.turned.to(number.device)
-        return turned[number % len(turned), turn]
-
     def training_step(self, batch: Batch, index: int) -> Tensor:
         """Loss of one batch."""
         terms = self.loss(batch)
-        loss = sum(terms.values())
+        loss = reduce(torch.add, terms.values())
         self.pairs_done += len(batch.geometry) * self.trainer.world_size
         self.steps_done = self.global_step + 1
         self.log("loss", loss, prog_bar=True, sync_dist=True)
@@ -213,11 +152,11 @@ class DDPMPolycube(L.LightningModule):
         self.log("lr", self.trainer.optimizers[0].param_groups[0]["lr"])
         return loss
 
-    def on_save_checkpoint(self, checkpoint: dict[str, object]) -> None:
+    def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Keep how far the training has come."""
         checkpoint["pairs_done"] = self.pairs_done
 
-    def on_load_checkpoint(self, checkpoint: dict[str, object]) -> None:
+    def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Remember how far a training had come, also where it is not continued."""
         self.steps_done = checkpoint["global_step"]
         self.pairs_done = checkpoint.get("pairs_done", 0)
@@ -248,7 +187,7 @@ class DDPMPolycube(L.LightningModule):
                 self._measured[f"right/{name}"].append(right[real].float())
         if self.turned is not None:
             cells, _ = self.denoiser.classifier(geometry)
-            right = cells.argmax(dim=2) == self._contexts(batch.number, UNTURNED)
+            right = cells.argmax(dim=2) == _contexts(self.turned, batch.number, UNTURNED)
             self._measured["right/context"].append(right.all(dim=1).float())
         if index == 0:
             self.example = (x_T.cpu(), x_0.cpu(), truth.cpu())
@@ -266,6 +205,12 @@ class DDPMPolycube(L.LightningModule):
     def configure_optimizers(self) -> tuple[list[Optimizer], list[LambdaLR]]:
         """Adam, its rate set at every epoch."""
         adam = torch.optim.Adam(self.parameters(), lr=self.learning.rate)
-        factors = rate_factors(self.learning.decay, max(self.trainer.max_epochs, 1))
+        factors = rate_factors(self.learning.decay, max(self.trainer.max_epochs or 1, 1))
         rate = LambdaLR(adam, lambda epoch: factors[min(epoch, len(factors) - 1)])
         return [adam], [rate]
+
+
+def _contexts(turned: Tensor, number: Tensor, turn: Tensor | int) -> Tensor:
+    """(B, cells) what the classifier should predict for pairs as they are turned; -1 if nothing."""
+    turned = turned.to(number.device)
+    return turned[number % len(turned), turn]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import lightning.pytorch as L
 import numpy as np
+from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube.diffusion.training.module import DDPMPolycube
 
@@ -14,14 +15,16 @@ class Pictures(L.Callback):
     def __init__(self, rows: int = 4) -> None:
         self.rows = rows
 
-    def on_validation_end(self, trainer: L.Trainer, module: DDPMPolycube) -> None:
+    def on_validation_end(self, trainer: L.Trainer, module: L.LightningModule) -> None:
         """Hand the picture to the logger."""
-        idle = trainer.logger is None or trainer.sanity_checking or not trainer.is_global_zero
-        if idle or module.example is None:
+        logger = trainer.logger
+        if not isinstance(module, DDPMPolycube) or not isinstance(logger, TensorBoardLogger):
+            return
+        if trainer.sanity_checking or not trainer.is_global_zero or module.example is None:
             return
         images = [np.asarray(image[: self.rows]) for image in module.example]
         picture = scatter(*images)
-        trainer.logger.experiment.add_image(
+        logger.experiment.add_image(
             "geometry, x_0, truth", picture, module.global_step, dataformats="HWC"
         )
 

@@ -9,14 +9,8 @@ from polycube.diffusion.pairs.dataset import Batch, PairImages
 from polycube.diffusion.pairs.pairs import Pairs
 from polycube.diffusion.pairs.shapes import UNTURNED, turned_contexts
 from polycube.diffusion.pairs.templates import contexts
-from polycube.diffusion.training.module import (
-    ROTATIONS,
-    SOFT,
-    DDPMPolycube,
-    Learning,
-    moving_average,
-    rate_factors,
-)
+from polycube.diffusion.training.learning import Learning, moving_average, rate_factors
+from polycube.diffusion.training.module import ROTATIONS, SOFT, DDPMPolycube
 from polycube.diffusion.training.pictures import scatter
 from polycube.diffusion.weights import make_denoiser
 from polycube.registry import build
