@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from polycube.fitting.refinement import REACH, refine
 from polycube.hexmesh import sizing
-from polycube.hexmesh.quality import quality
+from polycube.hexmesh.inspection import inspect
 from polycube.registry import register
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, TriMesh
@@ -55,7 +55,7 @@ class Split:
     def _why_more(self, hexes: HexMesh, surface: TriMesh, wanted: float | None, done: int) -> str:
         """What asks for another refinement; nothing where nothing does."""
         if wanted is not None:
-            apart = quality(hexes, surface).deviation
+            apart = inspect(hexes, surface).deviation
             reached = max(apart.to_mesh.p99, apart.to_surface.p99)
             if reached > wanted:
                 return (

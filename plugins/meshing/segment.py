@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 
 import numpy as np
 
 from polycube.charts.segmentation import segment
 from polycube.registry import register
-from polycube.structure.lattice import boundary
-from polycube.structure.parametrization import unit_normals
-from polycube.surface import closest
-from polycube.surface.measures import twins
+from polycube.structure.labels import majority, nearest_labels
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
-
-logger = logging.getLogger(__name__)
 
 
 @register("meshing/segment", "nearest")
@@ -30,18 +24,7 @@ class Nearest:
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
     ) -> Labels:
         """Labels of the surface's faces."""
-        outside = boundary(polycube)
-        corners = outside.vertices[outside.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)]
-        tree = closest.tree(corners, unit_normals(corners))
-        placed = parametrization.positions[surface.faces]  # (F, 3, 3)
-        normals = unit_normals(placed)
-        _, nearest, _ = closest.closest(tree, placed.mean(axis=1), normals, self.alpha)
-        patch = majority(outside.patch[nearest // 2], surface.faces, self.rounds)
-        axis = np.zeros(outside.patch.max() + 1, np.int64)
-        axis[outside.patch] = outside.axis
-        n_used = len(np.unique(patch))
-        logger.info("segment: %d of %d polycube faces on the surface", n_used, len(axis))
-        return Labels(axis[patch], patch)
+        return nearest_labels(surface, polycube, parametrization, self.alpha, self.rounds)
 
 
 @register("meshing/segment", "drawn")
@@ -70,20 +53,3 @@ class Drawn:
         axis[drawn.patch] = drawn.axis
         patch = majority(drawn.patch, surface.faces, self.rounds)  # of faces wider than a patch
         return Labels(axis[patch], patch)
-
-
-def majority(patch: np.ndarray, faces: np.ndarray, rounds: int) -> np.ndarray:
-    """Labels (F,) after votes in which two equal neighbours outvote a face unlike all three."""
-    first, second = twins(faces)
-    neighbour = np.empty(faces.size, np.int64)  # of each half-edge of a closed surface
-    neighbour[first], neighbour[second] = second // 3, first // 3
-    neighbour = neighbour.reshape(-1, 3)
-    for _ in range(rounds):
-        around = patch[neighbour]
-        a, b, c = around.T
-        winner = np.where((a == b) | (a == c), a, b)
-        outvoted = ((a == b) | (a == c) | (b == c)) & (around != patch[:, None]).all(axis=1)
-        if not outvoted.any():
-            break
-        patch = np.where(outvoted, winner, patch)
-    return patch

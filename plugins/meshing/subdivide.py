@@ -69,6 +69,15 @@ class Template:
         self._afford(sizing.number_of_hexes(polycube, fine), polycube, rough_map, size)
         return mesh_between(polycube, placed, lines)
 
+    def finer_options(self, times: float, diagonal: float) -> dict[str, object] | None:
+        """Options for a size so many times finer, and as many more hexes where it curves."""
+        if self.level is not None:
+            return None
+        options: dict[str, object] = {"finer": times * self.finer}
+        if self.curvature is not None:
+            options["curvature"] = sizing.length(self.curvature, diagonal) / times**2
+        return options
+
     def _curved(
         self,
         polycube: Polycube,

@@ -22,15 +22,14 @@ from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import edges
 from polycube.hexmesh.energy import Terms, pull
 from polycube.hexmesh.octree import split
-from polycube.hexmesh.quality import doubts, quality, score
+from polycube.fitting.merit import least_jacobian, merit, misses
+from polycube.hexmesh.inspection import inspect
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-LEAST = 0.41  # scaled Jacobian that the refined mesh must keep
 GOOD = 0.5  # score that needs no other recipe
-KEPT = 0.9  # share of the coarse mesh's that must be kept where that is less
 REACH = 0.0038  # distance that 99 % of the surface should be within: 0.4 % by any sampling
 FAR = 50.0  # what the score loses per diagonal beyond it
 NORMALS = 0.04  # length that a whole turn of the normal is worth, in diagonals
@@ -60,19 +59,19 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
     """The mesh with every hex in eight, or the same mesh where none keeps its quality.
 
     It must come nearer to the surface with a scaled Jacobian of at least 0.41 (or 0.9 of the
-    mesh's own where that is less) and no more doubts.  A second recipe is tried where the first is
+    mesh's own where that is less) and misses no more limits.  A second recipe is tried where the first is
     not good or misses the reach; the best of those within it is kept.
 
     features : also keep sharp polycube edges on sharp edges of the surface
     reach : distance that 99 % of the surface should be within, in diagonals
     """
-    before = quality(mesh, surface)
+    before = inspect(mesh, surface)
     least = least_jacobian(before.scaled_jacobian)
     best, fine = None, split(mesh)
     for recipe in RECIPES:
         for way, tried in _tries(fine, target(surface), recipe, features, least):
-            found = quality(tried, surface)
-            apart, value = found.deviation.to_mesh.p99, score(tried, surface)
+            found = inspect(tried, surface)
+            apart, value = found.deviation.to_mesh.p99, merit(found)
             logger.info(
                 "refine, %s: scaled Jacobian at least %.3f, 99 %% of the surface within %.2f %%, "
                 "vertices within %.2f %%",
@@ -82,7 +81,7 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
                 100 * found.deviation.vertices,
             )
             passes = found.scaled_jacobian >= least and apart + 1e-9 < before.deviation.to_mesh.p99
-            sound = len(doubts(tried, surface)) <= len(doubts(mesh, surface))
+            sound = misses(found) <= misses(before)
             worth = apart <= reach, value - FAR * max(0.0, apart - reach)
             if passes and sound and (best is None or worth > best[0]):
                 best = worth, tried
@@ -92,11 +91,6 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
         logger.info("refine: no finer mesh keeps a scaled Jacobian of %.2f", least)
         return mesh
     return best[1]
-
-
-def least_jacobian(coarse: float) -> float:
-    """Scaled Jacobian that a finer mesh must keep where the coarse one has this."""
-    return min(LEAST, KEPT * coarse)
 
 
 def _tries(

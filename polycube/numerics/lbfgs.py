@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from threading import Event
 
 import numpy as np
 from numba import njit
@@ -17,21 +16,17 @@ STALL = 1e-9  # relative decrease that ends the search
 
 Function = Callable[[np.ndarray], tuple[float, np.ndarray]]
 _EFFORTS: ContextVar[tuple[Counter[str], ...]] = ContextVar("efforts", default=())
-_STOP: ContextVar[Event | None] = ContextVar("stop", default=None)
-
-
-class Stopped(BaseException):
-    """Nobody wants the result of a descent any more: see `stoppable`."""
+_CHECK: ContextVar[Callable[[], None] | None] = ContextVar("check", default=None)
 
 
 @contextmanager
-def stoppable(stop: Event) -> Iterator[None]:
-    """Descents inside raise Stopped at their next evaluation once the event is set."""
-    token = _STOP.set(stop)
+def watched(check: Callable[[], None]) -> Iterator[None]:
+    """Call `check` at each evaluation of all descents inside; it may raise to end them."""
+    token = _CHECK.set(check)
     try:
         yield
     finally:
-        _STOP.reset(token)
+        _CHECK.reset(token)
 
 
 @contextmanager
@@ -58,11 +53,11 @@ def descend(
     step : largest change of a coordinate in a first, unscaled step
     retract : brings a point back to where the search has to stay, as x is
     """
-    back, stop = retract or (lambda place: place), _STOP.get()
+    back, check = retract or (lambda place: place), _CHECK.get()
 
     def evaluate(place: np.ndarray) -> tuple[float, np.ndarray]:
-        if stop is not None and stop.is_set():
-            raise Stopped
+        if check is not None:
+            check()
         _count("evaluations")
         return function(place)
 

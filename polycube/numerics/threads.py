@@ -7,15 +7,13 @@ come back in its order.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from functools import lru_cache
 from itertools import pairwise
 from typing import TypeVar
 
 MOST = 4  # threads of the pool
-_BUSY: set[object] = set()  # one for each `busy` thread
 
 Result = TypeVar("Result")
 
@@ -26,7 +24,7 @@ def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
     A call must not use this function itself: it would wait for a thread that waits.
     """
     workers = pool()
-    if workers is None or len(calls) == 1 or cores() - len(_BUSY) < 2:
+    if workers is None or len(calls) == 1:
         return [call() for call in calls]
     others = [workers.submit(call) for call in calls[1:]]
     return [calls[0](), *(other.result() for other in others)]
@@ -43,17 +41,6 @@ def cores() -> int:
     """Number of cores that are worth using: up to `MOST` of those the process may use."""
     number = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return min(number or 1, MOST)
-
-
-@contextmanager
-def busy() -> Iterator[None]:
-    """One core fewer for calls side by side, of this thread and of others, inside."""
-    token = object()
-    _BUSY.add(token)
-    try:
-        yield
-    finally:
-        _BUSY.discard(token)
 
 
 @lru_cache(maxsize=1)

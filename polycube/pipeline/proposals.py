@@ -4,71 +4,116 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import fields
 
 import numpy as np
 
+from polycube.errors import InputError
+from polycube.kinds import Structure
+from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock
 from polycube.registry import build
 from polycube.surface.measures import genus
 from polycube.types import Candidate, TriMesh
 
-READERS = ("slices", "boxes", "bricks", "given")  # need no network; a given context replaces them
+Grid = tuple[int, ...]
+Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
 
 
 def propose(
-    cfg: Mapping[str, object], surface: TriMesh, primitives: Mapping[str, np.ndarray], clock: Clock
+    settings: Settings, surface: TriMesh, primitives: Primitives, clock: Clock
 ) -> tuple[Candidate, ...]:
-    """Candidates on each grid, without those that say again what a smaller grid said."""
+    """Collect the candidates of each grid, without those that a smaller grid made already.
+
+    Raises
+    ------
+    InputError
+        For options of proposals that a given context replaces.
+    """
     candidates: tuple[Candidate, ...] = ()
-    for grid in grids(cfg):
+    for grid in grids(settings):
         known = {(c.proposal, c.key) for c in candidates}
-        made = _propose_on(grid, cfg, surface, primitives, clock)
+        made = _propose_on(grid, settings, surface, primitives, clock)
         candidates += tuple(c for c in made if (c.proposal, c.key) not in known)
     return candidates
 
 
-def grids(cfg: Mapping[str, object]) -> list[tuple[int, int, int]]:
+def grids(settings: Settings) -> list[Grid]:
     """The grid, or those of grid=auto; of these the first that a given context fits."""
-    grid, context = cfg["grid"], cfg["context"] or []
-    shapes = [tuple(shape) for shape in grid.get("among") or [grid["shape"]]]
-    if not context:
+    shapes = [tuple(shape) for shape in settings.grid.get("among") or [settings.grid["shape"]]]
+    if not settings.context:
         return shapes
-    return [shape for shape in shapes if len(context) <= math.prod(shape)][:1] or shapes[-1:]
+    large = [shape for shape in shapes if len(settings.context) <= math.prod(shape)]
+    return large[:1] or shapes[-1:]
 
 
-def no_structure(cfg: Mapping[str, object], surface: TriMesh, proposed: int) -> str:
-    """What to say where none of the candidates proposed has the surface's genus."""
-    shapes = " or ".join("x".join(map(str, shape)) for shape in grids(cfg))
-    alone = cfg["structure"].get("plugin")
-    if not proposed and alone and alone not in READERS:
+def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
+    """Say why no candidate has the surface's genus, and what may help."""
+    shapes = " or ".join("x".join(map(str, shape)) for shape in grids(settings))
+    named = ", ".join(map(str, settings.primitives["use"]))
+    plugins = [plugin for _, plugin in _plugins(grids(settings)[-1], settings, {})]
+    if not n_proposed and all(plugin.needs_network for plugin in plugins):
         return (
-            f"structure={alone} has no weights for {', '.join(cfg['primitives']['use'])} on a "
-            f"{shapes} grid; name weights by ckpt=, or let structure=auto read the part itself"
+            f"no trained weights for {named} on a {shapes} grid; name weights by ckpt=, or let "
+            "structure=auto find the structure without a network"
         )
     return (
-        f"no polycube of {', '.join(cfg['primitives']['use'])} on a {shapes} grid fits this "
-        f"surface of genus {genus(surface)}; try another grid or more primitives"
+        f"no polycube of {named} on a {shapes} grid fits this surface of genus {genus(surface)}; "
+        "try another grid or more primitives"
     )
 
 
 def _propose_on(
-    grid: tuple[int, int, int],
-    cfg: Mapping[str, object],
-    surface: TriMesh,
-    primitives: Mapping[str, np.ndarray],
-    clock: Clock,
+    grid: Grid, settings: Settings, surface: TriMesh, primitives: Primitives, clock: Clock
 ) -> tuple[Candidate, ...]:
-    """Candidates of the structure plugins; each is told the earlier ones."""
-    alone = {cfg["structure"].get("plugin"): cfg["structure"]}
-    configs = dict(cfg["structure"].get("proposals") or alone)
-    if cfg["context"]:
-        denoisers = {n: c for n, c in configs.items() if c["plugin"] not in READERS}
-        configs = {"given": {"plugin": "given", "context": cfg["context"]}, **denoisers}
+    """Candidates of the structure plugins; each receives those of the plugins before it."""
     candidates: tuple[Candidate, ...] = ()
-    for name, config in configs.items():
-        plugin = build("structure", config, grid=grid, primitives=primitives)
-        if getattr(plugin, "any_grid", False) and grid != grids(cfg)[-1]:
+    for name, plugin in _plugins(grid, settings, primitives):
+        if plugin.any_grid and grid != grids(settings)[-1]:
             continue
         made = clock.run(f"structure/{name}", lambda p=plugin, c=candidates: p(surface, c))
         candidates += tuple(made)
     return candidates
+
+
+def _plugins(
+    grid: Grid, settings: Settings, primitives: Primitives
+) -> list[tuple[str, Structure]]:
+    """The structure plugins of a run, by name.
+
+    A given context replaces all that propose without a network; those that have one still denoise
+    the part in it.
+    """
+    own = settings.structure.get("proposals") or {
+        str(settings.structure.get("plugin")): settings.structure
+    }
+    plugins = {name: _build(config, grid, primitives) for name, config in own.items()}
+    if settings.context:
+        for name, plugin in list(plugins.items()):
+            if not plugin.needs_network:
+                if own[name]["plugin"] != settings.context_structure["plugin"]:
+                    _check_unused(name, own[name], plugin, alone=len(own) == 1)
+                del plugins[name]
+        plugins = {"given": _build(settings.context_structure, grid, primitives), **plugins}
+    return list(plugins.items())
+
+
+def _build(config: Node, grid: Grid, primitives: Primitives) -> Structure:
+    return build("structure", config, grid=grid, primitives=primitives)
+
+
+def _check_unused(name: str, config: Node, plugin: Structure, alone: bool) -> None:
+    """Raise InputError where a user chose options of a plugin that a context replaces."""
+    if alone:
+        raise InputError(
+            f"structure={name} finds the structure itself, so it cannot be combined with "
+            "context=; leave one of them out"
+        )
+    defaults = {field.name: field.default for field in fields(plugin)}
+    for option, value in config.items():
+        plain = tuple(value) if isinstance(value, list) else value
+        if option in defaults and plain != defaults[option]:
+            raise InputError(
+                f"structure.proposals.{name}.{option} has no effect beside context=; leave one "
+                "of them out"
+            )

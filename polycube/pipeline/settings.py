@@ -1,58 +1,149 @@
-"""Settings of a whole run, that are no plugin's: refused before anything is done."""
+"""The settings of a run, checked: what `conf/infer.yaml` composes, with types."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 from polycube.errors import InputError
+from polycube.io.cad import Cad
+from polycube.surface.repair.repair import LEVELS
 
 HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
+Node = Mapping[str, object]  # a composed group
 
 
-def check_settings(cfg: Mapping[str, object]) -> None:
-    """Raise InputError for a run-wide setting that makes no sense."""
-    order = cfg["order"]
-    chain = [name for name in order if name != "report"] if isinstance(order, list) else ["?"]
-    if chain != list(HALVES[: len(chain)]):
-        raise InputError(
-            f"order is a list that begins as [{', '.join(HALVES)}] does, with report where the "
-            f"page is wanted; got {order}"
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """Run-wide settings, and the composed configuration of every group.
+
+    Names, defaults and help stand in `conf/infer.yaml`; `start` is `from` there.
+    """
+
+    mesh: str | None
+    hex: str | None
+    cad: Cad
+    repair: str
+    order: tuple[str, ...]
+    context: Sequence[str | None] | None
+    grid: Node
+    primitives: Node
+    structure: Node
+    context_structure: Node
+    ranking: Node
+    meshing: Node
+    improve: Node
+    acceptance: Node
+    spline: Node
+    analysis: Node
+    export: Mapping[str, Node]
+    tries: int
+    seed: int
+    seconds: float | None
+    strict: bool
+    resume: Path | None
+    start: str | None
+    composed: Node  # all of it, as it is written to config.json
+
+    @classmethod
+    def of(cls, composed: Node) -> Settings:
+        """Check a composed configuration.
+
+        Raises
+        ------
+        InputError
+            For a run-wide setting that makes no sense; plugins check their own options.
+        """
+        read = _Reader(composed)
+        mesh = composed["mesh"]
+        return cls(
+            mesh=None if mesh in (None, "", "???") else str(mesh),
+            hex=str(composed["hex"]) if composed["hex"] else None,
+            cad=Cad(**read.node("cad"), units=read.node("analysis").get("units")),
+            repair=read.repair(),
+            order=read.order(),
+            context=read.context(),
+            tries=read.whole("tries", 1),
+            seed=read.whole("seed", 0),
+            seconds=read.seconds(),
+            strict=read.truth("strict"),
+            resume=Path(str(composed["resume"])) if composed["resume"] else None,
+            start=str(composed["from"]) if composed["from"] else None,
+            composed=composed,
+            **{name: read.node(name) for name in GROUPS},
         )
-    for name, least in {"tries": 1, "seed": 0}.items():
-        value = cfg[name]
+
+
+GROUPS = (
+    "grid",
+    "primitives",
+    "structure",
+    "context_structure",
+    "ranking",
+    "meshing",
+    "improve",
+    "acceptance",
+    "spline",
+    "analysis",
+    "export",
+)
+
+
+@dataclass(frozen=True)
+class _Reader:
+    """Typed values of a composed configuration."""
+
+    composed: Node
+
+    def node(self, name: str) -> dict[str, object]:
+        value = self.composed.get(name)
+        if not isinstance(value, Mapping):
+            raise InputError(f"{name} must be a group of settings; got {value!r}")
+        return dict(value)
+
+    def whole(self, name: str, least: int) -> int:
+        value = self.composed[name]
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
-    for name in ("quiet", "verbose"):
-        if not isinstance(cfg[name], bool):
-            raise InputError(f"{name} must be true or false; got {cfg[name]!r}")
-    least = cfg["least_jacobian"]
-    if isinstance(least, bool) or not isinstance(least, int | float) or not 0 <= least <= 1:
-        raise InputError(f"least_jacobian must be a number from 0 to 1; got {least!r}")
-    seconds = cfg["seconds"]
-    is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-    if seconds is not None and not (is_number and 0 < seconds < math.inf):
-        raise InputError(f"seconds must be null or a positive number; got {seconds!r}")
+        return value
 
+    def truth(self, name: str) -> bool:
+        value = self.composed[name]
+        if not isinstance(value, bool):
+            raise InputError(f"{name} must be true or false; got {value!r}")
+        return value
 
-def unlike(
-    cfg: Mapping[str, object], kept: Mapping[str, object], kinds: Iterable[str]
-) -> list[str]:
-    """Settings of these kinds of stages that are not those of the kept run, in words."""
-    groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
-    now = {name: value for group in groups for name, value in _flat(cfg.get(group), group)}
-    before = {name: value for group in groups for name, value in _flat(kept.get(group), group)}
-    return [
-        f"{name} is {now.get(name)}, was {before.get(name)}"
-        for name in {**now, **before}
-        if now.get(name) != before.get(name)
-    ]
+    def seconds(self) -> float | None:
+        value = self.composed["seconds"]
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if value is None:
+            return None
+        if not is_number or not 0 < value < math.inf:
+            raise InputError(f"seconds must be null or a positive number; got {value!r}")
+        return float(value)
 
+    def order(self) -> tuple[str, ...]:
+        value = self.composed["order"]
+        chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
+        if chain != list(HALVES[: len(chain)]):
+            raise InputError(
+                f"order is a list that begins as [{', '.join(HALVES)}] does, with report where "
+                f"the page is wanted; got {value}"
+            )
+        return tuple(value)
 
-def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
-    """Full names and values of what a setting holds."""
-    if not isinstance(value, Mapping):
-        yield name, value
-        return
-    for key, held in value.items():
-        yield from _flat(held, f"{name}.{key}")
+    def context(self) -> Sequence[str | None] | None:
+        value = self.composed["context"]
+        if value is not None and not isinstance(value, list | tuple):
+            raise InputError(f"context must be a list of primitives, such as [cube]; got {value!r}")
+        return value or None
+
+    def repair(self) -> str:
+        value = self.composed["repair"] or LEVELS[0]  # YAML may read off as false
+        if value not in LEVELS:
+            raise InputError(f"repair must be {', '.join(LEVELS)}; got {value!r}")
+        if self.composed["hex"] and value != LEVELS[0]:
+            raise InputError("repair is for the surface of mesh=, not beside hex=")
+        return str(value)

@@ -16,7 +16,8 @@ from polycube.fitting.local_polish import ON_GOAL, raise_worst
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import State, cover_of, goals_of, snap
 from polycube.hexmesh.energy import together
-from polycube.hexmesh.quality import BEST_SCORE, CREASES, off_creases, worth
+from polycube.fitting.merit import CREASES, FULL, merit_of
+from polycube.hexmesh.quality import off_creases
 
 logger = logging.getLogger(__name__)
 
@@ -37,14 +38,14 @@ def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) ->
     off = _off(problem, best)
     if off <= CREASES or not matching.routes:
         return best
-    value, floor, found = _worth(problem, best, off), min(best.jacobian, BEST_SCORE), 0
+    value, floor, found = _merit(problem, best, off), min(best.jacobian, FULL), 0
     every = np.ones(len(best.x))
     lengths, (cover, _) = problem.lengths(best.x, 2, 0.05), cover_of(problem, best, 1.0)
     x, pull, before, last = best.x, PULL, off, best.jacobian
     for k in range(rounds):
         state = _back(problem, x, matching, floor)
         here = _off(problem, state)
-        reached = _worth(problem, state, here)
+        reached = _merit(problem, state, here)
         if reached > value + GAIN:
             found = k
         if reached > value:
@@ -83,7 +84,7 @@ def _off(problem: FitProblem, state: State) -> float:
     return off_creases(problem.target, state.x[problem.sides])
 
 
-def _worth(problem: FitProblem, state: State, off: float) -> float:
+def _merit(problem: FitProblem, state: State, off: float) -> float:
     outer = state.x[problem.outer]
     stray = np.linalg.norm(problem.target.closest(outer)[0] - outer, axis=1).max()
-    return worth(state.jacobian, float(stray), off)
+    return merit_of(state.jacobian, float(stray), off)

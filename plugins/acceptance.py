@@ -1,0 +1,181 @@
+"""When a hex mesh is valid, when a user should look at it, and which of two is better."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil, inf
+
+import numpy as np
+
+from polycube.hexmesh.certificate import certify
+from polycube.hexmesh.inspection import Inspection, inspect
+from polycube.kinds import Acceptance
+from polycube.registry import register
+from polycube.types import HexMesh, TriMesh, Verdict
+
+CRITERIA = ("validity", "features", "distances", "scaled_jacobian")
+CERTIFY = ("corners", "everywhere")
+
+
+@register("acceptance", "standard")
+@dataclass(frozen=True)
+class Standard(Acceptance):
+    """Valid first, then features kept, then distances, then the worst hex.
+
+    Lengths are shares of the bounding-box diagonal unless another unit is named.
+
+    Parameters
+    ----------
+    order : criteria by which the better of two meshes is chosen, the most important first
+    certify : where the Jacobian must be positive: at the corners, or everywhere (Bernstein bounds)
+    least_jacobian : a mesh with a smaller scaled Jacobian is not valid
+    volume_limit, distance_limit : a mesh whose volume or largest distance is further off is not
+        valid
+    features : distance from the mesh's edges that 5 % of the sharp edges may exceed
+    distance : distance that 1 % of the points may exceed, both ways
+    poor_jacobian : a smaller scaled Jacobian is a warning
+    far_vertices : a boundary vertex further off the surface is a warning
+    far_volume : a larger relative error of the volume is a warning
+    far_wall : a largest distance above this share of the wall thickness there is a warning
+    far_size : a largest distance above this share of the edge length there is a warning
+    peak : a largest distance above so many times the 99th percentile is a warning, where it is
+        also above the distance
+    acceptable : scaled Jacobian with which no other structure is tried
+    good : scaled Jacobian with which no other variant is tried
+    excellent : scaled Jacobian with which not even a structure that ranks as well is tried
+    """
+
+    order: tuple[str, ...] = CRITERIA
+    certify: str = "corners"
+    least_jacobian: float = 0.0
+    volume_limit: float = 0.10
+    distance_limit: float = 0.05
+    features: float = 0.003
+    distance: float = 0.01
+    poor_jacobian: float = 0.2
+    far_vertices: float = 0.005
+    far_volume: float = 0.04
+    far_wall: float = 0.3
+    far_size: float = 0.5
+    peak: float = 8.0
+    acceptable: float = 0.4
+    good: float = 0.57
+    excellent: float = 0.6
+
+    def __post_init__(self) -> None:
+        if sorted(self.order) != sorted(CRITERIA):
+            raise ValueError(f"order must name {', '.join(CRITERIA)}, each once; got {self.order}")
+        if self.certify not in CERTIFY:
+            raise ValueError(f"certify must be {' or '.join(CERTIFY)}; got {self.certify!r}")
+        if not 0 <= self.least_jacobian <= 1:
+            raise ValueError(f"least_jacobian must be from 0 to 1; got {self.least_jacobian}")
+
+    def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
+        """Judge a mesh; see `polycube.types.Verdict`."""
+        found = inspect(hexes, surface)
+        failures = tuple(self._failures(found, hexes))
+        levels = {
+            "validity": -self._severity(found, bool(failures)),
+            "features": -self._lost_features(found),
+            "distances": -self._lost_distances(found),
+            "scaled_jacobian": found.scaled_jacobian,
+        }
+        misses = levels["validity"] or levels["features"] or levels["distances"]
+        return Verdict(
+            failures=failures,
+            warnings=() if failures else tuple(self._warnings(found)),
+            key=tuple(float(levels[name]) for name in self.order),
+            reaches=-inf if misses else found.scaled_jacobian,
+        )
+
+    def _failures(self, found: Inspection, hexes: HexMesh) -> Iterator[str]:
+        """Why the mesh is not valid."""
+        worst = found.scaled_jacobian
+        if worst <= 0 or worst < self.least_jacobian:
+            needed = f"{self.least_jacobian:g} or more" if worst > 0 else "above 0"
+            yield f"the smallest scaled Jacobian is {worst:.3f}; it must be {needed}"
+        if len(found.crossings):
+            place = np.round(found.crossing_at, 3).tolist()
+            yield (
+                f"the boundary crosses itself: {len(found.crossings)} pairs of quads, the first "
+                f"at {place}"
+            )
+        if worst > 0 and self.certify == "everywhere":
+            open_ones = np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
+            if len(open_ones):
+                yield (
+                    f"{len(open_ones)} of {len(hexes.hexes)} hexes are not positive everywhere; "
+                    f"the first is number {open_ones[0]}"
+                )
+        if abs(found.volume_ratio - 1) > self.volume_limit:
+            yield (
+                f"the volume is {found.volume_ratio:.1%} of the part's, more than "
+                f"{self.volume_limit:.0%} off"
+            )
+        if found.largest > self.distance_limit:
+            yield (
+                f"mesh and surface are up to {found.largest:.1%} of the diagonal apart, more than "
+                f"{self.distance_limit:.0%}"
+            )
+
+    def _warnings(self, found: Inspection) -> Iterator[str]:
+        """Why a user should look at a valid mesh."""
+        apart = found.deviation
+        p99 = max(apart.to_surface.p99, apart.to_mesh.p99)
+        if found.scaled_jacobian < self.poor_jacobian:
+            yield (
+                f"the smallest scaled Jacobian is {found.scaled_jacobian:.3f}, below "
+                f"{self.poor_jacobian:g}"
+            )
+        if apart.vertices >= self.far_vertices:
+            yield (
+                f"boundary vertices lie up to {apart.vertices:.2%} of the diagonal off the "
+                f"surface, more than {self.far_vertices:.1%}"
+            )
+        if abs(found.volume_ratio - 1) >= self.far_volume:
+            yield (
+                f"the volume is {found.volume_ratio:.1%} of the part's, more than "
+                f"{self.far_volume:.0%} off"
+            )
+        at = f"at {np.round(found.farthest_at, 3).tolist()}"
+        if found.off_wall > self.far_wall:
+            yield (
+                f"mesh and surface are {found.largest:.2%} of the diagonal apart {at}, which is "
+                f"{found.off_wall:.0%} of the wall thickness there"
+            )
+        elif found.off_size > self.far_size:
+            yield (
+                f"mesh and surface are {found.largest:.2%} of the diagonal apart {at}, which is "
+                f"{found.off_size:.0%} of the edge length there"
+            )
+        elif found.largest > max(self.distance, self.peak * p99):
+            yield (
+                f"the largest distance, {found.largest:.2%} of the diagonal {at}, is far above "
+                f"that of 99 % of the points, {p99:.2%}: something may be missing there"
+            )
+        if found.lost_faces:
+            names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
+            yield f"{len(found.lost_faces)} CAD faces have no quad: {names}"
+
+    def _severity(self, found: Inspection, fails: bool) -> int:
+        """How far from valid: inverted hexes are worse than crossings, these than the rest."""
+        return fails + 2 * bool(len(found.crossings)) + 4 * (found.scaled_jacobian <= 0)
+
+    def _lost_features(self, found: Inspection) -> int:
+        """Steps of the tolerance by which sharp edges are off, and CAD faces without a quad."""
+        return _steps(found.creases, self.features) + len(found.lost_faces)
+
+    def _lost_distances(self, found: Inspection) -> int:
+        """Steps by which distances and volume are off."""
+        apart = found.deviation
+        return (
+            _steps(max(apart.to_surface.p99, apart.to_mesh.p99), self.distance, self.distance / 2)
+            + _steps(apart.vertices, self.far_vertices)
+            + _steps(abs(found.volume_ratio - 1), self.far_volume)
+        )
+
+
+def _steps(value: float, limit: float, step: float | None = None) -> int:
+    """0 up to the limit, then one for each step begun."""
+    return max(0, ceil((value - limit) / (step or limit)))

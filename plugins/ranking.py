@@ -1,0 +1,101 @@
+"""Rank proposed structures by how well a coarse mesh of each fits after a short registration."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+
+from polycube.fitting.registration import ShortQuality, register_mesh, short_quality
+from polycube.hexmesh.template import counts, mesh
+from polycube.registry import register
+from polycube.structure.lattice import boundary, corners, describe, genus, is_manifold
+from polycube.structure.rough_map import identity_map
+from polycube.surface import measures as surfaces
+from polycube.surface.fit_target import Target, target
+from polycube.types import Candidate, Ranked, TriMesh
+
+logger = logging.getLogger(__name__)
+
+
+@register("ranking", "registration")
+@dataclass(frozen=True)
+class Registration:
+    """Mesh each candidate coarsely, fit it briefly and measure it.
+
+    Structures whose genus is not the surface's never rank.  The score adds distances in per cent
+    of the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, the
+    polycube's corners, and the cost that the proposal itself gave; smaller is better.
+
+    Parameters
+    ----------
+    size : of the coarse hexes, as a share of the diagonal
+    rounds, iterations, samples : of the short registration
+    trust : score per unit of a candidate's cost above the cheapest of its proposal
+    corner : score per corner beyond a box's eight: hexes are skewed there unless the part has one
+    limit : candidates registered of each proposal, the cheapest
+    """
+
+    size: float = 0.08
+    rounds: int = 7
+    iterations: int = 15
+    samples: int = 1500
+    trust: float = 15.0
+    corner: float = 0.03
+    limit: int = 12
+
+    def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
+        """Candidates of the right genus, best first; of those that share a rough map, the last."""
+        goal, wanted = target(surface), surfaces.genus(surface)
+        distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
+        fitting = [c for c in distinct if is_manifold(c.polycube) and genus(c.polycube) == wanted]
+        ranked = []
+        for proposal in dict.fromkeys(c.proposal for c in fitting):
+            ours = sorted((c for c in fitting if c.proposal == proposal), key=lambda c: c.cost)
+            ranked += [self._judged(c, goal, ours[0].cost) for c in ours[: self.limit]]
+        ranked.sort(key=lambda entry: entry.score)
+        _log(ranked)
+        return ranked
+
+    def _judged(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
+        """A candidate with its score and its coarse mesh."""
+        polycube = candidate.polycube
+        parts = counts(polycube, candidate.rough_map, self.size * goal.scale)
+        positions = mesh(polycube, identity_map(polycube), parts).vertices
+        coarse = mesh(polycube, candidate.rough_map, parts)
+        hexes = register_mesh(coarse, goal, self.rounds, self.iterations, self.samples)
+        quality = short_quality(hexes, goal)
+        score = judge(quality) + self.trust * (candidate.cost - cheapest)
+        score += self.corner * (len(corners(boundary(polycube))) - 8)
+        return Ranked(candidate, score, asdict(quality), hexes, positions)
+
+
+def judge(quality: ShortQuality) -> float:
+    """Score of a mesh after a short registration; smaller is better."""
+    return (
+        quality.to_surface
+        + quality.to_mesh
+        + 60 * quality.bad
+        + 8 * (1 - quality.mean_jacobian)
+        + 15 * max(0.0, abs(quality.volume_ratio - 1) - 0.03)
+        + 1
+        - min(max(quality.min_jacobian, -1.0), 0.5)
+    )
+
+
+def _log(ranked: list[Ranked]) -> None:
+    logger.info(
+        "ranking: score, distance to surface, to mesh [% of diagonal], min Jacobian, volume"
+    )
+    for entry in ranked:
+        n = entry.numbers
+        logger.info(
+            "  %6.2f %6.2f %6.2f %7.3f %6.3f  %-9s %s",
+            entry.score,
+            n["to_surface"],
+            n["to_mesh"],
+            n["min_jacobian"],
+            n["volume_ratio"],
+            entry.candidate.proposal,
+            describe(entry.candidate.polycube),
+        )

@@ -1,0 +1,89 @@
+"""Choose among the ranked structures: which to mesh, in what order, and when to stop."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from polycube.kinds import Acceptance
+from polycube.pipeline.state import RunState
+from polycube.structure.parametrization import pull_back
+from polycube.structure.recognition import read_structure
+from polycube.types import Candidate, Polycube, Ranked
+
+logger = logging.getLogger(__name__)
+
+CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
+MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
+
+Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
+
+
+def choose(state: RunState, index: int, primitives: Primitives) -> RunState:
+    """The state in which the ranked structure `index` is the one that is meshed."""
+    entry = state.ranked[index]
+    state = replace(
+        state,
+        chosen=index,
+        polycube=entry.candidate.polycube,
+        rough_map=entry.candidate.rough_map,
+        parametrization=pull_back(state.surface, entry.hexes, entry.positions),
+    )
+    for candidate in (each.candidate for each in state.ranked):
+        if candidate.key == entry.candidate.key and candidate.trajectory is not None:
+            return replace(
+                state,
+                trajectory=candidate.trajectory,
+                steps=candidate.steps,
+                denoised_on=_denoised_on(candidate, candidate.trajectory[-1], primitives),
+            )
+    return replace(state, trajectory=None, steps=(), denoised_on=None)
+
+
+def _denoised_on(
+    candidate: Candidate, points: np.ndarray, primitives: Primitives
+) -> Polycube | None:
+    """The structure that denoised points lie on by themselves, where it is another."""
+    found = read_structure(points, candidate.polycube, primitives, MARGIN)
+    if found is candidate.polycube:
+        return None
+    logger.info("denoised as %s, the points lie on %s", candidate.polycube.context, found.context)
+    return found
+
+
+def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
+    """Numbers of the structures to mesh, in order.
+
+    The best, the best of the other family, then the best of each other kind, as long as the score
+    is within twice the best's.  Where one family fits badly, the other is the better guess.
+    """
+    seen, choices = set(), []
+    for index, entry in enumerate(ranked):
+        if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
+            seen.add(entry.candidate.key)
+            choices.append(index)
+    family = _family(ranked[choices[0]])
+    first = choices[:1] + [i for i in choices if _family(ranked[i]) != family][:1]
+    return [*first, *(i for i in choices if i not in first)][:tries]
+
+
+def settled_at(
+    ranked: Sequence[Ranked], choices: Sequence[int], index: int, acceptance: Acceptance
+) -> float:
+    """Scaled Jacobian of a mesh of structure `index` with which no later choice is tried.
+
+    It is higher where a structure of another family ranks close: a short registration does not
+    tell such two apart.
+    """
+    now, *later = (ranked[i] for i in choices[choices.index(index) :])
+    is_close = any(
+        entry.score <= CLOSE * now.score and _family(entry) != _family(now) for entry in later
+    )
+    return acceptance.excellent if is_close else acceptance.acceptable
+
+
+def _family(entry: Ranked) -> str:
+    return entry.candidate.family

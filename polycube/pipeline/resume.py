@@ -1,0 +1,57 @@
+"""Keep what each stage made, so that a run can start again in the middle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from polycube.errors import InputError
+from polycube.io import artifacts
+
+
+def save_stage(folder: Path, kind: str, value: object) -> None:
+    """Keep what a stage made as `folder/stages/<kind>.npz`."""
+    path = _stage_file(folder, kind)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    artifacts.save(path, value)
+
+
+def load_stage(folder: Path, kind: str) -> object:
+    """Load what `save_stage` kept; raises InputError naming the stages that are there."""
+    path = _stage_file(folder, kind)
+    if not path.is_file():
+        have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
+        raise InputError(f"{folder} holds no result of stage {kind!r}; it holds {have or 'none'}")
+    return artifacts.load(path)
+
+
+def has_stage(folder: Path, kind: str) -> bool:
+    """Whether `save_stage` kept something of this kind."""
+    return _stage_file(folder, kind).is_file()
+
+
+def changed_settings(
+    now: Mapping[str, object], before: Mapping[str, object], kinds: Iterable[str]
+) -> list[str]:
+    """List the settings of these kinds that differ from those of the run that is resumed."""
+    groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
+    new = {name: value for group in groups for name, value in _flat(now.get(group), group)}
+    old = {name: value for group in groups for name, value in _flat(before.get(group), group)}
+    return [
+        f"{name} is {new.get(name)}, was {old.get(name)}"
+        for name in {**new, **old}
+        if new.get(name) != old.get(name)
+    ]
+
+
+def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
+    """Full names and values of what a setting holds."""
+    if not isinstance(value, Mapping):
+        yield name, value
+        return
+    for key, held in value.items():
+        yield from _flat(held, f"{name}.{key}")
+
+
+def _stage_file(folder: Path, kind: str) -> Path:
+    return folder / "stages" / f"{kind.replace('/', '.')}.npz"

@@ -1,0 +1,261 @@
+"""Search: mesh the best structures in a few variants, and keep the best mesh.
+
+A variant replaces options of some stages.  The first variant of the best structure is run in full.
+Where its mesh is not good, every variant has a short run (the options of `trial`), and the best of
+the short runs is repeated in full.  Another structure goes on only where the short run of its first
+variant is better than every mesh before.  `Acceptance` decides what is good and what is better.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+
+from polycube.errors import InputError, MeshingError
+from polycube.kinds import KINDS, Acceptance
+from polycube.pipeline.deadline import Deadline
+from polycube.pipeline.stages import Clock, Stage
+from polycube.pipeline.state import RunState
+from polycube.types import HexMesh, Verdict
+
+logger = logging.getLogger(__name__)
+
+Options = Mapping[str, Mapping[str, object]]  # to replace, by stage
+Name = tuple[int, bool]  # of a run: its variant, and whether it was short
+WORST = (-float("inf"),)
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A run of the stages: where it ended, what each stage gave, and how good that is."""
+
+    state: RunState
+    path: tuple[object, ...]
+    verdict: Verdict
+
+
+@dataclass
+class Variants:
+    """Runs of the variants on one structure.
+
+    Parameters
+    ----------
+    stages : all of the bundle's
+    variants : options to replace; an empty set means the stages as they are
+    start : the state that the stages start from
+    trial : options of a short run, whose mesh may be the best
+    """
+
+    stages: Sequence[Stage]
+    variants: list[Options]
+    start: RunState
+    acceptance: Acceptance
+    clock: Clock = field(default_factory=Clock)
+    deadline: Deadline = field(default_factory=Deadline)
+    trial: Options = field(default_factory=dict)
+    preferred: Name | None = None  # the run whose mesh is taken; None: the best
+    _attempts: dict[Name, Attempt | MeshingError] = field(default_factory=dict)
+    _memo: dict[tuple[object, ...], object] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.variants = list(self.variants) or [{}]
+        options = [*self.variants, self.trial]
+        _check(self.stages, options)
+        changed = {kind for each in options for kind in each}
+        number = len(self.stages)
+        while number and KINDS[(kind := self.stages[number - 1].kind)].once and kind not in changed:
+            number -= 1
+        self.stages, self._once = self.stages[:number], self.stages[number:]
+
+    @property
+    def attempts(self) -> dict[Name, Attempt]:
+        """The runs that succeeded."""
+        return {n: each for n, each in self._attempts.items() if isinstance(each, Attempt)}
+
+    @property
+    def chosen(self) -> Name:
+        """The run whose mesh is taken; raises MeshingError where all have failed."""
+        found = self.attempts
+        if not found:
+            raise next(each for each in self._attempts.values() if isinstance(each, MeshingError))
+        return self.preferred or max(found, key=lambda name: found[name].verdict.key)
+
+    @property
+    def best(self) -> tuple[float, ...]:
+        """Key of the best mesh; lower than any other before there is one."""
+        return max((each.verdict.key for each in self.attempts.values()), default=WORST)
+
+    @property
+    def reaches(self) -> float:
+        """Scaled Jacobian of the best mesh where it misses nothing, else -inf."""
+        found = self.attempts
+        return found[self.chosen].verdict.reaches if found else -float("inf")
+
+    def run(self, number: int, short: bool = False) -> Attempt | None:
+        """Run a variant, the first being 0; None where it fails."""
+        name = f"{'trial of ' * short}variant {number + 1} of {len(self.variants)}"
+        try:
+            state, path = self._advance(self._chain(number, short), self.start)
+            attempt = Attempt(state, path, self._judge(state))
+        except MeshingError as error:
+            logger.info("%s: %s", name, error)
+            self._attempts[number, short] = error
+            return None
+        logger.info("%s: %s", name, attempt.verdict)
+        self._attempts[number, short] = attempt
+        return attempt
+
+    def run_others(self) -> None:
+        """Short runs of all variants that had none, the first too, until one is good."""
+        for number in range(len(self.variants)):
+            if self.reaches >= self.acceptance.good:
+                return
+            if (number, True) not in self._attempts:
+                self.run(number, short=True)
+
+    def run_again(self, options: Options) -> tuple[Name, Attempt | None]:
+        """Run the variant whose mesh is taken with other options, as a new variant."""
+        number, short = self.chosen
+        self.variants.append(_merged(self.variants[number], options))
+        name = len(self.variants) - 1, short
+        return name, self.run(*name)
+
+    def best_short(self) -> tuple[tuple[float, ...], int] | None:
+        """Key and number of the best variant that had a short run alone."""
+        full = {number for number, short in self._attempts if not short}
+        found = [
+            (each.verdict.key, number)
+            for (number, short), each in self.attempts.items()
+            if short and number not in full
+        ]
+        return max(found, key=lambda each: each[0], default=None)
+
+    def plugin(self, kind: str) -> object | None:
+        """The plugin of a stage in the run whose mesh is taken."""
+        return next((s.plugin for s in self._chain(*self.chosen) if s.kind == kind), None)
+
+    def taken(self) -> Attempt:
+        """The best run, or the preferred one."""
+        return self.attempts[self.chosen]
+
+    def finish(self) -> tuple[RunState, tuple[object, ...]]:
+        """Final state and the results of the stages on the way; the last stages run here, once."""
+        taken = self.taken()
+        state, path = self._advance(self._once, taken.state)
+        return state, (*taken.path, *path)
+
+    def _judge(self, state: RunState) -> Verdict:
+        assert state.hexes is not None  # the chain was checked
+        return self.acceptance(state.hexes, state.surface)
+
+    def _chain(self, number: int, short: bool) -> list[Stage]:
+        """The stages of a run, but those that run once."""
+        options = _merged(self.variants[number], self.trial if short else {})
+        return [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in self.stages]
+
+    def _advance(
+        self, stages: Sequence[Stage], state: RunState
+    ) -> tuple[RunState, tuple[object, ...]]:
+        """Run stages one by one; equal plugins on equal inputs are run once."""
+        path = []
+        for stage in stages:
+            key = _key(stage, state)
+            if key not in self._memo:
+                self._memo[key] = self._result(stage, state)
+            value = self._memo[key]
+            if isinstance(value, MeshingError):
+                raise value
+            state = stage.put(state, value)
+            path.append(value)
+        return state, tuple(path)
+
+    def _result(self, stage: Stage, state: RunState) -> object:
+        """What a stage gives, or its MeshingError; valid meshes are noted for the deadline."""
+        try:
+            value = self.clock.run(stage.kind, lambda: stage(state))
+            if isinstance(value, HexMesh):
+                self.deadline.note(stage.put(state, value), KINDS[stage.kind].fits)
+        except MeshingError as error:
+            return error
+        finally:
+            self.deadline.check()
+        return value
+
+
+def search(
+    starts: Iterable[Variants],
+    is_settled: Callable[[Variants], bool],
+    has_rival: bool = False,
+) -> Variants:
+    """Find the structure with the best mesh.
+
+    Parameters
+    ----------
+    starts : one for each structure, the most promising first
+    is_settled : whether the mesh of a structure is such that no other needs to be tried
+    has_rival : compare the second structure before the other variants of the first
+
+    Raises
+    ------
+    MeshingError
+        Of the first run, where all have failed.
+    """
+    tried: list[Variants] = []
+    for start in starts:
+        best = max((each.best for each in tried), default=WORST)
+        if not tried:
+            start.run(0)
+        elif start.run(0, short=True) is None or start.best <= best:
+            tried.append(start)
+            continue
+        tried.append(start)
+        if len(tried) > 1 or not has_rival:
+            start.run_others()
+        if is_settled(start):
+            break
+    leader = _leader(tried)
+    leader.run_others()
+    shorts = [(found, start) for start in tried if (found := start.best_short())]
+    if shorts and leader.reaches < leader.acceptance.good:
+        (_, number), start = max(shorts, key=lambda each: each[0][0])
+        start.run(number)
+    found = _leader(tried)
+    return found if found.attempts else tried[0]
+
+
+def _leader(tried: Sequence[Variants]) -> Variants:
+    return max(tried, key=lambda each: each.best)
+
+
+def _merged(one: Options, other: Options) -> dict[str, dict[str, object]]:
+    """Options of both; the other's come first."""
+    return {kind: {**one.get(kind, {}), **other.get(kind, {})} for kind in {*one, *other}}
+
+
+def _check(stages: Sequence[Stage], options: Iterable[Options]) -> None:
+    """Raise InputError where options are to be replaced that a stage's plugin does not have."""
+    plugins = {stage.kind: stage.plugin for stage in stages}
+    for kind, names in ((kind, each[kind]) for each in options for kind in each if kind in plugins):
+        lacking = sorted(set(names) - {known.name for known in fields(plugins[kind])})
+        if lacking:
+            raise InputError(
+                f"a variant of meshing sets {', '.join(lacking)} of {kind}, which "
+                f"{type(plugins[kind]).__name__} does not have; say meshing.portfolio=[{{}}] and "
+                "~meshing.trial, or name variants of your own"
+            )
+
+
+def _key(stage: Stage, state: RunState) -> tuple[object, ...]:
+    """What tells the result of a stage on a state from others."""
+    others = [id(getattr(state, name)) for name in KINDS[stage.kind].takes if name != "hexes"]
+    return stage.kind, repr(stage.plugin), _digest(state.hexes), *others
+
+
+def _digest(mesh: HexMesh | None) -> str:
+    if mesh is None:
+        return ""
+    data = hashlib.sha256(mesh.vertices.tobytes())
+    data.update(mesh.hexes.tobytes())
+    return data.hexdigest()

@@ -1,0 +1,98 @@
+"""Search for a size that meets a deviation, where that is cheaper than refinement.
+
+The distance of hexes of length h from a curved surface is like h^2, their number like h^-3: a size
+less than twice as fine makes fewer hexes than cutting every hex in eight.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+
+from polycube.fitting.merit import least_jacobian
+from polycube.hexmesh import sizing
+from polycube.hexmesh.inspection import inspect
+from polycube.kinds import Subdivide
+from polycube.pipeline.search import Attempt, Variants
+from polycube.surface.measures import diagonal
+
+logger = logging.getLogger(__name__)
+
+FINEST = 1.9  # times as fine; beyond, refinement makes about as many hexes
+MARGIN = 1.05  # finer than h^2 says
+TRIES = 2
+
+
+def meet_deviation(found: Variants, deviation: float | str | None) -> None:
+    """Where the mesh is further off than `deviation`, prefer the first finer one that is not.
+
+    The variant is run again with a size that should do, and once more with what that run tells.
+    The finer mesh must keep the scaled Jacobian that a refined one must keep, and have no more
+    warnings; where there is none the mesh stays as it is, for `meshing/refine`.
+
+    Parameters
+    ----------
+    found : the result of the search; its `preferred` run is set
+    deviation : distance that 99 % of the points must keep: a length, or a share of the diagonal
+    """
+    stage = next((s.plugin for s in found.stages if s.kind == "meshing/subdivide"), None)
+    if deviation is None or stage is None:
+        return
+    found.preferred = found.chosen
+    unit = diagonal(found.start.surface)
+    wanted = sizing.length(deviation, unit) / unit
+    coarse = found.taken()
+    times, apart = 1.0, _apart(coarse)
+    for _ in range(TRIES if apart > wanted else 0):
+        times *= MARGIN * (apart / wanted) ** 0.5
+        options = _options(found, times, unit)
+        if options is None:
+            return
+        if times > FINEST:
+            logger.info("deviation: %.2f %%, refinement is the cheaper way", 100 * apart)
+            return
+        logger.info(
+            "deviation: %.2f %%, not %.2f %%; trying a size %.2f times as fine",
+            100 * apart,
+            100 * wanted,
+            times,
+        )
+        name, finer = found.run_again({"meshing/subdivide": options})
+        if finer is None or not _is_kept(finer, coarse):
+            return
+        apart = _apart(finer)
+        if apart <= wanted:
+            found.preferred = name
+            return
+    if apart > wanted:
+        logger.info("deviation: not met, the mesh before is kept")
+
+
+def _options(found: Variants, times: float, unit: float) -> Mapping[str, object] | None:
+    """Of the subdivision, for hexes so many times smaller; None where it does not offer that."""
+    subdivide = found.plugin("meshing/subdivide")
+    return subdivide.finer_options(times, unit) if isinstance(subdivide, Subdivide) else None
+
+
+def _is_kept(finer: Attempt, coarse: Attempt) -> bool:
+    """Whether a finer mesh is as good as the coarse one in all but its size; logs why not."""
+    jacobian, before = _jacobian(finer), _jacobian(coarse)
+    warnings = [*finer.verdict.failures, *finer.verdict.warnings]
+    count = len(coarse.verdict.failures) + len(coarse.verdict.warnings)
+    if jacobian >= least_jacobian(before) and len(warnings) <= count:
+        return True
+    why = "; ".join(warnings) or f"a finer one must keep {least_jacobian(before):.2f}"
+    logger.info("deviation: the mesh before is kept, for %s", why)
+    return False
+
+
+def _jacobian(attempt: Attempt) -> float:
+    assert attempt.state.hexes is not None
+    return inspect(attempt.state.hexes, attempt.state.surface).scaled_jacobian
+
+
+def _apart(attempt: Attempt) -> float:
+    """Distance in diagonals that 1 % of the points exceed, the worse of both ways."""
+    assert attempt.state.hexes is not None
+    found = inspect(attempt.state.hexes, attempt.state.surface).deviation
+    return max(found.to_surface.p99, found.to_mesh.p99)

@@ -1,0 +1,60 @@
+"""Label a surface with the faces of its polycube, by where it lies on the polycube."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from polycube.structure.lattice import boundary
+from polycube.structure.parametrization import unit_normals
+from polycube.surface import closest
+from polycube.surface.measures import twins
+from polycube.types import Labels, Parametrization, Polycube, TriMesh
+
+logger = logging.getLogger(__name__)
+
+
+def nearest_labels(
+    surface: TriMesh,
+    polycube: Polycube,
+    parametrization: Parametrization,
+    alpha: float = 0.3,
+    rounds: int = 5,
+) -> Labels:
+    """Label each triangle with the polycube face nearest to its place on the polycube.
+
+    Parameters
+    ----------
+    alpha : length that a whole turn of the normal is worth, in cells
+    rounds : of the majority vote that removes lone triangles
+    """
+    outside = boundary(polycube)
+    corners = outside.vertices[outside.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)]
+    tree = closest.tree(corners, unit_normals(corners))
+    placed = parametrization.positions[surface.faces]  # (F, 3, 3)
+    normals = unit_normals(placed)
+    _, nearest, _ = closest.closest(tree, placed.mean(axis=1), normals, alpha)
+    patch = majority(outside.patch[nearest // 2], surface.faces, rounds)
+    axis = np.zeros(outside.patch.max() + 1, np.int64)
+    axis[outside.patch] = outside.axis
+    n_used = len(np.unique(patch))
+    logger.info("labels: %d of %d polycube faces on the surface", n_used, len(axis))
+    return Labels(axis[patch], patch)
+
+
+def majority(patch: np.ndarray, faces: np.ndarray, rounds: int) -> np.ndarray:
+    """Labels (F,) after votes in which two equal neighbours outvote a face unlike all three."""
+    first, second = twins(faces)
+    neighbour = np.empty(faces.size, np.int64)  # of each half-edge of a closed surface
+    neighbour[first], neighbour[second] = second // 3, first // 3
+    neighbour = neighbour.reshape(-1, 3)
+    for _ in range(rounds):
+        around = patch[neighbour]
+        a, b, c = around.T
+        winner = np.where((a == b) | (a == c), a, b)
+        outvoted = ((a == b) | (a == c) | (b == c)) & (around != patch[:, None]).all(axis=1)
+        if not outvoted.any():
+            break
+        patch = np.where(outvoted, winner, patch)
+    return patch
