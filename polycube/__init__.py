@@ -6,6 +6,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 __version__ = "0.1.0"
+__all__ = ["Result", "mesh"]
 
 _PACKAGE = Path(__file__).parent
 
@@ -25,10 +26,14 @@ def _mount(folder: Path, name: str) -> None:
 
 
 def __getattr__(name: str) -> object:
-    """`polycube.mesh`, imported when it is first asked for: it brings Hydra."""
-    if name == "mesh":
-        return import_module("polycube.api").mesh
+    """The functions and classes of `polycube.api`, imported when they are first asked for."""
+    if name in __all__:
+        return getattr(import_module("polycube.api"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, "HOME", "__version__"})
 
 
 if HOME != _PACKAGE:

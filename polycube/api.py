@@ -1,84 +1,239 @@
-"""The program from Python, for scripts and notebooks: `polycube.mesh("part.step")`."""
+"""The program from Python: `polycube.mesh("part.step", size=2.0)`.
+
+Objects go in and come out.  Nothing of the process is changed, so it works inside another Hydra
+program, in a notebook and on any thread.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from threading import Event
 
 import numpy as np
-from hydra import compose, initialize_config_dir
-from hydra.errors import HydraException
-from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 
-import polycube.cli.search_path  # noqa: F401  (lets Hydra see the conf of installed plugin packages)
-from polycube import HOME
-from polycube.cli.infer import finish
+from polycube.config import compose
 from polycube.errors import InputError, MeshingError
+from polycube.pipeline.improvement import Improvement, is_improvement, read_given
+from polycube.pipeline.intake import read_part
+from polycube.pipeline.run import Read, Run
+from polycube.pipeline.settings import Settings
+from polycube.pipeline.state import RunState
+from polycube.registry import build, names
+from polycube.report.files import check_folder, start_folder, write_results
+from polycube.report.numbers.results import summarize
+from polycube.surface.repair.clean import clean
 from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
 
 HEX = (".vtu", ".vtk", ".mesh", ".msh", ".inp")  # files of hex meshes, to be improved
+SHORT = {"size": "meshing.size", "material": "analysis.material"}  # keywords of `mesh`
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """What a run made; what it was not asked for, or did not reach, is None."""
+class Result:
+    """What a run made; what it was not asked for, or did not reach, is None.
+
+    Parameters
+    ----------
+    surface : the part, as it was meshed
+    report : the numbers of `report.json`
+    failure : why there is no valid result, else None
+    warnings : why a user should look at the mesh
+    """
 
     surface: TriMesh
     polycube: Polycube | None
     hexes: HexMesh | None
     spline: Spline | None
     solution: Solution | None
-    report: dict[str, object]  # as in report.json
+    report: Mapping[str, object]
+    failure: str | None = None
+    warnings: tuple[str, ...] = ()
+    interrupted: bool = False
 
     @property
     def modes(self) -> Modes | None:
         """The solution, where it is modes."""
         return self.solution if isinstance(self.solution, Modes) else None
 
+    def save(self, path: str | Path) -> Path:
+        """Write the hex mesh in the format of another program, chosen by the suffix.
 
-def mesh(source: object, *overrides: str, output_dir: str | Path | None = None) -> Part:
-    """Take a part all the way, as `infer.py mesh=source overrides...` does.
+        Raises
+        ------
+        InputError
+            For a suffix that no export plugin writes.
+        """
+        path = Path(path)
+        suffixes = {build("export", {"plugin": name}).suffix: name for name in names("export")}
+        if path.suffix not in suffixes or self.hexes is None:
+            what = "there is no hex mesh" if self.hexes is None else "no format has this suffix"
+            raise InputError(what, str(path), f"choose one of {', '.join(sorted(suffixes))}")
+        export = build("export", {"plugin": suffixes[path.suffix]})
+        return export(self.hexes, path.with_suffix(""))
 
-    source : path of a surface or hex mesh, `example:rod`, or anything with `vertices` (V, 3) and
-        triangles `faces` (F, 3), such as a TriMesh or trimesh.Trimesh
-    overrides : of the configuration, such as "meshing.size=4%", "analysis.material=aluminium"
-    output_dir : keep the files of the run there; None: nothing is written
-    Raises InputError for what must be refused, MeshingError where there is no valid result.
+
+def mesh(
+    source: object, *overrides: str, output_dir: str | Path | None = None, **options: object
+) -> Result:
+    """Take a part all the way: polycube, hex mesh, spline, analysis.
+
+    Parameters
+    ----------
+    source : path of a surface, CAD file or hex mesh, `example:rod`, a `TriMesh` (its CAD faces are
+        kept), a `HexMesh` to be improved, or anything with `vertices` (V, 3) and triangles `faces`
+        (F, 3) such as a trimesh.Trimesh
+    overrides : of the configuration, as on the command line, such as "meshing.optimize.samples=500"
+    output_dir : write the files of the run there; None writes nothing
+    options : `size`, `material`, or any setting of `infer.py`: a value, such as
+        `context=["cube", "hole_z"]`, `order=["meshing"]` or `meshing="parametric"`; or a mapping of
+        options, such as `analysis={"modes": 12}`
+
+    Raises
+    ------
+    InputError
+        For a part or an option that must be refused.
+    MeshingError
+        Where there is no valid result; its `result` holds what was made.
+
+    Examples
+    --------
+    >>> part = polycube.mesh("example:rod", size="8%", order=["meshing"])  # doctest: +SKIP
+    >>> part.save("rod.inp")  # doctest: +SKIP
     """
-    with TemporaryDirectory() as scratch:
-        path = _written(source, Path(scratch))
-        key = "hex" if path.lower().endswith(HEX) else "mesh"
-        cfg = _composed(["quiet=true", *overrides], {key: path})
-        if output_dir is None:
-            cfg["order"] = [half for half in cfg["order"] if half != "report"]
-        cfg["output_dir"] = str(output_dir or Path(scratch) / "run")
-        state, report = finish(cfg)
-    if report.get("interrupted"):
-        raise KeyboardInterrupt
-    if not report["valid"]:
-        raise MeshingError(report["failure"])
-    names = ("surface", "polycube", "hexes", "spline", "solution")
-    return Part(**{name: state.get(name) for name in names}, report=report)
-
-
-def _written(source: object, folder: Path) -> str:
-    """The path given, or that of a file of the surface given, exact to the last bit."""
+    read: Read | None = None
+    chosen = list(overrides)
     if isinstance(source, str | Path):
-        return str(source)
-    path = folder / "part.obj"
-    corners = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in np.asarray(source.vertices).tolist())
-    faces = "".join(f"f {a} {b} {c}\n" for a, b, c in (np.asarray(source.faces) + 1).tolist())
-    path.write_text(corners + faces)
-    return str(path)
+        key = "hex" if str(source).lower().endswith(HEX) else "mesh"
+        chosen.append(f"{key}={_value(str(source))}")
+    elif isinstance(source, HexMesh):
+        chosen.append("hex=object")
+        read = lambda settings, clock: _given(source)  # noqa: E731
+    else:
+        surface = source if isinstance(source, TriMesh) else _surface(source)
+        chosen.append("mesh=object")
+        read = lambda settings, clock: RunState(surface, path="object")  # noqa: E731
+    chosen += [override for name in options for override in _overrides(name, options[name])]
+    settings = Settings.of(compose("infer", chosen))
+    if output_dir is None:
+        settings = replace(settings, order=tuple(h for h in settings.order if h != "report"))
+    result = execute(settings, Path(output_dir) if output_dir else None, read)
+    if result.interrupted:
+        raise KeyboardInterrupt
+    if result.failure is not None:
+        error = MeshingError(result.failure)
+        error.result = result
+        raise error
+    return result
 
 
-def _composed(overrides: list[str], settings: dict[str, str]) -> dict[str, object]:
+def execute(
+    settings: Settings,
+    folder: Path | None = None,
+    read: Read | None = None,
+    interrupt: Event | None = None,
+    started: Callable[[Path], None] = lambda folder: None,
+) -> Result:
+    """Do a whole run: what `mesh` and the command line share.
+
+    Parameters
+    ----------
+    folder : for the files of the run; None writes nothing
+    read : makes the first state; None reads the files that the settings name
+    interrupt : set by another thread or by a signal handler to end the run with the best mesh
+    started : called with the folder when the input is known to be good
+
+    Raises
+    ------
+    InputError
+        Before anything is written.
+    KeyboardInterrupt
+        Where the run was interrupted before there was a folder.
+    """
+    improves = is_improvement(settings)
+    kind = Improvement if improves else Run
+    run = kind(settings, read or (read_given if improves else read_part), interrupt)
+    exports = [build("export", config) for config in settings.export.values()]
+    if folder is not None:
+        check_folder(folder, settings, run.names, exports)
+    state = run.begin()
+    if folder is not None:
+        start_folder(folder, settings, state)
+        started(folder)
+        run.keep_input(state, folder)
+    state = _work(run, state)
+    report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
+    if folder is not None:
+        write_results(folder, state, report, exports, settings)
+    return _result(state, report)
+
+
+def _work(run: Run, state: RunState) -> RunState:
+    """Mesh and solve; a failure or an interruption ends in the state it came to."""
     try:
-        with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-            cfg = compose("infer", overrides)
-        filled = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
-    except (HydraException, OmegaConfBaseException) as error:
-        raise InputError(" ".join(str(error).split())) from None
-    return {**filled, **settings}
+        if "meshing" in run.settings.order:
+            state = run.mesh(state)
+        if state.hexes is not None and state.failure is None and not state.interrupted:
+            state = run.solve(state)
+    except MeshingError as error:
+        return replace(state, failure=str(error))
+    except KeyboardInterrupt:
+        if state.hexes is None:
+            failure = "interrupted before there was a valid mesh"
+            return replace(state, interrupted=True, failure=failure)
+        return replace(state, interrupted=True, stopped="the run was interrupted after meshing")
+    return state
+
+
+def _result(state: RunState, report: Mapping[str, object]) -> Result:
+    return Result(
+        state.surface,
+        state.polycube,
+        state.hexes,
+        state.spline,
+        state.solution,
+        report,
+        state.failure,
+        state.verdict.warnings if state.verdict else (),
+        state.interrupted,
+    )
+
+
+def _surface(source: object) -> TriMesh:
+    """A closed surface from anything with vertices and triangles; raises InputError."""
+    if not hasattr(source, "vertices") or not hasattr(source, "faces"):
+        raise InputError(
+            f"a part must be a path, a mesh or an object with vertices and faces; got "
+            f"{type(source).__name__}"
+        )
+    return clean(np.asarray(source.vertices, float), np.asarray(source.faces))[0]
+
+
+def _given(mesh: HexMesh) -> RunState:
+    from polycube.io.hex_meshes import boundary
+
+    return RunState(boundary(mesh), path="object", given=mesh, hex_path="object", hexes=mesh)
+
+
+def _overrides(name: str, value: object) -> list[str]:
+    """Overrides in Hydra's syntax for a keyword of `mesh`."""
+    if isinstance(value, Mapping):
+        return [each for key in value for each in _overrides(f"{name}.{key}", value[key])]
+    return [f"{SHORT.get(name, name)}={_value(value)}"]
+
+
+def _value(value: object) -> str:
+    """A value in Hydra's syntax."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{" + ",".join(f"{key}:{_value(value[key])}" for key in value) + "}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return "[" + ",".join(map(_value, value)) + "]"
+    quoted = str(value).replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{quoted}'"

@@ -163,6 +163,8 @@ class Analysis(Protocol):
 class Export(Protocol):
     """Write the hex mesh in the format of another program."""
 
+    suffix: ClassVar[str]  # of its files, such as ".inp"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """The file that was written: `path` with the suffix of the format."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +28,8 @@ class Abaqus:
         if not self.element.startswith("C3D8"):
             raise ValueError(f"element must be C3D8 or a variant of it; got {self.element!r}")
 
+    suffix: ClassVar[str] = ".inp"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         owner, side = quad_sides(hexes)
@@ -40,4 +44,4 @@ class Abaqus:
         for name, quads in side_sets(hexes).items():
             parts.append(f"*SURFACE, TYPE=ELEMENT, NAME={name}\n")
             parts += [f"{owner[q] + 1}, S{SIDES[side[q]]}\n" for q in quads]
-        return write(path.with_suffix(".inp"), *parts)
+        return write(path.with_suffix(self.suffix), *parts)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,9 +30,11 @@ class Exodus:
     No element sets of the primitives, which are in the names of the blocks: VTK does not read them.
     """
 
+    suffix: ClassVar[str] = ".exo"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
-        path = path.with_suffix(".exo")
+        path = path.with_suffix(self.suffix)
         with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
             _head(file)
             _nodes(file, hexes)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,10 +35,12 @@ class Gmsh:
         if self.version not in VERSIONS:
             raise ValueError(f"version must be {' or '.join(VERSIONS)}; got {self.version!r}")
 
+    suffix: ClassVar[str] = ".msh"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         parts = _in_one_group(hexes) if self.version == "2.2" else _in_all_groups(hexes)
-        return write(path.with_suffix(".msh"), f"$MeshFormat\n{self.version} 0 8\n", *parts)
+        return write(path.with_suffix(self.suffix), f"$MeshFormat\n{self.version} 0 8\n", *parts)
 
 
 def _in_one_group(mesh: HexMesh) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +24,8 @@ class LsDyna:
     Parts have no section and no material: they are for the file that includes this one.
     """
 
+    suffix: ClassVar[str] = ".k"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         elements = count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
@@ -36,7 +40,7 @@ class LsDyna:
         for k, (name, own) in enumerate(primitive_sets(hexes).items(), start=1):
             cells = np.unique(hexes.cell[own]) + 1
             parts.append(_set("PART_LIST", name, k) + wrapped(cells, 8, "%10d"))
-        return write(path.with_suffix(".k"), *parts, "*END\n")
+        return write(path.with_suffix(self.suffix), *parts, "*END\n")
 
 
 def _set(kind: str, name: str, number: int) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,11 +24,13 @@ class Medit:
     What they are called stands in comments after the end, where it disturbs no reader.
     """
 
+    suffix: ClassVar[str] = ".mesh"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         flat = np.zeros((len(hexes.vertices), 1))
         return write(
-            path.with_suffix(".mesh"),
+            path.with_suffix(self.suffix),
             f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(flat)}\n",
             floats(np.hstack([hexes.vertices, flat])),
             f"Quadrilaterals\n{len(hexes.quads)}\n",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +31,8 @@ class Nastran:
     to the user.
     """
 
+    suffix: ClassVar[str] = ".bdf"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         owner, _ = quad_sides(hexes)
@@ -47,7 +51,7 @@ class Nastran:
             corners = hexes.quads[quads][:, [0, 2]] + 1
             loads = np.column_stack([np.full(len(quads), k), owner[quads] + 1, corners])
             parts.append(f"$ load {k}, pressure 1 on faces: {name}\n{lines(loads, PLOAD4)}")
-        return write(path.with_suffix(".bdf"), *parts, "ENDDATA\n")
+        return write(path.with_suffix(self.suffix), *parts, "ENDDATA\n")
 
 
 def _set(number: int, own: np.ndarray) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +26,8 @@ class LegacyVtk:
     -eta +eta -zeta +zeta in the set.
     """
 
+    suffix: ClassVar[str] = ".vtk"
+
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
         n = len(hexes.hexes)
@@ -36,7 +40,7 @@ class LegacyVtk:
             of_hexes["primitive"] = primitive[hexes.cell]
         quality = scaled_jacobian(hexes.vertices, hexes.hexes)
         return write(
-            path.with_suffix(".vtk"),
+            path.with_suffix(self.suffix),
             f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n",
             f"POINTS {len(hexes.vertices)} double\n",
             floats(hexes.vertices),

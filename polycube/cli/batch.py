@@ -30,7 +30,7 @@ from polycube.cli.overrides import quote
 from polycube.errors import InputError
 from polycube.io.atomic import atomic_write
 from polycube.io.surfaces import KNOWN
-from polycube.pipeline.stopping import INTERRUPTED
+from polycube.cli.signals import INTERRUPTED
 from polycube.report.page.summary import summary_page
 
 ROW = "row.json"

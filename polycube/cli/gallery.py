@@ -16,7 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from polycube.io.atomic import atomic_write
-from polycube.pipeline.stages import load_stage
+from polycube.pipeline.resume import load_stage
+from polycube.pipeline.state import RunState
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Film, Scene
@@ -97,8 +98,9 @@ def pictured(run: Path) -> dict[str, Scene]:
         hexes = load_stage(run, f"meshing/{last}")
         found |= {"hex": scenes.hex_outside(hexes), "cut": scenes.hex_cut(hexes)}
     if (run / "stages" / "analysis.npz").is_file():
-        state = {"spline": load_stage(run, "spline"), "solution": load_stage(run, "analysis")}
-        name, make = next(iter(fields.makers(state["solution"]).items()))
+        spline, solution = load_stage(run, "spline"), load_stage(run, "analysis")
+        state = RunState(surface, spline=spline, solution=solution)
+        name, make = next(iter(fields.makers(state.solution).items()))
         found[name] = _still(make(state))
     return found
 

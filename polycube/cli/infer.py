@@ -7,10 +7,10 @@ interrupted.
 from __future__ import annotations
 
 import logging
-import os
 import sys
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import hydra
@@ -23,71 +23,82 @@ from polycube import HOME
 from polycube.cli.batch import expanded, run_job
 from polycube.cli.command import refused
 from polycube.cli.overrides import plain_refusals
+from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.errors import InputError, MeshingError
-from polycube.hexmesh.quality import scaled_jacobian
-from polycube.pipeline.improvement import Improvement, is_improvement
-from polycube.pipeline.intake import check
-from polycube.pipeline.run import Run
-from polycube.pipeline.stages import State
-from polycube.pipeline.stopping import INTERRUPTED, terminable
-from polycube.report.numbers.results import summarize, write_results
 
 logger = logging.getLogger(__name__)
 
-
-def infer(
-    cfg: Mapping[str, object], level: int | None = None, is_alone: bool = False
-) -> dict[str, object]:
-    """Do the whole run and write its folder; returns the numbers of `report.json`, as `finish`."""
-    return finish(cfg, level, is_alone)[1]
+Config = Mapping[str, object]
 
 
-def finish(
-    cfg: Mapping[str, object], level: int | None = None, is_alone: bool = False
-) -> tuple[State, dict[str, object]]:
-    """Do the whole run and write its folder; returns what was made, and its numbers.
+def infer(cfg: Config, level: int | None = None, is_alone: bool = False) -> Mapping[str, object]:
+    """Do the whole run and write its folder.
 
+    Parameters
+    ----------
+    cfg : as `conf/infer.yaml` composes it
     level : of messages that go to the terminal; by default `quiet` and `verbose` say which
     is_alone : the process does nothing else, see `terminal.logging_to`
-    Raises InputError before anything is written.  When a stage fails, what was made before it is
-    kept, the report names the stage, and `valid` is false.  A KeyboardInterrupt, or SIGTERM, while
-    there is a folder ends in a report too, marked "interrupted"; before, it is raised.
+
+    Returns
+    -------
+    The numbers of `report.json`.
+
+    Raises
+    ------
+    InputError
+        Before anything is written.
+    KeyboardInterrupt
+        Where a signal came before there was a folder; later ones end in a report.
     """
+    from polycube.api import execute
+    from polycube.io.manifest import append_to
+    from polycube.pipeline.settings import Settings
+
     if level is None:
         level = QUIET if cfg["quiet"] is True else VERBOSE if cfg["verbose"] is True else PLAIN
-    with terminable() as asked, logging_to(level, is_alone) as log_to:
-        run = Improvement(cfg) if is_improvement(cfg) else Run(cfg)
-        run.clock.asked = asked
-        _check_place(cfg)
-        run.read()
-        run.structure()
-        folder = _folder(cfg)
-        log_to(folder / "run.log")
-        run.keep_input(folder)
-        try:
-            if "meshing" in cfg["order"]:
-                run.mesh()
-                run.solve()
-        except MeshingError as error:
-            run.state["failure"] = str(error)
-        except KeyboardInterrupt:
-            _note_interruption(run.state)
-        logger.debug("report begins", extra={"stage": "report"})
-        report = summarize(run.state, run.clock.seconds, run.clock.effort, cfg)
-        write_results(folder, run.state, report, run.exports, cfg)
-        _say(report, folder, cfg)
-        return run.state, report
+    settings = Settings.of(cfg)
+    folder = _folder(cfg)
+    with terminable() as interrupt, logging_to(level, is_alone) as log_to:
+        result = execute(
+            settings,
+            folder,
+            interrupt=interrupt,
+            started=lambda there: log_to(append_to(there, "run.log")),
+        )
+        _say(result.report, folder, cfg)
+    return result.report
 
 
-def _note_interruption(state: State) -> None:
-    logger.warning("interrupted: writing what there is; once more, and it stops at once")
-    state["interrupted"] = True
-    hexes = state.get("hexes")
-    if hexes is None or scaled_jacobian(hexes.vertices, hexes.hexes).min() <= 0:
-        state["failure"] = "interrupted before there was a valid mesh"
-    elif "stopped" not in state:
-        state["stopped"] = "the run was interrupted after meshing"
+def check(cfg: Config) -> tuple[int, str]:
+    """Print what is wrong with the surface: exit code 0 where it is usable, else 2, and why.
+
+    The places are written only where `preflight` is the name of a file.
+    """
+    from polycube.io import manifest
+    from polycube.io.preflight import preflight
+    from polycube.pipeline.settings import Settings
+
+    wish = cfg["preflight"]
+    if not isinstance(wish, bool) and not str(wish).lower().endswith(".vtp"):
+        raise InputError(f"preflight must be true, false or the name of a .vtp file; got {wish!r}")
+    if cfg["hex"]:
+        raise InputError("preflight is for the surface of mesh=, not beside hex=")
+    settings = replace(Settings.of(cfg), resume=None)
+    places = None if isinstance(wish, bool) else Path(str(wish))
+    remedy = "choose another name in preflight=, or move the file away"
+    if places:
+        manifest.check(places.parent, [places.name], [Path(str(settings.mesh))], remedy)
+    found = preflight(str(settings.mesh), settings.cad, settings.repair)
+    sys.stdout.write(f"{found.table()}\n")
+    if places:
+        with manifest.writing(places.parent, remedy) as scratch:
+            found.write(scratch / places.name)
+        sys.stdout.write(f"places: {places}\n")
+    if found.is_usable:
+        sys.stdout.write(f"{found.verdict}\n")
+    return (0, "") if found.is_usable else (2, found.verdict)
 
 
 def main() -> None:
@@ -129,13 +140,11 @@ def _command(cfg: DictConfig) -> int:
     return code
 
 
-def _silently(cfg: Mapping[str, object]) -> tuple[int, str]:
+def _silently(cfg: Config) -> tuple[int, str]:
     return _attempt(cfg, logging.CRITICAL)
 
 
-def _attempt(
-    cfg: Mapping[str, object], level: int | None = None, is_alone: bool = False
-) -> tuple[int, str]:
+def _attempt(cfg: Config, level: int | None = None, is_alone: bool = False) -> tuple[int, str]:
     """Exit code, and where it is not 0, the sentence why."""
     try:
         if cfg["preflight"] is not False:
@@ -155,8 +164,8 @@ def _attempt(
     return 0, ""
 
 
-def _say(report: Mapping[str, object], folder: Path, cfg: Mapping[str, object]) -> None:
-    """The outcome in two lines; doubts, and what else to try, in more."""
+def _say(report: Mapping[str, object], folder: Path, cfg: Config) -> None:
+    """The outcome in two lines; warnings, and what else to try, in more."""
     if "hex" in report:
         numbers = report["hex"]
         creases = numbers["creases_to_edges_p95"]
@@ -165,43 +174,25 @@ def _say(report: Mapping[str, object], folder: Path, cfg: Mapping[str, object]) 
         logger.info(
             "%s hex mesh: %d hexes, scaled Jacobian at least %.3f (mean %.3f), "
             "within %.2f %% of the diagonal%s",
-            valid if numbers["inverted"] == 0 else "INVALID",
+            valid if report["valid"] else "INVALID",
             numbers["hexes"],
             numbers["min_scaled_jacobian"],
             numbers["mean_scaled_jacobian"],
             100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"]),
             f", sharp edges within {100 * creases:.2f} % (95 of 100)" * (creases > 0),
         )
-    for doubt in report.get("doubts", ()):
-        logger.warning("warning: look at the mesh before you use it: %s", doubt)
-    if report.get("doubts") and not cfg["hex"] and cfg["meshing"].get("otherwise"):
+    for warning in report.get("doubts", ()):
+        logger.warning("warning: look at the mesh before you use it: %s", warning)
+    is_poor = report.get("doubts") or (not report["valid"] and "hex" in report)
+    if is_poor and not cfg["hex"] and cfg["meshing"].get("otherwise"):
         logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
     page = folder / "report.html"
     logger.info("results: %s", page if page.is_file() else folder)
 
 
-def _place(cfg: Mapping[str, object]) -> Path:
+def _folder(cfg: Config) -> Path:
     """The results folder: as asked for, that of the run resumed, or a new one for this part."""
     if cfg["output_dir"] or cfg["resume"]:
-        return Path(cfg["output_dir"] or cfg["resume"])
+        return Path(str(cfg["output_dir"] or cfg["resume"]))
     part = Path(str(cfg["hex"] or cfg["mesh"]).removeprefix("example:")).stem
     return Path("outputs") / part / time.strftime("%Y%m%d-%H%M%S")
-
-
-def _check_place(cfg: Mapping[str, object]) -> None:
-    """Raise InputError before any work where results can not be written; nothing is made yet."""
-    folder = _place(cfg).absolute()
-    there = next(path for path in (folder, *folder.parents) if path.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(f"cannot write results to {folder}: {there} is no folder to write in")
-
-
-def _folder(cfg: Mapping[str, object]) -> Path:
-    """The results folder, made where it is not there."""
-    folder = _place(cfg)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "run.log").open("a").close()
-    except OSError as error:
-        raise InputError(f"cannot write results to {folder}: {error.strerror}") from None
-    return folder

@@ -6,19 +6,19 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from polycube.errors import InputError
-from polycube.io import artifacts
+from polycube.io import artifacts, manifest
 
 
 def save_stage(folder: Path, kind: str, value: object) -> None:
     """Keep what a stage made as `folder/stages/<kind>.npz`."""
-    path = _stage_file(folder, kind)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    artifacts.save(path, value)
+    with manifest.writing(folder) as scratch:
+        (scratch / "stages").mkdir()
+        artifacts.save(scratch / stage_name(kind), value)
 
 
 def load_stage(folder: Path, kind: str) -> object:
     """Load what `save_stage` kept; raises InputError naming the stages that are there."""
-    path = _stage_file(folder, kind)
+    path = (folder / stage_name(kind))
     if not path.is_file():
         have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
         raise InputError(f"{folder} holds no result of stage {kind!r}; it holds {have or 'none'}")
@@ -27,7 +27,7 @@ def load_stage(folder: Path, kind: str) -> object:
 
 def has_stage(folder: Path, kind: str) -> bool:
     """Whether `save_stage` kept something of this kind."""
-    return _stage_file(folder, kind).is_file()
+    return (folder / stage_name(kind)).is_file()
 
 
 def changed_settings(
@@ -53,5 +53,6 @@ def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
         yield from _flat(held, f"{name}.{key}")
 
 
-def _stage_file(folder: Path, kind: str) -> Path:
-    return folder / "stages" / f"{kind.replace('/', '.')}.npz"
+def stage_name(kind: str) -> str:
+    """The file of a stage in a results folder."""
+    return f"stages/{kind.replace('/', '.')}.npz"

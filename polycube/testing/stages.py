@@ -28,6 +28,7 @@ from polycube.types import (
     RoughMap,
     Solution,
     Spline,
+    Verdict,
 )
 
 NEAR = 0.02  # of the diagonal: what fits may miss the block by
@@ -63,19 +64,35 @@ def _volume(candidate: object) -> float:
     return float(np.linalg.det(np.array(tips) - origin))
 
 
-def check_regularize(plugin: Callable) -> None:
-    """Noisy points come to lie on the polycube, each still itself."""
-    part = solid()
-    rng = np.random.default_rng(0)
-    points = rng.uniform(size=(500, 3))
-    side = rng.integers(0, 6, 500)
-    points[np.arange(500), side // 2] = side % 2
-    found = plugin(part.candidate, points + rng.normal(0, 0.02, points.shape))
-    claim_array(found, points.shape, "the regular points")
-    off = np.abs(np.abs(found - 0.5).max(1) - 0.5).max()
-    claim(off < 1e-6, "regular points lie on the polycube", f"{off:.2g} cells off")
-    moved = np.median(np.linalg.norm(found - points, axis=1))
-    claim(moved < 0.1, "points stay where they belong", f"{moved:.2g} cells away")
+def check_ranking(plugin: Callable) -> None:
+    """Candidates of the surface's genus, best first; the true structure before one that is off."""
+    part, other = solid("hole_z"), solid("cube")
+    truth = part.candidate
+    aside = replace(truth.rough_map, positions=truth.rough_map.positions + SIDES)
+    off = replace(truth, rough_map=aside, key="aside")
+    ranked = plugin(part.surface, [off, other.candidate, truth])
+    keys = [entry.candidate.key for entry in ranked]
+    claim(keys == ["solid", "aside"], "the true structure ranks first, another genus never", keys)
+    scores = [entry.score for entry in ranked]
+    claim(scores == sorted(scores), "the smallest score comes first", scores)
+
+
+def check_acceptance(plugin: Callable) -> None:
+    """A mesh of the block is valid and without warning; an inverted or swollen one is worse."""
+    part = solid("hole_z")
+    exact = part.hexes
+    true = plugin(exact, part.surface)
+    claim(isinstance(true, Verdict), "the result is a Verdict", type(true).__name__)
+    claim(true.is_valid, "a mesh of the block is valid", true.failures)
+    claim(not true.warnings, "a mesh of the block has no warning", true.warnings)
+    middle = exact.vertices.mean(axis=0)
+    for name, vertices in {
+        "inverted": middle - (exact.vertices - middle),
+        "three times as large": middle + 3 * (exact.vertices - middle),
+    }.items():
+        found = plugin(replace(exact, vertices=vertices), part.surface)
+        claim(not found.is_valid, f"a mesh that is {name} is not valid")
+        claim(found.key < true.key, f"a mesh that is {name} is worse", found.key)
 
 
 def check_segment(plugin: Callable) -> None:
@@ -262,7 +279,8 @@ def _check_read_back(path: Path, hexes: HexMesh) -> None:
 
 STAGES = {
     "structure": check_structure,
-    "regularize": check_regularize,
+    "ranking": check_ranking,
+    "acceptance": check_acceptance,
     "meshing/segment": check_segment,
     "meshing/map": check_map,
     "meshing/subdivide": check_subdivide,

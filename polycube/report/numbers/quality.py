@@ -101,23 +101,19 @@ def _area(mesh: HexMesh, quads: np.ndarray) -> float:
     return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2)
 
 
-def doubts(mesh: HexMesh, surface: TriMesh, told: Mapping[str, Mapping]) -> list[str]:
-    """Why the result should not be used without a look, a sentence each.
+def spline_warnings(numbers: object) -> list[str]:
+    """Why a user should look at the spline, a sentence each.
 
-    told : numbers of the report; "hex" has seen more points of the surface than `quality.doubts`,
-        "spline" is judged where it is there
+    Parameters
+    ----------
+    numbers : of the spline, as in `report.json`; nothing where there is none
     """
-    found = quality.doubts(mesh, surface)
-    farthest = max(told["hex"]["mesh_to_surface_max"], told["hex"]["surface_to_mesh_max"])
-    if farthest >= quality.APART and not any("apart" in each for each in found):
-        found.append(
-            f"mesh and surface are up to {farthest:.2%} of the diagonal apart, more than "
-            f"{quality.APART:.1%}"
-        )
-    spline = told.get("spline")
-    if spline and not spline["is_positive"]:
+    if not isinstance(numbers, Mapping):
+        return []
+    found = []
+    if not numbers["is_positive"]:
         found.append("the spline may fold over itself: its det J is not positive everywhere")
-    apart = max(spline[f"{way}_p99"] for way in WAYS) if spline else 0
+    apart = max(numbers[f"{way}_p99"] for way in WAYS)
     if apart >= SPLINE_APART:
         found.append(
             f"spline and surface are up to {apart:.1%} of the diagonal apart for 99 % of the "

@@ -1,6 +1,7 @@
 """Solutions for report.json and for the page: modes, the solid at rest, a potential."""
 
 from __future__ import annotations
+from polycube.pipeline.state import RunState
 
 from collections.abc import Mapping
 
@@ -12,7 +13,6 @@ from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS
 from polycube.report.pictures.fields import exaggeration, first_elastic
 from polycube.types import Deformation, Modes, Potential, Solution, Spline
 
-State = Mapping[str, object]
 Report = Mapping[str, object]
 Pictures = Mapping[str, bytes]
 
@@ -88,13 +88,13 @@ def tile(report: Report) -> dict[str, str | None]:
     return {}
 
 
-def section_of(state: State, report: Report, pictures: Pictures) -> str:
+def section_of(state: RunState, report: Report, pictures: Pictures) -> str:
     """The section of the solution; empty where there is none."""
-    found = state.get("solution")
+    found = state.solution
     if isinstance(found, Modes):
         return _modes_section(found, pictures)
     if isinstance(found, Deformation):
-        return _static_section(state["spline"], found, report["static"], pictures)
+        return _static_section(state.spline, found, report["static"], pictures)
     if isinstance(found, Potential):
         return _poisson_section(report["poisson"], pictures)
     return ""

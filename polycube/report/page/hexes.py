@@ -1,6 +1,7 @@
 """The sections of the hex mesh: view; measures, certificate, worst hexes, distances, primitives."""
 
 from __future__ import annotations
+from polycube.pipeline.state import RunState
 
 from collections import Counter
 from collections.abc import Mapping
@@ -27,7 +28,6 @@ from polycube.report.pictures.colours import DEVIATION_COLOURS, QUALITY_COLOURS
 from polycube.report.pictures.scenes import cell_colour
 from polycube.types import HexMesh
 
-State = Mapping[str, object]
 Numbers = Mapping[str, object]
 Pictures = Mapping[str, bytes]
 
@@ -39,19 +39,19 @@ FARTHEST = {
 N_NAMED = 12  # grid cells at most that are named under their picture
 
 
-def view(state: State) -> str:
+def view(state: RunState) -> str:
     """The hex mesh in three dimensions, the first thing under the verdict."""
-    mesh = state.get("hexes")
+    mesh = state.hexes
     if mesh is None:
         return ""
-    polycube = state.get("polycube")
+    polycube = state.polycube
     context = polycube.context if polycube is not None else ()
-    return section("view", "3D view", viewer(mesh, state.get("surface"), context))
+    return section("view", "3D view", viewer(mesh, state.surface, context))
 
 
-def hexes(state: State, report: Mapping[str, object], pictures: Pictures) -> str:
+def hexes(state: RunState, report: Mapping[str, object], pictures: Pictures) -> str:
     """The hex mesh: cut open, measures, worst hexes, distances from the input, primitives."""
-    mesh, numbers = state.get("hexes"), report.get("hex", {})
+    mesh, numbers = state.hexes, report.get("hex", {})
     if mesh is None:
         return ""
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
@@ -159,9 +159,9 @@ def _worst(numbers: Numbers) -> str:
     return folded("Worst hexes, and where they are", table(rows)) if rows else ""
 
 
-def _distances(state: State, numbers: Numbers, pictures: Pictures) -> str:
+def _distances(state: RunState, numbers: Numbers, pictures: Pictures) -> str:
     """Table of distances to the input, in per cent of the diagonal and in model units."""
-    found = state.get("surface")
+    found = state.surface
     if found is None or "surface_to_mesh_max" not in numbers:
         return ""
     diagonal = float(np.linalg.norm(np.ptp(found.vertices, axis=0)))
@@ -181,12 +181,12 @@ def _distances(state: State, numbers: Numbers, pictures: Pictures) -> str:
     return f"<h3>Distance between hex mesh and input</h3>{rows}{picture}"
 
 
-def _primitives(state: State, mesh: HexMesh, pictures: Pictures) -> str:
+def _primitives(state: RunState, mesh: HexMesh, pictures: Pictures) -> str:
     """The part taken apart into what fills the grid cells."""
     picture = pictures.get("cells")
     if picture is None:
         return ""
-    polycube = state.get("polycube")
+    polycube = state.polycube
     context = polycube.context if polycube is not None else ()
     cells = np.unique(mesh.cell).tolist()
     filled = {c: context[c] if c < len(context) else None for c in cells}

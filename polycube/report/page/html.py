@@ -11,6 +11,7 @@ from string import Template
 
 from polycube import __version__
 from polycube.io.atomic import atomic_write
+from polycube.pipeline.state import RunState
 from polycube.report.numbers import solutions
 from polycube.report.numbers.verdict import subtitle, verdict
 from polycube.report.page import sections
@@ -55,14 +56,13 @@ FILES = {
 
 def write_report(
     folder: Path,
-    state: Mapping[str, object],
+    state: RunState,
     report: Mapping[str, object],
     drawing: bool = True,
 ) -> Path:
     """Write `folder/report.html`; a run that stopped half way is told as far as it went.
 
-    state : surface, polycube, labels, given, hexes, spline, solution, and trajectory with steps and
-        points, as far as they were made
+    state : what was made
     report : the numbers of `report.json`, and the settings under "config"
     drawing : with pictures, which take seconds; the 3D view is there without them
 

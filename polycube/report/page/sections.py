@@ -7,6 +7,7 @@ when there is nothing to tell.
 """
 
 from __future__ import annotations
+from polycube.pipeline.state import RunState
 
 from collections.abc import Mapping
 
@@ -28,7 +29,6 @@ from polycube.report.pictures.colours import AXIS_COLOURS
 from polycube.structure.lattice import NAMED
 from polycube.types import AXES
 
-State = Mapping[str, object]
 Report = Mapping[str, object]
 Pictures = Mapping[str, bytes]
 
@@ -52,7 +52,7 @@ def warnings(report: Report) -> str:
     return section("warnings", "Warnings", f"<ul>{items}</ul>") if items else ""
 
 
-def surface(state: State, report: Report, pictures: Pictures) -> str:
+def surface(state: RunState, report: Report, pictures: Pictures) -> str:
     """The input as it was read."""
     numbers = dict(report.get("input", {}))
     box = np.array(numbers.pop("bbox", [[0] * 3] * 2))
@@ -66,7 +66,7 @@ def surface(state: State, report: Report, pictures: Pictures) -> str:
     return section("input", "Input", grid(picture, facts(rows)))
 
 
-def structure(state: State, report: Report, pictures: Pictures) -> str:
+def structure(state: RunState, report: Report, pictures: Pictures) -> str:
     """The polycube, the labels, and the ranking it came out of."""
     numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
@@ -110,7 +110,7 @@ def denoising(report: Report, moving: Pictures) -> str:
         return ""
     numbers = report.get("polycube", {})
     moved, most = (numbers.get(f"denoised_to_polycube_{which}") for which in ("mean", "max"))
-    last = "" if moved is None else f" To become regular they moved {moved:.3f} cells on average"
+    last = "" if moved is None else f" To lie on the polycube they move {moved:.3f} cells on average"
     last += "" if most is None else f", {most:.3f} at most."
     context, lies_on = (numbers.get(key) for key in ("context", "denoised_lies_on"))
     if lies_on is not None and lies_on != context:
@@ -131,7 +131,7 @@ def denoising(report: Report, moving: Pictures) -> str:
     )
 
 
-def spline(state: State, report: Report, pictures: Pictures) -> str:
+def spline(state: RunState, report: Report, pictures: Pictures) -> str:
     """The volumetric spline."""
     numbers = report.get("spline", {})
     picture = figure(pictures.get("spline"), "Spline solid with the edges of its Bézier elements.")

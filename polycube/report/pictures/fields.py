@@ -1,6 +1,7 @@
 """What the pictures show of a solution: the outside of the solid, moved and coloured."""
 
 from __future__ import annotations
+from polycube.pipeline.state import RunState
 
 from collections.abc import Callable, Mapping
 
@@ -11,22 +12,21 @@ from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS
 from polycube.report.pictures.render import Film, Layer, Scene
 from polycube.types import Deformation, Modes, Potential, Solution, Spline
 
-State = Mapping[str, object]
 N_MODES = 4  # drawn
 AMPLITUDE = 0.08  # of the diagonal: the largest displacement as it is drawn
 TINY = 1e-300
 
 
-def makers(solution: Solution) -> dict[str, Callable[[State], Scene | Film]]:
+def makers(solution: Solution) -> dict[str, Callable[[RunState], Scene | Film]]:
     """Picture -> how it is made of the state's spline and solution."""
     if isinstance(solution, Modes):
         first = first_elastic(solution)
         numbers = range(first, min(first + N_MODES, len(solution.eigenvalues)))
-        return {f"mode_{n}": lambda s, n=n: mode(s["spline"], s["solution"], n) for n in numbers}
+        return {f"mode_{n}": lambda s, n=n: mode(s.spline, s.solution, n) for n in numbers}
     if isinstance(solution, Deformation):
-        return {"static": lambda s: deformed(s["spline"], s["solution"])}
+        return {"static": lambda s: deformed(s.spline, s.solution)}
     if isinstance(solution, Potential):
-        return {"poisson": lambda s: potential(s["spline"], s["solution"])}
+        return {"poisson": lambda s: potential(s.spline, s.solution)}
     return {}
 
 

@@ -4,6 +4,7 @@ A picture is never worth a run: what cannot be drawn is missing, with one warnin
 """
 
 from __future__ import annotations
+from polycube.pipeline.state import RunState
 
 import logging
 import os
@@ -19,38 +20,38 @@ import numpy as np
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.pictures import fields, scenes, trajectory
 from polycube.report.pictures.render import Film, Scene
+from polycube.structure.projection import project
 
 logger = logging.getLogger(__name__)
 
-State = Mapping[str, object]
 
 # picture -> what of the state it needs, and how it is made
-SCENES: dict[str, tuple[tuple[str, ...], Callable[[State], Scene]]] = {
-    "input": (("surface",), lambda s: scenes.input_surface(s["surface"])),
+SCENES: dict[str, tuple[tuple[str, ...], Callable[[RunState], Scene]]] = {
+    "input": (("surface",), lambda s: scenes.input_surface(s.surface)),
     "polycube": (
         ("polycube",),
-        lambda s: scenes.polycube_faces(s["polycube"], s.get("rough_map")),
+        lambda s: scenes.polycube_faces(s.polycube, s.rough_map),
     ),
-    "labels": (("surface", "labels"), lambda s: scenes.labelled(s["surface"], s["labels"])),
-    "given": (("given",), lambda s: scenes.hex_cut(s["given"])),
-    "hex": (("hexes",), lambda s: scenes.hex_outside(s["hexes"])),
-    "cut": (("hexes",), lambda s: scenes.hex_cut(s["hexes"])),
-    "worst": (("hexes",), lambda s: scenes.worst_hex(s["hexes"])),
+    "labels": (("surface", "labels"), lambda s: scenes.labelled(s.surface, s.labels)),
+    "given": (("given",), lambda s: scenes.hex_cut(s.given)),
+    "hex": (("hexes",), lambda s: scenes.hex_outside(s.hexes)),
+    "cut": (("hexes",), lambda s: scenes.hex_cut(s.hexes)),
+    "worst": (("hexes",), lambda s: scenes.worst_hex(s.hexes)),
     "deviation": (
         ("hexes", "surface"),
-        lambda s: scenes.deviation(s["hexes"], quad_deviation(s["hexes"], s["surface"])),
+        lambda s: scenes.deviation(s.hexes, quad_deviation(s.hexes, s.surface)),
     ),
-    "cells": (("hexes",), lambda s: scenes.decomposed(s["hexes"])),
-    "spline": (("spline",), lambda s: scenes.spline_boundary(s["spline"])),
+    "cells": (("hexes",), lambda s: scenes.decomposed(s.hexes)),
+    "spline": (("spline",), lambda s: scenes.spline_boundary(s.spline)),
 }
 
 
-def pictures(state: State) -> dict[str, bytes]:
+def pictures(state: RunState) -> dict[str, bytes]:
     """PNG of everything in the state that can be shown, GIF of what moves: `mode_<number>`."""
     makers = {name: make for name, (needs, make) in SCENES.items() if _has(state, needs)}
     if _has(state, ("spline", "solution")):
-        makers |= fields.makers(state["solution"])
-    if "cells" in makers and not np.ptp(state["hexes"].cell):
+        makers |= fields.makers(state.solution)
+    if "cells" in makers and not np.ptp(state.hexes.cell):
         del makers["cells"]  # one primitive is not taken apart
     found = {}
     for name, make in makers.items():
@@ -61,14 +62,13 @@ def pictures(state: State) -> dict[str, bytes]:
     return draw(found)
 
 
-def denoising(state: State) -> dict[str, bytes]:
+def denoising(state: RunState) -> dict[str, bytes]:
     """`trajectory.png` and `trajectory.gif` where the diffusion model was asked, else nothing."""
-    if not _has(state, ("polycube", "trajectory", "points")):
+    if state.polycube is None or state.trajectory is None:
         return {}
     try:
-        shown = trajectory.Trajectory(
-            state["trajectory"], state["points"], state["polycube"], state["steps"]
-        )
+        regular, _ = project(state.polycube, state.trajectory[-1])
+        shown = trajectory.Trajectory(state.trajectory, regular, state.polycube, state.steps)
         return {
             "trajectory.png": trajectory.strip(shown),
             "trajectory.gif": trajectory.animation(shown),
@@ -78,8 +78,8 @@ def denoising(state: State) -> dict[str, bytes]:
         return {}
 
 
-def _has(state: State, names: tuple[str, ...]) -> bool:
-    return all(state.get(name) is not None for name in names)
+def _has(state: RunState, names: tuple[str, ...]) -> bool:
+    return all(getattr(state, name) is not None for name in names)
 
 
 def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, bytes]:

@@ -1,0 +1,160 @@
+"""The files of a run: meshes, spline, solution, `report.json` and the page for people."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from polycube.io import manifest
+from polycube.kinds import Export
+from polycube.pipeline.intake import write_repaired
+from polycube.pipeline.resume import stage_name
+from polycube.pipeline.settings import Settings
+from polycube.pipeline.state import RunState
+from polycube.report.numbers import quality
+from polycube.types import Spline
+
+REPAIRED = ("repaired.stl", "repaired.vtp")  # written before the results
+ALWAYS = ("config.json", "report.json", "polycube.vtu", "trajectory.npz")
+OF_HALF = {  # files that a half of the run may write
+    "meshing": ("labels.vtp", "hex.vtu"),
+    "spline": ("spline.bext", "spline.bxt", "spline.vtu", "spline.npz", "modal.k"),
+    "analysis": ("modes.vtu", "modes.csv", "static.vtu", "poisson.vtu"),
+    "report": ("report.html", "trajectory.png", "trajectory.gif"),
+}
+ARRAYS = ("control", "nodes", "element_hex", "level", "sides", "patch")  # in spline.npz
+CSR = ("data", "indices", "indptr")  # of the extraction matrix, there
+
+
+def check_folder(
+    folder: Path, settings: Settings, stages: Sequence[str], exports: Sequence[Export]
+) -> None:
+    """Check, before any work, that the run can write its files and overwrites none of the user's.
+
+    Parameters
+    ----------
+    stages : names of all stages whose results are kept
+
+    Raises
+    ------
+    InputError
+        Naming the first file that would be overwritten, or why nothing can be written.
+    """
+    names = ["run.log", *ALWAYS, *(stage_name(kind) for kind in (*stages, "given"))]
+    names += REPAIRED if settings.repair != "off" else ()
+    for half in settings.order:
+        names += OF_HALF[half]
+    names += [f"hex{export.suffix}" for export in exports]
+    manifest.check(folder, names, inputs(settings))
+
+
+def start_folder(folder: Path, settings: Settings, state: RunState) -> None:
+    """Make the folder, without the results that an earlier run left there; write the repair."""
+    if not settings.resume:
+        clear_results(folder, settings)
+    with manifest.writing(folder) as scratch:
+        write_repaired(scratch, state)
+
+
+def inputs(settings: Settings) -> list[Path]:
+    """Every file that an option names."""
+
+    def words(value: object) -> Iterator[str]:
+        if isinstance(value, str):
+            yield value
+        elif isinstance(value, Mapping):
+            yield from chain.from_iterable(words(item) for item in value.values())
+        elif isinstance(value, list | tuple):
+            yield from chain.from_iterable(words(item) for item in value)
+
+    return [Path(word) for word in words(settings.composed) if os.path.isfile(word)]
+
+
+def clear_results(folder: Path, settings: Settings, keeps_stages: bool = False) -> None:
+    """Remove the unchanged results of an earlier run, so that the folder holds one run only.
+
+    Parameters
+    ----------
+    keeps_stages : keep the results of its stages, and the repaired surface
+    """
+    kept = ("stages/", *REPAIRED) if keeps_stages else ()
+    known = ("hex.", "stages/", *REPAIRED, *ALWAYS, *chain.from_iterable(OF_HALF.values()))
+    names = [name for name in manifest.files(folder) if name.startswith(known)]
+    manifest.remove(folder, [n for n in names if not n.startswith(kept)], inputs(settings))
+
+
+def write_results(
+    folder: Path,
+    state: RunState,
+    report: Mapping[str, object],
+    exports: Sequence[Export],
+    settings: Settings,
+) -> None:
+    """Write every file of the run; where `report.json` lies, all but the page lie too.
+
+    Solvers see no mark of an invalid mesh, so such a mesh is not exported for them.
+    """
+    clear_results(folder, settings, keeps_stages=True)
+    with manifest.writing(folder) as scratch:
+        _write_state(scratch, state, settings)
+        _write_json(scratch / "config.json", settings.composed)
+    if state.hexes is not None and state.failure is None:
+        with manifest.writing(folder) as scratch:
+            named = replace(state.hexes, primitives=_context(state))
+            for export in exports:
+                export(named, scratch / "hex")
+    with manifest.writing(folder) as scratch:
+        _write_json(scratch / "report.json", report)
+    if "report" in settings.order:
+        from polycube.report.page.html import write_report
+
+        write_report(folder, state, {**report, "config": settings.composed}, not state.interrupted)
+
+
+def _context(state: RunState) -> tuple[str | None, ...]:
+    return state.polycube.context if state.polycube else ()
+
+
+def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
+    from polycube.io import vtk
+
+    if state.polycube is not None:
+        vtk.write_polycube_vtu(folder / "polycube.vtu", state.polycube)
+    if state.labels is not None:
+        vtk.write_labels_vtp(folder / "labels.vtp", state.surface, state.labels)
+    if state.hexes is not None:
+        off = {"off_surface": quality.off_surface(state.hexes, state.surface)}
+        vtk.write_hex_vtu(folder / "hex.vtu", state.hexes, _context(state), off)
+    if state.spline is not None:
+        _write_spline(folder, state, state.spline, settings)
+    if state.trajectory is not None:
+        np.savez_compressed(
+            folder / "trajectory.npz", states=state.trajectory, steps=np.array(state.steps)
+        )
+
+
+def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Settings) -> None:
+    from polycube.io import bext, bext2, bezier
+    from polycube.io.lsdyna_deck import settings_of, write_modal_deck
+    from polycube.spline.bezier import scaled_bounds
+
+    bext.write_bext(folder / "spline.bext", spline)
+    bext2.write_bext2(folder / "spline.bxt", spline)
+    write_modal_deck(folder / "modal.k", "spline.bext", **settings_of(settings.analysis))
+    bounds = {"scaled_det_j": scaled_bounds(spline)}
+    bezier.write_bezier_vtu(folder / "spline.vtu", spline, cell_data=bounds)
+    matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
+    arrays = {name: getattr(spline, name) for name in ARRAYS}
+    np.savez_compressed(folder / "spline.npz", **arrays, **matrix)
+    if state.solution is not None:
+        bezier.write_solution(folder, spline, state.solution)
+
+
+def _write_json(path: Path, value: Mapping[str, object]) -> None:
+    path.write_text(json.dumps(value, indent=1), encoding="utf-8")
