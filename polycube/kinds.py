@@ -76,9 +76,7 @@ class Structure(Protocol):
     any_grid: ClassVar[bool] = False  # proposals do not depend on the grid
     needs_network: ClassVar[bool] = False  # proposes with trained weights
 
-    def __call__(
-        self, surface: TriMesh, candidates: tuple[Candidate, ...]
-    ) -> Sequence[Candidate]:
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> Sequence[Candidate]:
         """New candidates; `candidates` are those of the plugins before."""
 
 
@@ -211,9 +209,7 @@ KINDS = {
     "meshing/map": Kind(
         Map, ("surface", "polycube", "labels", "parametrization", "rough_map"), "rough_map"
     ),
-    "meshing/subdivide": Kind(
-        Subdivide, ("surface", "polycube", "rough_map"), "hexes", fits=False
-    ),
+    "meshing/subdivide": Kind(Subdivide, ("surface", "polycube", "rough_map"), "hexes", fits=False),
     "meshing/smooth": Kind(Improve, _MESH, "hexes"),
     "meshing/pillow": Kind(Improve, _MESH, "hexes"),
     "meshing/optimize": Kind(Improve, _MESH, "hexes"),
@@ -252,8 +248,8 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
                 f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes"
                 f"{_hint(missing)}"
             )
-        later = {name for each in order[number + 1 :] for name in KINDS[each].takes if each in KINDS}
-        if kind.gives not in {*RESULTS, *later}:
+        rest = [KINDS[each] for each in order[number + 1 :] if each in KINDS]
+        if kind.gives not in {*RESULTS, *(name for each in rest for name in each.takes)}:
             raise InputError(
                 f"stage {stage!r} makes {kind.gives}, which no later stage takes; leave it out"
             )
@@ -270,4 +266,3 @@ def _hint(missing: Sequence[str]) -> str:
 
 def _passes_on(kind: Kind) -> bool:
     return kind.gives in kind.takes
-

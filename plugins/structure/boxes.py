@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.diffusion.pairs.templates import contexts
+from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.structure.lattice import collapse, genus, lattice
 from polycube.surface import measures as surfaces
@@ -34,7 +35,7 @@ STARTS = 9  # of a careful search for knots
 
 @register("structure", "boxes")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BoxFitting:
+class BoxFitting(Structure):
     """Propose the contexts whose boxes share most voxels with the part, if nobody else proposes."""
 
     grid: tuple[int, int, int]

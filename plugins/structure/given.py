@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.structure.lattice import collapse, genus, is_manifold, lattice
 from polycube.surface import measures as surfaces
@@ -24,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 @register("structure", "given")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Given(Reader):
+class Given(Reader, Structure):
     """Place one context on the part: by its slices if it is a row of known slabs, else by boxes."""
 
     context: Sequence[str | None]  # per grid cell, x slowest; the last ones may be left out

@@ -27,10 +27,10 @@ from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
 from polycube.cli.overrides import quote
+from polycube.cli.signals import INTERRUPTED
 from polycube.errors import InputError
 from polycube.io.atomic import atomic_write
 from polycube.io.surfaces import KNOWN
-from polycube.cli.signals import INTERRUPTED
 from polycube.report.page.summary import summary_page
 
 ROW = "row.json"

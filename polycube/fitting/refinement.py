@@ -17,13 +17,13 @@ from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import cg
 
 from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
+from polycube.fitting.merit import least_jacobian, merit, misses
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import edges
 from polycube.hexmesh.energy import Terms, pull
-from polycube.hexmesh.octree import split
-from polycube.fitting.merit import least_jacobian, merit, misses
 from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.octree import split
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
@@ -59,8 +59,8 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
     """The mesh with every hex in eight, or the same mesh where none keeps its quality.
 
     It must come nearer to the surface with a scaled Jacobian of at least 0.41 (or 0.9 of the
-    mesh's own where that is less) and misses no more limits.  A second recipe is tried where the first is
-    not good or misses the reach; the best of those within it is kept.
+    mesh's own where that is less) and miss no more limits.  A second recipe is tried where the
+    first is not good or misses the reach; the best of those within it is kept.
 
     features : also keep sharp polycube edges on sharp edges of the surface
     reach : distance that 99 % of the surface should be within, in diagonals

@@ -76,9 +76,7 @@ def _propose_on(
     return candidates
 
 
-def _plugins(
-    grid: Grid, settings: Settings, primitives: Primitives
-) -> list[tuple[str, Structure]]:
+def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tuple[str, Structure]]:
     """The structure plugins of a run, by name.
 
     A given context replaces all that propose without a network; those that have one still denoise

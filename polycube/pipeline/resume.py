@@ -18,7 +18,7 @@ def save_stage(folder: Path, kind: str, value: object) -> None:
 
 def load_stage(folder: Path, kind: str) -> object:
     """Load what `save_stage` kept; raises InputError naming the stages that are there."""
-    path = (folder / stage_name(kind))
+    path = folder / stage_name(kind)
     if not path.is_file():
         have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
         raise InputError(f"{folder} holds no result of stage {kind!r}; it holds {have or 'none'}")

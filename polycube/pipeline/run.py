@@ -25,8 +25,8 @@ from polycube.pipeline.size_search import meet_deviation
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.pipeline.state import RunState
 from polycube.registry import build
-from polycube.structure.lattice import describe
 from polycube.structure.labels import nearest_labels
+from polycube.structure.lattice import describe
 from polycube.types import HexMesh, Polycube
 
 logger = logging.getLogger(__name__)

@@ -98,7 +98,7 @@ class _Reader:
     composed: Node
 
     def node(self, name: str) -> dict[str, object]:
-        value = self.composed.get(name)
+        value = self.composed.get(name, {})  # no export is no group
         if not isinstance(value, Mapping):
             raise InputError(f"{name} must be a group of settings; got {value!r}")
         return dict(value)

@@ -15,6 +15,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.structure.lattice import collapse, lattice
 from polycube.surface import measures as surfaces
@@ -59,10 +60,10 @@ class Bricks:
 
 @register("structure", "bricks")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BrickLattice:
+class BrickLattice(Structure):
     """Propose the lattices of bricks that the part's own slices and holes suggest."""
 
-    any_grid = True  # proposals do not depend on the grid
+    any_grid = True
 
     grid: tuple[int, int, int]  # of the run; not used
     primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.structure.rough_map import affine_map
 from polycube.types import Candidate, TriMesh
@@ -24,8 +25,10 @@ logger = logging.getLogger(__name__)
 
 @register("structure", "classify")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Classify:
+class Classify(Structure):
     """Propose what a trained classifier finds likely, placed by bounding boxes."""
+
+    needs_network = True
 
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool

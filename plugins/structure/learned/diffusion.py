@@ -17,6 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.diffusion.encoding import learning_frame
+from polycube.kinds import Structure
 from polycube.registry import build, register
 from polycube.structure import rough_map
 from polycube.structure.lattice import boundary, lattice
@@ -37,8 +38,10 @@ LOOK = 0.3  # cells that a face looking square to the surface counts for in the 
 
 @register("structure", "diffusion")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Diffusion:
+class Diffusion(Structure):
     """Propose by denoising surface samples with a trained network; if a context is given, in it."""
+
+    needs_network = True
 
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.structure.lattice import genus as genus_of
 from polycube.surface.measures import genus
@@ -26,7 +27,7 @@ AXES = np.array([np.roll(np.eye(3), -axis, axis=0) for axis in range(3)])  # x, 
 
 @register("structure", "slices")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SliceReading(Reader):
+class SliceReading(Reader, Structure):
     """Propose the contexts of an n x 1 x 1 grid that the slices of the part spell."""
 
     margin: float = 0.25  # cost above the best, as a share of the volume, that is still kept

@@ -50,12 +50,16 @@ def summarize(
             report |= solutions.numbers(state.spline, state.solution)
     if state.repair is not None:
         report["repair"] = dict(state.repair)
-    return report | _outcome(state, report) | {
-        "seed": config["seed"],
-        "seconds": {stage: round(spent, 3) for stage, spent in seconds.items()},
-        "effort": {stage: dict(spent) for stage, spent in effort.items() if spent},
-        "version": __version__,
-    }
+    return (
+        report
+        | _outcome(state, report)
+        | {
+            "seed": config["seed"],
+            "seconds": {stage: round(spent, 3) for stage, spent in seconds.items()},
+            "effort": {stage: dict(spent) for stage, spent in effort.items() if spent},
+            "version": __version__,
+        }
+    )
 
 
 def _outcome(state: RunState, report: Numbers) -> Numbers:

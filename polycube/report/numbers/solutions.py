@@ -1,13 +1,13 @@
 """Solutions for report.json and for the page: modes, the solid at rest, a potential."""
 
 from __future__ import annotations
-from polycube.pipeline.state import RunState
 
 from collections.abc import Mapping
 
 import numpy as np
 
 from polycube.analysis.recovery import samples
+from polycube.pipeline.state import RunState
 from polycube.report.page.markup import facts, figure, gradient, grid, section, show, table
 from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS
 from polycube.report.pictures.fields import exaggeration, first_elastic

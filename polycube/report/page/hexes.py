@@ -1,7 +1,6 @@
 """The sections of the hex mesh: view; measures, certificate, worst hexes, distances, primitives."""
 
 from __future__ import annotations
-from polycube.pipeline.state import RunState
 
 from collections import Counter
 from collections.abc import Mapping
@@ -10,6 +9,7 @@ import numpy as np
 
 from polycube.hexmesh.metrics import MEASURES
 from polycube.hexmesh.quality import scaled_jacobian
+from polycube.pipeline.state import RunState
 from polycube.report.page import charts
 from polycube.report.page.markup import (
     distance_table,

@@ -7,12 +7,12 @@ when there is nothing to tell.
 """
 
 from __future__ import annotations
-from polycube.pipeline.state import RunState
 
 from collections.abc import Mapping
 
 import numpy as np
 
+from polycube.pipeline.state import RunState
 from polycube.report.page import charts
 from polycube.report.page.markup import (
     distance_table,
@@ -110,7 +110,7 @@ def denoising(report: Report, moving: Pictures) -> str:
         return ""
     numbers = report.get("polycube", {})
     moved, most = (numbers.get(f"denoised_to_polycube_{which}") for which in ("mean", "max"))
-    last = "" if moved is None else f" To lie on the polycube they move {moved:.3f} cells on average"
+    last = "" if moved is None else f" To lie on it they move {moved:.3f} cells on average"
     last += "" if most is None else f", {most:.3f} at most."
     context, lies_on = (numbers.get(key) for key in ("context", "denoised_lies_on"))
     if lies_on is not None and lies_on != context:

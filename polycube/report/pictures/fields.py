@@ -1,12 +1,12 @@
 """What the pictures show of a solution: the outside of the solid, moved and coloured."""
 
 from __future__ import annotations
-from polycube.pipeline.state import RunState
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
+from polycube.pipeline.state import RunState
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS, ramp
 from polycube.report.pictures.render import Film, Layer, Scene

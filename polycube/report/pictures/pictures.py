@@ -4,7 +4,6 @@ A picture is never worth a run: what cannot be drawn is missing, with one warnin
 """
 
 from __future__ import annotations
-from polycube.pipeline.state import RunState
 
 import logging
 import os
@@ -17,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.pipeline.state import RunState
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.pictures import fields, scenes, trajectory
 from polycube.report.pictures.render import Film, Scene

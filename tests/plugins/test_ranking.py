@@ -1,24 +1,26 @@
+"""Ranking by a short registration."""
+
 import logging
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from polycube.fitting.registration import ShortQuality
-from polycube.hexmesh.quality import BEST_SCORE
 from polycube.hexmesh.template import counts, mesh
-from polycube.pipeline.ranking import GOOD_SCORE, enough, judge, rank, worth_a_try
+from polycube.plugins.ranking import Registration, judge
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map, identity_map
-from polycube.types import Candidate
+from polycube.types import Candidate, Ranked, TriMesh
 from tests.fixtures.polycubes import PRIMITIVES, TWO, part
 
 SCALE = np.diag([10.0, 8.0, 8.0])
 PERFECT = ShortQuality(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
 
 
-FAMILY = {"slices": "grid", "diffusion": "grid", "boxes": "grid", "bricks": "lattice"}
+def rank(surface: TriMesh, candidates: list[Candidate], **options: object) -> list[Ranked]:
+    """By the plugin with these options."""
+    return Registration(**options)(surface, candidates)
 
 
 def candidate(context, linear=SCALE, cost=0.0, proposal="slices") -> Candidate:
@@ -73,41 +75,6 @@ def test_corners_beyond_those_of_a_box_cost():
         rank(surface, [candidate(("cube", "hole_y"))], rounds=1, corner=c)[0] for c in (0.0, 0.5)
     )
     assert dear.score - free.score == pytest.approx(0.5 * 8)  # those of the hole
-
-
-@pytest.mark.parametrize(
-    ("entries", "expected"),
-    [
-        ([("slices", "a", 1), ("slices", "b", 2), ("bricks", "c", 3)], [0, 2, 1]),
-        ([("bricks", "a", 1), ("bricks", "a", 1), ("diffusion", "b", 2)], [0, 2]),
-        ([("slices", "a", 1), ("bricks", "c", 4.5), ("slices", "b", 4)], [0, 2]),
-    ],
-)
-def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
-    def entry(proposal, key, score):
-        return SimpleNamespace(
-            candidate=SimpleNamespace(family=FAMILY[proposal], key=key), score=score
-        )
-
-    assert worth_a_try([entry(*e) for e in entries], tries=3) == expected
-
-
-@pytest.mark.parametrize(
-    ("entries", "expected"),
-    [
-        ([("slices", 5.0), ("bricks", 5.6)], BEST_SCORE),
-        ([("slices", 5.0), ("bricks", 5.8)], GOOD_SCORE),
-        ([("slices", 5.0), ("diffusion", 5.1)], GOOD_SCORE),
-        ([("bricks", 5.0)], GOOD_SCORE),
-    ],
-)
-def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
-    ranked = [
-        SimpleNamespace(candidate=SimpleNamespace(family=FAMILY[p]), score=s) for p, s in entries
-    ]
-    choices = list(range(len(ranked)))
-    assert enough(ranked, choices, 0) == expected
-    assert enough(ranked, choices, len(ranked) - 1) == GOOD_SCORE
 
 
 def test_twice_is_the_same():

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from polycube.errors import MeshingError
-from polycube.hexmesh.quality import quality
+from polycube.hexmesh import sizing
+from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.template import mesh
-from polycube.pipeline import finer
-from polycube.pipeline.finer import meet
-from polycube.pipeline.portfolio import Portfolio
-from polycube.pipeline.stages import Clock, Stage
+from polycube.pipeline.search import Variants
+from polycube.pipeline.size_search import meet_deviation
+from polycube.pipeline.stages import Stage
+from polycube.pipeline.state import RunState
+from polycube.registry import build
 from polycube.structure.rough_map import affine_map
 from polycube.types import HexMesh, Polycube, TriMesh
 
@@ -56,40 +58,55 @@ class Cut:
             found, vertices=found.vertices @ np.array([[1, 0, 0], [0, 1, 0], [self.turn, 0, 1]])
         )
 
+    def finer_options(self, times: float, diagonal: float) -> dict[str, object] | None:
+        """As the template's."""
+        if self.level is not None:
+            return None
+        options: dict[str, object] = {"finer": times * self.finer}
+        if self.curvature is not None:
+            options["curvature"] = sizing.length(self.curvature, diagonal) / times**2
+        return options
 
-def portfolio(surface: TriMesh, **options: object) -> Portfolio:
+
+def found_by(surface: TriMesh, **options: object) -> Variants:
     """One run of that subdivision."""
-    state = {"surface": surface, "polycube": None, "rough_map": None}
     stages = [Stage("meshing/subdivide", Cut(**options))]
-    found = Portfolio(stages, [{}], state, Clock(), lambda end: len(end["hexes"].hexes))
+    acceptance = build("acceptance", {"plugin": "standard", "least_jacobian": 0.0})
+    found = Variants(stages, [{}], RunState(surface), acceptance)
     found.run(0)
     return found
 
 
-def apart(found: Portfolio) -> float:
-    return finer._apart(found.result()[0]["hexes"], found.state["surface"])
+def off(hexes: HexMesh, surface: TriMesh) -> float:
+    """Distance in diagonals that 1 % of the points exceed, the worse of both ways."""
+    apart = inspect(hexes, surface).deviation
+    return max(apart.to_surface.p99, apart.to_mesh.p99)
+
+
+def apart(found: Variants) -> float:
+    return off(found.finish()[0].hexes, found.start.surface)
 
 
 @pytest.mark.parametrize("times", [1.3, 2.0, 3.0])
 def test_the_size_that_meets_it_makes_fewer_hexes_than_refinement(surface, times):
-    found = portfolio(surface)
+    found = found_by(surface)
     wanted = apart(found) / times
-    meet(found, f"{100 * wanted}%")
-    end, path = found.result()
-    assert apart(found) <= wanted and path == [end["hexes"]]
-    assert 64 * times**1.5 <= len(end["hexes"].hexes) < 8 * 64
+    meet_deviation(found, f"{100 * wanted}%")
+    end, path = found.finish()
+    assert apart(found) <= wanted and path == (end.hexes,)
+    assert 64 * times**1.5 <= len(end.hexes.hexes) < 8 * 64
     # h^2: one step coarser does not do
-    parts = round(len(end["hexes"].hexes) ** (1 / 3))
-    assert finer._apart(barrel(parts - 1), surface) > wanted / 1.1
+    parts = round(len(end.hexes.hexes) ** (1 / 3))
+    assert off(barrel(parts - 1), surface) > wanted / 1.1
 
 
 def test_a_length_in_model_units_and_the_variants_own_factor(surface):
-    found = portfolio(surface, parts=3, finer=4 / 3, curvature="0.4%")
+    found = found_by(surface, parts=3, finer=4 / 3, curvature="0.4%")
     unit = np.linalg.norm(np.ptp(surface.vertices, axis=0))
     wanted = apart(found) / 2
-    meet(found, wanted * unit)
+    meet_deviation(found, wanted * unit)
     assert apart(found) <= wanted
-    plugin = found.chosen_plugin("meshing/subdivide")
+    plugin = found.plugin("meshing/subdivide")
     assert plugin.finer == pytest.approx(4 / 3 * 1.05 * 2**0.5)
     assert plugin.curvature == pytest.approx(0.004 * unit / (1.05 * 2**0.5) ** 2)
 
@@ -98,26 +115,26 @@ def test_a_length_in_model_units_and_the_variants_own_factor(surface):
     ("times", "options", "said"),
     [
         (0.9, {}, ""),  # it is met
-        (5.0, {}, "every hex in eight is the cheaper way"),
+        (5.0, {}, "refinement is the cheaper way"),
         (2.0, {"level": 2}, ""),  # the number of parts is asked for
-        (2.0, {"turn": 3.0}, "the mesh before is kept, for boundary vertices lie"),
+        (2.0, {"turn": 3.0}, "the mesh before is kept, for mesh and surface are"),
         (2.0, {"most": 1.2}, "too many"),
     ],
 )
 def test_else_the_mesh_stays_and_the_log_says_why(surface, times, options, said, caplog):
-    found = portfolio(surface, **options)
-    before = found.result()[0]["hexes"]
+    found = found_by(surface, **options)
+    before = found.finish()[0].hexes
     caplog.set_level(logging.INFO)
-    meet(found, f"{100 * apart(found) / times}%")
-    assert found.result()[0]["hexes"] is before
+    meet_deviation(found, f"{100 * apart(found) / times}%")
+    assert found.finish()[0].hexes is before
     assert said in caplog.text and bool(said) == ("deviation" in caplog.text)
 
 
 def test_nothing_is_asked(surface):
-    found = portfolio(surface)
-    meet(found, None)
-    assert list(found.scores) == [(0, False)]
-    assert quality(found.end["hexes"], surface).scaled_jacobian > 0.5
+    found = found_by(surface)
+    meet_deviation(found, None)
+    assert list(found.attempts) == [(0, False)]
+    assert inspect(found.taken().state.hexes, surface).scaled_jacobian > 0.5
 
 
 @dataclass(frozen=True)
@@ -127,8 +144,9 @@ class Keep:
 
 
 def test_a_chain_without_sizes_is_left_alone(surface):
-    state = {"surface": surface, "hexes": barrel(2)}
-    found = Portfolio([Stage("meshing/optimize", Keep())], [{}], state, Clock(), lambda _: 0.0)
+    state = RunState(surface, hexes=barrel(2))
+    acceptance = build("acceptance", {"plugin": "standard"})
+    found = Variants([Stage("meshing/optimize", Keep())], [{}], state, acceptance)
     found.run(0)
-    meet(found, "0.01%")
-    assert list(found.scores) == [(0, False)]
+    meet_deviation(found, "0.01%")
+    assert list(found.attempts) == [(0, False)]

@@ -1,0 +1,126 @@
+"""Ctrl-C, SIGTERM and a budget of seconds at the program: the best mesh so far is kept."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from polycube import HOME
+from polycube.cli.infer import _command
+from polycube.cli.signals import terminable
+from polycube.errors import MeshingError
+from polycube.io.hex_meshes import read_hexes
+from polycube.pipeline.deadline import Deadline
+from polycube.pipeline.run import Run
+from polycube.pipeline.stages import Clock
+from tests.cli.test_infer import FAST, config, run, tree
+
+ROD = ("mesh=example:rod", *FAST)
+MARK = "meshing/pillow"  # signals come when this stage ends: a valid mesh is there, none is best
+
+
+def test_sigterm_is_like_ctrl_c_and_is_remembered() -> None:
+    with terminable() as asked:
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(5)
+        assert asked.is_set()
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_an_interruption_that_compiled_code_swallowed_is_not_a_failed_stage() -> None:
+    def swallowed() -> None:
+        raise SystemError("returned a result with an exception set")
+
+    with pytest.raises(MeshingError, match="SystemError"):
+        Clock().run("meshing/optimize", swallowed)
+    with pytest.raises(KeyboardInterrupt), terminable() as asked:
+        asked.set()
+        swallowed()
+    with pytest.raises(KeyboardInterrupt):
+        Deadline(interrupt=asked).check()
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch, capsys) -> None:
+    original = Clock.run
+
+    def signalled(self: Clock, name: str, call):
+        value = original(self, name, call)
+        if name == "meshing/optimize":
+            os.kill(os.getpid(), sent)
+        return value
+
+    monkeypatch.setattr(Clock, "run", signalled)
+    assert _command(config(*ROD, f"output_dir={tmp_path}", "quiet=true")) == 130
+    assert "interrupted; the best mesh so far is kept" in capsys.readouterr().err
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["valid"] and report["interrupted"]
+    assert report["stopped"].startswith("meshing was interrupted")
+    assert report["hex"]["min_scaled_jacobian"] > 0 and "spline" not in report
+    assert len(read_hexes(str(tmp_path / "hex.vtu"))[0].hexes) == report["hex"]["hexes"]
+    page = (tmp_path / "report.html").read_text()
+    assert "Meshing was interrupted" in page
+    assert not [name for name in tree(tmp_path) if Path(name).name.startswith(".")]
+
+    monkeypatch.setattr(Clock, "run", original)
+    more = run(f"resume={tmp_path}", "from=meshing/refine", "order=[meshing]", *FAST)
+    assert more["hex"] == report["hex"] and "interrupted" not in more
+
+
+def test_a_budget_of_seconds_is_kept(tmp_path) -> None:
+    report = run(*ROD, f"output_dir={tmp_path}", "seconds=0.001", "order=[meshing]")
+    assert report["valid"] and "interrupted" not in report
+    assert report["stopped"].startswith("meshing was stopped after 0.001 s, as asked")
+    assert "meshing/optimize" not in report["seconds"]
+
+
+def test_before_there_is_a_mesh_nothing_is_called_valid(tmp_path, monkeypatch) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("polycube.pipeline.run.search", interrupted)
+    report = run(*ROD, f"output_dir={tmp_path}", "order=[meshing]")
+    assert report["interrupted"] and not report["valid"]
+    assert report["failure"] == "interrupted before there was a valid mesh"
+
+
+def test_an_interruption_after_meshing_keeps_the_mesh(tmp_path, monkeypatch) -> None:
+    def interrupted(self: Run, state):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Run, "solve", interrupted)
+    report = run(*ROD, f"output_dir={tmp_path}", "order=[meshing,spline]")
+    assert report["interrupted"] and report["valid"] and report["hex"]["hexes"] > 0
+    assert report["stopped"] == "the run was interrupted after meshing"
+
+
+@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_ctrl_c_at_the_real_program(times, tmp_path) -> None:
+    command = [sys.executable, str(HOME / "infer.py"), "mesh=example:rod", "structure=slices"]
+    command += [f"output_dir={tmp_path}", "order=[meshing,report]", "meshing.size=5%"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        for line in process.stderr:
+            if line.startswith(MARK):
+                break
+        for _ in range(times):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.05)
+        said = process.stderr.read()
+        assert process.wait() == 130, said
+    assert "error: interrupted" in said and "Traceback" not in said
+    assert not [name for name in tree(tmp_path) if Path(name).name.startswith(".")]
+    if times == 1:
+        report = json.loads((tmp_path / "report.json").read_text())
+        assert report["interrupted"] and report["valid"]
+
+
+@pytest.mark.parametrize("value", ["0", "-5", "soon", "true", ".inf"])
+def test_seconds_must_be_a_positive_number(value, tmp_path, capsys) -> None:
+    assert _command(config(*ROD, f"output_dir={tmp_path}", f"seconds={value}")) == 2
+    assert "seconds must be null or a positive number; got" in capsys.readouterr().err

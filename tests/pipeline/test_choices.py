@@ -1,0 +1,72 @@
+"""Which structures are meshed, and when one is enough."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from polycube.pipeline.choices import choose, settled_at, worth_meshing
+from polycube.pipeline.state import RunState
+from polycube.plugins.acceptance import Standard
+from polycube.structure.lattice import collapse, lattice
+from polycube.structure.rough_map import affine_map
+from polycube.types import Candidate, Ranked
+from tests.fixtures.hexmeshes import hex_box
+from tests.fixtures.polycubes import PRIMITIVES, TWO, part
+
+ACCEPTANCE = Standard()
+FAMILY = {"slices": "grid", "diffusion": "grid", "boxes": "grid", "bricks": "lattice"}
+
+
+@pytest.mark.parametrize(
+    ("entries", "expected"),
+    [
+        ([("slices", "a", 1), ("slices", "b", 2), ("bricks", "c", 3)], [0, 2, 1]),
+        ([("bricks", "a", 1), ("bricks", "a", 1), ("diffusion", "b", 2)], [0, 2]),
+        ([("slices", "a", 1), ("bricks", "c", 4.5), ("slices", "b", 4)], [0, 2]),
+    ],
+)
+def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
+    def entry(proposal, key, score):
+        return SimpleNamespace(
+            candidate=SimpleNamespace(family=FAMILY[proposal], key=key), score=score
+        )
+
+    assert worth_meshing([entry(*e) for e in entries], tries=3) == expected
+
+
+@pytest.mark.parametrize(
+    ("entries", "expected"),
+    [
+        ([("slices", 5.0), ("bricks", 5.6)], ACCEPTANCE.excellent),
+        ([("slices", 5.0), ("bricks", 5.8)], ACCEPTANCE.acceptable),
+        ([("slices", 5.0), ("diffusion", 5.1)], ACCEPTANCE.acceptable),
+        ([("bricks", 5.0)], ACCEPTANCE.acceptable),
+    ],
+)
+def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
+    ranked = [
+        SimpleNamespace(candidate=SimpleNamespace(family=FAMILY[p]), score=s) for p, s in entries
+    ]
+    choices = list(range(len(ranked)))
+    assert settled_at(ranked, choices, 0, ACCEPTANCE) == expected
+    assert settled_at(ranked, choices, len(ranked) - 1, ACCEPTANCE) == ACCEPTANCE.acceptable
+
+
+def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():
+    polycube = collapse(lattice(TWO, ("cube", "hole_y"), PRIMITIVES))
+    surface = part(("cube", "hole_y"), np.eye(3))
+    rough_map = affine_map(polycube, np.eye(3), np.zeros(3))
+    states = np.random.default_rng(0).uniform(size=(3, 20, 3))
+    plain = Candidate("slices", polycube, rough_map, 0.0, "one")
+    other = Candidate("slices", polycube, rough_map, 0.0, "other")
+    denoised = Candidate("diffusion", polycube, rough_map, 0.0, "one", states, steps=(9, 4, 0))
+    hexes = hex_box()
+    ranked = [Ranked(c, 1.0, {}, hexes, hexes.vertices) for c in (plain, other, denoised)]
+    first = choose(RunState(surface, ranked=ranked), 0, PRIMITIVES)
+    assert first.trajectory is states and first.steps == (9, 4, 0)
+    assert first.polycube is polycube and len(first.parametrization.positions) == len(
+        surface.vertices
+    )
+    second = choose(first, 1, PRIMITIVES)
+    assert second.chosen == 1 and second.trajectory is None and second.steps == ()

@@ -1,0 +1,40 @@
+"""What stages made comes back, and changed settings are listed."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+
+from polycube.errors import InputError
+from polycube.io import artifacts
+from polycube.pipeline.resume import changed_settings, has_stage, load_stage, save_stage
+from polycube.types import HexMesh, Spline
+from tests.fixtures.stages import cube
+
+
+def test_stage_results_come_back(tmp_path):
+    save_stage(tmp_path, "meshing/smooth", cube(2.0))
+    back = load_stage(tmp_path, "meshing/smooth")
+    assert isinstance(back, HexMesh)
+    assert np.array_equal(back.vertices, cube(2.0).vertices)
+    assert has_stage(tmp_path, "meshing/smooth") and not has_stage(tmp_path, "spline")
+    with pytest.raises(InputError, match=r"no result of stage 'spline'; it holds meshing/smooth"):
+        load_stage(tmp_path, "spline")
+
+
+def test_artifacts_keep_every_kind_of_value(tmp_path):
+    extraction = csr_matrix(np.eye(3)[[0, 1, 1]])
+    spline = Spline(np.eye(3), extraction, np.zeros((1, 64)), [0], [1], [[0, 5]], [3], 4)
+    value = [spline, ("cube", None), {"a": 1.5}, np.arange(3)]
+    artifacts.save(tmp_path / "value.npz", value)
+    back = artifacts.load(tmp_path / "value.npz")
+    assert (back[0].extraction != extraction).nnz == 0
+    assert back[0].extraordinary_edges == 4
+    assert back[1] == ("cube", None) and back[2] == {"a": 1.5}
+    assert (back[3] == np.arange(3)).all()
+
+
+def test_changed_settings_are_those_of_the_stages_to_come():
+    before = {"spline": {"plugin": "h2s", "fit": {"rounds": 8}}, "seed": 0}
+    now = {"spline": {"plugin": "h2s", "fit": {"rounds": 4}}, "seed": 1}
+    assert changed_settings(now, before, ["spline"]) == ["spline.fit.rounds is 4, was 8"]
+    assert changed_settings(now, before, ["analysis"]) == []

@@ -1,0 +1,210 @@
+"""Variants and structures on small made-up stages."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from polycube.errors import InputError, MeshingError
+from polycube.pipeline.search import Variants, search
+from polycube.pipeline.stages import Stage
+from polycube.pipeline.state import RunState
+from polycube.types import HexMesh, Labels, Polycube, RoughMap, TriMesh
+from tests.fixtures.stages import TETRAHEDRON, BySize, cube
+
+CALLS: list[object] = []
+
+
+@pytest.fixture(autouse=True)
+def forget() -> None:
+    CALLS.clear()
+
+
+@dataclass(frozen=True)
+class Scale:
+    factor: float = 1.0
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        CALLS.append(self.factor)
+        if self.factor == np.inf:
+            raise ValueError("factor inf")
+        return replace(hexes, vertices=self.factor * hexes.vertices)
+
+
+@dataclass(frozen=True)
+class Grow:
+    """Makes a cube of a size: of half that size in a short run."""
+
+    to: float = 1.0
+    short: bool = False
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        CALLS.append((self.to, self.short))
+        if self.to == np.inf:
+            raise ValueError("grown beyond all bounds")
+        return cube(self.to / (2 if self.short else 1))
+
+
+TRIAL = {"meshing/optimize": {"short": True}}
+START = RunState(TETRAHEDRON, hexes=cube())
+
+
+def size(state: RunState) -> float:
+    """Of the hexes of a state."""
+    return state.hexes.vertices.max()
+
+
+def scaled(stages: list[Stage], factors: list[float]) -> Variants:
+    """All variants run in full; each replaces the factor of `meshing/optimize`."""
+    options = [{"meshing/optimize": {"factor": factor}} for factor in factors]
+    found = Variants(stages, options, START, BySize())
+    for number in range(len(options)):
+        found.run(number)
+    return found
+
+
+def test_the_best_is_kept_and_equal_work_is_done_once():
+    stages = [Stage("meshing/smooth", Scale(2.0)), Stage("meshing/optimize", Scale(3.0))]
+    end, path = scaled(stages, [3.0, 5.0, 3.0]).finish()
+    assert size(end) == 10
+    assert [mesh.vertices.max() for mesh in path] == [2, 10]
+    assert CALLS == [2.0, 3.0, 5.0]
+    assert size(START) == 1
+
+
+def test_a_kind_that_runs_once_runs_on_the_best():
+    stages = [Stage("meshing/optimize", Scale(1.0)), Stage("meshing/refine", Scale(7.0))]
+    end, path = scaled(stages, [2.0, 5.0, 3.0]).finish()
+    assert CALLS == [2.0, 5.0, 3.0, 7.0]
+    assert [mesh.vertices.max() for mesh in path] == [5, 35]
+    assert size(end) == 35
+
+
+def test_a_variant_that_fails_is_passed_over_unless_all_do():
+    stages = [Stage("meshing/optimize", Scale(1.0))]
+    assert size(scaled(stages, [np.inf, 2.0]).finish()[0]) == 2
+    with pytest.raises(MeshingError, match="factor inf"):
+        scaled(stages, [np.inf]).finish()
+
+
+@dataclass(frozen=True)
+class Place:
+    at: float = 1.0
+
+    def __call__(self, *_: object) -> RoughMap:
+        axes = [np.array([0.0, 1.0])] * 3
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        return RoughMap(*axes, self.at * grid)
+
+
+@dataclass(frozen=True)
+class Fill:
+    def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
+        CALLS.append(rough_map.positions.max())
+        return cube(rough_map.positions.max())
+
+
+def test_a_variant_of_the_map_gets_hexes_of_its_own():
+    stages = [Stage("meshing/map", Place()), Stage("meshing/subdivide", Fill())]
+    options = [{"meshing/map": {"at": at}} for at in (1.0, 4.0, 2.0)]
+    start = RunState(TETRAHEDRON, labels=Labels([0] * 4, [0] * 4))
+    found = Variants(stages, options, start, BySize())
+    for number in range(3):
+        found.run(number)
+    assert size(found.finish()[0]) == 4
+    assert CALLS == [1.0, 4.0, 2.0]
+
+
+def searched(*starts: list[float], enough: float, settled: float = np.inf, has_rival: bool = False):
+    """Size that a search ends with, and the runs it took after the first."""
+    CALLS.clear()
+    stages = [Stage("meshing/optimize", Grow())]
+
+    def structures():
+        for sizes in starts:
+            variants = [{"meshing/optimize": {"to": to}} for to in sizes]
+            yield Variants(stages, variants, START, BySize(good=enough), trial=TRIAL)
+
+    found = search(structures(), lambda tried: tried.reaches >= settled, has_rival)
+    end, path = found.finish()
+    assert path == (end.hexes,) and found.best == (size(end),)
+    return size(end), CALLS[1:]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "enough", "expected", "calls"),
+    [
+        ([6.0, 9.0], 5.0, 6.0, []),  # the first is good
+        ([2.0, 3.0, 8.0, 4.0], 9.0, 8.0, [(2, True), (3, True), (8, True), (4, True), (8, False)]),
+        ([2.0, 3.0, 8.0, 7.0], 4.0, 4.0, [(2, True), (3, True), (8, True)]),  # a trial is good
+        ([9.0, 2.0], 10.0, 9.0, [(9, True), (2, True), (2, False)]),  # the best of the others
+        ([np.inf, 2.0, 4.0], 9.0, 4.0, [(np.inf, True), (2, True), (4, True), (4, False)]),
+        ([2.0], 9.0, 2.0, [(2, True)]),  # nothing to choose from
+    ],
+)
+def test_of_the_others_only_the_best_in_a_trial_is_run_in_full(sizes, enough, expected, calls):
+    assert searched(sizes, enough=enough) == (expected, calls)
+
+
+@pytest.mark.parametrize(
+    ("settled", "has_rival", "expected", "calls"),
+    [
+        (3.0, False, 4.0, [(3, True), (4, True), (4, False)]),  # no other start is looked at
+        (9.0, False, 9.0, [(3, True), (4, True), (7, True), (9, True), (9, False)]),
+        (9.0, True, 9.0, [(7, True), (9, True), (9, False)]),  # the rival comes first
+    ],
+)
+def test_another_start_goes_on_where_its_first_trial_is_better(settled, has_rival, expected, calls):
+    found = searched([3.0, 4.0], [7.0, 9.0], enough=20, settled=settled, has_rival=has_rival)
+    assert found == (expected, calls)
+
+
+def test_a_start_whose_first_trial_is_worse_has_no_other_run():
+    assert searched([3.0, 4.0], [2.0, 9.0], enough=20) == (
+        4.0,
+        [(3, True), (4, True), (2, True), (4, False)],
+    )
+    assert searched([3.0, 4.0], [2.0, 9.0], enough=20, has_rival=True) == (
+        4.0,
+        [(2, True), (3, True), (4, True), (4, False)],
+    )
+
+
+@given(st.lists(st.floats(1, 100), min_size=1, max_size=6), st.floats(1, 100))
+def test_trials_that_rank_right_lose_nothing(sizes, enough):
+    found, calls = searched(sizes, enough=enough)
+    assert found == max(sizes) or found >= enough
+    assert sum(not short for _, short in calls) <= 1
+
+
+@dataclass(frozen=True)
+class Refuse:
+    def __call__(self, *_: object) -> RoughMap:
+        CALLS.append("refused")
+        raise MeshingError("no map")
+
+
+@pytest.mark.parametrize("n_structures", [1, 2])
+def test_where_all_fail_the_first_failure_is_told(n_structures):
+    stages = [Stage("meshing/map", Refuse()), Stage("meshing/optimize", Grow())]
+    start = RunState(TETRAHEDRON, hexes=cube())
+    structures = [
+        Variants(stages, [{}, {}], start, BySize(), trial=TRIAL) for _ in range(n_structures)
+    ]
+    found = search(structures, lambda tried: tried.reaches >= 1)
+    with pytest.raises(MeshingError, match="no map"):
+        found.finish()
+    assert CALLS == ["refused"] * n_structures  # once for all variants of a structure
+    with pytest.raises(MeshingError, match="no map"):
+        found.taken()
+
+
+@pytest.mark.parametrize("where", ["variants", "trial"])
+def test_variants_of_another_plugin_are_refused(where):
+    odd = {"meshing/optimize": {"features": False, "factor": 2.0}}
+    variants, trial = ([{}, odd], {}) if where == "variants" else ([{}], odd)
+    stages = [Stage("meshing/optimize", Scale(3.0))]
+    with pytest.raises(InputError, match=r"sets features of meshing/optimize, which Scale does"):
+        Variants(stages, variants, START, BySize(), trial=trial)

@@ -1,0 +1,100 @@
+"""When a mesh is valid, when it is doubtful, and which of two is better."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.plugins.acceptance import CRITERIA, Standard, _steps
+from polycube.types import HexMesh, TriMesh
+from tests.fixtures.hexmeshes import hex_box
+from tests.fixtures.surfaces import box as surface_box
+
+JUDGE = Standard()
+
+
+@pytest.fixture(scope="module")
+def mesh() -> HexMesh:
+    return hex_box()
+
+
+@pytest.fixture(scope="module")
+def surface(mesh: HexMesh) -> TriMesh:
+    outer, faces = np.unique(mesh.quads[:, [[0, 1, 2], [0, 2, 3]]], return_inverse=True)
+    return TriMesh(mesh.vertices[outer], faces.reshape(-1, 3))
+
+
+def moved(mesh: HexMesh, vertices: np.ndarray) -> HexMesh:
+    return replace(mesh, vertices=vertices)
+
+
+def test_an_exact_mesh_is_valid_and_good(mesh, surface):
+    found = JUDGE(mesh, surface)
+    assert found.is_valid and not found.warnings
+    assert found.reaches == pytest.approx(1) and found.key == pytest.approx((0, 0, 0, 1))
+
+
+def test_an_inverted_mesh_is_not_valid_and_worse_than_any_valid_one(mesh, surface):
+    inverted = moved(mesh, mesh.vertices * [-1, 1, 1])
+    found = JUDGE(inverted, surface)
+    assert "scaled Jacobian is -1.000; it must be above 0" in found.failures[0]
+    far = moved(mesh, mesh.vertices * 3)
+    assert JUDGE(far, surface).key > found.key and not JUDGE(far, surface).is_valid
+
+
+def test_a_mesh_whose_boundary_crosses_itself_is_not_valid():
+    """Two boxes joined to one mesh, each of right hexes, one through the other."""
+    one = hex_box()
+    other = one.vertices + 0.5 * np.ptp(one.vertices, axis=0)
+    both = hex_mesh(
+        np.vstack([one.vertices, other]), np.vstack([one.hexes, one.hexes + len(other)])
+    )
+    found = JUDGE(both, surface_box())
+    assert any("the boundary crosses itself" in sentence for sentence in found.failures)
+    assert found.key[0] <= -2
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"least_jacobian": 0.9}, "it must be 0.9 or more"),
+        ({"volume_limit": 0.01}, "more than 1% off"),
+        ({"distance_limit": 0.001}, "of the diagonal apart, more than 0%"),
+    ],
+)
+def test_limits_beyond_which_a_mesh_is_no_result(mesh, surface, options, sentence):
+    skewed = mesh.vertices + 0.6 * mesh.vertices[:, [1, 2, 0]] * [1, 0, 0]
+    found = Standard(**options)(moved(mesh, 1.02 * skewed), surface)
+    assert any(sentence in failure for failure in found.failures), found.failures
+
+
+def test_the_order_of_the_criteria_is_the_users(mesh, surface):
+    swapped = Standard(order=("scaled_jacobian", "validity", "features", "distances"))
+    larger = moved(mesh, 1.04 * mesh.vertices)
+    skewed = moved(mesh, mesh.vertices + 0.01 * mesh.vertices[:, [1, 2, 0]])
+    assert JUDGE(skewed, surface).key > JUDGE(larger, surface).key
+    assert swapped(skewed, surface).key < swapped(larger, surface).key
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"order": CRITERIA[:2]}, {"certify": "nowhere"}, {"least_jacobian": 2.0}],
+)
+def test_options_are_checked(options):
+    with pytest.raises(ValueError, match=next(iter(options))):
+        Standard(**options)
+
+
+def test_certify_everywhere_refuses_what_is_positive_at_corners_only(mesh, surface):
+    bent = mesh.vertices.copy()
+    hexa = mesh.hexes[0]
+    bent[hexa[6]] = bent[hexa[0]] + 0.36 * (bent[hexa[6]] - bent[hexa[0]])
+    tight = moved(mesh, bent)
+    corners, everywhere = JUDGE(tight, surface), Standard(certify="everywhere")(tight, surface)
+    assert len(everywhere.failures) >= len(corners.failures)
+
+
+def test_steps_count_from_the_limit():
+    assert [_steps(value, 1.0) for value in (0.5, 1.0, 1.1, 2.0, 2.1)] == [0, 0, 1, 1, 2]
+    assert _steps(1.6, 1.0, 0.5) == 2
