@@ -73,10 +73,12 @@ class Standard(Acceptance):
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
         """Judge a mesh; see `polycube.types.Verdict`."""
-        found = inspect(hexes, surface)
-        failures = tuple(self._failures(found, hexes))
+        found, open_ones = inspect(hexes, surface), self._not_certified(hexes)
+        failures = tuple(self._failures(found, open_ones, len(hexes.hexes)))
+        is_positive = found.scaled_jacobian > 0 and not len(open_ones)
         levels = {
-            "validity": -self._severity(found, bool(failures)),
+            # inverted hexes are worse than crossings, these than any other failure
+            "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
             "features": -self._lost_features(found),
             "distances": -self._lost_distances(found),
             "scaled_jacobian": found.scaled_jacobian,
@@ -89,7 +91,13 @@ class Standard(Acceptance):
             reaches=-inf if misses else found.scaled_jacobian,
         )
 
-    def _failures(self, found: Inspection, hexes: HexMesh) -> Iterator[str]:
+    def _not_certified(self, hexes: HexMesh) -> np.ndarray:
+        """Hexes that are not positive everywhere, where that is asked for."""
+        if self.certify == "corners":
+            return np.zeros(0, np.int64)
+        return np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
+
+    def _failures(self, found: Inspection, open_ones: np.ndarray, n_hexes: int) -> Iterator[str]:
         """Why the mesh is not valid."""
         worst = found.scaled_jacobian
         if worst <= 0 or worst < self.least_jacobian:
@@ -101,13 +109,11 @@ class Standard(Acceptance):
                 f"the boundary crosses itself: {len(found.crossings)} pairs of quads, the first "
                 f"at {place}"
             )
-        if worst > 0 and self.certify == "everywhere":
-            open_ones = np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
-            if len(open_ones):
-                yield (
-                    f"{len(open_ones)} of {len(hexes.hexes)} hexes are not positive everywhere; "
-                    f"the first is number {open_ones[0]}"
-                )
+        if len(open_ones):
+            yield (
+                f"{len(open_ones)} of {n_hexes} hexes are not positive everywhere; the first is "
+                f"number {open_ones[0]}"
+            )
         if abs(found.volume_ratio - 1) > self.volume_limit:
             yield (
                 f"the volume is {found.volume_ratio:.1%} of the part's, more than "
@@ -157,10 +163,6 @@ class Standard(Acceptance):
         if found.lost_faces:
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
             yield f"{len(found.lost_faces)} CAD faces have no quad: {names}"
-
-    def _severity(self, found: Inspection, fails: bool) -> int:
-        """How far from valid: inverted hexes are worse than crossings, these than the rest."""
-        return fails + 2 * bool(len(found.crossings)) + 4 * (found.scaled_jacobian <= 0)
 
     def _lost_features(self, found: Inspection) -> int:
         """Steps of the tolerance by which sharp edges are off, and CAD faces without a quad."""

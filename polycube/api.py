@@ -23,7 +23,7 @@ from polycube.pipeline.state import RunState
 from polycube.registry import build, names
 from polycube.report.files import check_folder, start_folder, write_results
 from polycube.report.numbers.results import summarize
-from polycube.surface.repair.clean import clean
+from polycube.surface.repair.clean import check_closed, check_surface, clean
 from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
 
 HEX = (".vtu", ".vtk", ".mesh", ".msh", ".inp")  # files of hex meshes, to be improved
@@ -111,7 +111,7 @@ def mesh(
         chosen.append("hex=object")
         read = lambda settings, clock: _given(source)  # noqa: E731
     else:
-        surface = source if isinstance(source, TriMesh) else _surface(source)
+        surface = _surface(source)
         chosen.append("mesh=object")
         read = lambda settings, clock: RunState(surface, path="object")  # noqa: E731
     chosen += [override for name in options for override in _overrides(name, options[name])]
@@ -202,6 +202,10 @@ def _result(state: RunState, report: Mapping[str, object]) -> Result:
 
 def _surface(source: object) -> TriMesh:
     """A closed surface from anything with vertices and triangles; raises InputError."""
+    if isinstance(source, TriMesh):
+        check_closed(source)
+        check_surface(source)
+        return source
     if not hasattr(source, "vertices") or not hasattr(source, "faces"):
         raise InputError(
             f"a part must be a path, a mesh or an object with vertices and faces; got "

@@ -1,5 +1,9 @@
 """The program from Python."""
 
+import logging
+import signal
+import sys
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,14 +14,18 @@ from polycube.errors import InputError, MeshingError
 from polycube.examples.parts import example
 from polycube.hexmesh.quality import scaled_jacobian
 from polycube.io.hex_meshes import read_hexes
+from polycube.types import TriMesh
+from tests.fixtures.surfaces import box
 
-FAST = ["meshing.size=12%", "structure=slices"]
+FAST = {"size": "12%", "structure": "slices"}
+BLOCK = box()
+SIDES = TriMesh(BLOCK.vertices, BLOCK.faces, np.arange(12) // 2 + 1, tuple("ABCDEF"))
 
 
-def test_five_lines_from_an_array_to_modes(capfd):
+def test_from_an_array_to_modes(capfd):
     given = example("dice")
     surface = SimpleNamespace(vertices=given.vertices + 100.0, faces=given.faces)
-    part = polycube.mesh(surface, "analysis.modes=8", *FAST)
+    part = polycube.mesh(surface, analysis={"modes": 8}, **FAST)
     np.testing.assert_array_equal(part.surface.vertices, surface.vertices)
     worst = scaled_jacobian(part.hexes.vertices, part.hexes.hexes).min()
     assert worst == pytest.approx(part.report["hex"]["min_scaled_jacobian"])
@@ -27,41 +35,92 @@ def test_five_lines_from_an_array_to_modes(capfd):
     assert capfd.readouterr().err == ""
 
 
+def test_faces_of_a_cad_model_survive():
+    part = polycube.mesh(SIDES, order=["meshing"], **FAST)
+    assert {f"cad_{name}" for name in "ABCDEF"} <= set(part.hexes.sets)
+    assert np.array_equal(part.surface.region, SIDES.region)
+
+
 def test_what_is_not_asked_for_is_none_and_files_are_kept_on_request(tmp_path):
-    part = polycube.mesh("example:dice", "order=[meshing]", *FAST, output_dir=tmp_path)
+    part = polycube.mesh("example:dice", "order=[meshing]", output_dir=tmp_path, **FAST)
     assert part.spline is None and part.modes is None
     kept, _ = read_hexes(str(tmp_path / "hex.vtu"))
     assert len(kept.hexes) == len(part.hexes.hexes)
-    again = polycube.mesh(tmp_path / "hex.vtu", "order=[meshing]")  # a hex mesh is improved
-    assert again.polycube is None
+    again = polycube.mesh(tmp_path / "hex.vtu", order=["meshing"])  # a hex mesh is improved
+    same = polycube.mesh(part.hexes, order=["meshing"])
+    assert again.polycube is None and same.polycube is None
     before, after = (p.report["hex"]["min_scaled_jacobian"] for p in (part, again))
     assert after > before - 0.05
 
 
+def test_the_mesh_is_saved_by_its_suffix(tmp_path):
+    part = polycube.mesh(SIDES, order=["meshing"], **FAST)
+    assert part.save(tmp_path / "part.inp") == tmp_path / "part.inp"
+    assert len(read_hexes(str(tmp_path / "part.inp"))[0].hexes) == len(part.hexes.hexes)
+    with pytest.raises(InputError, match=r"no format has this suffix; choose one of \.bdf"):
+        part.save(tmp_path / "part.step")
+
+
 @pytest.mark.parametrize(
-    ("source", "override", "sentence"),
+    ("source", "options", "sentence"),
     [
-        ("none.stl", "seed=1", "none.stl: can not be read"),
-        ("example:dice", "seed=-1", "seed must be a whole number"),
-        ("example:dice", "nothing=1", "nothing"),
-        ("example:dice", "structure=magic", "magic"),
+        ("none.stl", {"seed": 1}, "none.stl: can not be read"),
+        ("example:dice", {"seed": -1}, "seed must be a whole number"),
+        ("example:dice", {"nothing": 1}, "nothing"),
+        ("example:dice", {"structure": "magic"}, "magic"),
+        (3, {}, "a part must be a path, a mesh or an object with vertices and faces; got int"),
+        (TriMesh(BLOCK.vertices, BLOCK.faces[:-1]), {}, "not closed"),
     ],
 )
-def test_refusals_are_one_line(source, override, sentence):
+def test_refusals_are_one_line(source, options, sentence):
     with pytest.raises(InputError, match=sentence) as refused:
-        polycube.mesh(source, override)
+        polycube.mesh(source, **options)
     assert "\n" not in str(refused.value)
 
 
-def test_no_valid_result_is_an_error(monkeypatch):
-    def fails(self):
-        raise MeshingError("stage meshing/smooth failed")
-
-    monkeypatch.setattr("polycube.pipeline.run.Run.mesh", fails)
-    with pytest.raises(MeshingError, match="stage meshing/smooth failed"):
-        polycube.mesh("example:dice", *FAST)
+def test_a_failure_carries_what_was_made():
+    with pytest.raises(MeshingError, match=r"it must be 1 or more") as failed:
+        polycube.mesh("example:dice", order=["meshing"], acceptance={"least_jacobian": 1}, **FAST)
+    assert len(failed.value.result.hexes.hexes) > 0
+    assert not failed.value.result.report["valid"]
 
 
-def test_other_names_are_missing():
+def test_an_error_has_its_parts():
+    error = InputError("the surface is open", where="part.stl", remedy="say repair=safe")
+    assert str(error) == "part.stl: the surface is open; say repair=safe"
+    assert (error.what, error.where, error.remedy)[0] == "the surface is open"
+    assert str(InputError("plain")) == "plain"
+
+
+def test_nothing_of_the_process_is_changed_and_threads_work():
+    def facts() -> tuple:
+        log = logging.getLogger("polycube")
+        return (
+            sys.getswitchinterval(),
+            signal.getsignal(signal.SIGTERM),
+            signal.getsignal(signal.SIGINT),
+            log.level,
+            list(log.handlers),
+            list(logging.getLogger().handlers),
+        )
+
+    before, made = facts(), []
+    threads = [
+        threading.Thread(
+            target=lambda: made.append(polycube.mesh(SIDES, order=["meshing"], **FAST))
+        )
+        for _ in range(2)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert facts() == before
+    one, other = made
+    assert np.array_equal(one.hexes.vertices, other.hexes.vertices)
+
+
+def test_other_names_are_missing_and_these_are_listed():
+    assert {"mesh", "Result"} <= set(dir(polycube))
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         polycube.nonsense  # noqa: B018

@@ -25,7 +25,7 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"kinds"},
     {"registry"},
     {"config"},
-    {"config", "testing"},
+    {"testing"},
     {"pipeline"},
     {"report"},
     {"api"},

@@ -5,14 +5,13 @@ import json
 import numpy as np
 import pytest
 import trimesh
-from omegaconf import OmegaConf
 
 from polycube.cli.infer import _command
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import scaled_jacobian, score
+from polycube.hexmesh.quality import scaled_jacobian
 from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.io.vtk import write_hex_vtu
-from polycube.pipeline.improvement import Improvement
+from polycube.registry import build
 from polycube.types import HexMesh
 from tests.cli.test_infer import config, run, tree
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder
@@ -71,7 +70,8 @@ def test_never_worse_than_what_was_given(damage, tmp_path):
     run(f"hex={path}", f"output_dir={tmp_path / 'out'}", "order=[meshing]", *idle)
     got, _ = read_hexes(tmp_path / "out" / "hex.vtu")
     surface = boundary(read_hexes(path)[0])
-    assert score(got, surface) >= score(given, surface) - 1e-12
+    judge = build("acceptance", {"plugin": "standard"})
+    assert judge(got, surface).key >= judge(given, surface).key
 
 
 def test_an_inverted_hex_is_untangled(tmp_path):
@@ -91,7 +91,7 @@ def test_an_inverted_hex_is_untangled(tmp_path):
     [
         (["hex=nowhere.vtu"], "there is no such file"),
         (["hex={box}", "mesh=example:rod"], "give both in the same units: it is "),
-        (["hex={box}", "improve.certify=somewhere"], "certify must be corners or everywhere"),
+        (["hex={box}", "acceptance.certify=somewhere"], "certify must be corners or everywhere"),
         (["hex={box}", "improve.order=[meshing/subdivide]"], "needs polycube"),
     ],
 )
@@ -116,7 +116,7 @@ def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys
     overrides += ["improve.portfolio=[{}]"]
     assert _command(config(*overrides, f"output_dir={tmp_path / 'a'}")) == 0
     assert "valid (at corners only) hex mesh: 1 hexes" in (tmp_path / "a" / "run.log").read_text()
-    overrides += ["improve.certify=everywhere", f"output_dir={tmp_path / 'b'}"]
+    overrides += ["acceptance.certify=everywhere", f"output_dir={tmp_path / 'b'}"]
     assert _command(config(*overrides)) == 3
     assert "1 of 1 hexes are not positive everywhere" in capsys.readouterr().err
     report = json.loads((tmp_path / "b" / "report.json").read_text())
@@ -126,10 +126,10 @@ def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys
 @pytest.mark.parametrize("asked", ["corners", "everywhere"])
 def test_a_mesh_with_the_certificate_asked_for_is_preferred(asked):
     good, friend = hex_box((1, 1, 1)), false_friend()
-    cfg = OmegaConf.to_container(config("hex=x.vtu", f"improve.certify={asked}"), resolve=True)
-    job = Improvement(cfg)
-    job.state["surface"] = boundary(friend)  # from which the good one is far
-    assert (job._score(good) > job._score(friend)) == (asked == "everywhere")
+    acceptance = build("acceptance", {"plugin": "standard", "certify": asked})
+    surface = boundary(friend)  # from which the good one is far
+    better = acceptance(good, surface).key > acceptance(friend, surface).key
+    assert better == (asked == "everywhere")
 
 
 def test_another_genus_is_told(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 from polycube.cli.infer import _command
 from polycube.errors import InputError
 from polycube.io.vtk import write_hex_vtu
-from polycube.pipeline.stages import load_stage, save_stage
+from polycube.pipeline.resume import load_stage, save_stage
 from tests.cli.test_infer import config, run
 from tests.fixtures.hexmeshes import hex_box
 
@@ -64,7 +64,7 @@ def test_a_name_that_can_not_be_is_refused_before_anything_is_read(tmp_path, cap
 
 def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
     asked = resumed(
-        block, tmp_path, "order=[meshing,spline]", "least_jacobian=1", "export=[abaqus]"
+        block, tmp_path, "order=[meshing,spline]", "acceptance.least_jacobian=1", "export=[abaqus]"
     )
     assert _command(config(*asked)) == 0  # a block's hexes are perfect
     mesh = load_stage(block, STAGE)
@@ -79,7 +79,7 @@ def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
     assert "must be 1 or more, as asked; what was made is kept" in capsys.readouterr().err
     assert (tmp_path / "bent" / "hex.inp").is_file()
     for bad in ("2", "true", "high"):
-        assert _command(config(*asked, f"least_jacobian={bad}")) == 2
+        assert _command(config(*asked, f"acceptance.least_jacobian={bad}")) == 2
 
 
 def test_an_inverted_mesh_is_marked_and_not_exported(block, tmp_path, capsys):

@@ -5,9 +5,9 @@ import pytest
 from scipy.sparse import identity
 
 from polycube.hexmesh.connectivity import hex_mesh, quad_sides
+from polycube.pipeline.state import RunState
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.structure.lattice import boundary, cell_of_box, lattice
-from polycube.structure.projection import project
 from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
 
 CORNERS = np.array(
@@ -63,7 +63,7 @@ def spline_of(mesh: HexMesh) -> Spline:
 
 
 @pytest.fixture(scope="session")
-def run() -> dict[str, object]:
+def run() -> RunState:
     """State of a finished run."""
     polycube = polycube_of_run()
     faces = boundary(polycube)
@@ -81,27 +81,26 @@ def run() -> dict[str, object]:
     units = {"length": "mm", "mass": "kg", "time": "s", "frequency": "Hz"}
     noise = np.random.default_rng(0).normal(size=(5, 512, 3))
     line = np.linspace(0, 1, 512)[:, None] * [2.0, 1.0, 1.0]
-    return {
-        "surface": surface,
-        "polycube": polycube,
-        "labels": labels,
-        "hexes": hexes,
-        "spline": spline,
-        "solution": Modes(np.array(values), np.array(shapes), 1.5, units),
-        "trajectory": line + noise * np.linspace(0.3, 0, 5)[:, None, None],
-        "steps": (500, 499, 479, 19, 0),
-        "points": project(polycube, line)[0],
-    }
+    return RunState(
+        surface,
+        polycube=polycube,
+        labels=labels,
+        hexes=hexes,
+        spline=spline,
+        solution=Modes(np.array(values), np.array(shapes), 1.5, units),
+        trajectory=line + noise * np.linspace(0.3, 0, 5)[:, None, None],
+        steps=(500, 499, 479, 19, 0),
+    )
 
 
 @pytest.fixture(scope="session")
-def drawn(run) -> dict[str, bytes]:
+def drawn(run: RunState) -> dict[str, bytes]:
     """Pictures of the run, drawn once for all tests."""
     pytest.importorskip("pyvista")
     return pictures(run)
 
 
 @pytest.fixture(scope="session")
-def moving(run) -> dict[str, bytes]:
+def moving(run: RunState) -> dict[str, bytes]:
     """Strip and animation of the run's denoising, drawn once for all tests."""
     return denoising(run)

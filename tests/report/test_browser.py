@@ -40,9 +40,9 @@ WIDER = "document.documentElement.scrollWidth - document.documentElement.clientW
 
 @pytest.fixture(scope="module")
 def report(run) -> dict[str, object]:
-    numbers = quality.full(run["hexes"], run["surface"], run["polycube"].context)
-    box = [run["surface"].vertices.min(0).tolist(), run["surface"].vertices.max(0).tolist()]
-    modes = run["solution"]
+    numbers = quality.full(run.hexes, run.surface, run.polycube.context)
+    box = [run.surface.vertices.min(0).tolist(), run.surface.vertices.max(0).tolist()]
+    modes = run.solution
     frequency = {"frequency_hz": modes.frequency.tolist(), "rigid": 6, "units": dict(modes.units)}
     ranked = {"proposal": "slices", "context": ["cube", "hole_z"], "key": "k", "score": 0.25}
     return {
@@ -126,7 +126,7 @@ def test_a_drag_turns_the_part(desktop) -> None:
 
 
 def test_the_plane_cuts_hexes_off(desktop, run) -> None:
-    n = len(run["hexes"].hexes)
+    n = len(run.hexes.hexes)
     before = desktop.picture(CANVAS)
     desktop.set("[name=cut]", 0.3)  # chooses an axis where none was
     assert desktop.run("document.querySelector('[name=axis]').value") == "x"
@@ -153,14 +153,14 @@ def test_the_colouring_can_be_chosen(desktop, colouring) -> None:
 
 
 def test_only_the_worse_hexes_are_left(desktop, run) -> None:
-    jacobian = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    jacobian = scaled_jacobian(run.hexes.vertices, run.hexes.hexes)
     most = round(float(np.median(jacobian)), 2)
     desktop.set("[name=most]", most)
     assert said(desktop).startswith(f"{int((jacobian <= most).sum())} of {len(jacobian)} hexes")
 
 
 def test_a_bar_of_the_histogram_shows_its_hexes(desktop, run) -> None:
-    jacobian = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    jacobian = scaled_jacobian(run.hexes.vertices, run.hexes.hexes)
     bar = ".histogram button:not([disabled])"
     low = float(desktop.run(f"document.querySelector('{bar}').dataset.low"))
     desktop.click(bar)
@@ -170,7 +170,7 @@ def test_a_bar_of_the_histogram_shows_its_hexes(desktop, run) -> None:
 
 def test_a_hex_that_is_clicked_tells_of_itself(desktop, run) -> None:
     desktop.click("[name=worst]")
-    jacobian = scaled_jacobian(run["hexes"].vertices, run["hexes"].hexes)
+    jacobian = scaled_jacobian(run.hexes.vertices, run.hexes.hexes)
     assert said(desktop).startswith(
         f"hex {jacobian.argmin()}: scaled Jacobian {jacobian.min():.3f}"
     )
@@ -185,7 +185,7 @@ def test_a_hex_that_is_clicked_tells_of_itself(desktop, run) -> None:
     number = int(words.split()[1].rstrip(":"))
     assert f"{jacobian[number]:.3f}" in words
     at = np.array(words.split("(")[1].split(")")[0].split(","), float)
-    middle = run["hexes"].vertices[run["hexes"].hexes[number]].mean(0)
+    middle = run.hexes.vertices[run.hexes.hexes[number]].mean(0)
     np.testing.assert_allclose(at, middle, rtol=1e-3, atol=1e-2)
 
 

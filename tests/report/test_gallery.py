@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from polycube.cli import gallery
-from polycube.pipeline.stages import save_stage
+from polycube.pipeline.resume import save_stage
 from polycube.report.pictures.fields import mode
 from polycube.structure.rough_map import identity_map
 from polycube.types import Candidate, Ranked
@@ -33,24 +33,24 @@ REPORT = {
 def finished(run, tmp_path: Path) -> Path:
     """The folder of the run, as far as its hexes."""
     folder = tmp_path / "part"
-    candidate = Candidate("slices", run["polycube"], identity_map(run["polycube"]), 0.0, "key")
-    positions = np.zeros((len(run["hexes"].vertices), 3))
-    ranked = [Ranked(candidate, 1.0, {}, run["hexes"], positions)]
-    save_stage(folder, "read", [run["surface"], "part.stl", []])
+    candidate = Candidate("slices", run.polycube, identity_map(run.polycube), 0.0, "key")
+    positions = np.zeros((len(run.hexes.vertices), 3))
+    ranked = [Ranked(candidate, 1.0, {}, run.hexes, positions)]
+    save_stage(folder, "read", [run.surface, "part.stl", [], None])
     save_stage(folder, "structure", [ranked, 0])
-    save_stage(folder, "meshing/optimize", run["hexes"])
+    save_stage(folder, "meshing/optimize", run.hexes)
     (folder / "report.json").write_text(json.dumps(REPORT))
     return folder
 
 
 def test_a_run_has_the_pictures_of_what_it_reached(run, finished: Path) -> None:
     assert list(gallery.pictured(finished)) == ["surface", "polycube", "hex", "cut"]
-    save_stage(finished, "spline", run["spline"])
-    save_stage(finished, "analysis", run["solution"])
+    save_stage(finished, "spline", run.spline)
+    save_stage(finished, "analysis", run.solution)
     shown = gallery.pictured(finished)
     assert list(shown)[4:] == ["mode_6"]
     [layer] = shown["mode_6"]
-    film = mode(run["spline"], run["solution"], 6)
+    film = mode(run.spline, run.solution, 6)
     assert np.array_equal(layer.points, film.layer.points + film.shift)
 
 

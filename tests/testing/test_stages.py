@@ -44,15 +44,18 @@ def test_structure_of_touching_edges() -> None:
     says("structure", lambda surface, candidates: [candidate], "manifold boundary")
 
 
-def test_regularize() -> None:
-    def snapped(candidate, points):
-        middle = points - 0.5
-        return 0.5 + middle / np.abs(middle).max(1, keepdims=True) / 2
+def test_ranking() -> None:
+    ranking = build("ranking", {"plugin": "registration", "rounds": 2})
+    check("ranking", ranking)
+    says("ranking", lambda surface, found: ranking(surface, found)[::-1], "ranks first")
 
-    check("regularize", broken(snapped))
-    says("regularize", lambda c, p: p[:10], r"shape \(500, 3\)")
-    says("regularize", lambda c, p: p, "lie on the polycube")
-    says("regularize", lambda c, p: 1 - snapped(c, p), "stay where they belong")
+
+def test_acceptance() -> None:
+    acceptance = build("acceptance", {"plugin": "standard"})
+    check("acceptance", acceptance)
+    says("acceptance", lambda hexes, surface: None, "is a Verdict")
+    always = replace(acceptance(solid().hexes, solid().surface), failures=())
+    says("acceptance", lambda hexes, surface: always, "is not valid")
 
 
 def test_segment() -> None:

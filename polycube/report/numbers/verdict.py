@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from polycube.hexmesh.quality import APART, LEAST_JACOBIAN, VOLUME_OFF
 from polycube.report.numbers import solutions
 from polycube.report.numbers.quality import SPLINE_APART
 from polycube.report.page.markup import show
 
 Report = Mapping[str, object]
 GOOD, DOUBTFUL, BAD, PLAIN = "good", "doubtful", "bad", ""
-CALM = "No doubts: worst hex, distance from the input and volume keep their limits."
+CALM = "All checks passed: worst hex, distances to the input and volume are within their limits."
 SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}  # a colour alone would not do
+
+
+# where a report does not say by which limits it was judged
+LIMITS = {"poor_jacobian": 0.2, "distance_limit": 0.05, "far_volume": 0.04}
 
 
 @dataclass(frozen=True)
@@ -74,10 +77,16 @@ def _worst(report: Report) -> list[Tile]:
     least = numbers.get("min_scaled_jacobian")
     if least is None:
         return []
-    mark = BAD if least <= 0 else DOUBTFUL if least < LEAST_JACOBIAN else GOOD
+    limit = _limit(report, "poor_jacobian")
+    mark = BAD if least <= 0 else DOUBTFUL if least < limit else GOOD
     mean = numbers.get("mean_scaled_jacobian")
-    note = f"1 is a cube, {LEAST_JACOBIAN} the limit" + (f"; mean {mean:.3f}" if mean else "")
+    note = f"1 is a cube, {limit:g} the limit" + (f"; mean {mean:.3f}" if mean else "")
     return [Tile(f"{least:.3f}", "worst scaled Jacobian", note, mark)]
+
+
+def _limit(report: Report, name: str) -> float:
+    """A limit of the acceptance of this run."""
+    return report.get("config", {}).get("acceptance", {}).get(name, LIMITS[name])
 
 
 def _count(report: Report) -> list[Tile]:
@@ -106,8 +115,10 @@ def _distance(report: Report) -> list[Tile]:
     p99 = [numbers.get(f"{way}_p99") for way in ways]
     if None not in p99:
         notes.append(f"99 % of the points within {100 * max(p99):.2g} %")
-    notes.append(f"limit {100 * APART:g} %")
-    mark = DOUBTFUL if max(both) >= APART else GOOD
+    limit = _limit(report, "distance_limit")
+    notes.append(f"limit {100 * limit:g} %")
+    is_far = any("apart" in reason or "largest distance" in reason for reason in reasons(report))
+    mark = BAD if max(both) >= limit else DOUBTFUL if is_far else GOOD
     value = f"{100 * max(both):.2f} % of the diagonal"
     return [Tile(value, "largest distance from the input", "; ".join(notes), mark)]
 
@@ -116,8 +127,9 @@ def _volume(report: Report) -> list[Tile]:
     error = report.get("hex", {}).get("volume_error")
     if error is None:
         return []
-    mark = DOUBTFUL if error >= VOLUME_OFF else GOOD
-    return [Tile(f"{100 * error:.2f} %", "volume error", f"limit {100 * VOLUME_OFF:g} %", mark)]
+    limit = _limit(report, "far_volume")
+    mark = DOUBTFUL if error >= limit else GOOD
+    return [Tile(f"{100 * error:.2f} %", "volume error", f"limit {100 * limit:g} %", mark)]
 
 
 def _spline(report: Report) -> list[Tile]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from polycube.pipeline.state import RunState
 from polycube.report.numbers import quality
 from polycube.report.page.hexes import hexes
 from polycube.types import HexMesh
@@ -11,7 +12,7 @@ from tests.report.page.test_html import Outline
 
 @pytest.fixture(scope="module")
 def numbers(run) -> dict[str, object]:
-    return quality.full(run["hexes"], run["surface"], run["polycube"].context)
+    return quality.full(run.hexes, run.surface, run.polycube.context)
 
 
 def text(page: str) -> str:
@@ -50,7 +51,7 @@ def test_the_certificate_says_what_is_not_certain(certificate, words, run) -> No
 
 
 def test_before_and_after_where_the_run_began_with_hexes(run, numbers) -> None:
-    given = quality.short(run["hexes"], run["surface"]) | {"min_scaled_jacobian": 0.12345}
+    given = quality.short(run.hexes, run.surface) | {"min_scaled_jacobian": 0.12345}
     pictures = {"given": b"\x89PNG", "cut": b"\x89PNG"}
     told = text(hexes(run, {"hex": numbers, "given": given}, pictures))
     assert told.count("cut open") == 2 and "Cut open" not in told
@@ -60,9 +61,9 @@ def test_before_and_after_where_the_run_began_with_hexes(run, numbers) -> None:
 
 
 def test_many_grid_cells_are_counted_and_not_named(run) -> None:
-    mesh = run["hexes"]
+    mesh = run.hexes
     many = HexMesh(mesh.vertices, mesh.hexes, mesh.quads, mesh.patch, np.arange(len(mesh.hexes)))
-    state = {"hexes": many, "polycube": None}
+    state = RunState(run.surface, hexes=many)
     told = text(hexes(state, {}, {"cells": b"\x89PNG"}))
     assert f"in its {len(mesh.hexes)} grid cells, moved apart" in told and "7 hole" not in told
 
@@ -70,4 +71,4 @@ def test_many_grid_cells_are_counted_and_not_named(run) -> None:
 def test_without_numbers_the_mesh_is_still_shown(run) -> None:
     told = text(hexes(run, {}, {}))
     assert "Hex mesh" in told and "Worst hexes" not in told and "Primitives" not in told
-    assert hexes({}, {}, {}) == ""
+    assert hexes(RunState(run.surface), {}, {}) == ""

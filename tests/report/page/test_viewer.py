@@ -13,8 +13,8 @@ from polycube.report.page import viewer
 
 
 def test_the_mesh_is_in_the_page(run) -> None:
-    mesh = run["hexes"]
-    page = viewer.viewer(mesh, run["surface"], run["polycube"].context)
+    mesh = run.hexes
+    page = viewer.viewer(mesh, run.surface, run.polycube.context)
     data = json.loads(re.search(r'<script type="application/json">(.*?)</script>', page)[1])
     raw = zlib.decompress(base64.b64decode(data["data"]))
     n, h = data["V"], data["H"]
@@ -27,7 +27,7 @@ def test_the_mesh_is_in_the_page(run) -> None:
     np.testing.assert_array_equal(cell, mesh.cell)
     np.testing.assert_array_equal(distance < 0, viewer.beyond(mesh.hexes) >= 0)
     assert data["farthest"] == pytest.approx(distance.max())
-    assert [data["names"][i] for i in data["primitive"]] == list(run["polycube"].context)
+    assert [data["names"][i] for i in data["primitive"]] == list(run.polycube.context)
     np.testing.assert_array_equal(hexes, mesh.hexes)
     np.testing.assert_allclose(quality, scaled_jacobian(mesh.vertices, mesh.hexes), atol=1e-6)
     size = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
@@ -38,7 +38,7 @@ def test_the_mesh_is_in_the_page(run) -> None:
 
 
 def test_beyond_is_mutual_and_open_at_the_boundary(run) -> None:
-    mesh = run["hexes"]
+    mesh = run.hexes
     found = viewer.beyond(mesh.hexes)
     assert (found == -1).sum() == len(mesh.quads)
     for hexa, others in enumerate(found):
@@ -48,11 +48,11 @@ def test_beyond_is_mutual_and_open_at_the_boundary(run) -> None:
 
 
 def test_a_mesh_too_large_for_a_page_is_left_out(run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(viewer, "MOST", len(run["hexes"].hexes) - 1)
-    assert viewer.viewer(run["hexes"]) == ""
+    monkeypatch.setattr(viewer, "MOST", len(run.hexes.hexes) - 1)
+    assert viewer.viewer(run.hexes) == ""
 
 
 def test_without_the_input_there_is_no_distance_to_colour_by(run) -> None:
-    page = viewer.viewer(run["hexes"])
+    page = viewer.viewer(run.hexes)
     assert 'value="quality"' in page and 'value="cell"' in page
     assert 'value="distance"' not in page and 'value="primitive"' not in page

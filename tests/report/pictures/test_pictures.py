@@ -7,6 +7,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
+from polycube.pipeline.state import RunState
 from polycube.report.pictures import scenes
 from polycube.report.pictures.pictures import draw, pictures
 from polycube.report.pictures.render import Layer
@@ -56,13 +57,13 @@ def test_hues_of_the_axes_are_seen(drawn) -> None:
 
 def test_half_a_run_is_drawn_as_far_as_it_went(run, monkeypatch) -> None:
     monkeypatch.setattr("polycube.report.pictures.pictures.draw", dict)
-    assert set(pictures({"polycube": run["polycube"], "hexes": None})) == {"polycube"}
+    assert set(pictures(RunState(run.surface, polycube=run.polycube))) == {"input", "polycube"}
 
 
 def test_a_machine_that_cannot_draw_gives_a_warning_and_no_picture(
     run, monkeypatch, caplog
 ) -> None:
-    scene = {"polycube": scenes.polycube_faces(run["polycube"])}
+    scene = {"polycube": scenes.polycube_faces(run.polycube)}
     for program in ("/bin/false", "/no/such/program"):
         monkeypatch.setattr(sys, "executable", program)
         caplog.clear()
@@ -75,7 +76,7 @@ def test_a_scene_that_cannot_be_drawn_is_named(run, caplog) -> None:
     pytest.importorskip("pyvista")
     empty = np.zeros((0, 3))
     nothing = [Layer(empty, empty.astype(int), empty.astype(np.uint8))]
-    good = scenes.polycube_faces(run["polycube"])
+    good = scenes.polycube_faces(run.polycube)
     with caplog.at_level(logging.WARNING):
         drawn = draw({"good": good, "nothing": nothing})
     assert set(drawn) == {"good"}
@@ -84,11 +85,9 @@ def test_a_scene_that_cannot_be_drawn_is_named(run, caplog) -> None:
 
 def test_a_state_that_makes_no_scene_costs_that_picture_only(run, monkeypatch, caplog) -> None:
     monkeypatch.setattr("polycube.report.pictures.pictures.draw", dict)
-    spline = run["spline"]
-    other = Modes(
-        run["solution"].eigenvalues, run["solution"].shapes[:, :-1], 1.0
-    )  # of another spline
+    spline = run.spline
+    other = Modes(run.solution.eigenvalues, run.solution.shapes[:, :-1], 1.0)  # of another spline
     with caplog.at_level(logging.WARNING):
-        drawn = pictures({"spline": spline, "solution": other})
-    assert set(drawn) == {"spline"}
+        drawn = pictures(RunState(run.surface, spline=spline, solution=other))
+    assert set(drawn) == {"input", "spline"}
     assert "no picture of mode_6" in caplog.text

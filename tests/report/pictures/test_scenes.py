@@ -27,7 +27,7 @@ def test_ramp_meets_its_stops_and_clips() -> None:
 
 
 def test_polycube_is_drawn_with_the_edges_of_its_patches(run) -> None:
-    (layer,) = scenes.polycube_faces(run["polycube"])
+    (layer,) = scenes.polycube_faces(run.polycube)
     lengths = np.linalg.norm(np.diff(layer.points[layer.lines], axis=1), axis=-1)
     # box of 2 x 1 x 1: 4 * (2 + 1 + 1); hole: four edges of 1 along z, and two rims of 4 / 3
     assert lengths.sum() == pytest.approx(16 + 4 + 8 / 3)
@@ -35,7 +35,7 @@ def test_polycube_is_drawn_with_the_edges_of_its_patches(run) -> None:
 
 
 def test_label_lines_lie_between_patches_only(run) -> None:
-    surface, labels = run["surface"], run["labels"]
+    surface, labels = run.surface, run.labels
     (layer,) = scenes.labelled(surface, labels)
     patches_at = [set() for _ in surface.vertices]
     for face, patch in zip(surface.faces, labels.patch, strict=True):
@@ -55,7 +55,7 @@ def test_sharp_edges_of_a_box_are_its_twelve() -> None:
 
 
 def test_cut_keeps_whole_hexes_behind_the_plane(run) -> None:
-    mesh = run["hexes"]
+    mesh = run.hexes
     (layer,) = scenes.hex_cut(mesh)
     rest, volume = area_vector(layer.points, layer.polygons)
     np.testing.assert_allclose(rest, 0, atol=1e-9)  # closed: no hex is cut in two
@@ -78,7 +78,7 @@ def test_hexes_wear_their_quality_on_a_fixed_scale() -> None:
 
 
 def test_worst_hex_is_the_one_shown(run) -> None:
-    mesh = run["hexes"]
+    mesh = run.hexes
     glass, worst = scenes.worst_hex(mesh)
     row = np.argmin(scaled_jacobian(mesh.vertices, mesh.hexes))
     np.testing.assert_array_equal(worst.points[:8], mesh.vertices[mesh.hexes[row]])
@@ -89,7 +89,7 @@ def test_worst_hex_is_the_one_shown(run) -> None:
 
 
 def test_bezier_skin_is_closed_outward_and_of_the_right_volume(run) -> None:
-    spline, mesh = run["spline"], run["hexes"]
+    spline, mesh = run.spline, run.hexes
     (layer,) = scenes.spline_boundary(spline)
     rest, volume = area_vector(layer.points, layer.polygons)
     np.testing.assert_allclose(rest, 0, atol=1e-8)
@@ -99,34 +99,34 @@ def test_bezier_skin_is_closed_outward_and_of_the_right_volume(run) -> None:
 
 
 def test_sides_of_a_spline_are_the_faces_that_one_element_has(run) -> None:
-    spline = run["spline"]
+    spline = run.spline
     assert sorted(map(tuple, lone_sides(spline.nodes))) == sorted(map(tuple, spline.sides))
 
 
 def test_bezier_skin_weights_are_a_partition_of_unity(run) -> None:
-    weights = tessellate(run["spline"]).points
+    weights = tessellate(run.spline).points
     np.testing.assert_allclose(np.asarray(weights.sum(1)).ravel(), 1, atol=1e-12)
     assert weights.data.min() >= 0
 
 
 def test_a_translation_moves_the_drawn_body_by_the_amplitude(run) -> None:
-    spline = run["spline"]
+    spline = run.spline
     still = scenes.spline_boundary(spline)[0].points
-    moved = fields.mode(spline, run["solution"], 0, amplitude=0.1)
+    moved = fields.mode(spline, run.solution, 0, amplitude=0.1)
     diagonal = np.linalg.norm(np.ptp(still, axis=0))
     np.testing.assert_allclose(moved.layer.points, still)
     np.testing.assert_allclose(moved.shift, np.tile([0.1 * diagonal, 0, 0], (len(still), 1)))
 
 
 def test_first_elastic_mode_follows_the_rigid_ones(run) -> None:
-    assert fields.first_elastic(run["solution"]) == 6
+    assert fields.first_elastic(run.solution) == 6
     shapes = np.zeros((2, 1, 3))
     assert fields.first_elastic(Modes([3.0, 5.0], shapes, 1.0, rigid=0)) == 0  # clamped
 
 
 def test_polycube_is_turned_as_the_model_lies(run) -> None:
     turn = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
-    polycube = run["polycube"]
+    polycube = run.polycube
     (plain,) = scenes.polycube_faces(polycube)
     rough_map = affine_map(polycube, turn @ np.diag([3.0, 1.0, 2.0]), np.array([9.0, 9.0, 9.0]))
     (turned,) = scenes.polycube_faces(polycube, rough_map)
@@ -134,7 +134,7 @@ def test_polycube_is_turned_as_the_model_lies(run) -> None:
 
 
 def test_grid_cells_are_whole_apart_and_in_colours_of_their_own(run) -> None:
-    mesh = run["hexes"]
+    mesh = run.hexes
     scene = scenes.decomposed(mesh, apart=0.25)
     assert len(scene) == len(np.unique(mesh.cell)) == 2
     middle, shifts, volume = mesh.vertices[mesh.hexes].mean(axis=1), [], 0.0

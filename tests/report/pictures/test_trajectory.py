@@ -1,18 +1,26 @@
 """The denoising in pictures: every state, true names, one view, small files."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
+from polycube.pipeline.state import RunState
 from polycube.report.pictures.pictures import denoising
 from polycube.report.pictures.trajectory import FRAME, PANEL, STEP, Camera, Trajectory
+from polycube.structure.projection import project
+
+
+def regular(run: RunState) -> np.ndarray:
+    """The last state on the polycube."""
+    return project(run.polycube, run.trajectory[-1])[0]
 
 
 @pytest.fixture(scope="module")
 def trajectory(run) -> Trajectory:
-    return Trajectory(run["trajectory"], run["points"], run["polycube"], run["steps"])
+    return Trajectory(run.trajectory, regular(run), run.polycube, run.steps)
 
 
 def test_states_have_the_names_of_the_papers_figure(trajectory) -> None:
@@ -21,7 +29,7 @@ def test_states_have_the_names_of_the_papers_figure(trajectory) -> None:
 
 
 def test_states_of_unknown_steps_are_numbered(run) -> None:
-    unknown = Trajectory(run["trajectory"], run["points"], run["polycube"])
+    unknown = Trajectory(run.trajectory, regular(run), run.polycube)
     assert unknown.names[1:4] == ["$x_{(1/4)}$", "$x_{(2/4)}$", "$x_{(3/4)}$"]
     assert unknown.names[0] == "$x_{T}$" and unknown.names[4:] == ["$x_{0}$", "regular"]
 
@@ -65,9 +73,9 @@ def test_animation_goes_through_all_states_without_end(moving) -> None:
 
 
 def test_no_denoising_no_picture(run) -> None:
-    assert denoising({**run, "trajectory": None, "points": None, "steps": ()}) == {}
+    assert denoising(replace(run, trajectory=None, steps=())) == {}
 
 
 def test_what_cannot_be_drawn_is_a_warning(run, caplog) -> None:
-    assert denoising({**run, "points": run["points"][:, :2]}) == {}
+    assert denoising(replace(run, trajectory=run.trajectory[..., :2])) == {}
     assert "no picture of the denoising" in caplog.text
