@@ -7,34 +7,10 @@ from polycube.charts.charts import flatten, plane_of, settle
 from polycube.charts.harmonic import flipped
 from polycube.charts.segmentation import segment
 from polycube.charts.tracing import Drawing
-from polycube.structure.lattice import boundary, collapse, lattice
-from polycube.types import Labels, Parametrization, Polycube, TriMesh
-from tests.charts.test_mapped_surface import sheet
-from tests.charts.test_segmentation import given
-from tests.fixtures.polycubes import ONE, PRIMITIVES
+from polycube.structure.lattice import boundary
+from polycube.types import Parametrization, TriMesh
+from tests.fixtures.charts import given, ring, sheet
 from tests.fixtures.surfaces import torus
-
-
-def ring_places(surface: TriMesh) -> np.ndarray:
-    """Places of `torus` on a cell with a hole along z: circles become squares."""
-    x, y, z = surface.vertices.T
-    out = np.hypot(x, y) - 2
-    low = np.maximum(np.abs(out), np.abs(z)) / 0.5
-    radius = 1 / 3 + np.sign(out) * np.minimum(np.abs(out) / 0.5 / low, 1) / 6
-    flat = np.stack([x, y]) / np.maximum(np.abs(x), np.abs(y))
-    return np.stack([*(0.5 + radius * flat), 0.5 + 0.5 * z / 0.5 / low], axis=1)
-
-
-def ring(n: int = 32) -> tuple[TriMesh, Polycube, Labels, Parametrization]:
-    surface = torus(n, n // 2)
-    polycube = collapse(lattice(ONE, ("hole_z",), PRIMITIVES))
-    n_faces = len(surface.faces)
-    return (
-        surface,
-        polycube,
-        Labels(np.zeros(n_faces), np.zeros(n_faces)),
-        Parametrization(ring_places(surface)),
-    )
 
 
 def folds(found, polycube) -> int:

@@ -5,11 +5,8 @@ from hypothesis import strategies as st
 from polycube.charts.mapped_surface import Sheet, refine, sides, split
 from polycube.surface.measures import area_vectors, face_areas, genus, is_closed, volume
 from polycube.types import TriMesh
+from tests.fixtures.charts import sheet
 from tests.fixtures.surfaces import box, torus
-
-
-def sheet(surface: TriMesh) -> Sheet:
-    return Sheet(surface.vertices, surface.vertices, surface.faces, np.arange(len(surface.faces)))
 
 
 def surface_of(found: Sheet) -> TriMesh:

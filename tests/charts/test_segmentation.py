@@ -6,19 +6,8 @@ from polycube.errors import MeshingError
 from polycube.structure.lattice import boundary, collapse, lattice
 from polycube.structure.projection import project_onto
 from polycube.types import Labels, Parametrization
-from tests.fixtures.polycubes import PRIMITIVES, TWO, part
-
-TURNED = np.linalg.qr(np.random.default_rng(3).standard_normal((3, 3)))[0] * [7.0, 5.0, 3.0]
-
-
-def given(context):
-    """A polycube, itself sheared as the surface, the right labels and the identity."""
-    polycube = collapse(lattice(TWO, context, PRIMITIVES))
-    own = part(context, np.eye(3))
-    outside = boundary(polycube)
-    _, face = project_onto(outside, own.vertices[own.faces].mean(axis=1))
-    labels = Labels(outside.axis[face], outside.patch[face])
-    return part(context, TURNED), polycube, labels, own.vertices
+from tests.fixtures.charts import given
+from tests.fixtures.polycubes import PRIMITIVES, TWO
 
 
 @pytest.mark.parametrize("context", [("cube", "cube"), ("hole_y", "hole_x"), ("cube", "hole_z")])

@@ -11,8 +11,8 @@ from polycube.structure.rough_map import affine_map, evaluate
 from polycube.surface.closest import distance
 from polycube.surface.fit_target import target
 from polycube.types import Parametrization
-from tests.charts.test_charts import ring
-from tests.charts.test_segmentation import TURNED, given
+from tests.fixtures.charts import TURNED, given, ring
+from tests.fixtures.hexmeshes import CORNERS
 
 
 @pytest.mark.parametrize("context", [("cube", "cube"), ("hole_y", "hole_x"), ("cube", "hole_z")])
@@ -50,8 +50,7 @@ def test_linear_functions_are_harmonic_on_an_uneven_lattice():
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     index = np.arange(len(points)).reshape([len(line) for line in lines])
     low = np.argwhere(np.ones(np.array(index.shape) - 1, bool))
-    step = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-    hexes = index[tuple((low[:, None] + step).transpose(2, 0, 1))]
+    hexes = index[tuple((low[:, None] + CORNERS).transpose(2, 0, 1))]
     weights = lattice_weights(points, hexes)
     assert abs(weights - weights.T).max() < 1e-12
     pull = weights @ points - np.asarray(weights.sum(axis=1)) * points

@@ -10,7 +10,7 @@ from polycube.hexmesh.template import counts, grid_lines, mesh
 from polycube.structure.rough_map import affine_map, evaluate, identity_map
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
-from tests.hexmesh.test_template import ring
+from tests.fixtures.polycubes import ring
 
 
 def washer() -> TriMesh:

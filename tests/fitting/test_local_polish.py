@@ -12,13 +12,13 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.energy import pull, together
 from polycube.surface.fit_target import target
 from polycube.types import TriMesh
-from tests.fitting.test_registration import cube, sphere
-from tests.hexmesh.test_connectivity import box
+from tests.fixtures.fitting import cube, sphere
+from tests.fixtures.hexmeshes import unit_cubes
 
 
 @pytest.mark.parametrize(("rings", "moving", "near"), [(0, 2**3, 3**3), (1, 4**3, 5**3)])
 def test_a_region_grows_by_rings(rings, moving, near):
-    vertices, cubes = box(7, 7, 7)
+    vertices, cubes = unit_cubes(7, 7, 7)
     middle = np.flatnonzero((vertices[cubes].mean(axis=1) == 3.5).all(axis=1))
     part = region(cubes, len(vertices), middle, rings)
     assert part.moves.sum() == moving
@@ -27,7 +27,7 @@ def test_a_region_grows_by_rings(rings, moving, near):
 
 
 def test_every_hex_of_a_moving_vertex_is_in_the_region():
-    vertices, cubes = box(4, 3, 5)
+    vertices, cubes = unit_cubes(4, 3, 5)
     part = region(cubes, len(vertices), np.array([0, 17]), 1)
     moving = part.vertices[part.moves]
     assert set(np.flatnonzero(np.isin(cubes, moving).any(axis=1))) == set(part.hexes)
@@ -93,7 +93,7 @@ def test_what_is_off_the_surface_comes_nearer(ball):
 
 
 def test_a_perfect_mesh_is_left_alone():
-    vertices, cubes = box(3, 3, 3)
+    vertices, cubes = unit_cubes(3, 3, 3)
     solid = trimesh.creation.box(bounds=[[0, 0, 0], [3, 3, 3]])
     goal = target(TriMesh(solid.vertices, solid.faces))
     problem = FitProblem(hex_mesh(vertices, cubes), goal, 200)

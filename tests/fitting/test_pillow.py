@@ -15,7 +15,7 @@ from polycube.hexmesh import connectivity as hexes
 from polycube.hexmesh.quality import scaled_jacobian, volume
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Polycube, TriMesh
-from tests.hexmesh.test_template import cut, ring
+from tests.fixtures.polycubes import cut, ring
 
 
 def cube() -> HexMesh:

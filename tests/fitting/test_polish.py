@@ -15,8 +15,8 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import deviation, scaled_jacobian
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
-from tests.fitting.test_registration import cube, sphere
-from tests.hexmesh.test_connectivity import box
+from tests.fixtures.fitting import cube, sphere
+from tests.fixtures.hexmeshes import unit_cubes
 
 
 def worst(mesh: HexMesh) -> float:
@@ -40,7 +40,7 @@ def test_sharp_edges_of_a_box_are_met():
     solid = trimesh.creation.box((1, 2, 3))
     surface = TriMesh(solid.vertices, solid.faces)
     rng = np.random.default_rng(0)
-    vertices, cubes = box(3, 4, 6)
+    vertices, cubes = unit_cubes(3, 4, 6)
     start = (vertices / [3, 4, 6] - 0.5) * [1, 2, 3] + 0.03 * rng.normal(size=vertices.shape)
     mesh = hex_mesh(start, cubes, patch=_sides(vertices, cubes))
     mesh = polish(mesh, target(surface), soft_rounds=8, hard_rounds=8)
@@ -62,7 +62,7 @@ def _sides(vertices: np.ndarray, cubes: np.ndarray) -> np.ndarray:
 def test_never_worse_than_before():
     """A perfect mesh on the surface cannot be improved."""
     solid = trimesh.creation.box(bounds=[[0, 0, 0], [3, 3, 3]])
-    vertices, cubes = box(3, 3, 3)
+    vertices, cubes = unit_cubes(3, 3, 3)
     mesh = hex_mesh(vertices, cubes)
     goal = target(TriMesh(solid.vertices, solid.faces))
     assert worst(polish(mesh, goal, soft_rounds=2, hard_rounds=2)) == pytest.approx(1)

@@ -9,14 +9,16 @@ from polycube.hexmesh import energy
 from polycube.hexmesh.connectivity import EDGES, hex_mesh
 from polycube.surface.fit_target import target
 from polycube.types import TriMesh
-from tests.hexmesh.test_connectivity import box
+from tests.fixtures.hexmeshes import unit_cubes
 
 
 @pytest.fixture(scope="module")
 def problem() -> FitProblem:
     """A block of 20 x 20 x 20 hexes: more than one thread's share."""
     solid = trimesh.creation.box()
-    return FitProblem(hex_mesh(*box(20, 20, 20)), target(TriMesh(solid.vertices, solid.faces)), 10)
+    return FitProblem(
+        hex_mesh(*unit_cubes(20, 20, 20)), target(TriMesh(solid.vertices, solid.faces)), 10
+    )
 
 
 def test_lengths_of_a_box_are_its_sides(problem):

@@ -10,18 +10,9 @@ from polycube.fitting.registration import register_mesh, short_quality
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import deviation, scaled_jacobian
 from polycube.surface.fit_target import target
-from polycube.types import HexMesh, TriMesh
-from tests.hexmesh.test_connectivity import box
-
-
-def sphere(scale: float = 1.0, shift: float = 0.0) -> TriMesh:
-    mesh = trimesh.creation.icosphere(subdivisions=3)
-    return TriMesh(mesh.vertices * scale + shift, mesh.faces)
-
-
-def cube(n: int = 4, scale: float = 1.2) -> HexMesh:
-    vertices, cubes = box(n, n, n)
-    return hex_mesh((vertices / n - 0.5) * scale, cubes)
+from polycube.types import TriMesh
+from tests.fixtures.fitting import cube, sphere
+from tests.fixtures.hexmeshes import unit_cubes
 
 
 def test_a_cube_becomes_a_ball():
@@ -69,7 +60,7 @@ def test_a_valid_mesh_stays_valid_on_a_surface_it_cannot_fit():
 
 def test_short_quality_of_an_exact_mesh():
     surface = trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     goal = target(TriMesh(surface.vertices, surface.faces))
     found = short_quality(hex_mesh(vertices / 2, cubes), goal)
     assert (found.to_surface, found.to_mesh, found.bad) == pytest.approx((0, 0, 0), abs=1e-9)
@@ -81,7 +72,7 @@ def test_short_quality_of_an_exact_mesh():
 
 def test_size_and_wanted_lengths_of_a_stretched_box():
     surface = target(sphere())
-    vertices, cubes = box(3, 3, 3)
+    vertices, cubes = unit_cubes(3, 3, 3)
     problem = FitProblem(hex_mesh(vertices * [1, 2, 3], cubes), surface, 100)
     x = vertices * np.array([1.0, 2, 3])
     wanted = problem.lengths(x, smooth=3, isotropy=0.0)
@@ -97,7 +88,7 @@ def test_size_and_wanted_lengths_of_a_stretched_box():
 
 def test_lengths_are_smoothed_along_their_own_direction():
     """One thick layer: its thickness spreads to the neighbours, the other lengths do not."""
-    vertices, cubes = box(3, 1, 1)
+    vertices, cubes = unit_cubes(3, 1, 1)
     vertices[:, 0] = np.array([0.0, 1, 5, 6])[vertices[:, 0].astype(int)]
     problem = FitProblem(hex_mesh(vertices, cubes), target(sphere()), 100)
     wanted = problem.lengths(vertices, smooth=1, isotropy=0.0)

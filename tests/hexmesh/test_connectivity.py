@@ -4,25 +4,15 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh import connectivity as hexes
-
-
-def box(nx: int, ny: int, nz: int, missing: tuple = ()) -> tuple[np.ndarray, np.ndarray]:
-    """Unit cubes of an nx x ny x nz grid, less the missing ones."""
-    shape = (nx + 1, ny + 1, nz + 1)
-    places = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1).reshape(-1, 3)
-    step = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-    cells = [i for i in np.ndindex(nx, ny, nz) if i not in missing]
-    corners = np.array(cells)[:, None] + step
-    used, index = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)
-    return places[used].astype(float), index.reshape(-1, 8)
+from tests.fixtures.hexmeshes import unit_cubes
 
 
 def ring() -> hexes.HexMesh:
-    return hexes.hex_mesh(*box(3, 3, 1, missing=((1, 1, 0),)))
+    return hexes.hex_mesh(*unit_cubes(3, 3, 1, missing=((1, 1, 0),)))
 
 
 def test_numbering_is_that_of_a_right_handed_cube():
-    vertices, cube = box(1, 1, 1)
+    vertices, cube = unit_cubes(1, 1, 1)
     for corner, *ends in hexes.CORNERS:
         a, b, c = vertices[cube[0, ends]] - vertices[cube[0, corner]]
         assert a @ np.cross(b, c) == 1
@@ -34,7 +24,7 @@ def test_numbering_is_that_of_a_right_handed_cube():
 
 
 def test_hex_mesh_fills_in_the_rest():
-    mesh = hexes.hex_mesh(*box(2, 2, 2))
+    mesh = hexes.hex_mesh(*unit_cubes(2, 2, 2))
     assert mesh.quads.shape == (24, 4)
     assert not mesh.patch.any() and not mesh.cell.any()
     centre = mesh.vertices[mesh.quads].mean(axis=1) - 1
@@ -43,13 +33,13 @@ def test_hex_mesh_fills_in_the_rest():
 
 
 def test_edges_and_valences_of_a_box():
-    found, count = hexes.edge_valence(box(2, 2, 2)[1])
-    assert len(found) == len(hexes.edges(box(2, 2, 2)[1])) == 54
+    found, count = hexes.edge_valence(unit_cubes(2, 2, 2)[1])
+    assert len(found) == len(hexes.edges(unit_cubes(2, 2, 2)[1])) == 54
     assert np.bincount(count).tolist() == [0, 24, 24, 0, 6]
 
 
 def test_a_box_has_no_extraordinary_inner_edge_but_its_own_edges():
-    inner, outer = hexes.extraordinary_edges(hexes.hex_mesh(*box(2, 3, 4)))
+    inner, outer = hexes.extraordinary_edges(hexes.hex_mesh(*unit_cubes(2, 3, 4)))
     assert len(inner) == 0
     assert len(outer) == 4 * (2 + 3 + 4)
 
@@ -65,33 +55,35 @@ def test_extraordinary_edge_of_three_hexes_round_a_line():
 
 
 def test_exposed_names_the_owner():
-    _, cubes = box(3, 1, 1)
+    _, cubes = unit_cubes(3, 1, 1)
     quads, owner = hexes.exposed(cubes)
     assert np.bincount(owner).tolist() == [5, 4, 5]
     assert all(np.isin(quad, cubes[hex]).all() for quad, hex in zip(quads, owner, strict=True))
 
 
 def test_neighbours_pairs_the_common_faces():
-    _, cubes = box(3, 1, 1)
+    _, cubes = unit_cubes(3, 1, 1)
     first, second = hexes.neighbours(cubes)
     assert sorted(zip(first // 6, second // 6, strict=True)) == [(0, 1), (1, 2)]
     assert sorted(first % 6) == [1, 1] and sorted(second % 6) == [0, 0]
 
 
-@pytest.mark.parametrize(("mesh", "handles"), [(hexes.hex_mesh(*box(3, 2, 1)), 0), (ring(), 1)])
+@pytest.mark.parametrize(
+    ("mesh", "handles"), [(hexes.hex_mesh(*unit_cubes(3, 2, 1)), 0), (ring(), 1)]
+)
 def test_genus(mesh, handles):
     assert hexes.genus(mesh) == handles
 
 
 def test_genus_needs_one_component():
-    a, b = box(1, 1, 1)
+    a, b = unit_cubes(1, 1, 1)
     mesh = hexes.hex_mesh(np.vstack([a, a + 5]), np.vstack([b, b + 8]))
     with pytest.raises(ValueError, match="2 components"):
         hexes.genus(mesh)
 
 
 def test_check_finds_an_edge_with_four_quads():
-    mesh = hexes.hex_mesh(*box(2, 2, 1, missing=((0, 0, 0), (1, 1, 0))))
+    mesh = hexes.hex_mesh(*unit_cubes(2, 2, 1, missing=((0, 0, 0), (1, 1, 0))))
     with pytest.raises(ValueError, match="edges without exactly two quads, first at vertices"):
         hexes.check_conforming(mesh)
 
@@ -99,7 +91,7 @@ def test_check_finds_an_edge_with_four_quads():
 def test_check_finds_two_fans_at_a_vertex():
     gone = tuple(i for i in np.ndindex(2, 2, 2) if i not in ((0, 0, 0), (1, 1, 1)))
     with pytest.raises(ValueError, match="2 fans"):
-        hexes.check_conforming(hexes.hex_mesh(*box(2, 2, 2, missing=gone)))
+        hexes.check_conforming(hexes.hex_mesh(*unit_cubes(2, 2, 2, missing=gone)))
 
 
 @pytest.mark.parametrize(
@@ -112,7 +104,7 @@ def test_check_finds_two_fans_at_a_vertex():
     ],
 )
 def test_check_names_what_is_wrong(change, message):
-    vertices, cubes = box(2, 1, 1)
+    vertices, cubes = unit_cubes(2, 1, 1)
     mesh = hexes.HexMesh(
         vertices,
         change(cubes),
@@ -125,7 +117,7 @@ def test_check_names_what_is_wrong(change, message):
 
 
 def test_check_wants_the_boundary_as_quads():
-    vertices, cubes = box(2, 1, 1)
+    vertices, cubes = unit_cubes(2, 1, 1)
     mesh = hexes.hex_mesh(vertices, cubes, hexes.boundary_quads(cubes)[:-1])
     with pytest.raises(ValueError, match="quads are not the boundary"):
         hexes.check_conforming(mesh)

@@ -11,8 +11,7 @@ from polycube.hexmesh.connectivity import check_conforming, hex_mesh
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.quality import scaled_jacobian
 from polycube.types import HexMesh
-from tests.fixtures.hexmeshes import CORNERS, hex_box, hex_cylinder
-from tests.hexmesh.test_connectivity import box
+from tests.fixtures.hexmeshes import CORNERS, hex_box, hex_cylinder, unit_cubes
 
 # corners of the faces S1 to S6 of Abaqus' manual, from 0
 ABAQUS = np.array(
@@ -61,7 +60,7 @@ def test_blocks_whose_tops_are_in_one_plane_meet_from_contact_on(gap, meet):
 @pytest.mark.parametrize(("shear", "cross"), [(0.4, False), (0.5, True), (0.8, True)])
 def test_legs_bent_into_each_other(shear, cross):
     """All hexes are sheared cubes, so nothing but the crossing tells that they overlap."""
-    vertices, hexes = box(3, 1, 3, missing=((1, 0, 1), (1, 0, 2)))
+    vertices, hexes = unit_cubes(3, 1, 3, missing=((1, 0, 1), (1, 0, 2)))
     left = vertices[:, 0] <= 1
     vertices[left, 0] += shear * np.maximum(vertices[left, 2] - 1, 0)
     mesh = hex_mesh(vertices, hexes)
@@ -128,7 +127,7 @@ def every_pair(mesh: HexMesh) -> list[list[int]]:
 def test_equals_a_linear_program_for_each_pair(seed):
     """On small integers, so that contacts and overlaps within a plane are met too."""
     rng = np.random.default_rng(seed)
-    vertices, hexes = box(2, 1, 1)
+    vertices, hexes = unit_cubes(2, 1, 1)
     apart = both(hex_mesh(3 * vertices, hexes), block((1, 1, 1), (4, 4, 4)))
     mesh = hex_mesh(apart.vertices + rng.integers(-1, 2, apart.vertices.shape), apart.hexes)
     assert crossings(mesh).tolist() == every_pair(mesh)

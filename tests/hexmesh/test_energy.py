@@ -5,8 +5,9 @@ import pytest
 
 from polycube.hexmesh import energy
 from polycube.hexmesh.connectivity import CORNERS
-from polycube.hexmesh.energy import Springs, Terms
-from tests.hexmesh.test_connectivity import box
+from polycube.hexmesh.energy import Terms
+from tests.fixtures.fitting import springs
+from tests.fixtures.hexmeshes import unit_cubes
 
 TERMS = Terms(shape=0.7, eps=0.05, barrel=0.3, jacobian=0.4, beta=3.0, offset=0.2)
 
@@ -15,24 +16,11 @@ TERMS = Terms(shape=0.7, eps=0.05, barrel=0.3, jacobian=0.4, beta=3.0, offset=0.
 def crooked() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A box with some hexes inverted, and wanted lengths."""
     rng = np.random.default_rng(0)
-    vertices, cubes = box(3, 2, 2)
+    vertices, cubes = unit_cubes(3, 2, 2)
     return (
         vertices + 0.3 * rng.normal(size=vertices.shape),
         cubes,
         rng.uniform(0.5, 2, (len(cubes), 3)),
-    )
-
-
-def springs(n: int) -> Springs:
-    rng = np.random.default_rng(1)
-    direction = rng.normal(size=(7, 3))
-    return Springs(
-        rng.integers(0, n, (7, 4)),
-        rng.dirichlet(np.ones(4), 7) * [1, 1, 0, 1],
-        rng.normal(size=(7, 3)),
-        direction / np.linalg.norm(direction, axis=1, keepdims=True),
-        rng.uniform(-0.5, 1, 7),
-        rng.uniform(0, 1, 7),
     )
 
 
@@ -48,7 +36,7 @@ def frames(x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray):
         ],
         axis=1,
     )
-    cube = box(1, 1, 1)
+    cube = unit_cubes(1, 1, 1)
     places = cube[0][cube[1][0]]
     direction = np.abs(places[CORNERS[:, 1:]] - places[CORNERS[:, :1]]).argmax(axis=2)
     direction = np.vstack([direction, [0, 1, 2]])
@@ -90,7 +78,7 @@ def test_gradient_equals_finite_differences(crooked, terms):
 
 
 def test_an_ideal_hex_has_the_least_shape_energy():
-    x, cube = box(1, 1, 1)
+    x, cube = unit_cubes(1, 1, 1)
     lengths, none = np.ones((1, 3)), springs(8)
     none = none._replace(along=np.zeros(7), every=np.zeros(7))
     value, gradient = energy.energy(x, cube, lengths, Terms(eps=1e-9, barrel=0.1), none)
@@ -114,7 +102,7 @@ def test_below_the_floor_is_infinite(crooked):
 
 
 def test_pull_is_a_spring_on_one_vertex():
-    x, cube = box(1, 1, 1)
+    x, cube = unit_cubes(1, 1, 1)
     goal = x[3:4] + np.array([1, 2, 0])
     single = energy.pull(np.array([3]), goal, np.eye(3)[:1], np.ones(1), np.ones(1))
     both = energy.together([single, single])

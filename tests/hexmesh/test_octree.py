@@ -8,7 +8,7 @@ from polycube.hexmesh import template
 from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import scaled_jacobian, volume
 from polycube.structure.rough_map import identity_map
-from tests.hexmesh.test_template import bar, cut, ring
+from tests.fixtures.polycubes import bar, cut, ring
 
 
 def test_a_cube_becomes_the_cubes_of_half_its_size():

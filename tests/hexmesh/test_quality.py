@@ -9,7 +9,7 @@ import trimesh
 from polycube.hexmesh import quality
 from polycube.hexmesh.connectivity import CORNERS, hex_mesh
 from polycube.types import TriMesh
-from tests.hexmesh.test_connectivity import box
+from tests.fixtures.hexmeshes import unit_cubes
 
 
 def tri(mesh: trimesh.Trimesh) -> TriMesh:
@@ -22,18 +22,18 @@ def cube_surface() -> TriMesh:
 
 
 def test_box_is_perfect_at_any_aspect():
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     assert quality.scaled_jacobian(vertices * [1, 5, 0.1], cubes) == pytest.approx(1)
 
 
 def test_sheared_cube_has_the_sine_of_its_angle():
-    vertices, cube = box(1, 1, 1)
+    vertices, cube = unit_cubes(1, 1, 1)
     sheared = vertices + np.outer(vertices[:, 2], [1, 0, 0])
     assert quality.scaled_jacobian(sheared, cube)[0] == pytest.approx(np.sqrt(0.5))
 
 
 def test_mirrored_cube_is_minus_one_and_flat_edge_too():
-    vertices, cube = box(1, 1, 1)
+    vertices, cube = unit_cubes(1, 1, 1)
     assert quality.scaled_jacobian(vertices * [-1, 1, 1], cube)[0] == -1
     vertices[cube[0, 1]] = vertices[cube[0, 0]]
     assert quality.scaled_jacobian(vertices, cube)[0] == -1
@@ -61,7 +61,7 @@ def test_centre_counts():
 def test_equals_vtk_on_random_hexes():
     pyvista = pytest.importorskip("pyvista")
     rng = np.random.default_rng(1)
-    vertices, cubes = box(4, 4, 4)
+    vertices, cubes = unit_cubes(4, 4, 4)
     vertices = vertices + 0.25 * rng.normal(size=vertices.shape)
     cells = np.column_stack([np.full(len(cubes), 8), cubes]).ravel()
     grid = pyvista.UnstructuredGrid(cells, np.full(len(cubes), 12), vertices)
@@ -81,15 +81,15 @@ def test_equals_the_published_numbers(testdata):
 
 
 def test_volume_of_a_box_far_away_and_of_a_bilinear_one():
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     assert quality.volume(hex_mesh(vertices + 1e6, cubes)) == pytest.approx(8, rel=1e-9)
-    vertices, cube = box(1, 1, 1)
+    vertices, cube = unit_cubes(1, 1, 1)
     vertices[cube[0, 6]] += [0, 0, 1]  # height 1 + u v: integral 1 + 1/4
     assert quality.volume(hex_mesh(vertices, cube)) == pytest.approx(1.25)
 
 
 def test_a_mesh_of_the_cube_deviates_by_nothing():
-    mesh = hex_mesh(*box(2, 2, 2))
+    mesh = hex_mesh(*unit_cubes(2, 2, 2))
     found = quality.deviation(mesh, cube_surface())
     assert found.vertices == pytest.approx(0, abs=1e-12)
     assert found.to_surface.largest == pytest.approx(0, abs=1e-12)
@@ -99,7 +99,7 @@ def test_a_mesh_of_the_cube_deviates_by_nothing():
 
 
 def test_a_moved_mesh_deviates_by_its_move():
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     mesh = hex_mesh(vertices + np.array([0.1, 0, 0]), cubes)
     found = quality.deviation(mesh, cube_surface())
     moved = 0.1 / np.sqrt(12)  # of the diagonal
@@ -111,7 +111,7 @@ def test_a_moved_mesh_deviates_by_its_move():
 
 
 def test_creases_of_the_cube_are_on_edges_until_the_mesh_turns():
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     solid = cube_surface()
     assert quality.quality(hex_mesh(vertices, cubes), solid).creases < 1e-12
     lower = hex_mesh(vertices - [0, 0, 0.1], cubes)  # four edges of twelve are 0.1 off all edges
@@ -131,7 +131,7 @@ def test_worth_counts_in_full_only_to_a_point_and_nothing_of_small_misses():
 def test_deviation_equals_igl_on_a_sphere():
     igl = pytest.importorskip("igl")
     sphere = trimesh.creation.icosphere(subdivisions=2)
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     mesh = hex_mesh((vertices - 1) * 0.6, cubes)
     inside = np.einsum("sk,qkd->qsd", quality.SHARES, mesh.vertices[mesh.quads]).reshape(-1, 3)
     square = igl.point_mesh_squared_distance(
@@ -144,7 +144,7 @@ def test_deviation_equals_igl_on_a_sphere():
 
 
 def test_any_valid_mesh_beats_an_inverted_one():
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     far = hex_mesh(vertices * 3, cubes)
     inner = vertices + np.outer((vertices == 1).all(axis=1), [1.2, 1.2, 1.2])
     inverted = hex_mesh(inner, cubes)  # the boundary fits exactly
@@ -160,7 +160,7 @@ def test_any_valid_mesh_beats_an_inverted_one():
     ],
 )
 def test_accept_refuses_and_doubts_say_why(change, said):
-    vertices, cubes = box(2, 2, 2)
+    vertices, cubes = unit_cubes(2, 2, 2)
     mesh = hex_mesh(change(vertices), cubes)
     doubts = quality.doubts(mesh, cube_surface())
     assert len(doubts) == len(said)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from polycube.hexmesh import sizing
 from polycube.hexmesh.template import counts, grid_lines
 from polycube.structure.rough_map import affine_map, identity_map
-from tests.hexmesh.test_template import bar, ring
+from tests.fixtures.polycubes import bar, ring
 
 
 def test_a_length_is_a_number_or_a_share():

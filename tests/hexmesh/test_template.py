@@ -8,26 +8,8 @@ from polycube.hexmesh import template
 from polycube.hexmesh.quality import scaled_jacobian, volume
 from polycube.structure import lattice
 from polycube.structure.rough_map import affine_map, identity_map
-from polycube.types import HexMesh, Polycube
-
-
-def ring() -> Polycube:
-    """Three by three boxes less the middle one, in a 1 x 1 x 1 grid."""
-    occupancy = np.ones((3, 3, 1), bool)
-    occupancy[1, 1] = False
-    thirds = np.arange(4) / 3
-    return Polycube(occupancy, thirds, thirds, [0.0, 1.0], (1, 1, 1), ("hole_z",))
-
-
-def bar() -> Polycube:
-    """Two cells side by side, merged."""
-    return Polycube(np.ones((1, 1, 1)), [0, 2], [0, 1], [0, 1], (2, 1, 1), ("cube", "cube"))
-
-
-def cut(polycube: Polycube, size: float) -> HexMesh:
-    """The polycube itself, in hexes about so large."""
-    where = identity_map(polycube)
-    return template.mesh(polycube, where, template.counts(polycube, where, size))
+from polycube.types import Polycube
+from tests.fixtures.polycubes import bar, cut, ring
 
 
 def test_numbers_follow_the_lengths_in_the_model():

@@ -11,14 +11,13 @@ from polycube.io.atomic import atomic_write
 from polycube.io.vtk import write_cells, write_hex_vtu, write_labels_vtp, write_polycube_vtu
 from polycube.structure.lattice import lattice
 from polycube.types import HexMesh, Labels, TriMesh
-
-UNIT = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-)
+from tests.fixtures.hexmeshes import CORNERS
 
 
 def two_hexes() -> HexMesh:
-    vertices = np.concatenate([UNIT, [[2, 0, 0], [2.5, 1, 0], [2, 0, 1], [2, 1, 1]]]) * 25.4 + 1e3
+    vertices = (
+        np.concatenate([CORNERS, [[2, 0, 0], [2.5, 1, 0], [2, 0, 1], [2, 1, 1]]]) * 25.4 + 1e3
+    )
     hexes = [[0, 1, 2, 3, 4, 5, 6, 7], [1, 8, 9, 2, 5, 10, 11, 6]]
     return hex_mesh(vertices, np.array(hexes), cell=np.array([0, 2]))
 
@@ -52,7 +51,7 @@ def test_boundary_vertices_are_flagged(tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
     i = np.arange(27).reshape(3, 3, 3)
     corner = np.argwhere(np.ones((2, 2, 2)))
-    hexes = i[tuple((corner[:, None] + UNIT).transpose(2, 0, 1))]
+    hexes = i[tuple((corner[:, None] + CORNERS).transpose(2, 0, 1))]
     mesh = hex_mesh(np.argwhere(i >= 0), hexes)
     grid = pyvista.read(write_hex_vtu(tmp_path / "hex.vtu", mesh))
     assert np.flatnonzero(grid.point_data["boundary"] == 0).tolist() == [13]
@@ -78,7 +77,7 @@ def test_polycube_vtu_has_one_hexahedron_per_box(tmp_path: Path) -> None:
 
 def test_labels_vtp(tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
-    surface = TriMesh(UNIT[[0, 1, 3, 4]] * 0.001, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    surface = TriMesh(CORNERS[[0, 1, 3, 4]] * 0.001, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
     labels = Labels([5, 3, 0, 1], [7, 8, 9, 10])
     mesh = pyvista.read(write_labels_vtp(tmp_path / "labels.vtp", surface, labels))
     np.testing.assert_array_equal(mesh.regular_faces, surface.faces)
@@ -91,7 +90,9 @@ def test_names_with_markup_and_vectors_survive(tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
     shift = np.arange(24.0).reshape(8, 3)
     path = tmp_path / "cells.vtu"
-    write_cells(path, UNIT, np.arange(8)[None], 12, {'a<b>&"c"': shift}, {"flag": np.array([True])})
+    write_cells(
+        path, CORNERS, np.arange(8)[None], 12, {'a<b>&"c"': shift}, {"flag": np.array([True])}
+    )
     grid = pyvista.read(path)
     np.testing.assert_array_equal(grid.point_data['a<b>&"c"'], shift)
     assert grid.cell_data["flag"].tolist() == [1]

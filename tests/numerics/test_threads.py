@@ -9,8 +9,8 @@ from polycube.hexmesh import energy
 from polycube.hexmesh.energy import Terms
 from polycube.numerics import threads
 from polycube.surface import closest
-from tests.hexmesh.test_connectivity import box
-from tests.hexmesh.test_energy import springs
+from tests.fixtures.fitting import springs
+from tests.fixtures.hexmeshes import unit_cubes
 
 
 def test_parts_cover_everything_once_and_evenly():
@@ -42,7 +42,7 @@ def test_calls_stay_on_this_thread_where_the_other_cores_are_busy(monkeypatch):
 @pytest.mark.parametrize("cores", [1, 2, 8])
 def test_numbers_do_not_depend_on_the_cores(cores, monkeypatch):
     rng = np.random.default_rng(0)
-    x, hexes = box(20, 20, 20)
+    x, hexes = unit_cubes(20, 20, 20)
     x = x + 0.1 * rng.normal(size=x.shape)
     lengths = rng.uniform(0.5, 2, (len(hexes), 3))
     tree = closest.tree(rng.normal(size=(200, 3, 3)), rng.normal(size=(200, 3)))
@@ -62,7 +62,7 @@ def test_numbers_do_not_depend_on_the_cores(cores, monkeypatch):
 
 def test_cut_work_is_the_whole_work(monkeypatch):
     rng = np.random.default_rng(0)
-    x, hexes = box(20, 20, 20)
+    x, hexes = unit_cubes(20, 20, 20)
     x = x + 0.1 * rng.normal(size=x.shape)
     at = x, hexes, np.ones((len(hexes), 3)), Terms(jacobian=1.0), springs(len(x))
     assert len(threads.parts(len(hexes), energy.LEAST)) > 1

@@ -5,7 +5,7 @@ import pytest
 
 from polycube.surface import arc_length as sliding
 from polycube.surface.creases import Crease
-from tests.surface.test_creases import circle
+from tests.fixtures.surfaces import circle
 
 
 def zigzag() -> Crease:

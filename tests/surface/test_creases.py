@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from polycube.surface.creases import Crease, _without_noise, features
 from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
-from tests.fixtures.surfaces import box, joined, torus
+from tests.fixtures.surfaces import box, circle, joined, torus
 
 
 def graph(surface: TriMesh | trimesh.Trimesh):
@@ -100,13 +100,6 @@ def test_numbering_of_the_surface_does_not_matter(seed):
     found = graph(TriMesh(vertices, rng.permutation(faces)))
     assert len(found.creases) == 24 and len(found.corners) == 16
     assert sum(c.length for c in found.creases) == pytest.approx(12 + 8 + 2)
-
-
-def circle(n: int = 100) -> Crease:
-    angle = 2 * np.pi * np.arange(n + 1) / n
-    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    return Crease(points, arc, np.full(n, np.pi / 2), (-1, -1))
 
 
 @given(st.integers(0, 10**6))

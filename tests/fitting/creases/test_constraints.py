@@ -15,7 +15,7 @@ from polycube.structure.lattice import boundary, edges
 from polycube.surface.creases import Crease
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
-from tests.hexmesh.test_template import cut, ring
+from tests.fixtures.polycubes import cut, ring
 
 
 def cube_body(surface: trimesh.Trimesh, turn: float = 0.0) -> tuple[FitProblem, np.ndarray]:

@@ -12,7 +12,7 @@ from polycube.fitting.creases.routing import crowding, net
 from polycube.fitting.problem import FitProblem
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
-from tests.hexmesh.test_template import cut
+from tests.fixtures.polycubes import cut
 
 
 def body_of(surface: trimesh.Trimesh, size: float = 0.125) -> tuple[FitProblem, np.ndarray]:

@@ -12,7 +12,7 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import BEST_SCORE, off_creases, worth
 from polycube.surface.fit_target import target
 from polycube.types import TriMesh
-from tests.hexmesh.test_connectivity import box
+from tests.fixtures.hexmeshes import unit_cubes
 
 ROUNDS = 12
 
@@ -23,8 +23,8 @@ def wedge(slope: float) -> tuple[FitProblem, np.ndarray]:
     def sloped(vertices):
         return vertices * (1 + slope * vertices[:, 2:] / 4 * [1, 0, 0])
 
-    vertices, cubes = box(4, 4, 4)
-    solid, one = box(1, 1, 1)
+    vertices, cubes = unit_cubes(4, 4, 4)
+    solid, one = unit_cubes(1, 1, 1)
     quads = hex_mesh(solid, one).quads
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     surface = target(TriMesh(sloped(4 * solid), faces))

@@ -14,7 +14,7 @@ from polycube.registry import build
 from polycube.structure.rough_map import affine_map
 from polycube.testing import check_plugin
 from polycube.types import Labels
-from tests.charts.test_charts import ring
+from tests.fixtures.charts import ring
 
 with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
     PARAMETRIC = OmegaConf.to_container(compose("meshing/parametric").meshing, resolve=True)

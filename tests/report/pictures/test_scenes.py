@@ -11,6 +11,7 @@ from polycube.report.pictures.colours import QUALITY_COLOURS, ramp, rgb
 from polycube.spline.element_faces import lone_sides
 from polycube.structure.rough_map import affine_map
 from polycube.types import Modes, TriMesh
+from tests.fixtures.hexmeshes import CORNERS
 
 
 def area_vector(points: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, float]:
@@ -66,12 +67,9 @@ def test_cut_keeps_whole_hexes_behind_the_plane(run) -> None:
 
 
 def test_hexes_wear_their_quality_on_a_fixed_scale() -> None:
-    unit = np.array(
-        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-    )
-    (layer,) = scenes.hex_outside(hex_mesh(unit, np.arange(8)[None]))
+    (layer,) = scenes.hex_outside(hex_mesh(CORNERS, np.arange(8)[None]))
     assert (layer.colours == rgb(QUALITY_COLOURS)[-1]).all()
-    squeezed = unit * 1.0
+    squeezed = CORNERS * 1.0
     squeezed[:, 0] += squeezed[:, 1]  # sheared by 45 degrees
     (layer,) = scenes.hex_outside(hex_mesh(squeezed, np.arange(8)[None]))
     assert (layer.colours == ramp(np.array([np.sqrt(0.5)]), QUALITY_COLOURS)).all()

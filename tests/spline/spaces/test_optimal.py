@@ -18,11 +18,8 @@ from polycube.spline.spaces.optimal import OptimalSpace
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from polycube.spline.spaces.sharp_features import single_hex_edges, union
-from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder, pillowed_cube
+from tests.fixtures.hexmeshes import CORNERS, hex_ball, hex_box, hex_cylinder, pillowed_cube
 
-PLACES = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-)
 SOLIDS = {
     "box": hex_box((3, 1, 4)),
     "cylinder": hex_cylinder(2, 2, 3),
@@ -152,7 +149,7 @@ def test_halved_space_contains_the_space(name):
             point, child = rng.random(3), rng.integers(8)
             here = values(fine, 8 * element + child, point) @ two_scale
             assert here == pytest.approx(
-                values(coarse, element, (PLACES[child] + point) / 2), abs=1e-13
+                values(coarse, element, (CORNERS[child] + point) / 2), abs=1e-13
             )
         if len(fine.nodes) > 600:
             break
