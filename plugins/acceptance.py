@@ -144,22 +144,24 @@ class Standard(Acceptance):
                 f"the volume is {found.volume_ratio:.1%} of the part's, more than "
                 f"{self.far_volume:.0%} off"
             )
-        at = f"at {np.round(found.farthest_at, 3).tolist()}"
-        if found.off_wall > self.far_wall:
-            yield (
-                f"mesh and surface are {found.largest:.2%} of the diagonal apart {at}, which is "
-                f"{found.off_wall:.0%} of the wall thickness there"
-            )
-        elif found.off_size > self.far_size:
-            yield (
-                f"mesh and surface are {found.largest:.2%} of the diagonal apart {at}, which is "
-                f"{found.off_size:.0%} of the edge length there"
-            )
-        elif found.largest > max(self.distance, self.peak * p99):
-            yield (
-                f"the largest distance, {found.largest:.2%} of the diagonal {at}, is far above "
-                f"that of 99 % of the points, {p99:.2%}: something may be missing there"
-            )
+        for off, limit, length in (
+            (found.off_wall, self.far_wall, "wall thickness"),
+            (found.off_size, self.far_size, "edge length of the hexes"),
+        ):
+            if off.share > limit:
+                place = np.round(off.place, 3).tolist()
+                yield (
+                    f"mesh and surface are {off.distance:.3g} apart at {place}, which is "
+                    f"{off.share:.0%} of the {length} there, {off.length:.3g}"
+                )
+                break
+        else:
+            if found.largest > max(self.distance, self.peak * p99):
+                place = np.round(found.farthest_at, 3).tolist()
+                yield (
+                    f"the largest distance, {found.largest:.2%} of the diagonal at {place}, is far "
+                    f"above that of 99 % of the points, {p99:.2%}: something may be missing there"
+                )
         if found.lost_faces:
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
             yield f"{len(found.lost_faces)} CAD faces have no quad: {names}"

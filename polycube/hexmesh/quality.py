@@ -1,4 +1,4 @@
-"""How good a hex mesh is: scaled Jacobian, volume, distances to the surface, one score.
+"""How good a hex mesh is: scaled Jacobian, volume, distances to the surface.
 
 Distances are exact (closest point on triangles), taken at samples, as fractions of the diagonal
 of the surface's bounding box.
@@ -7,22 +7,14 @@ of the surface's bounding box.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from polycube.hexmesh import energy
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import closest
-from polycube.surface import measures as surfaces
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
-
-BEST_SCORE = 0.6  # a scaled Jacobian counts in full up to this
-ENOUGH = 0.57  # score that ends the search: that hex, with creases .9 % off the mesh's edges
-BEYOND = 0.25  # what a scaled Jacobian counts beyond that
-CREASES = 0.003  # of the diagonal: as far may 5 % of the creases be from the mesh's edges
-INVALID = 1e6  # what an inverted hex costs: any valid mesh is better
 
 _GRID = np.array([1, 3, 5]) / 6
 # shares of the corners of a quad: 9 points inside, then the corners
@@ -32,13 +24,6 @@ SHARES = np.concatenate(
         np.eye(4),
     ]
 )
-
-
-# a mesh beyond one of these is doubted
-LEAST_JACOBIAN = 0.2
-OFF_SURFACE = 0.005  # of the diagonal, for boundary vertices
-APART = 0.045  # of the diagonal, for all sampled points, both ways
-VOLUME_OFF = 0.04  # of the surface's volume
 
 
 @dataclass(frozen=True)
@@ -65,14 +50,14 @@ class Deviation:
     to_mesh: Distances  # from points of the surface
 
 
-@dataclass(frozen=True)
-class Quality:
-    """What decides whether a mesh is accepted."""
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points of one surface with their closest points on another, at unit scale."""
 
-    scaled_jacobian: float  # smallest
-    deviation: Deviation
-    creases: float  # distance from the mesh's edges that 5 % of the surface's creases exceed
-    volume_ratio: float  # of the mesh to the surface
+    points: np.ndarray  # (N, 3)
+    feet: np.ndarray  # (N, 3) closest points of the other surface
+    distance: np.ndarray  # (N,)
+    quad: np.ndarray  # (N,) boundary quad of the hex mesh at the point or its foot
 
 
 def scaled_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
@@ -110,16 +95,34 @@ def deviation(mesh: HexMesh, surface: TriMesh, samples: int = 8000) -> Deviation
 
     samples : number of points on the surface, besides its vertices; 13 are taken on each quad
     """
+    return deviation_of(boundary_samples(mesh, surface), surface_samples(mesh, surface, samples))
+
+
+def deviation_of(on_boundary: Samples, on_surface: Samples) -> Deviation:
+    """Deviation from the samples of both surfaces."""
+    there = on_boundary.distance
+    vertices = there.reshape(-1, len(SHARES))[:, -4:]
+    return Deviation(float(vertices.max()), Distances.of(there), Distances.of(on_surface.distance))
+
+
+def boundary_samples(mesh: HexMesh, surface: TriMesh) -> Samples:
+    """13 points of each boundary quad, and the closest points of the surface."""
     goal = target(surface)
-    places = goal.to_unit(mesh.vertices)
-    inside = np.einsum("sk,qkd->qsd", SHARES, places[mesh.quads]).reshape(-1, 3)
-    there = closest.distance(goal.tree, inside)
-    faces = triangles(places, mesh.quads)
-    back = closest.tree(faces, np.zeros((len(faces), 3)))
-    points = np.concatenate([goal.samples(samples)[0], goal.surface.vertices])
-    here = closest.distance(back, points)
-    on = there.reshape(-1, len(SHARES))[:, -4:]
-    return Deviation(float(on.max()), Distances.of(there), Distances.of(here))
+    corners = goal.to_unit(mesh.vertices)[mesh.quads]
+    points = np.einsum("sk,qkd->qsd", SHARES, corners).reshape(-1, 3)
+    feet, _ = goal.closest(points)
+    quad = np.repeat(np.arange(len(mesh.quads)), len(SHARES))
+    return Samples(points, feet, np.linalg.norm(points - feet, axis=1), quad)
+
+
+def surface_samples(mesh: HexMesh, surface: TriMesh, number: int) -> Samples:
+    """`number` points of the surface and its vertices, and the closest points of the boundary."""
+    goal = target(surface)
+    faces = triangles(goal.to_unit(mesh.vertices), mesh.quads)
+    tree = closest.tree(faces, np.zeros((len(faces), 3)))
+    points = np.concatenate([goal.samples(number)[0], goal.surface.vertices])
+    feet, face, _ = closest.closest(tree, points)
+    return Samples(points, feet, np.linalg.norm(points - feet, axis=1), face // 4)
 
 
 def off_creases(goal: Target, edges: np.ndarray, step: float = 0.004) -> float:
@@ -146,66 +149,3 @@ def creases_to_edges(mesh: HexMesh, surface: TriMesh) -> float:
     sides = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     edges = goal.to_unit(mesh.vertices)[unique_rows(np.sort(sides, axis=1))[0]]
     return off_creases(goal, edges)
-
-
-@lru_cache(maxsize=4)
-def quality(mesh: HexMesh, surface: TriMesh) -> Quality:
-    """Measure a mesh against the surface it was made for; kept, for score and doubts ask alike."""
-    return Quality(
-        float(scaled_jacobian(mesh.vertices, mesh.hexes).min()),
-        deviation(mesh, surface),
-        creases_to_edges(mesh, surface),
-        volume(mesh) / surfaces.volume(surface),
-    )
-
-
-def worth(jacobian: float, vertices: float, creases: float) -> float:
-    """What the score counts of the worst hex, and of boundary vertices and creases that miss."""
-    return (
-        min(jacobian, BEST_SCORE)
-        + BEYOND * max(0, jacobian - BEST_SCORE)
-        - INVALID * (jacobian <= 0)
-        - 20 * max(0, vertices - 0.001)
-        - 5 * max(0, creases - CREASES)
-    )
-
-
-def score(mesh: HexMesh, surface: TriMesh) -> float:
-    """One number to choose by, larger is better: the worst hex, less what misses the surface.
-
-    The scaled Jacobian counts in full up to 0.6, by a quarter beyond; the vertices may miss by
-    0.1 % of the diagonal, 99 % of the points by 1 %, 95 % of the creases by 0.3 %, the volume by
-    3 %.
-    """
-    q = quality(mesh, surface)
-    miss = max(q.deviation.to_surface.p99, q.deviation.to_mesh.p99)
-    return (
-        worth(q.scaled_jacobian, q.deviation.vertices, q.creases)
-        - 5 * max(0, miss - 0.01)
-        - 4 * max(0, abs(q.volume_ratio - 1) - 0.03)
-    )
-
-
-def doubts(mesh: HexMesh, surface: TriMesh) -> list[str]:
-    """Why the mesh should not be used without a look, a sentence each; none where it may be."""
-    q = quality(mesh, surface)
-    farthest = max(q.deviation.to_surface.largest, q.deviation.to_mesh.largest)
-    findings = {
-        f"the smallest scaled Jacobian is {q.scaled_jacobian:.3f}, below {LEAST_JACOBIAN}": (
-            q.scaled_jacobian < LEAST_JACOBIAN
-        ),
-        f"boundary vertices lie up to {q.deviation.vertices:.2%} of the diagonal off the surface, "
-        f"more than {OFF_SURFACE:.1%}": q.deviation.vertices >= OFF_SURFACE,
-        f"mesh and surface are up to {farthest:.1%} of the diagonal apart, more than "
-        f"{APART:.1%}": farthest >= APART,
-        f"the volume is {q.volume_ratio:.1%} of the surface's, more than {VOLUME_OFF:.0%} off": abs(
-            q.volume_ratio - 1
-        )
-        >= VOLUME_OFF,
-    }
-    return [sentence for sentence, holds in findings.items() if holds]
-
-
-def accept(mesh: HexMesh, surface: TriMesh) -> bool:
-    """Whether the mesh may be used without a look."""
-    return not doubts(mesh, surface)

@@ -8,7 +8,7 @@ import pytest
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.plugins.acceptance import CRITERIA, Standard, _steps
 from polycube.types import HexMesh, TriMesh
-from tests.fixtures.hexmeshes import hex_box
+from tests.fixtures.hexmeshes import hex_beam, hex_box, surface_of
 from tests.fixtures.surfaces import box as surface_box
 
 JUDGE = Standard()
@@ -21,8 +21,7 @@ def mesh() -> HexMesh:
 
 @pytest.fixture(scope="module")
 def surface(mesh: HexMesh) -> TriMesh:
-    outer, faces = np.unique(mesh.quads[:, [[0, 1, 2], [0, 2, 3]]], return_inverse=True)
-    return TriMesh(mesh.vertices[outer], faces.reshape(-1, 3))
+    return surface_of(mesh)
 
 
 def moved(mesh: HexMesh, vertices: np.ndarray) -> HexMesh:
@@ -53,6 +52,12 @@ def test_a_mesh_whose_boundary_crosses_itself_is_not_valid():
     found = JUDGE(both, surface_box())
     assert any("the boundary crosses itself" in sentence for sentence in found.failures)
     assert found.key[0] <= -2
+
+
+def test_a_missing_ligament_is_a_warning_though_it_is_small_beside_the_diagonal():
+    found = JUDGE(hex_beam(cut=True), surface_of(hex_beam()))
+    assert found.is_valid
+    assert [w for w in found.warnings if w.endswith("of the wall thickness there, 1")]
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,11 @@ import pytest
 from polycube.fitting.creases.constraints import match, no_features
 from polycube.fitting.creases.recovery import regain
 from polycube.fitting.local_polish import raise_worst
+from polycube.fitting.merit import FULL, merit_of
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import State, cover_of, goals_of, snap
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import BEST_SCORE, off_creases, worth
+from polycube.hexmesh.quality import off_creases
 from polycube.surface.fit_target import target
 from polycube.types import TriMesh
 from tests.fixtures.hexmeshes import unit_cubes
@@ -76,11 +77,11 @@ def test_what_counts_in_the_worst_hex_is_not_given(slope):
     found = regain(problem, match(problem, x), start, ROUNDS)
 
     def value(one):
-        return worth(one.jacobian, stray(problem, one), off(problem, one))
+        return merit_of(one.jacobian, stray(problem, one), off(problem, one))
 
     assert off(problem, found) < off(problem, start)
     assert value(found) > value(start)
-    assert found.jacobian > min(start.jacobian, BEST_SCORE) - 0.02
+    assert found.jacobian > min(start.jacobian, FULL) - 0.02
     assert stray(problem, found) < 0.002
 
 

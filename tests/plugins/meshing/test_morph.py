@@ -8,8 +8,10 @@ from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.errors import BadOption, MeshingError
+from polycube.fitting.merit import misses
 from polycube.hexmesh.connectivity import check_conforming
-from polycube.hexmesh.quality import accept, deviation, scaled_jacobian
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.quality import deviation, scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build
 from polycube.structure.rough_map import affine_map
@@ -56,7 +58,7 @@ def test_from_template_to_an_accepted_mesh(cylinder, template):
     check_conforming(mesh)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.7
     assert deviation(mesh, cylinder).vertices < 1e-9
-    assert accept(mesh, cylinder)
+    assert not misses(inspect(mesh, cylinder))
     assert set(mesh.patch) == set(template.patch)
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     assert (middle[mesh.cell == 0, 2] < 0.3).all() and (middle[mesh.cell == 1, 2] > -0.3).all()
@@ -197,4 +199,4 @@ def test_parts_keep_their_quality(testdata):
     for kind in ("smooth", "pillow", "optimize"):
         mesh = stage(kind)(surface, mesh)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.5
-    assert accept(mesh, surface)
+    assert not misses(inspect(mesh, surface))

@@ -7,8 +7,10 @@ from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.errors import MeshingError
+from polycube.fitting.merit import misses
 from polycube.hexmesh.connectivity import check_conforming
-from polycube.hexmesh.quality import doubts, scaled_jacobian
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.quality import scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build
 from polycube.structure.rough_map import affine_map
@@ -49,7 +51,7 @@ def test_from_labels_to_an_accepted_mesh(torus):
     mesh = stage("optimize", soft_rounds=6, hard_rounds=4)(surface, mesh)
     check_conforming(mesh)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.5
-    assert not doubts(mesh, surface)
+    assert not misses(inspect(mesh, surface))
 
 
 def test_map_keeps_its_promises():
