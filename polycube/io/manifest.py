@@ -157,8 +157,11 @@ def _is_ours(path: Path, states: list[State]) -> bool:
 
 
 def _state(path: Path) -> State:
+    digest = hashlib.sha256()
     with path.open("rb") as file:
-        return [path.stat().st_size, hashlib.file_digest(file, "sha256").hexdigest()]
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return [path.stat().st_size, digest.hexdigest()]
 
 
 def _resolved(paths: Collection[Path]) -> set[Path]:

@@ -46,9 +46,9 @@ def nearest_labels(
 def majority(patch: np.ndarray, faces: np.ndarray, rounds: int) -> np.ndarray:
     """Labels (F,) after votes in which two equal neighbours outvote a face unlike all three."""
     first, second = twins(faces)
-    neighbour = np.empty(faces.size, np.int64)  # of each half-edge of a closed surface
-    neighbour[first], neighbour[second] = second // 3, first // 3
-    neighbour = neighbour.reshape(-1, 3)
+    across = np.empty(faces.size, np.int64)  # face of the other side of each half-edge
+    across[first], across[second] = second // 3, first // 3
+    neighbour = across.reshape(-1, 3)
     for _ in range(rounds):
         around = patch[neighbour]
         a, b, c = around.T
