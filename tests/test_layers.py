@@ -3,7 +3,9 @@
 import ast
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -31,16 +33,25 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"api"},
     {"cli", "evaluate"},
 )
+MOST_FILES = 17  # in a folder
 HEAVY = {"open3d", "pyvista", "vtk", "vtkmodules", "matplotlib", "trimesh"}
 FILES = sorted(
     path.relative_to(ROOT) for top in ("polycube", "plugins") for path in (ROOT / top).rglob("*.py")
 )
+
+
+def name(path: Path) -> str:
+    return ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+
+
+TESTS = sorted(path.relative_to(ROOT) for path in (ROOT / "tests").rglob("*.py"))
+TEST_MODULES = {name(path) for path in TESTS if path.stem.startswith("test_")}
 POLYCUBE = [path for path in FILES if path.parts[0] == "polycube"]
 PLUGINS = [path for path in FILES if path.parts[0] == "plugins"]
 
 
 def imports(path: Path, everywhere: bool = True) -> Iterator[str]:
-    """Absolute names of the modules that a file imports: everywhere, or when it is imported."""
+    """Absolute names of what a file imports: everywhere, or only when it is itself imported."""
     tree = ast.parse((ROOT / path).read_text())
     hidden = (ast.FunctionDef, ast.Lambda)
     stack = list(tree.body)
@@ -53,8 +64,12 @@ def imports(path: Path, everywhere: bool = True) -> Iterator[str]:
             base = ".".join([*parts, *([node.module] if node.module else [])])
             yield base
             yield from (f"{base}.{alias.name}" for alias in node.names)
-        if everywhere or not isinstance(node, hidden):
+        if everywhere or not (isinstance(node, hidden) or _is_for_types(node)):
             stack += ast.iter_child_nodes(node)
+
+
+def _is_for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
 
 
 def layer(module: str) -> int:
@@ -66,12 +81,28 @@ def layer(module: str) -> int:
     return height
 
 
-def name(path: Path) -> str:
-    return ".".join(path.with_suffix("").parts).removesuffix(".__init__")
-
-
 def inside(module: str, *packages: str) -> bool:
     return any(module == package or module.startswith(package + ".") for package in packages)
+
+
+def test_no_module_imports_itself_through_others():
+    """Imports inside functions count too; the importing of a package by its modules does not."""
+    modules = {name(path) for path in FILES}
+    graph = {name(path): modules.intersection(imports(path)) - {name(path)} for path in FILES}
+    for module, found in graph.items():
+        parents = {".".join(module.split(".")[:k]) for k in range(1, module.count(".") + 1)}
+        found -= parents
+    list(TopologicalSorter(graph).static_order())  # a CycleError names the modules
+
+
+def test_no_folder_is_too_full():
+    number = Counter(path.parent for path in FILES)
+    assert {folder: n for folder, n in number.items() if n > MOST_FILES} == {}
+
+
+@pytest.mark.parametrize("path", TESTS, ids=str)
+def test_no_test_module_is_imported(path):
+    assert not TEST_MODULES.intersection(imports(path))
 
 
 def test_every_module_has_a_layer():

@@ -17,7 +17,6 @@ from pathlib import Path
 
 from polycube.io.atomic import atomic_write
 from polycube.pipeline.resume import load_stage
-from polycube.pipeline.state import RunState
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Film, Scene
@@ -99,9 +98,8 @@ def pictured(run: Path) -> dict[str, Scene]:
         found |= {"hex": scenes.hex_outside(hexes), "cut": scenes.hex_cut(hexes)}
     if (run / "stages" / "analysis.npz").is_file():
         spline, solution = load_stage(run, "spline"), load_stage(run, "analysis")
-        state = RunState(surface, spline=spline, solution=solution)
-        name, make = next(iter(fields.makers(state.solution).items()))
-        found[name] = _still(make(state))
+        name, make = next(iter(fields.makers(spline, solution).items()))
+        found[name] = _still(make())
     return found
 
 

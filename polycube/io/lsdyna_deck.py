@@ -6,11 +6,12 @@ Consistent units: the part's length, kg, s; so frequencies come in Hz.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
+from typing import TypedDict
 
 from polycube.analysis.material import Material, material
 from polycube.io.atomic import atomic_write
+from polycube.types import Json
 from polycube.units import METRES
 
 
@@ -52,7 +53,16 @@ def write_modal_deck(
     return Path(path)
 
 
-def settings_of(analysis: Mapping[str, object]) -> dict[str, object]:
+class DeckSettings(TypedDict):
+    """Arguments of `write_modal_deck` beside the files."""
+
+    elastic: Material
+    units: str
+    modes: int
+    lumped: bool
+
+
+def settings_of(analysis: Json) -> DeckSettings:
     """Material, units, modes and mass of an analysis' options; what it has not, of steel in mm."""
     return {
         "elastic": material(analysis.get("material", "steel")),

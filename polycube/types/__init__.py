@@ -7,6 +7,7 @@ placement, except on the polycube, whose cell edge is 1.
 
 from polycube.types.checks import freeze
 from polycube.types.hexmesh import HexMesh, Ranked, Verdict
+from polycube.types.plain import Json
 from polycube.types.polycube import (
     AXES,
     Candidate,
@@ -27,6 +28,7 @@ __all__ = [
     "ElementFunctions",
     "Frame",
     "HexMesh",
+    "Json",
     "Labels",
     "Modes",
     "Parametrization",

@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from tests.cli.test_infer import run
+from tests.fixtures.runs import run
 
 
 @pytest.mark.parametrize(

@@ -9,27 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 import polycube.cli.search_path  # noqa: F401
 from polycube import HOME
-from polycube.cli.infer import _command, infer
-
-FAST = ["meshing.size=12%", "structure=slices"]
-
-
-def config(*overrides: str):
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        return compose("infer", list(overrides))
-
-
-def run(*overrides: str) -> dict:
-    return infer(OmegaConf.to_container(config(*overrides), resolve=True))
-
-
-def tree(folder: Path) -> set[str]:
-    return {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+from polycube.cli.infer import _command
+from tests.fixtures.runs import FAST, config, run, tree
 
 
 @pytest.fixture(scope="module")

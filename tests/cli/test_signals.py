@@ -18,7 +18,7 @@ from polycube.io.hex_meshes import read_hexes
 from polycube.pipeline.deadline import Deadline
 from polycube.pipeline.run import Run
 from polycube.pipeline.stages import Clock
-from tests.cli.test_infer import FAST, config, run, tree
+from tests.fixtures.runs import FAST, config, run, tree
 
 ROD = ("mesh=example:rod", *FAST)
 MARK = "meshing/pillow"  # signals come when this stage ends: a valid mesh is there, none is best

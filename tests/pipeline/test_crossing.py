@@ -3,7 +3,7 @@
 import pytest
 
 from polycube.cli.infer import _command
-from tests.cli.test_infer import config, run, tree
+from tests.fixtures.runs import config, run, tree
 
 
 @pytest.mark.slow

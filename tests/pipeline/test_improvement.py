@@ -13,8 +13,8 @@ from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.io.vtk import write_hex_vtu
 from polycube.registry import build
 from polycube.types import HexMesh
-from tests.cli.test_infer import config, run, tree
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder
+from tests.fixtures.runs import config, run, tree
 
 FAST = ["improve.optimize.soft_rounds=6", "improve.optimize.hard_rounds=4", "order=[meshing]"]
 

@@ -4,8 +4,8 @@ import pytest
 
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.io.vtk import write_hex_vtu
-from tests.cli.test_infer import run
 from tests.fixtures.hexmeshes import hex_box, pillowed_cube
+from tests.fixtures.runs import run
 
 IDLE = ["improve.order=[]", "order=[meshing,spline,analysis]"]
 

@@ -11,8 +11,8 @@ from polycube.cli.infer import _command
 from polycube.errors import InputError
 from polycube.io.vtk import write_hex_vtu
 from polycube.pipeline.resume import load_stage, save_stage
-from tests.cli.test_infer import config, run
 from tests.fixtures.hexmeshes import hex_box
+from tests.fixtures.runs import config, run
 
 FAST = ["improve.optimize.soft_rounds=2", "improve.optimize.hard_rounds=1"]
 STAGE = "meshing/optimize"

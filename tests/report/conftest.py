@@ -9,10 +9,7 @@ from polycube.pipeline.state import RunState
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.structure.lattice import boundary, cell_of_box, lattice
 from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
-
-CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-)
+from tests.fixtures.hexmeshes import CORNERS
 
 
 def bend(points: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from polycube.hexmesh.metrics import metrics, worst
 from polycube.surface import closest
 from polycube.surface import measures as topology
 from polycube.surface.fit_target import target
-from polycube.types import HexMesh, TriMesh
+from polycube.types import HexMesh, Json, TriMesh
 
 N_WORST = 5  # hexes told by their scaled Jacobian, and one by each other measure
 SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")  # in the table of the worst
@@ -65,7 +65,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
 
     context : primitive per grid cell; empty where it is not known
     """
-    numbers = short(mesh, surface)
+    numbers: Json = short(mesh, surface)
     found = measured(mesh)
     diagonal = topology.diagonal(surface)
     lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from polycube.analysis.recovery import samples
 from polycube.pipeline.state import RunState
-from polycube.report.page.markup import facts, figure, gradient, grid, section, show, table
+from polycube.report.page.markup import (
+    Pictures,
+    facts,
+    figure,
+    gradient,
+    grid,
+    section,
+    show,
+    table,
+)
 from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS
 from polycube.report.pictures.fields import exaggeration, first_elastic
-from polycube.types import Deformation, Modes, Potential, Solution, Spline
-
-Report = Mapping[str, object]
-Pictures = Mapping[str, bytes]
+from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 
 def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
@@ -71,7 +75,7 @@ def _largest(spline: Spline, name: str, values: np.ndarray) -> dict[str, object]
     return {f"max_{name}": float(values.max()), f"max_{name}_at": at.tolist()}
 
 
-def tile(report: Report) -> dict[str, str | None]:
+def tile(report: Json) -> dict[str, str | None]:
     """The one number of the solution that stands on top of the page, under its name."""
     if "modes" in report:
         found = report["modes"]
@@ -88,12 +92,12 @@ def tile(report: Report) -> dict[str, str | None]:
     return {}
 
 
-def section_of(state: RunState, report: Report, pictures: Pictures) -> str:
+def section_of(state: RunState, report: Json, pictures: Pictures) -> str:
     """The section of the solution; empty where there is none."""
     found = state.solution
     if isinstance(found, Modes):
         return _modes_section(found, pictures)
-    if isinstance(found, Deformation):
+    if isinstance(found, Deformation) and state.spline is not None:
         return _static_section(state.spline, found, report["static"], pictures)
     if isinstance(found, Potential):
         return _poisson_section(report["poisson"], pictures)
@@ -126,7 +130,7 @@ def _modes_section(found: Modes, pictures: Pictures) -> str:
     return section("modes", "Eigenmodes", grid(*pictured), table(rows), facts(about))
 
 
-def _static_section(spline: Spline, found: Deformation, told: Report, pictures: Pictures) -> str:
+def _static_section(spline: Spline, found: Deformation, told: Json, pictures: Pictures) -> str:
     """The deformed solid, what is largest where, and the reactions."""
     units = found.units
     points = spline.extraction @ spline.control
@@ -154,7 +158,7 @@ def _static_section(spline: Spline, found: Deformation, told: Report, pictures: 
     )
 
 
-def _poisson_section(told: Report, pictures: Pictures) -> str:
+def _poisson_section(told: Json, pictures: Pictures) -> str:
     """u on the surface, and what flows in through each support."""
     legend = gradient(FIELD_COLOURS, show(told["min_u"]), show(told["max_u"]))
     rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in told["flows"]]

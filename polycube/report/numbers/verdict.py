@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from polycube.report.numbers import solutions
 from polycube.report.numbers.quality import SPLINE_APART
 from polycube.report.page.markup import show
+from polycube.types import Json
 
-Report = Mapping[str, object]
 GOOD, DOUBTFUL, BAD, PLAIN = "good", "doubtful", "bad", ""
 CALM = "All checks passed: worst hex, distances to the input and volume are within their limits."
 SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}  # a colour alone would not do
@@ -29,7 +28,7 @@ class Tile:
     mark: str = PLAIN
 
 
-def verdict(report: Report) -> str:
+def verdict(report: Json) -> str:
     """Valid or not, what is doubtful, and the handful of numbers that decide."""
     tiles = [tile for make in TILES for tile in make(report)]
     cells = "".join(
@@ -40,7 +39,7 @@ def verdict(report: Report) -> str:
     return f'{_mark(report)}{_why(report)}<div class="tiles">{cells}</div>'
 
 
-def _mark(report: Report) -> str:
+def _mark(report: Json) -> str:
     if not report.get("valid"):
         kind, words = BAD, "No valid result"
     elif reasons(report):
@@ -50,7 +49,7 @@ def _mark(report: Report) -> str:
     return f'<p class="verdict {kind}">{words}</p>'
 
 
-def _why(report: Report) -> str:
+def _why(report: Json) -> str:
     failure = [report["failure"]] if report.get("failure") else []
     doubtful = [*failure, *reasons(report)]
     if doubtful:
@@ -66,13 +65,13 @@ def _sentence(reason: str) -> str:
     return reason[:1].upper() + reason[1:].rstrip(".") + "."
 
 
-def reasons(report: Report) -> list[str]:
+def reasons(report: Json) -> list[str]:
     """All that is doubtful of a valid mesh, a sentence each."""
     stopped = [str(report["stopped"])] if report.get("stopped") else []
     return [*stopped, *report.get("doubts", ())]
 
 
-def _worst(report: Report) -> list[Tile]:
+def _worst(report: Json) -> list[Tile]:
     numbers = report.get("hex", {})
     least = numbers.get("min_scaled_jacobian")
     if least is None:
@@ -84,12 +83,12 @@ def _worst(report: Report) -> list[Tile]:
     return [Tile(f"{least:.3f}", "worst scaled Jacobian", note, mark)]
 
 
-def _limit(report: Report, name: str) -> float:
+def _limit(report: Json, name: str) -> float:
     """A limit of the acceptance of this run."""
     return report.get("config", {}).get("acceptance", {}).get(name, LIMITS[name])
 
 
-def _count(report: Report) -> list[Tile]:
+def _count(report: Json) -> list[Tile]:
     numbers = report.get("hex", {})
     if "hexes" not in numbers:
         return []
@@ -103,7 +102,7 @@ def _count(report: Report) -> list[Tile]:
     return [Tile(show(numbers["hexes"]), "hexes", note, mark)]
 
 
-def _distance(report: Report) -> list[Tile]:
+def _distance(report: Json) -> list[Tile]:
     numbers = report.get("hex", {})
     ways = ("mesh_to_surface", "surface_to_mesh")
     both = [numbers.get(f"{way}_max") for way in ways]
@@ -123,7 +122,7 @@ def _distance(report: Report) -> list[Tile]:
     return [Tile(value, "largest distance from the input", "; ".join(notes), mark)]
 
 
-def _volume(report: Report) -> list[Tile]:
+def _volume(report: Json) -> list[Tile]:
     error = report.get("hex", {}).get("volume_error")
     if error is None:
         return []
@@ -132,7 +131,7 @@ def _volume(report: Report) -> list[Tile]:
     return [Tile(f"{100 * error:.2f} %", "volume error", f"limit {100 * limit:g} %", mark)]
 
 
-def _spline(report: Report) -> list[Tile]:
+def _spline(report: Json) -> list[Tile]:
     numbers = report.get("spline", {})
     if "surface_to_spline_p99" not in numbers:
         return []
@@ -146,7 +145,7 @@ def _spline(report: Report) -> list[Tile]:
     return [Tile(value, name, f"limit {100 * SPLINE_APART:g} %; {note}", mark)]
 
 
-def _solution(report: Report) -> list[Tile]:
+def _solution(report: Json) -> list[Tile]:
     return [
         Tile(value, name) for name, value in solutions.tile(report).items() if value is not None
     ]
@@ -155,7 +154,7 @@ def _solution(report: Report) -> list[Tile]:
 TILES = (_worst, _count, _distance, _volume, _spline, _solution)
 
 
-def length_unit(report: Report) -> str:
+def length_unit(report: Json) -> str:
     """Of the coordinates: as the analysis was told, else "model units"."""
     for name in ("modes", "static", "poisson"):
         unit = report.get(name, {}).get("units", {}).get("length")
@@ -164,7 +163,7 @@ def length_unit(report: Report) -> str:
     return "model units"
 
 
-def subtitle(report: Report) -> str:
+def subtitle(report: Json) -> str:
     """What was done, in one line of plain text: size, time."""
     words, box = [], report.get("input", {}).get("bbox")
     if box:

@@ -62,7 +62,7 @@ def spread(name: str, edges: Sequence[float], counts: Sequence[int], worst: str)
     )
 
 
-def _bin(edges: Sequence[float], i: int) -> str:
+def _bin(edges: Sequence[float] | np.ndarray, i: int) -> str:
     return f"{edges[i]:.3g} to {edges[i + 1]:.3g}"
 
 

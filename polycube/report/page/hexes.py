@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from polycube.hexmesh.quality import scaled_jacobian
 from polycube.pipeline.state import RunState
 from polycube.report.page import charts
 from polycube.report.page.markup import (
+    Pictures,
     distance_table,
     facts,
     figure,
@@ -26,10 +26,7 @@ from polycube.report.page.markup import (
 from polycube.report.page.viewer import viewer
 from polycube.report.pictures.colours import DEVIATION_COLOURS, QUALITY_COLOURS
 from polycube.report.pictures.scenes import cell_colour
-from polycube.types import HexMesh
-
-Numbers = Mapping[str, object]
-Pictures = Mapping[str, bytes]
+from polycube.types import HexMesh, Json
 
 QUALITY_BAR = gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1")
 FARTHEST = {
@@ -49,7 +46,7 @@ def view(state: RunState) -> str:
     return section("view", "3D view", viewer(mesh, state.surface, context))
 
 
-def hexes(state: RunState, report: Mapping[str, object], pictures: Pictures) -> str:
+def hexes(state: RunState, report: Json, pictures: Pictures) -> str:
     """The hex mesh: cut open, measures, worst hexes, distances from the input, primitives."""
     mesh, numbers = state.hexes, report.get("hex", {})
     if mesh is None:
@@ -83,7 +80,7 @@ def hexes(state: RunState, report: Mapping[str, object], pictures: Pictures) -> 
     )
 
 
-def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Numbers) -> dict[str, object]:
+def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Json) -> dict[str, object]:
     shares = np.percentile(quality, [1, 5, 50])
     return {
         "hexes": len(mesh.hexes),
@@ -101,7 +98,7 @@ def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Numbers) -> dict[str, obj
     }
 
 
-def _certificate(found: Numbers | None) -> str | None:
+def _certificate(found: Json | None) -> str | None:
     """Where the Jacobian is certainly positive, in words."""
     if found is None:
         return None
@@ -115,7 +112,7 @@ def _certificate(found: Numbers | None) -> str | None:
     return f"positive at all corners and centres; not everywhere in {open_ones}: {named}{more}"
 
 
-def _measures(numbers: Numbers) -> str:
+def _measures(numbers: Json) -> str:
     """What else finite-element programs look at: small histograms and a table."""
     found, shapes = numbers.get("quality"), numbers.get("histograms")
     if not found or not shapes:
@@ -143,7 +140,7 @@ def _measures(numbers: Numbers) -> str:
     return f'{title}<div class="small">{"".join(small)}</div>{told}'
 
 
-def _worst(numbers: Numbers) -> str:
+def _worst(numbers: Json) -> str:
     rows = [
         {
             "worst by": _words(row["worst_by"]),
@@ -159,7 +156,7 @@ def _worst(numbers: Numbers) -> str:
     return folded("Worst hexes, and where they are", table(rows)) if rows else ""
 
 
-def _distances(state: RunState, numbers: Numbers, pictures: Pictures) -> str:
+def _distances(state: RunState, numbers: Json, pictures: Pictures) -> str:
     """Table of distances to the input, in per cent of the diagonal and in model units."""
     found = state.surface
     if found is None or "surface_to_mesh_max" not in numbers:
@@ -203,7 +200,7 @@ def _primitives(state: RunState, mesh: HexMesh, pictures: Pictures) -> str:
     return "<h3>Primitives</h3>" + grid(figure(picture, text, legend))
 
 
-def _improved(report: Mapping[str, object], pictures: Pictures) -> str:
+def _improved(report: Json, pictures: Pictures) -> str:
     """Before and after, where the run began with hexes."""
     given, made = report.get("given"), report.get("hex")
     if not given or not made:

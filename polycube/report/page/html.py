@@ -19,6 +19,7 @@ from polycube.report.page.hexes import hexes, view
 from polycube.report.page.markup import section
 from polycube.report.page.repairs import repairs
 from polycube.report.pictures.pictures import denoising, pictures
+from polycube.types import Json
 
 _HERE = Path(__file__).parent
 
@@ -57,7 +58,7 @@ FILES = {
 def write_report(
     folder: Path,
     state: RunState,
-    report: Mapping[str, object],
+    report: Json,
     drawing: bool = True,
 ) -> Path:
     """Write `folder/report.html`; a run that stopped half way is told as far as it went.
@@ -120,7 +121,7 @@ def _links(body: str) -> str:
     return f'<nav aria-label="sections">{links}</nav>' if len(found) > 2 else ""
 
 
-def _settings(report: Mapping[str, object]) -> str:
+def _settings(report: Json) -> str:
     config = report.get("config")
     if not config:
         return ""
@@ -131,7 +132,7 @@ def _settings(report: Mapping[str, object]) -> str:
     return section("settings", "Settings", body)
 
 
-def _yaml(value: object, indent: int = 0) -> str:
+def _yaml(value: Json, indent: int = 0) -> str:
     """Nested mappings as indented lines; everything else as JSON, which is YAML too."""
     lines = []
     for name, item in value.items():

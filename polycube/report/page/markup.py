@@ -8,6 +8,8 @@ from html import escape
 
 import numpy as np
 
+Pictures = Mapping[str, bytes]  # PNG or GIF by name
+
 
 def show(value: object) -> str:
     """A value for a person, escaped: 12 345, 0.3142, yes, a, b."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from html import escape
 
 from polycube.report.page.markup import facts, section
+from polycube.types import Json
 
 
-def repairs(report: Mapping[str, object]) -> str:
+def repairs(report: Json) -> str:
     """The changes in order, how far they moved the surface; empty where none were asked for."""
     numbers = report.get("repair")
     if not numbers:

@@ -8,13 +8,12 @@ when there is nothing to tell.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from polycube.pipeline.state import RunState
 from polycube.report.page import charts
 from polycube.report.page.markup import (
+    Pictures,
     distance_table,
     facts,
     figure,
@@ -27,10 +26,7 @@ from polycube.report.page.markup import (
 )
 from polycube.report.pictures.colours import AXIS_COLOURS
 from polycube.structure.lattice import NAMED
-from polycube.types import AXES
-
-Report = Mapping[str, object]
-Pictures = Mapping[str, bytes]
+from polycube.types import AXES, Json
 
 N_CANDIDATES = 12  # shown
 SPLINE = {  # what is told of it, and under which key of report.json
@@ -46,13 +42,13 @@ SPLINE = {  # what is told of it, and under which key of report.json
 }
 
 
-def warnings(report: Report) -> str:
+def warnings(report: Json) -> str:
     """What the run had to say about the input and about itself."""
     items = "".join(f"<li>{show(text)}</li>" for text in report.get("warnings", ()))
     return section("warnings", "Warnings", f"<ul>{items}</ul>") if items else ""
 
 
-def surface(state: RunState, report: Report, pictures: Pictures) -> str:
+def surface(state: RunState, report: Json, pictures: Pictures) -> str:
     """The input as it was read."""
     numbers = dict(report.get("input", {}))
     box = np.array(numbers.pop("bbox", [[0] * 3] * 2))
@@ -66,7 +62,7 @@ def surface(state: RunState, report: Report, pictures: Pictures) -> str:
     return section("input", "Input", grid(picture, facts(rows)))
 
 
-def structure(state: RunState, report: Report, pictures: Pictures) -> str:
+def structure(state: RunState, report: Json, pictures: Pictures) -> str:
     """The polycube, the labels, and the ranking it came out of."""
     numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
@@ -95,7 +91,7 @@ def structure(state: RunState, report: Report, pictures: Pictures) -> str:
     return section("structure", "Structure", pictured, facts(numbers) if numbers else "", ranking)
 
 
-def _named(row: Report) -> Report:
+def _named(row: Json) -> Json:
     """The row with the context of a lattice of many bricks in few words."""
     context = row.get("context", ())
     if len(context) <= NAMED:
@@ -104,7 +100,7 @@ def _named(row: Report) -> Report:
     return {**row, "context": f"bricks in {n_full} of {len(context)} cells"}
 
 
-def denoising(report: Report, moving: Pictures) -> str:
+def denoising(report: Json, moving: Pictures) -> str:
     """The points of the diffusion model on their way, where it was asked."""
     if not moving:
         return ""
@@ -131,7 +127,7 @@ def denoising(report: Report, moving: Pictures) -> str:
     )
 
 
-def spline(state: RunState, report: Report, pictures: Pictures) -> str:
+def spline(state: RunState, report: Json, pictures: Pictures) -> str:
     """The volumetric spline."""
     numbers = report.get("spline", {})
     picture = figure(pictures.get("spline"), "Spline solid with the edges of its Bézier elements.")
@@ -147,7 +143,7 @@ def spline(state: RunState, report: Report, pictures: Pictures) -> str:
     return section("spline", "Volumetric spline", grid(picture, facing), apart)
 
 
-def seconds(report: Report) -> str:
+def seconds(report: Json) -> str:
     """Where the time went."""
     spent = report.get("seconds", {})
     return section("time", "Time", charts.bars(spent)) if spent else ""

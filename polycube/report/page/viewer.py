@@ -17,7 +17,7 @@ from polycube.report.numbers.quality import quad_deviation
 from polycube.report.page.markup import gradient, show, swatches
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
 from polycube.report.pictures.render import view
-from polycube.types import HexMesh, TriMesh
+from polycube.types import HexMesh, Json, TriMesh
 
 _HERE = Path(__file__).parent
 MOST = 200_000  # hexes; above, the page would be too heavy for a browser
@@ -76,9 +76,7 @@ def viewer(
     )
 
 
-def _legends(
-    mesh: HexMesh, data: dict[str, object], has_distance: bool
-) -> list[tuple[str, tuple[str, str]]]:
+def _legends(mesh: HexMesh, data: Json, has_distance: bool) -> list[tuple[str, tuple[str, str]]]:
     """Key of each colouring, its title and its legend."""
     cells, names = np.unique(mesh.cell).tolist(), data["names"]
     found = {"quality": ("scaled Jacobian", gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1"))}

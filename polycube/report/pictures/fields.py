@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
-from polycube.pipeline.state import RunState
-from polycube.report.pictures.bezier import tessellate
+from polycube.report.pictures.bezier import Skin, tessellate
 from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS, ramp
 from polycube.report.pictures.render import Film, Layer, Scene
 from polycube.types import Deformation, Modes, Potential, Solution, Spline
@@ -17,17 +17,15 @@ AMPLITUDE = 0.08  # of the diagonal: the largest displacement as it is drawn
 TINY = 1e-300
 
 
-def makers(solution: Solution) -> dict[str, Callable[[RunState], Scene | Film]]:
-    """Picture -> how it is made of the state's spline and solution."""
+def makers(spline: Spline, solution: Solution) -> dict[str, Callable[[], Scene | Film]]:
+    """How each picture of a solution is made."""
     if isinstance(solution, Modes):
         first = first_elastic(solution)
         numbers = range(first, min(first + N_MODES, len(solution.eigenvalues)))
-        return {f"mode_{n}": lambda s, n=n: mode(s.spline, s.solution, n) for n in numbers}
+        return {f"mode_{n}": partial(mode, spline, solution, n) for n in numbers}
     if isinstance(solution, Deformation):
-        return {"static": lambda s: deformed(s.spline, s.solution)}
-    if isinstance(solution, Potential):
-        return {"poisson": lambda s: potential(s.spline, s.solution)}
-    return {}
+        return {"static": partial(deformed, spline, solution)}
+    return {"poisson": partial(potential, spline, solution)}
 
 
 def mode(spline: Spline, modes: Modes, number: int, amplitude: float = AMPLITUDE) -> Film:
@@ -68,6 +66,6 @@ def exaggeration(points: np.ndarray, largest: float, amplitude: float = AMPLITUD
     return amplitude * np.linalg.norm(np.ptp(points, axis=0)) / max(largest, TINY)
 
 
-def _skin(spline: Spline) -> tuple[object, np.ndarray]:
+def _skin(spline: Spline) -> tuple[Skin, np.ndarray]:
     skin = tessellate(spline)
     return skin, skin.points @ (spline.extraction @ spline.control)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,38 +26,37 @@ from polycube.structure.projection import project
 logger = logging.getLogger(__name__)
 
 
-# picture -> what of the state it needs, and how it is made
-SCENES: dict[str, tuple[tuple[str, ...], Callable[[RunState], Scene]]] = {
-    "input": (("surface",), lambda s: scenes.input_surface(s.surface)),
-    "polycube": (
-        ("polycube",),
-        lambda s: scenes.polycube_faces(s.polycube, s.rough_map),
-    ),
-    "labels": (("surface", "labels"), lambda s: scenes.labelled(s.surface, s.labels)),
-    "given": (("given",), lambda s: scenes.hex_cut(s.given)),
-    "hex": (("hexes",), lambda s: scenes.hex_outside(s.hexes)),
-    "cut": (("hexes",), lambda s: scenes.hex_cut(s.hexes)),
-    "worst": (("hexes",), lambda s: scenes.worst_hex(s.hexes)),
-    "deviation": (
-        ("hexes", "surface"),
-        lambda s: scenes.deviation(s.hexes, quad_deviation(s.hexes, s.surface)),
-    ),
-    "cells": (("hexes",), lambda s: scenes.decomposed(s.hexes)),
-    "spline": (("spline",), lambda s: scenes.spline_boundary(s.spline)),
-}
+def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
+    """How each picture of what the state holds is made; `mode_<number>` and its like are films."""
+    surface, mesh, spline = state.surface, state.hexes, state.spline
+    found: dict[str, Callable[[], Scene | Film]]
+    found = {"input": partial(scenes.input_surface, surface)}
+    if state.polycube is not None:
+        found["polycube"] = partial(scenes.polycube_faces, state.polycube, state.rough_map)
+    if state.labels is not None:
+        found["labels"] = partial(scenes.labelled, surface, state.labels)
+    if state.given is not None:
+        found["given"] = partial(scenes.hex_cut, state.given)
+    if mesh is not None:
+        found["hex"] = partial(scenes.hex_outside, mesh)
+        found["cut"] = partial(scenes.hex_cut, mesh)
+        found["worst"] = partial(scenes.worst_hex, mesh)
+        found["deviation"] = lambda: scenes.deviation(mesh, quad_deviation(mesh, surface))
+        if np.ptp(mesh.cell):  # one primitive is not taken apart
+            found["cells"] = partial(scenes.decomposed, mesh)
+    if spline is not None:
+        found["spline"] = partial(scenes.spline_boundary, spline)
+        if state.solution is not None:
+            found |= fields.makers(spline, state.solution)
+    return found
 
 
 def pictures(state: RunState) -> dict[str, bytes]:
-    """PNG of everything in the state that can be shown, GIF of what moves: `mode_<number>`."""
-    makers = {name: make for name, (needs, make) in SCENES.items() if _has(state, needs)}
-    if _has(state, ("spline", "solution")):
-        makers |= fields.makers(state.solution)
-    if "cells" in makers and not np.ptp(state.hexes.cell):
-        del makers["cells"]  # one primitive is not taken apart
+    """PNG of everything in the state that can be shown, GIF of what moves."""
     found = {}
-    for name, make in makers.items():
+    for name, make in makers(state).items():
         try:
-            found[name] = make(state)
+            found[name] = make()
         except Exception as error:
             logger.warning("no picture of %s: %s", name, error)
     return draw(found)
@@ -76,10 +76,6 @@ def denoising(state: RunState) -> dict[str, bytes]:
     except Exception as error:
         logger.warning("no picture of the denoising: %s", error)
         return {}
-
-
-def _has(state: RunState, names: tuple[str, ...]) -> bool:
-    return all(getattr(state, name) is not None for name in names)
 
 
 def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, bytes]:

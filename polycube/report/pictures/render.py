@@ -12,10 +12,14 @@ import pickle
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.report.pictures.colours import EDGE
+
+if TYPE_CHECKING:
+    from pyvista import Plotter
 
 EYE = (0.75, -1.0, 0.62)  # from the middle of the model towards the eye; z is up
 LIGHTS = (((-0.35, 1.0, 0.5), 0.6), ((0.1, 0.0, 1.0), 0.62))  # as seen from the eye, at +z
@@ -62,18 +66,26 @@ def render(scene: Scene, path: Path) -> None:
     """Write one picture with transparent background, cropped to what it shows."""
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none")
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
     _light(plotter)
     for layer in scene:
         _add(plotter, layer)
     _look(plotter, np.concatenate([layer.points for layer in scene]))
     plotter.enable_anti_aliasing("ssaa")
-    image = plotter.screenshot(None, transparent_background=True, return_img=True)
+    image = _shot(plotter, transparent=True)
     plotter.close()
     _save(image, path)
 
 
-def _light(plotter: object) -> None:
+def _shot(plotter: Plotter, transparent: bool = False) -> np.ndarray:
+    """(height, width, 3 or 4) uint8 of what the plotter shows."""
+    image = plotter.screenshot(None, transparent_background=transparent, return_img=True)
+    if image is None:
+        raise RuntimeError("VTK drew nothing")
+    return np.asarray(image)
+
+
+def _light(plotter: Plotter) -> None:
     import pyvista
 
     for where, intensity in LIGHTS:
@@ -81,20 +93,20 @@ def _light(plotter: object) -> None:
         plotter.add_light(light)
 
 
-def _look(plotter: object, points: np.ndarray) -> None:
+def _look(plotter: Plotter, points: np.ndarray) -> None:
     """Parallel view along `EYE` in which all points just fit."""
     seen = points @ view().T
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle = (low + high) / 2 @ view()
     distance = 2 * np.linalg.norm(high - low)
-    plotter.enable_parallel_projection()
+    plotter.renderer.enable_parallel_projection()
     plotter.camera_position = [middle + distance * view()[2], middle, (0, 0, 1)]
     width, height = (high - low)[:2]
     plotter.camera.parallel_scale = 0.52 * max(height, width * SIZE[1] / SIZE[0])
     plotter.renderer.ResetCameraClippingRange()
 
 
-def _add(plotter: object, layer: Layer, width: float = 4) -> None:
+def _add(plotter: Plotter, layer: Layer, width: float = 4) -> None:
     import pyvista
 
     mesh = pyvista.PolyData(layer.points, _counted(layer.polygons))
@@ -130,17 +142,17 @@ def _save(image: np.ndarray, path: Path) -> None:
     rows, columns = (np.flatnonzero(seen.any(axis)) for axis in (1, 0))
     if not len(rows):
         raise RuntimeError(f"nothing was drawn for {path.name}")
-    box = (columns[0], rows[0], columns[-1] + 1, rows[-1] + 1)
-    few.crop(tuple(map(int, box))).save(path, "PNG", optimize=True)
+    box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
+    few.crop(box).save(path, "PNG", optimize=True)
 
 
 def animate(film: Film, path: Path) -> None:
     """Write a GIF, without end, on white; all frames in one view."""
     import pyvista
 
-    size = 2 * film.width, 2 * film.width * SIZE[1] // SIZE[0]
+    size = [2 * film.width, 2 * film.width * SIZE[1] // SIZE[0]]
     plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
-    plotter.set_background("white")
+    plotter.renderer.set_background("white")
     _light(plotter)
     layer = film.layer
     steps = np.sin(2 * np.pi * np.arange(film.frames) / film.frames).round(9)
@@ -150,7 +162,7 @@ def animate(film: Film, path: Path) -> None:
         _add(plotter, replace(layer, points=layer.points + step * film.shift), width=2)
         ends = [layer.points + way * film.shift for way in (-1, 1)]
         _look(plotter, np.concatenate(ends))
-        seen[step] = plotter.screenshot(None, return_img=True)
+        seen[step] = _shot(plotter)
     plotter.close()
     _save_film([seen[step] for step in steps], path, film.milliseconds)
 

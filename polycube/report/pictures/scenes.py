@@ -61,7 +61,8 @@ def _turn(rough_map: RoughMap) -> np.ndarray:
 
 
 def _others(axis: int) -> tuple[int, int]:
-    return tuple({0, 1, 2} - {axis})
+    first, second = (other for other in range(3) if other != axis)
+    return first, second
 
 
 def hex_outside(mesh: HexMesh) -> Scene:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from polycube.report.pictures.spheres import spheres
 from polycube.structure.lattice import boundary, edges
 from polycube.structure.projection import project
 from polycube.types import Polycube
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as Picture
 
 PANEL, FRAME = 330, 360  # pixels across a panel of the strip, and across the animation
 MARGIN, LABEL = 14, 40  # pixels around the points, and for a line of names
@@ -161,7 +165,7 @@ def _times(stations: np.ndarray) -> list[float]:
     return times
 
 
-def _write(image: object, name: str, middle: tuple[int, int], size: int) -> None:
+def _write(image: Picture, name: str, middle: tuple[int, int], size: int) -> None:
     """Write TeX into a Pillow image."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.mathtext import math_to_image

@@ -7,7 +7,7 @@ from polycube.pipeline.state import RunState
 from polycube.report.numbers import quality
 from polycube.report.page.hexes import hexes
 from polycube.types import HexMesh
-from tests.report.page.test_html import Outline
+from tests.fixtures.html import Outline
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 import base64
 import re
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -14,36 +13,8 @@ from polycube.report.numbers.verdict import verdict
 from polycube.report.page import html
 from polycube.report.page.html import write_report
 from polycube.report.page.markup import show, table
+from tests.fixtures.html import Outline
 from tests.fixtures.stages import TETRAHEDRON
-
-VOID = {"meta", "img", "line", "rect", "path", "input", "br"}
-
-
-class Outline(HTMLParser):
-    """Fails on a tag that is not closed; collects sections, text and addresses."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.open, self.sections, self.text, self.addresses = [], [], [], []
-        self.feed(page)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag, attributes) -> None:
-        if tag not in VOID:
-            self.open.append(tag)
-        given = dict(attributes)
-        if tag == "section":
-            self.sections.append(given["id"])
-        self.addresses += [given[key] for key in ("src", "href") if key in given]
-
-    def handle_endtag(self, tag) -> None:
-        if tag not in VOID:
-            assert self.open.pop() == tag
-
-    def handle_data(self, data) -> None:
-        self.text.append(data)
-
 
 EMPTY = RunState(TETRAHEDRON)
 

@@ -1,0 +1,8 @@
+"""Plain values, as JSON and YAML hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+Json = Mapping[str, Any]  # a document: its values are of every kind
