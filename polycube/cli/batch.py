@@ -26,14 +26,16 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
+from polycube.cli.command import begin_sweep
 from polycube.cli.overrides import quote
 from polycube.cli.signals import INTERRUPTED
 from polycube.errors import InputError
-from polycube.io.atomic import atomic_write
+from polycube.io import manifest
 from polycube.io.surfaces import KNOWN
 from polycube.report.page.summary import summary_page
 
-ROW = "row.json"
+ROW, FAILURE = "row.json", "failure.txt"
+TABLE = ("summary.csv", "summary.html")
 VERDICT = {0: "valid", 2: "refused", 3: "no valid result"}
 LAST = ["says", "folder", "identity", "exit"]  # columns of a row at the end, and those left out
 MANY = {"-m", "--multirun"}
@@ -125,6 +127,7 @@ def run_job(
     """Exit code of one job of a batch, run now or kept; says it in one line.
 
     job : config -> exit code and, where it is not 0, the sentence why
+    Raises InputError where the row would overwrite a file of the user's.
     """
     name = part_name(str(cfg["hex"] or cfg["mesh"]))
     identity = _identity(cfg)
@@ -132,19 +135,21 @@ def run_job(
     row = json.loads(path.read_text()) if path.is_file() else {}
     kept = row.get("identity") == identity
     if not kept:
-        path.unlink(missing_ok=True)
+        manifest.check(folder, [ROW, FAILURE])
+        manifest.remove(folder, [ROW, FAILURE])
         try:
             code, sentence = job({**cfg, "output_dir": str(folder)})
         except Exception as error:
             code, sentence = 1, f"{type(error).__name__}: {error}"
-            (folder / "failure.txt").write_text(traceback.format_exc())
+            with manifest.writing(folder) as scratch:
+                (scratch / FAILURE).write_text(traceback.format_exc())
         if code == INTERRUPTED:  # no row: the next time it is run again
             sys.stderr.write(f"{folder.name}: {sentence}\n")
             return code
         row = {"identity": identity, "exit": code, "part": name, "settings": overrides}
         row |= {"result": VERDICT.get(code, "failed"), **_numbers(folder), "says": sentence}
-        with atomic_write(path) as temporary:
-            temporary.write_text(json.dumps(row, indent=1))
+        with manifest.writing(folder) as scratch:
+            (scratch / ROW).write_text(json.dumps(row, indent=1))
     told = [row["says"]] if row["says"] else []
     if "hexes" in row:
         told.insert(0, f"{row['hexes']} hexes, scaled Jacobian {row['min_scaled_jacobian']:.3f}")
@@ -183,6 +188,10 @@ def _numbers(folder: Path) -> dict[str, object]:
 class Summary(Callback):
     """Hydra's end of a batch: the table; the worst exit code of all."""
 
+    def on_multirun_start(self, config: DictConfig, **_: object) -> None:
+        """Refuse a folder where a file of the user's would be overwritten."""
+        begin_sweep(config, TABLE)
+
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
         """Write `summary.csv` and `summary.html` beside the jobs' folders."""
         folder = Path(config.hydra.sweep.dir)
@@ -200,10 +209,10 @@ def summarized(folder: Path) -> list[dict[str, object]]:
         rows.append({**json.loads(path.read_text()), "folder": path.parent.name})
     columns = list(dict.fromkeys(name for row in rows for name in row))
     columns = [name for name in columns if name not in LAST] + LAST[:2]
-    with atomic_write(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
-        writer = csv.DictWriter(file, columns, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows(rows)
-    with atomic_write(folder / "summary.html") as temporary:
-        temporary.write_text(summary_page(rows, columns, folder), encoding="utf-8")
+    with manifest.writing(folder) as scratch:
+        with (scratch / TABLE[0]).open("w", newline="") as file:
+            writer = csv.DictWriter(file, columns, extrasaction="ignore")
+            writer.writeheader()
+            writer.writerows(rows)
+        (scratch / TABLE[1]).write_text(summary_page(rows, columns, folder), encoding="utf-8")
     return rows

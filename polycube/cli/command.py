@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import hydra
@@ -17,6 +17,9 @@ import polycube.cli.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME
 from polycube.cli.overrides import plain_refusals
 from polycube.errors import InputError
+from polycube.io import manifest
+
+OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
 
 
 def command(config_name: str, job: Callable[[dict[str, object], Path], object]) -> None:
@@ -32,6 +35,20 @@ def command(config_name: str, job: Callable[[dict[str, object], Path], object]) 
             compose_and_run()
     except (InputError, OmegaConfBaseException) as error:
         sys.exit(refused(error))
+
+
+def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
+    """Check the folder of many jobs, and write `multirun.yaml`, as Hydra will do unasked.
+
+    names : of the files to be written there
+    """
+    folder = Path(config.hydra.sweep.dir)
+    try:
+        manifest.check(folder, names)
+        with manifest.writing(folder) as scratch:
+            OmegaConf.save(config, scratch / "multirun.yaml")
+    except InputError as error:
+        sys.exit(refused(error))  # of a callback Hydra catches all exceptions
 
 
 def refused(error: Exception) -> int:

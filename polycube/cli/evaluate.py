@@ -17,19 +17,20 @@ from pathlib import Path
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import __version__, registry
-from polycube.cli.command import command
+from polycube.cli.command import OTHER_FOLDER, command
 from polycube.cli.train import HELD_OUT
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
 from polycube.diffusion.weights import load_denoiser, shipped
 from polycube.errors import InputError
-from polycube.io.atomic import atomic_write
+from polycube.io import manifest
 from polycube.io.surfaces import read_surface
 from polycube.pipeline.primitives import voxels
 from polycube.surface.measures import genus
 
 logger = logging.getLogger(__name__)
 
+RESULT = "evaluation.json"
 Row = dict[str, object]
 
 TABLE = {  # head -> column of `diffusion.evaluation`, and its format
@@ -59,6 +60,7 @@ def evaluate_weights(cfg: Mapping[str, object], folder: Path) -> dict[str, objec
     for name in ("pairs", "batch_size"):
         if isinstance(cfg[name], bool) or not isinstance(cfg[name], int) or cfg[name] < 1:
             raise InputError(f"{name} must be a whole number, 1 or more; got {cfg[name]!r}")
+    manifest.check(folder, [RESULT], remedy=OTHER_FOLDER)
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]
     denoisers = {str(path or shipped()): load_denoiser(registry.build, path) for path in paths}
     parts = _files(cfg["parts"])
@@ -82,10 +84,10 @@ def evaluate_weights(cfg: Mapping[str, object], folder: Path) -> dict[str, objec
         )
         curves.log_metrics(row["columns"], step=0)
         curves.finalize("success")
-    with atomic_write(folder / "evaluation.json") as temporary:
-        temporary.write_text(json.dumps(found, indent=1) + "\n")
+    with manifest.writing(folder) as scratch:
+        (scratch / RESULT).write_text(json.dumps(found, indent=1) + "\n")
     sys.stdout.write(table(found["weights"]))
-    logger.info("results: %s", folder / "evaluation.json")
+    logger.info("results: %s", folder / RESULT)
     return found
 
 

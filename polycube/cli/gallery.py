@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from polycube.errors import InputError
 from polycube.io.atomic import atomic_write
 from polycube.pipeline.resume import load_stage
 from polycube.report.pictures import fields, scenes
@@ -48,7 +49,12 @@ diagonal.
 
 
 def gallery(folder: Path, runs: Sequence[Path]) -> Path:
-    """Write the page of finished runs; returns it.  A run without a report is left out."""
+    """Write the page of finished runs; returns it.  A run without a report is left out.
+
+    Raises InputError where that would overwrite a page that is no gallery, or a picture that the
+    gallery does not show.
+    """
+    _check_place(folder, runs)
     reports = {run: json.loads((run / "report.json").read_text()) for run in runs if _is_run(run)}
     (folder / "gallery").mkdir(parents=True, exist_ok=True)
     strips = ""
@@ -63,6 +69,16 @@ def gallery(folder: Path, runs: Sequence[Path]) -> Path:
     with atomic_write(folder / "gallery.md") as temporary:
         temporary.write_text(HEAD + table + LEGEND + strips.rstrip() + "\n")
     return folder / "gallery.md"
+
+
+def _check_place(folder: Path, runs: Sequence[Path]) -> None:
+    page = folder / "gallery.md"
+    before = page.read_text() if page.exists() else ""
+    if before and not before.startswith(HEAD.splitlines()[0]):
+        raise InputError(f"{page} is no gallery, and would be overwritten")
+    for name in (f"gallery/{run.name}.png" for run in runs):
+        if (folder / name).exists() and f"({name})" not in before:
+            raise InputError(f"{folder / name} is not of {page}, and would be overwritten")
 
 
 def strip(run: Path) -> bytes:

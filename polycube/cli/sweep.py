@@ -11,14 +11,20 @@ import yaml
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
+from polycube.cli.command import begin_sweep
 from polycube.diffusion.training.history import curves, draw
-from polycube.io.atomic import atomic_write
+from polycube.io.manifest import writing
 
+TABLE = ("summary.csv", "loss.png")
 SHOWN = ("error", "error_p95", "error_one_step", "loss", "samples_per_second")
 
 
 class Trainings(Callback):
     """Hydra's end of a sweep: `summary.csv`, `loss.png`, and the table on the terminal."""
+
+    def on_multirun_start(self, config: DictConfig, **_: object) -> None:
+        """Refuse a folder where a file of the user's would be overwritten."""
+        begin_sweep(config, TABLE)
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
         """Of all trainings in the sweep's folder."""
@@ -38,12 +44,13 @@ def summarized(folder: Path) -> list[dict[str, object]]:
             known[chosen] = curves(run)
     rows.sort(key=lambda row: row.get("error", float("inf")))
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    with atomic_write(folder / "summary.csv") as temporary, temporary.open("w", newline="") as file:
-        writer = csv.DictWriter(file, columns)
-        writer.writeheader()
-        writer.writerows(rows)
-    if known:
-        draw(known, folder / "loss.png")
+    with writing(folder) as scratch:
+        with (scratch / TABLE[0]).open("w", newline="") as file:
+            writer = csv.DictWriter(file, columns)
+            writer.writeheader()
+            writer.writerows(rows)
+        if known:
+            draw(known, scratch / TABLE[1])
     return rows
 
 

@@ -17,7 +17,7 @@ from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import registry
-from polycube.cli.command import command
+from polycube.cli.command import OTHER_FOLDER, command
 from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.pairs.shapes import turned_contexts
 from polycube.diffusion.training import history
@@ -33,17 +33,21 @@ from polycube.diffusion.weights import (
     save_denoiser,
 )
 from polycube.errors import InputError
+from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
-from polycube.pipeline.settings import unlike
+from polycube.pipeline.resume import changed_settings
 
 logger = logging.getLogger(__name__)
 
+WEIGHTS = tuple(f"weights/weights.{suffix}" for suffix in ("safetensors", "yaml", "json"))
+CHECKPOINTS = tuple(f"checkpoints/{name}.ckpt" for name in ("best", "last"))
 THIN = 3  # where the network sees points: a ninth of them, for 1.5 times the speed of a quarter
 HELD_OUT = 10**9  # added to the seed of the pairs that are measured and never trained on
 
 
 def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     """Train a denoiser and write its weights to `folder`/weights; returns the final metrics."""
+    manifest.check(folder, ["loss.png", *WEIGHTS, *CHECKPOINTS], remedy=OTHER_FOLDER)
     L.seed_everything(cfg["seed"], verbose=False)
     data = _build("data", cfg["data"])
     primitives = _checked(voxels, _names(cfg))
@@ -87,7 +91,7 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
             f"got {cfg['held_out']}"
         )
     checkpoint = _checkpoint(cfg["ckpt"], folder)
-    if checkpoint and (others := unlike(config, config_of(checkpoint), config)):
+    if checkpoint and (others := changed_settings(config, config_of(checkpoint), config)):
         raise InputError(
             f"ckpt: {checkpoint} is of another training: {'; '.join(others)}; say the same "
             "again, or take its weights alone by begin_from="
@@ -104,8 +108,10 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
             cfg, {f"final/{name}": value for name, value in metrics.items()}, module.steps_done
         )
         trainer.logger.experiment.flush()
-        history.draw({"sampled": history.curves(folder)}, folder / "loss.png")
-        path = save_denoiser(denoiser, config, metrics, folder / "weights")
+        with manifest.writing(folder, OTHER_FOLDER) as scratch:
+            history.draw({"sampled": history.curves(folder)}, scratch / "loss.png")
+            save_denoiser(denoiser, config, metrics, scratch / "weights")
+        path = folder / WEIGHTS[0]
         logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
     return metrics
 
@@ -142,7 +148,7 @@ def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
         cfg["trainer"],
         callbacks=[best, last, Pictures()],
         logger=logger,
-        plugins=[WholeCheckpoints()],
+        plugins=[WholeCheckpoints(folder)],
         use_distributed_sampler=False,  # ours know of other processes
         limit_train_batches=cfg["batches_per_epoch"],
         log_every_n_steps=min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),

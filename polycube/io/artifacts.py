@@ -13,15 +13,13 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube import types
-from polycube.io.atomic import atomic_write
 
 
 def save(path: Path, value: object) -> None:
     """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz."""
     arrays: dict[str, np.ndarray] = {}
     tree = _pack(value, "value", arrays)
-    with atomic_write(path) as temporary, open(temporary, "wb") as file:
-        np.savez_compressed(file, tree=np.array(json.dumps(tree)), **arrays)
+    np.savez_compressed(path, tree=np.array(json.dumps(tree)), **arrays)
 
 
 def load(path: Path) -> object:

@@ -14,6 +14,7 @@ from omegaconf import OmegaConf
 import polycube.cli.search_path  # noqa: F401
 from polycube import HOME
 from polycube.cli.infer import _command
+from polycube.io.manifest import writing
 from tests.fixtures.runs import FAST, config, run, tree
 
 
@@ -84,8 +85,9 @@ def test_a_resumed_run_says_which_settings_are_others_and_leaves_no_old_results(
 ):
     folder = tmp_path / "rod"
     shutil.copytree(rod[1], folder)
-    for name in ("poisson.vtu", "hex.inp"):
-        (folder / name).write_text("of an earlier run")
+    with writing(folder) as scratch:
+        for name in ("poisson.vtu", "hex.inp"):
+            (scratch / name).write_text("of an earlier run")
     run(f"resume={folder}", "from=analysis", "analysis=static", *FAST)
     said = [m for m in caplog.messages if "resumed with other settings" in m]
     assert any("analysis.plugin is static, was modal" in m for m in said)
@@ -185,13 +187,18 @@ def test_a_context_is_the_only_one_that_is_ranked(structure, tmp_path):
 
 
 def test_a_new_run_leaves_no_results_of_another_in_the_folder(tmp_path):
-    (tmp_path / "stages").mkdir()
-    for name in ("hex.vtu", "report.html", "modes.csv", "stages/spline.npz", "mine.txt"):
-        (tmp_path / name).write_text("of another part")
-    run("mesh=example:dice", f"output_dir={tmp_path}", "order=[]", "structure=slices")
-    kept = tree(tmp_path)
-    assert {"mine.txt", "report.json", "stages/read.npz"} <= kept
-    assert not {"hex.vtu", "report.html", "modes.csv", "stages/spline.npz"} & kept
+    old = {"hex.vtu", "hex.inp", "report.html", "modes.csv", "stages/spline.npz"}
+    with writing(tmp_path) as scratch:
+        (scratch / "stages").mkdir()
+        for name in old:
+            (scratch / name).write_text("of another part")
+    (tmp_path / "hex.k").write_text("of the user")
+    (tmp_path / "modes.csv").write_text("changed by the user")
+    for _ in range(2):
+        run("mesh=example:dice", f"output_dir={tmp_path}", "order=[]", "structure=slices")
+        kept = tree(tmp_path)
+        assert {"hex.k", "modes.csv", "report.json", "stages/read.npz"} <= kept
+        assert not (old - {"modes.csv"}) & kept
 
 
 def test_a_folder_that_can_not_be_written_is_refused(tmp_path, capsys):
@@ -201,7 +208,8 @@ def test_a_folder_that_can_not_be_written_is_refused(tmp_path, capsys):
     (tmp_path / "file").touch()
     assert _command(config(*overrides, f"output_dir={tmp_path / 'file'}")) == 2
     said = capsys.readouterr().err.splitlines()
-    assert len(said) == 2 and all("cannot write results to" in line for line in said)
+    assert len(said) == 2
+    assert "run.log would be overwritten" in said[0] and "cannot write results to" in said[1]
 
 
 def test_help_shows_how_to_begin():

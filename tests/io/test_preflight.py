@@ -7,6 +7,7 @@ from hydra import compose, initialize_config_dir
 import polycube.cli.search_path  # noqa: F401
 from polycube import HOME
 from polycube.cli.infer import _command
+from polycube.io import manifest
 from polycube.io.cad import Cad
 from polycube.io.preflight import preflight
 from polycube.surface.measures import diagonal, place
@@ -100,7 +101,20 @@ def test_the_command_only_looks_and_writes_on_request_only(damaged, tmp_path, mo
     assert "usable: closed, genus 0, volume 27" in capsys.readouterr().out
     assert set(tmp_path.iterdir()) == before
     assert command(f"mesh={damaged}", "preflight=places.vtp") == 2
-    assert set(tmp_path.iterdir()) - before == {tmp_path / "places.vtp"}
+    made = {tmp_path / "places.vtp", tmp_path / manifest.NAME}
+    assert set(tmp_path.iterdir()) - before == made
+    assert command(f"mesh={damaged}", "preflight=places.vtp") == 2
+    assert "would be overwritten" not in capsys.readouterr().err
+
+
+def test_the_places_never_replace_a_file_of_the_user(damaged, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.vtp").write_text("mine")
+    assert command(f"mesh={damaged}", "preflight=mine.vtp") == 2
+    said = capsys.readouterr()
+    assert "mine.vtp would be overwritten" in said.err and said.err.count("\n") == 1
+    assert said.out == ""  # refused before the work
+    assert (tmp_path / "mine.vtp").read_text() == "mine"
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 from lightning.pytorch.plugins.io import TorchCheckpointIO
 
-from polycube.io.atomic import atomic_write
+from polycube.io.manifest import writing
 
 
 class WholeCheckpoints(TorchCheckpointIO):
@@ -15,13 +15,19 @@ class WholeCheckpoints(TorchCheckpointIO):
 
     Lightning's own are written to the folder for temporary files and moved into place.  Where that
     is another file system the move is a copy, and a kill leaves half a file.
+
+    folder : of the training, which lists its files
     """
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        self.folder = folder
 
     def save_checkpoint(
         self, checkpoint: dict[str, object], path: str | Path, storage_options: object = None
     ) -> None:
-        """Write beside the path, then replace what was there."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_write(path) as temporary:
-            torch.save(checkpoint, temporary)
+        """Write beside the path, then replace what an earlier epoch or training wrote there."""
+        inside = Path(path).resolve().relative_to(self.folder.resolve())
+        with writing(self.folder) as scratch:
+            (scratch / inside).parent.mkdir(parents=True, exist_ok=True)
+            torch.save(checkpoint, scratch / inside)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 from string import Template
 
 from polycube import __version__
-from polycube.io.atomic import atomic_write
+from polycube.io import manifest
 from polycube.pipeline.state import RunState
 from polycube.report.numbers import solutions
 from polycube.report.numbers.verdict import subtitle, verdict
@@ -71,9 +71,6 @@ def write_report(
     """
     drawn = pictures(state) if drawing else {}
     moving = denoising(state) if drawing else {}
-    for name, image in moving.items():
-        with atomic_write(folder / name) as temporary:
-            temporary.write_bytes(image)
     parts = [
         view(state),
         sections.warnings(report),
@@ -86,7 +83,7 @@ def write_report(
         sections.denoising(report, moving),
         sections.seconds(report),
         _settings(report),
-        _files(folder),
+        _files([*manifest.files(folder), *moving]),
     ]
     text = page(
         Path(str(report.get("input", {}).get("path", "part"))).name,
@@ -95,10 +92,11 @@ def write_report(
         f"seed {report.get('seed', '')}",
         subtitle(report),
     )
-    path = folder / "report.html"
-    with atomic_write(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return path
+    with manifest.writing(folder) as scratch:
+        for name, image in moving.items():
+            (scratch / name).write_bytes(image)
+        (scratch / "report.html").write_text(text, encoding="utf-8")
+    return folder / "report.html"
 
 
 def page(title: str, verdict: str, body: str, note: str = "", subtitle: str = "") -> str:
@@ -143,13 +141,12 @@ def _yaml(value: Json, indent: int = 0) -> str:
     return "\n".join(lines)
 
 
-def _files(folder: Path) -> str:
-    made = {path.name for path in folder.iterdir() if path.is_file()} - {"report.html"}
+def _files(made: Iterable[str]) -> str:
+    made = {name for name in made if "/" not in name} - {"report.html"}
     names = sorted(made | {"report.json", "config.json"}, key=_place)
     items = "".join(
         f'<li><a href="{escape(name)}">{escape(name)}</a> {FILES.get(name, "")}</li>'
         for name in names
-        if not name.startswith(".")
     )
     return section("files", "Files", f"<ul class=files>{items}</ul>")
 
