@@ -66,7 +66,8 @@ def sets_of_spline(spline: Spline, mesh: HexMesh) -> dict[str, np.ndarray]:
 
 def listed(sets: Sets) -> str:
     """The names in a sentence; numbered ones by their first and last."""
-    said, numbered = [], {}
+    said: list[str] = []
+    numbered: dict[str, list[str]] = {}
     for name in sets:
         kind, _, number = name.rpartition("_")
         if kind in ("patch", "cad_face") and number.isdigit():
@@ -97,7 +98,7 @@ def patch_names(
     numbers, patch = np.unique(patch, return_inverse=True)
     pieces = _joined(faces, patch, len(numbers))
     used = points[np.unique(quads)]
-    size = np.linalg.norm(np.ptp(used, axis=0))
+    size = float(np.linalg.norm(np.ptp(used, axis=0)))
     names = {}
     length = np.linalg.norm(pieces.normal, axis=1)
     for end, name in enumerate(ENDS):

@@ -19,7 +19,7 @@ def save(path: Path, value: object) -> None:
     """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz."""
     arrays: dict[str, np.ndarray] = {}
     tree = _pack(value, "value", arrays)
-    np.savez_compressed(path, tree=np.array(json.dumps(tree)), **arrays)
+    np.savez_compressed(path, allow_pickle=False, tree=np.array(json.dumps(tree)), **arrays)
 
 
 def load(path: Path) -> object:

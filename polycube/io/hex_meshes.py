@@ -65,7 +65,7 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             found = meshio.read(path)
     except (Exception, SystemExit) as error:  # foreign parsers raise whatever broke
         raise InputError(f"not a readable {path.suffix} file") from error
-    kinds = Counter()
+    kinds: Counter[str] = Counter()
     for block in found.cells:
         kinds[block.type] += len(block.data)
     kinds = +kinds  # without those of which there are none

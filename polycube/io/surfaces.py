@@ -139,7 +139,7 @@ def _read_fbx(path: Path) -> Soup:
         ) from error
     silence = open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error)
     with silence:  # it writes to the standard output
-        mesh = open3d.io.read_triangle_mesh(str(path))
+        mesh = open3d.io.read_triangle_mesh(path)
     if not mesh.has_triangles():
         raise InputError("not a whole FBX file, or one without triangles")
     return np.array(mesh.vertices), np.array(mesh.triangles, dtype=np.int64)

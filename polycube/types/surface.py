@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,7 +15,9 @@ class TriMesh:
 
     vertices: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3) into vertices
-    region: Sequence[int] = ()  # (F,) face of the CAD model, from 1; empty where there is none
+    region: np.ndarray = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (F,) CAD face, from 1, or none
     region_names: tuple[str, ...] = ()  # of these faces, in their order; "" where it has no name
 
     def __post_init__(self) -> None:
