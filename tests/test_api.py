@@ -12,7 +12,7 @@ import pytest
 import polycube
 from polycube.errors import InputError, MeshingError
 from polycube.examples.parts import example
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import read_hexes
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.vtk import numbered_primitives, set_arrays
 from polycube.registry import register
 from polycube.types import HexMesh

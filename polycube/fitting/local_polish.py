@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.fitting import energy
 from polycube.fitting.creases.constraints import FREE, Goals
+from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
-from polycube.hexmesh import energy
-from polycube.hexmesh.energy import Springs, Terms, pull, together
+from polycube.fitting.springs import Springs, pull, together
 from polycube.numerics.lbfgs import descend
 from polycube.surface import closest
 

@@ -16,10 +16,11 @@ import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, match, no_features
 from polycube.fitting.creases.recovery import regain
+from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import raise_worst
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import GOOD, State, cover_of, goals_of, snap, state_of
-from polycube.hexmesh.energy import Terms, pull
+from polycube.fitting.springs import pull
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 

@@ -13,10 +13,12 @@ import numpy as np
 from numba import njit
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
-from polycube.hexmesh import energy
+from polycube.fitting import energy
+from polycube.fitting.energy import Terms
+from polycube.fitting.springs import Springs, together
 from polycube.hexmesh.connectivity import EDGES, FACES, PLACES, neighbours, quad_edges
-from polycube.hexmesh.energy import Springs, Terms
 from polycube.hexmesh.quality import triangles
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.lbfgs import descend
 from polycube.numerics.threads import parts, side_by_side
 from polycube.surface import closest
@@ -69,9 +71,9 @@ class FitProblem:
         return np.exp((1 - isotropy) * log + isotropy * log.mean(axis=1, keepdims=True))
 
     def scaled_jacobian(self, x: np.ndarray) -> np.ndarray:
-        """(H,) see `quality.scaled_jacobian`."""
+        """(H,) see `polycube.hexmesh.scaled_jacobian`."""
         cuts = parts(len(self.hexes), energy.LEAST)
-        calls = [partial(energy.scaled_jacobian, x, self.hexes[cut]) for cut in cuts]
+        calls = [partial(scaled_jacobian, x, self.hexes[cut]) for cut in cuts]
         return np.concatenate(side_by_side(calls))
 
     def feet(
@@ -123,7 +125,7 @@ class FitProblem:
         least = energy.least_determinant(x, self.hexes, lengths)
         eps = min(np.sqrt(1e-6 + 0.04 * least**2), 1.0) if least < 0.01 else 1e-3
         floor = min(0.5 * least, 1e-3) if least > 0 else -np.inf
-        terms, pulls = terms._replace(eps=eps, floor=floor), energy.together(springs)
+        terms, pulls = terms._replace(eps=eps, floor=floor), together(springs)
         return descend(lambda y: energy.energy(y, self.hexes, lengths, terms, pulls), x, iterations)
 
     def touching(self, is_bad: np.ndarray) -> np.ndarray:

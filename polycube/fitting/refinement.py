@@ -17,11 +17,12 @@ from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import cg
 
 from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
+from polycube.fitting.energy import Terms
 from polycube.fitting.merit import least_jacobian, merit, misses
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
+from polycube.fitting.springs import pull
 from polycube.hexmesh.connectivity import edges
-from polycube.hexmesh.energy import Terms, pull
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.octree import split
 from polycube.surface.fit_target import Target, target

@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
-from polycube.hexmesh.energy import Springs, Terms, pull
+from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.quality import volume
 from polycube.surface import measures as surfaces
 from polycube.surface.fit_target import Target

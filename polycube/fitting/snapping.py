@@ -10,7 +10,7 @@ from polycube.fitting.creases.constraints import Goals, Matching, goals
 from polycube.fitting.local_polish import ALPHA
 from polycube.fitting.merit import INVALID
 from polycube.fitting.problem import FitProblem
-from polycube.hexmesh.energy import Springs
+from polycube.fitting.springs import Springs
 
 OFF = 20.0  # scaled Jacobian that a diagonal off the surface is worth
 COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 
 from polycube.hexmesh.connectivity import FACES, quad_sides
+from polycube.numerics.vectors import Vector, cross
 from polycube.surface.closest import tree
 from polycube.surface.intersections import overlapping_boxes
 from polycube.types import HexMesh
@@ -22,8 +23,6 @@ from polycube.types import HexMesh
 # the faces 3-0-4-7 and 2-3-7-6 start, in the order of `connectivity.FACES`, beside that corner
 _OTHER_DIAGONAL = np.array([True, False, False, True, False, False])
 _GAP = 1e-9  # of the size of two triangles: a gap below it is a contact
-
-Vector = tuple[float, float, float]
 
 
 def crossings(mesh: HexMesh) -> np.ndarray:
@@ -79,12 +78,12 @@ def _separated(points: np.ndarray, gap: float) -> bool:
         return True
     for i in range(3):
         edge = _edge(points, i)
-        if _separates(points, _cross(first, edge), gap):
+        if _separates(points, cross(first, edge), gap):
             return True
-        if _separates(points, _cross(second, _edge(points, 3 + i)), gap):
+        if _separates(points, cross(second, _edge(points, 3 + i)), gap):
             return True
         for j in range(3, 6):
-            if _separates(points, _cross(edge, _edge(points, j)), gap):
+            if _separates(points, cross(edge, _edge(points, j)), gap):
                 return True
     return False
 
@@ -115,9 +114,4 @@ def _edge(points: np.ndarray, k: int) -> Vector:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _normal(points: np.ndarray, k: int) -> Vector:
-    return _cross(_edge(points, k), _edge(points, k + 1))
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _cross(a: Vector, b: Vector) -> Vector:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    return cross(_edge(points, k), _edge(points, k + 1))

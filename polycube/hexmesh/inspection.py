@@ -17,6 +17,7 @@ from polycube.hexmesh import quality
 from polycube.hexmesh.cad_faces import quad_regions
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.quality import Deviation, Samples
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface import measures
 from polycube.surface.fit_target import target
 from polycube.surface.thickness import thickness
@@ -59,7 +60,7 @@ class Inspection:
     @cached_property
     def scaled_jacobian(self) -> float:
         """Smallest scaled Jacobian of a hex; at most 0 where one is inverted or flat."""
-        return float(quality.scaled_jacobian(self.mesh.vertices, self.mesh.hexes).min())
+        return float(scaled_jacobian(self.mesh.vertices, self.mesh.hexes).min())
 
     @cached_property
     def crossings(self) -> np.ndarray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.hexmesh.connectivity import CORNERS, EDGES
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
 LARGEST = 1e30  # what VTK gives where a measure has no bound: an edge without length, det <= 0
 LEAST = 1e-30  # what VTK takes for zero

@@ -1,4 +1,4 @@
-"""How good a hex mesh is: scaled Jacobian, volume, distances to the surface.
+"""Volume of a hex mesh, and its distances to a surface and its creases.
 
 Distances are exact (closest point on triangles), taken at samples, as fractions of the diagonal
 of the surface's bounding box.
@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.hexmesh import energy
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import closest
 from polycube.surface.fit_target import Target, target
@@ -58,17 +57,6 @@ class Samples:
     feet: np.ndarray  # (N, 3) closest points of the other surface
     distance: np.ndarray  # (N,)
     quad: np.ndarray  # (N,) boundary quad of the hex mesh at the point or its foot
-
-
-def scaled_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
-    """(H,) smallest scaled Jacobian of each hex, in [-1, 1]: VTK's number.
-
-    det(a, b, c) / (|a| |b| |c|), least over the edges at the 8 corners and the principal axes at
-    the centre; at most 0 where the hex is inverted or flat, -1 where an edge has no length.
-    """
-    return energy.scaled_jacobian(
-        np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(hexes, np.int64)
-    )
 
 
 def volume(mesh: HexMesh) -> float:

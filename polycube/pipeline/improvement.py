@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from polycube.errors import InputError
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import boundary, check_place, read_hexes
 from polycube.io.surfaces import read_surface
 from polycube.pipeline.resume import has_stage, load_stage

@@ -14,11 +14,10 @@ import numpy as np
 from numba import njit
 
 from polycube.numerics.threads import parts, side_by_side
+from polycube.numerics.vectors import Vector, dot, minus
 
 LEAF = 4  # triangles in a leaf
 LEAST = 1000  # points for a thread
-
-Point = tuple[float, float, float]
 
 
 class Tree(NamedTuple):
@@ -125,7 +124,7 @@ def _build(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _bound(box: np.ndarray, node: int, x: Point, n: Point, square: float, free: float) -> float:
+def _bound(box: np.ndarray, node: int, x: Vector, n: Vector, square: float, free: float) -> float:
     """Least value that any triangle of the node can have."""
     away, turned = 0.0, 0.0
     for d in range(3):
@@ -136,30 +135,20 @@ def _bound(box: np.ndarray, node: int, x: Point, n: Point, square: float, free: 
     return away + square * max(turned - free, 0.0)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _dot(a: Point, b: Point) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _minus(a: Point, b: Point) -> Point:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
 @njit(cache=True, error_model="numpy")
-def _weights(x: Point, a: Point, b: Point, c: Point) -> tuple[float, float]:
+def _weights(x: Vector, a: Vector, b: Vector, c: Vector) -> tuple[float, float]:
     """Weights of b and c at the point of their triangle with a that is closest to x."""
-    ab, ac = _minus(b, a), _minus(c, a)
-    gap = _minus(x, a)
-    d1, d2 = _dot(ab, gap), _dot(ac, gap)
+    ab, ac = minus(b, a), minus(c, a)
+    gap = minus(x, a)
+    d1, d2 = dot(ab, gap), dot(ac, gap)
     if d1 <= 0 and d2 <= 0:
         return 0.0, 0.0
-    gap = _minus(x, b)
-    d3, d4 = _dot(ab, gap), _dot(ac, gap)
+    gap = minus(x, b)
+    d3, d4 = dot(ab, gap), dot(ac, gap)
     if d3 >= 0 and d4 <= d3:
         return 1.0, 0.0
-    gap = _minus(x, c)
-    d5, d6 = _dot(ab, gap), _dot(ac, gap)
+    gap = minus(x, c)
+    d5, d6 = dot(ab, gap), dot(ac, gap)
     if d6 >= 0 and d5 <= d6:
         return 0.0, 1.0
     vc = d1 * d4 - d3 * d2
@@ -176,20 +165,20 @@ def _weights(x: Point, a: Point, b: Point, c: Point) -> tuple[float, float]:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _row(array: np.ndarray, i: int) -> Point:
+def _row(array: np.ndarray, i: int) -> Vector:
     return (array[i, 0], array[i, 1], array[i, 2])
 
 
 @njit(cache=True, error_model="numpy")
 def _value(
-    tree: Tree, face: int, x: Point, n: Point, square: float, free: float, most: float
+    tree: Tree, face: int, x: Vector, n: Vector, square: float, free: float, most: float
 ) -> tuple[float, float, float]:
     """Square distance and misfit of the normal, with the weights of the closest point.
 
     Infinite where the misfit alone is not below `most`.
     """
-    turn = _minus(n, _row(tree.normals, face))
-    misfit = square * max(_dot(turn, turn) - free, 0.0)
+    turn = minus(n, _row(tree.normals, face))
+    misfit = square * max(dot(turn, turn) - free, 0.0)
     if misfit >= most:
         return np.inf, 0.0, 0.0
     t = tree.corners[face]

@@ -12,6 +12,7 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.hexmesh import quality
 from polycube.hexmesh.connectivity import check_conforming, genus
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.hexmesh.template import counts, mesh
 from polycube.structure import lattice
 from polycube.structure.projection import project_onto
@@ -156,10 +157,10 @@ def check_smooth(plugin: Callable) -> None:
 def check_refine(plugin: Callable) -> None:
     """A good mesh stays one: pillow and optimize."""
     part = solid("hole_z")
-    before = quality.scaled_jacobian(part.hexes.vertices, part.hexes.hexes).min()
+    before = scaled_jacobian(part.hexes.vertices, part.hexes.hexes).min()
     hexes = plugin(part.surface, part.hexes)
     _check_hexes(hexes, part)
-    after = quality.scaled_jacobian(hexes.vertices, hexes.hexes).min()
+    after = scaled_jacobian(hexes.vertices, hexes.hexes).min()
     claim(after > min(0.5, before - 0.2), f"the worst hex, {before:.2f}, stays good", after)
 
 
@@ -172,7 +173,7 @@ def _check_hexes(hexes: HexMesh, part: Solid) -> None:
         raise AssertionError(f"hexes meet in whole faces; got: {error}") from error
     wanted = lattice.genus(part.polycube)
     claim(genus(hexes) == wanted, f"the mesh has genus {wanted}", genus(hexes))
-    worst = quality.scaled_jacobian(hexes.vertices, hexes.hexes).min()
+    worst = scaled_jacobian(hexes.vertices, hexes.hexes).min()
     claim(worst > 0, "no hex is inverted", f"a scaled Jacobian of {worst:.3f}")
     ends = np.array([hexes.vertices.min(0), hexes.vertices.max(0)])
     off = np.abs(ends - [PLACE, PLACE + SIDES]).max() / np.linalg.norm(SIDES)

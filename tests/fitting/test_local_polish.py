@@ -8,8 +8,8 @@ from polycube.fitting.creases.constraints import goals, no_features
 from polycube.fitting.local_polish import raise_worst, region
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import register_mesh
+from polycube.fitting.springs import pull, together
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.energy import pull, together
 from polycube.surface.fit_target import target
 from polycube.types import TriMesh
 from tests.fixtures.fitting import cube, sphere

@@ -12,7 +12,8 @@ from polycube.fitting.pillow import insert, layer, regions, smooth_patches, smoo
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import register_mesh
 from polycube.hexmesh import connectivity as hexes
-from polycube.hexmesh.quality import scaled_jacobian, volume
+from polycube.hexmesh.quality import volume
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Polycube, TriMesh
 from tests.fixtures.polycubes import cut, ring

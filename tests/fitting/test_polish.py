@@ -12,7 +12,8 @@ from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import register_mesh
 from polycube.fitting.snapping import State, snap
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import deviation, scaled_jacobian
+from polycube.hexmesh.quality import deviation
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 from tests.fixtures.fitting import cube, sphere

@@ -11,7 +11,8 @@ from polycube.fitting.problem import FitProblem
 from polycube.hexmesh import connectivity as hexes
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.octree import split
-from polycube.hexmesh.quality import deviation, scaled_jacobian
+from polycube.hexmesh.quality import deviation
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.hexmesh.template import mesh
 from polycube.structure.rough_map import affine_map
 from polycube.surface.fit_target import target

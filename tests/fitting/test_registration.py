@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import register_mesh, short_quality
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import deviation, scaled_jacobian
+from polycube.hexmesh.quality import deviation
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import target
 from polycube.types import TriMesh
 from tests.fixtures.fitting import cube, sphere

@@ -6,7 +6,7 @@ import pytest
 from polycube.hexmesh import certificate
 from polycube.hexmesh.certificate import certify, coefficients
 from polycube.hexmesh.connectivity import CORNERS, PLACES
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.spline.bernstein import bernstein
 
 ONE = np.arange(8)[None]

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from polycube.hexmesh.connectivity import check_conforming, hex_mesh
 from polycube.hexmesh.crossings import crossings
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.types import HexMesh
 from tests.fixtures.hexmeshes import CORNERS, hex_box, hex_cylinder, unit_cubes
 

@@ -6,7 +6,8 @@ import pytest
 from polycube.hexmesh import connectivity as hexes
 from polycube.hexmesh import template
 from polycube.hexmesh.octree import split
-from polycube.hexmesh.quality import scaled_jacobian, volume
+from polycube.hexmesh.quality import volume
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.structure.rough_map import identity_map
 from tests.fixtures.polycubes import bar, cut, ring
 

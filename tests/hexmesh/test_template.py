@@ -5,7 +5,8 @@ import pytest
 
 from polycube.hexmesh import connectivity as hexes
 from polycube.hexmesh import template
-from polycube.hexmesh.quality import scaled_jacobian, volume
+from polycube.hexmesh.quality import volume
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.structure import lattice
 from polycube.structure.rough_map import affine_map, identity_map
 from polycube.types import Polycube

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.connectivity import PLACES
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
 
 def transition(inner: np.ndarray) -> np.ndarray:

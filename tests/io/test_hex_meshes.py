@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from polycube.errors import InputError
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import deviation, scaled_jacobian, volume
+from polycube.hexmesh.quality import deviation, volume
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import (
     BY_AXES,
     FORMATS,

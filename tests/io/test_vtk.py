@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.atomic import atomic_write
 from polycube.io.vtk import write_cells, write_hex_vtu, write_labels_vtp, write_polycube_vtu
 from polycube.structure.lattice import lattice

@@ -5,8 +5,8 @@ from threading import get_ident
 import numpy as np
 import pytest
 
-from polycube.hexmesh import energy
-from polycube.hexmesh.energy import Terms
+from polycube.fitting import energy
+from polycube.fitting.energy import Terms
 from polycube.numerics import threads
 from polycube.surface import closest
 from tests.fixtures.fitting import springs

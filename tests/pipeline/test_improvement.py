@@ -8,7 +8,7 @@ import trimesh
 
 from polycube.cli.infer import _command
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.io.vtk import write_hex_vtu
 from polycube.registry import build

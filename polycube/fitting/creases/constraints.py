@@ -15,8 +15,8 @@ from scipy.sparse.csgraph import connected_components
 
 from polycube.fitting.creases.paths import Route, find_routes
 from polycube.fitting.problem import FitProblem
+from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.connectivity import unique_rows
-from polycube.hexmesh.energy import Springs, pull
 from polycube.surface import arc_length as sliding
 
 FREE = 1.0  # square difference of normals (60 degrees) at which a vertex is on its side

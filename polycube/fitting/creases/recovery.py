@@ -16,7 +16,7 @@ from polycube.fitting.local_polish import ON_GOAL, raise_worst
 from polycube.fitting.merit import CREASES, FULL, merit_of
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import State, cover_of, goals_of, snap
-from polycube.hexmesh.energy import together
+from polycube.fitting.springs import together
 from polycube.hexmesh.quality import off_creases
 
 logger = logging.getLogger(__name__)

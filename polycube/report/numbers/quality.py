@@ -10,6 +10,7 @@ import numpy as np
 from polycube.hexmesh import quality
 from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.metrics import metrics, worst
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface import closest
 from polycube.surface import measures as topology
 from polycube.surface.fit_target import target
@@ -40,7 +41,7 @@ def measured(mesh: HexMesh) -> dict[str, np.ndarray]:
 
 def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
     """What decides, as fractions of the diagonal of the surface's bounding box."""
-    jacobian = quality.scaled_jacobian(mesh.vertices, mesh.hexes)
+    jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
     deviation = quality.deviation(mesh, surface, samples=40_000)
     bad = int(jacobian.argmin())
     return {
@@ -186,7 +187,7 @@ def farthest(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 def certificate(mesh: HexMesh) -> dict[str, object]:
     """Where the Jacobian of all hexes is certainly positive."""
-    corners = quality.scaled_jacobian(mesh.vertices, mesh.hexes) > 0
+    corners = scaled_jacobian(mesh.vertices, mesh.hexes) > 0
     found = certify(mesh.vertices, mesh.hexes)
     least = int(found.bound.argmin())
     return {

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 from polycube.hexmesh.metrics import MEASURES
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.state import RunState
 from polycube.report.page import charts
 from polycube.report.page.markup import (

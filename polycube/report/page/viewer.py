@@ -12,7 +12,7 @@ from string import Template
 import numpy as np
 
 from polycube.hexmesh.connectivity import FACES, neighbours, quad_sides
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.page.markup import gradient, show, swatches
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.hexmesh.connectivity import FACES, exposed
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import (
     AXIS_COLOURS,

@@ -11,7 +11,8 @@ from polycube.errors import BadOption, MeshingError
 from polycube.fitting.merit import misses
 from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
-from polycube.hexmesh.quality import deviation, scaled_jacobian
+from polycube.hexmesh.quality import deviation
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build
 from polycube.structure.rough_map import affine_map

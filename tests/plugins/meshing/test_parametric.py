@@ -10,7 +10,7 @@ from polycube.errors import MeshingError
 from polycube.fitting.merit import misses
 from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build
 from polycube.structure.rough_map import affine_map

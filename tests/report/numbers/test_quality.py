@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import boundary
 from polycube.io.vtk import write_hex_vtu
 from polycube.report.numbers import quality

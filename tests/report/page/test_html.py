@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.verdict import verdict
 from polycube.report.page import html

@@ -8,7 +8,7 @@ import zlib
 import numpy as np
 import pytest
 
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.page import viewer
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.quality import scaled_jacobian
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import QUALITY_COLOURS, ramp, rgb

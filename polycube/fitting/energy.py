@@ -19,19 +19,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from polycube.hexmesh.connectivity import CORNERS, EDGES
+from polycube.fitting.springs import Springs, spring_energy
+from polycube.hexmesh.connectivity import EDGES
+from polycube.hexmesh.scaled_jacobian import FRAME_EDGES, FRAME_SIGNS, load_edges
 from polycube.numerics.fast_math import FAST, exponential, inverse_cube_root
 from polycube.numerics.threads import parts, side_by_side
+from polycube.numerics.vectors import cross, dot
 
-# frames as edges of the hex (12, 13, 14: mean edge along xi, eta, zeta) with the sign of their
-# determinant, and the direction of each edge
-_EDGE = np.argmax(
-    (np.sort(CORNERS[:, [[0, 1], [0, 2], [0, 3]]])[:, :, None] == np.sort(EDGES)).all(axis=3),
-    axis=2,
-)
-_SIGN = np.append(np.where(EDGES[_EDGE, 0] == CORNERS[:, :1], 1.0, -1.0).prod(axis=1), 1.0)
-_EDGE = np.vstack([_EDGE, [12, 13, 14]])
-_DIRECTION = np.vstack([_EDGE[:8] // 4, [0, 1, 2]])
+_DIRECTION = np.vstack([FRAME_EDGES[:8] // 4, [0, 1, 2]])  # of each edge of each frame
 _TINY = 1e-30
 LANES = 32  # hexes that the energy takes at a time
 LEAST = 3000  # hexes for a thread
@@ -47,37 +42,6 @@ class Terms(NamedTuple):
     beta: float = 1.0
     offset: float = 0.0
     floor: float = -np.inf
-
-
-class Springs(NamedTuple):
-    """Quadratic pulls: sum along (n . r)^2 + every |r|^2 with r = sum_k share_k x_k - goal."""
-
-    vertex: np.ndarray  # (S, 4) int64
-    share: np.ndarray  # (S, 4)
-    goal: np.ndarray  # (S, 3)
-    direction: np.ndarray  # (S, 3) unit vectors n
-    along: np.ndarray  # (S,)
-    every: np.ndarray  # (S,)
-
-
-def pull(
-    vertex: np.ndarray,
-    goal: np.ndarray,
-    direction: np.ndarray,
-    along: np.ndarray,
-    every: np.ndarray,
-) -> Springs:
-    """Springs on single vertices (S,)."""
-    index = np.repeat(vertex[:, None], 4, axis=1)
-    share = np.tile([1.0, 0, 0, 0], (len(vertex), 1))
-    return Springs(index, share, goal, direction, along, every)
-
-
-def together(springs: list[Springs]) -> Springs:
-    """All springs of a list."""
-    return Springs(
-        *(np.ascontiguousarray(np.concatenate(part)) for part in zip(*springs, strict=True))
-    )
 
 
 def energy(
@@ -98,7 +62,7 @@ def energy(
     )
     value, gradient = sum(values), gradients.sum(axis=0)
     if np.isfinite(value):
-        value += _spring_energy(x, springs, gradient)
+        value += spring_energy(x, springs, gradient)
     return value, gradient
 
 
@@ -108,52 +72,24 @@ def least_determinant(x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray) -> 
     least = np.inf
     edge = np.zeros((15, 3))
     for h in range(len(hexes)):
-        _load(x, hexes[h], edge)
+        load_edges(x, hexes[h], edge)
         scale = 1 / (lengths[h, 0] * lengths[h, 1] * lengths[h, 2])
         for f in range(9):
-            a, b, c = edge[_EDGE[f, 0]], edge[_EDGE[f, 1]], edge[_EDGE[f, 2]]
-            least = min(least, _SIGN[f] * _dot(a, _cross(b, c)) * scale)
+            a, b, c = edge[FRAME_EDGES[f, 0]], edge[FRAME_EDGES[f, 1]], edge[FRAME_EDGES[f, 2]]
+            least = min(least, FRAME_SIGNS[f] * dot(a, cross(b, c)) * scale)
     return least
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def scaled_jacobian(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
-    """(H,) smallest scaled Jacobian over corners and centre; -1 where an edge has no length."""
-    result = np.ones(len(hexes))
-    edge = np.zeros((15, 3))
-    for h in range(len(hexes)):
-        _load(x, hexes[h], edge)
-        for f in range(9):
-            a, b, c = edge[_EDGE[f, 0]], edge[_EDGE[f, 1]], edge[_EDGE[f, 2]]
-            size = np.sqrt(_dot(a, a)) * np.sqrt(_dot(b, b)) * np.sqrt(_dot(c, c))
-            value = _SIGN[f] * _dot(a, _cross(b, c)) / size if size > 0 else -1.0
-            result[h] = min(result[h], max(value, -1.0))
-    return result
-
-
-@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _load(x, hex, edge):
-    """The 12 edges of a hex and their means in each direction."""
-    for d in range(3):
-        for k in range(12):
-            edge[k, d] = x[hex[EDGES[k, 1]], d] - x[hex[EDGES[k, 0]], d]
-        for k in range(3):
-            mean = edge[4 * k, d] + edge[4 * k + 1, d] + edge[4 * k + 2, d] + edge[4 * k + 3, d]
-            edge[12 + k, d] = mean / 4
-
-
-@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _cross(a, b):
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _hex_energy(x, hexes, lengths, terms, gradient, begin, end):
+def _hex_energy(
+    x: np.ndarray,
+    hexes: np.ndarray,
+    lengths: np.ndarray,
+    terms: Terms,
+    gradient: np.ndarray,
+    begin: int,
+    end: int,
+) -> float:
     """Sum over hexes begin to end; adds to the gradient, by way of that by the edges of each hex.
 
     LANES hexes at a time, number by number, so that the loops over them are vectorised.
@@ -169,8 +105,8 @@ def _hex_energy(x, hexes, lengths, terms, gradient, begin, end):
         by_edge[:] = 0.0
         least[:] = np.inf
         for f in range(9):
-            i, j, k = 3 * _EDGE[f, 0], 3 * _EDGE[f, 1], 3 * _EDGE[f, 2]
-            _frame(edge, weight, i, j, k, _DIRECTION[f], _SIGN[f], terms, out)
+            i, j, k = 3 * FRAME_EDGES[f, 0], 3 * FRAME_EDGES[f, 1], 3 * FRAME_EDGES[f, 2]
+            _frame(edge, weight, i, j, k, _DIRECTION[f], FRAME_SIGNS[f], terms, out)
             _add_cross(by_edge, edge, i, j, k, out, 2)
             _add_cross(by_edge, edge, j, k, i, out, 3)
             _add_cross(by_edge, edge, k, i, j, out, 4)
@@ -186,7 +122,15 @@ def _hex_energy(x, hexes, lengths, terms, gradient, begin, end):
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _gather(x, hexes, lengths, start, n, corner, weight):
+def _gather(
+    x: np.ndarray,
+    hexes: np.ndarray,
+    lengths: np.ndarray,
+    start: int,
+    n: int,
+    corner: np.ndarray,
+    weight: np.ndarray,
+) -> None:
     """Corners of hexes, and the weights of their edges and determinants; the last fills up."""
     for at in range(LANES):
         h = start + min(at, n - 1)
@@ -202,7 +146,7 @@ def _gather(x, hexes, lengths, start, n, corner, weight):
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _edges(corner, edge):
+def _edges(corner: np.ndarray, edge: np.ndarray) -> None:
     """The 12 edges and their means in each direction."""
     for k in range(12):
         p, q = 3 * EDGES[k, 0], 3 * EDGES[k, 1]
@@ -217,7 +161,17 @@ def _edges(corner, edge):
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _frame(edge, weight, i, j, k, direction, sign, terms, out):
+def _frame(
+    edge: np.ndarray,
+    weight: np.ndarray,
+    i: int,
+    j: int,
+    k: int,
+    direction: np.ndarray,
+    sign: float,
+    terms: Terms,
+    out: np.ndarray,
+) -> None:
     """Of the frame of edges at rows i, j, k: value, derivative by the determinant, factors of a,
     b, c in the gradients by a, b, c, and d.
     """
@@ -226,8 +180,8 @@ def _frame(edge, weight, i, j, k, direction, sign, terms, out):
         a = (edge[i, at], edge[i + 1, at], edge[i + 2, at])
         b = (edge[j, at], edge[j + 1, at], edge[j + 2, at])
         c = (edge[k, at], edge[k + 1, at], edge[k + 2, at])
-        det = sign * _dot(a, _cross(b, c))
-        a2, b2, c2 = _dot(a, a) + _TINY, _dot(b, b) + _TINY, _dot(c, c) + _TINY
+        det = sign * dot(a, cross(b, c))
+        a2, b2, c2 = dot(a, a) + _TINY, dot(b, b) + _TINY, dot(c, c) + _TINY
         wa, wb, wc, scale = weight[p, at], weight[q, at], weight[r, at], weight[3, at]
         d = det * scale
         norm = a2 * wa + b2 * wb + c2 * wc
@@ -250,19 +204,28 @@ def _frame(edge, weight, i, j, k, direction, sign, terms, out):
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _add_cross(by_edge, edge, i, j, k, out, row):
+def _add_cross(
+    by_edge: np.ndarray, edge: np.ndarray, i: int, j: int, k: int, out: np.ndarray, row: int
+) -> None:
     """Add the gradient by the edge at row i: its factor times a, the determinant's times b x c."""
     for at in range(LANES):
         b = (edge[j, at], edge[j + 1, at], edge[j + 2, at])
         c = (edge[k, at], edge[k + 1, at], edge[k + 2, at])
-        bc = _cross(b, c)
+        bc = cross(b, c)
         by_edge[i, at] += out[row, at] * edge[i, at] + out[1, at] * bc[0]
         by_edge[i + 1, at] += out[row, at] * edge[i + 1, at] + out[1, at] * bc[1]
         by_edge[i + 2, at] += out[row, at] * edge[i + 2, at] + out[1, at] * bc[2]
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _scatter(by_edge, hexes, start, n, corner, gradient):
+def _scatter(
+    by_edge: np.ndarray,
+    hexes: np.ndarray,
+    start: int,
+    n: int,
+    corner: np.ndarray,
+    gradient: np.ndarray,
+) -> None:
     """Add the gradients by the edges to those by the vertices, by way of the corners' array."""
     corner[:] = 0.0
     for e in range(12):
@@ -276,30 +239,3 @@ def _scatter(by_edge, hexes, start, n, corner, gradient):
         for k in range(8):
             for d in range(3):
                 gradient[hexes[start + at, k], d] += corner[3 * k + d, at]
-
-
-@njit(cache=True, nogil=True)
-def _spring_energy(x, springs, gradient):
-    total = 0.0
-    for s in range(len(springs.goal)):
-        r0, r1, r2 = -springs.goal[s, 0], -springs.goal[s, 1], -springs.goal[s, 2]
-        for k in range(4):
-            share, v = springs.share[s, k], springs.vertex[s, k]
-            if share != 0:
-                r0 += share * x[v, 0]
-                r1 += share * x[v, 1]
-                r2 += share * x[v, 2]
-        n = springs.direction[s]
-        off = r0 * n[0] + r1 * n[1] + r2 * n[2]
-        along, every = springs.along[s], springs.every[s]
-        total += along * off * off + every * (r0 * r0 + r1 * r1 + r2 * r2)
-        g0 = 2 * (along * off * n[0] + every * r0)
-        g1 = 2 * (along * off * n[1] + every * r1)
-        g2 = 2 * (along * off * n[2] + every * r2)
-        for k in range(4):
-            share, v = springs.share[s, k], springs.vertex[s, k]
-            if share != 0:
-                gradient[v, 0] += share * g0
-                gradient[v, 1] += share * g1
-                gradient[v, 2] += share * g2
-    return total

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from polycube.hexmesh import energy
+from polycube.fitting import energy
+from polycube.fitting.energy import Terms
+from polycube.fitting.springs import pull, together
 from polycube.hexmesh.connectivity import CORNERS
-from polycube.hexmesh.energy import Terms
 from tests.fixtures.fitting import springs
 from tests.fixtures.hexmeshes import unit_cubes
 
@@ -104,8 +105,8 @@ def test_below_the_floor_is_infinite(crooked):
 def test_pull_is_a_spring_on_one_vertex():
     x, cube = unit_cubes(1, 1, 1)
     goal = x[3:4] + np.array([1, 2, 0])
-    single = energy.pull(np.array([3]), goal, np.eye(3)[:1], np.ones(1), np.ones(1))
-    both = energy.together([single, single])
+    single = pull(np.array([3]), goal, np.eye(3)[:1], np.ones(1), np.ones(1))
+    both = together([single, single])
     terms = Terms(shape=0.0)
     value, gradient = energy.energy(x, cube, np.ones((1, 3)), terms, both)
     assert value == pytest.approx(2 * (1 + 5))

@@ -1,0 +1,67 @@
+"""Quadratic pulls on points of a hex mesh, with their energy and its gradient."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+
+class Springs(NamedTuple):
+    """Quadratic pulls: sum along (n . r)^2 + every |r|^2 with r = sum_k share_k x_k - goal."""
+
+    vertex: np.ndarray  # (S, 4) int64
+    share: np.ndarray  # (S, 4)
+    goal: np.ndarray  # (S, 3)
+    direction: np.ndarray  # (S, 3) unit vectors n
+    along: np.ndarray  # (S,)
+    every: np.ndarray  # (S,)
+
+
+def pull(
+    vertex: np.ndarray,
+    goal: np.ndarray,
+    direction: np.ndarray,
+    along: np.ndarray,
+    every: np.ndarray,
+) -> Springs:
+    """Springs on single vertices (S,)."""
+    index = np.repeat(vertex[:, None], 4, axis=1)
+    share = np.tile([1.0, 0, 0, 0], (len(vertex), 1))
+    return Springs(index, share, goal, direction, along, every)
+
+
+def together(springs: list[Springs]) -> Springs:
+    """All springs of a list."""
+    return Springs(
+        *(np.ascontiguousarray(np.concatenate(part)) for part in zip(*springs, strict=True))
+    )
+
+
+@njit(cache=True, nogil=True)
+def spring_energy(x: np.ndarray, springs: Springs, gradient: np.ndarray) -> float:
+    """Energy at the points x (V, 3); its gradient is added to `gradient` (V, 3)."""
+    total = 0.0
+    for s in range(len(springs.goal)):
+        r0, r1, r2 = -springs.goal[s, 0], -springs.goal[s, 1], -springs.goal[s, 2]
+        for k in range(4):
+            share, v = springs.share[s, k], springs.vertex[s, k]
+            if share != 0:
+                r0 += share * x[v, 0]
+                r1 += share * x[v, 1]
+                r2 += share * x[v, 2]
+        n = springs.direction[s]
+        off = r0 * n[0] + r1 * n[1] + r2 * n[2]
+        along, every = springs.along[s], springs.every[s]
+        total += along * off * off + every * (r0 * r0 + r1 * r1 + r2 * r2)
+        g0 = 2 * (along * off * n[0] + every * r0)
+        g1 = 2 * (along * off * n[1] + every * r1)
+        g2 = 2 * (along * off * n[2] + every * r2)
+        for k in range(4):
+            share, v = springs.share[s, k], springs.vertex[s, k]
+            if share != 0:
+                gradient[v, 0] += share * g0
+                gradient[v, 1] += share * g1
+                gradient[v, 2] += share * g2
+    return total

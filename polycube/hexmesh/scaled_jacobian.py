@@ -1,0 +1,68 @@
+"""Scaled Jacobian of hexes: VTK's number, of nine frames of each hex.
+
+The frames are the edges at the eight corners, and the mean edges in the three directions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from polycube.hexmesh.connectivity import CORNERS, EDGES
+from polycube.numerics.fast_math import FAST
+from polycube.numerics.vectors import cross, dot
+
+# three edges of the hex for each frame (12, 13, 14: the mean edges along xi, eta, zeta), and the
+# sign of their determinant
+_CORNER_EDGES = np.argmax(
+    (np.sort(CORNERS[:, [[0, 1], [0, 2], [0, 3]]])[:, :, None] == np.sort(EDGES)).all(axis=3),
+    axis=2,
+)
+FRAME_EDGES = np.vstack([_CORNER_EDGES, [12, 13, 14]])
+FRAME_SIGNS = np.append(
+    np.where(EDGES[_CORNER_EDGES, 0] == CORNERS[:, :1], 1.0, -1.0).prod(axis=1), 1.0
+)
+
+
+def scaled_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
+    """Compute the smallest scaled Jacobian of each hex.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+    hexes : (H, 8) int array
+
+    Returns
+    -------
+    (H,) array
+        det(a, b, c) / (|a| |b| |c|), least over the nine frames a, b, c, in [-1, 1]; at most 0
+        where the hex is inverted or flat, -1 where an edge has no length.
+    """
+    return _scaled_jacobian(
+        np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(hexes, np.int64)
+    )
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _scaled_jacobian(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
+    result = np.ones(len(hexes))
+    edge = np.zeros((15, 3))
+    for h in range(len(hexes)):
+        load_edges(x, hexes[h], edge)
+        for f in range(9):
+            a, b, c = edge[FRAME_EDGES[f, 0]], edge[FRAME_EDGES[f, 1]], edge[FRAME_EDGES[f, 2]]
+            size = np.sqrt(dot(a, a)) * np.sqrt(dot(b, b)) * np.sqrt(dot(c, c))
+            value = FRAME_SIGNS[f] * dot(a, cross(b, c)) / size if size > 0 else -1.0
+            result[h] = min(result[h], max(value, -1.0))
+    return result
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def load_edges(x: np.ndarray, hex: np.ndarray, edge: np.ndarray) -> None:
+    """Fill in the 12 edges of a hex (8,) and their means in each direction: edge (15, 3)."""
+    for d in range(3):
+        for k in range(12):
+            edge[k, d] = x[hex[EDGES[k, 1]], d] - x[hex[EDGES[k, 0]], d]
+        for k in range(3):
+            mean = edge[4 * k, d] + edge[4 * k + 1, d] + edge[4 * k + 2, d] + edge[4 * k + 3, d]
+            edge[12 + k, d] = mean / 4
