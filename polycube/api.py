@@ -23,7 +23,8 @@ from polycube.pipeline.state import RunState
 from polycube.registry import build, names
 from polycube.report.files import check_folder, start_folder, write_results
 from polycube.report.numbers.results import summarize
-from polycube.surface.repair.clean import check_closed, check_surface, clean
+from polycube.surface.checks import check_closed, check_surface
+from polycube.surface.repair.clean import clean
 from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
 
 HEX = (".vtu", ".vtk", ".mesh", ".msh", ".inp")  # files of hex meshes, to be improved

@@ -17,7 +17,7 @@ from polycube.charts.polycube_edges import Arc, Network, network
 from polycube.charts.tracing import Cost, Drawing, Sector, near
 from polycube.errors import MeshingError
 from polycube.structure.lattice import Boundary, boundary, cell_of_box
-from polycube.surface.measures import diagonal, face_areas, half_edges
+from polycube.surface.measures import diagonal, euler, face_areas, half_edges
 from polycube.types import AXES, Labels, Parametrization, Polycube, TriMesh
 
 WIDTHS = (0.1, 0.05, 0.2)  # of the guidance, in cells; tried in turn
@@ -170,12 +170,6 @@ def _patches(found: Segmentation) -> np.ndarray:
         if number != wanted:
             raise _wrong(found, patch, f"has Euler number {number}, not {wanted}")
     return names[region]
-
-
-def euler(faces: np.ndarray) -> int:
-    """Vertices - edges + faces of polygons (N, K)."""
-    pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    return len(np.unique(faces)) - len(np.unique(pairs, axis=0)) + len(faces)
 
 
 def _wrong(found: Segmentation, patch: int, what: str) -> MeshingError:

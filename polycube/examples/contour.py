@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array
 
 from polycube.examples.implicit import Field
-from polycube.surface.measures import check_surface
+from polycube.surface.checks import check_surface
 from polycube.types import TriMesh
 
 SMOOTHING = 12  # rounds of sliding

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from polycube.surface.measures import components, euler
 from polycube.types import HexMesh
 
 # place of each corner in the unit cube (xi, eta, zeta)
@@ -185,13 +186,10 @@ def extraordinary_edges(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
 def genus(mesh: HexMesh) -> int:
     """Number of handles of the boundary; raises ValueError unless it is one closed manifold."""
     check_conforming(mesh)
-    outside, _ = quad_edges(mesh.quads)
-    used = np.unique(mesh.quads)
-    graph = coo_matrix((np.ones(len(outside)), tuple(outside.T)), shape=(len(mesh.vertices),) * 2)
-    parts = len(np.unique(connected_components(graph, directed=False)[1][used]))
+    parts = components(mesh.quads).max() + 1
     if parts != 1:
         raise ValueError(f"boundary has {parts} components; one is needed for a genus")
-    return 1 - (len(used) - len(outside) + len(mesh.quads)) // 2
+    return 1 - euler(mesh.quads) // 2
 
 
 def check_conforming(mesh: HexMesh) -> None:

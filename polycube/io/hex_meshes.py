@@ -25,7 +25,8 @@ from polycube.hexmesh.connectivity import (
     quad_edges,
 )
 from polycube.hexmesh.quality import triangles
-from polycube.surface.measures import check_surface, connected, diagonal
+from polycube.surface.checks import check_surface
+from polycube.surface.measures import connected, diagonal
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)

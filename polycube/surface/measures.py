@@ -11,10 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from polycube.errors import InputError
 from polycube.types import TriMesh
-
-FLAT = 1e-9  # volume over area and diagonal, below which a surface encloses nothing
 
 
 def area_vectors(surface: TriMesh) -> np.ndarray:
@@ -49,18 +46,21 @@ def volume(surface: TriMesh) -> float:
 
 def genus(surface: TriMesh) -> int:
     """Number of handles of a closed surface, from its Euler number 2 - 2 genus (per component)."""
-    n_edges = len(edges(surface.faces)[0])
-    euler = len(np.unique(surface.faces)) - n_edges + len(surface.faces)
-    return int(components(surface.faces).max() + 1 - euler // 2)
+    return int(components(surface.faces).max() + 1 - euler(surface.faces) // 2)
+
+
+def euler(faces: np.ndarray) -> int:
+    """Vertices - edges + faces of polygons (F, K)."""
+    return len(np.unique(faces)) - len(edges(faces)[0]) + len(faces)
 
 
 def half_edges(faces: np.ndarray) -> np.ndarray:
-    """(3 F, 2) directed edges of (F, 3) faces."""
+    """(K F, 2) directed edges of (F, K) faces."""
     return np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
 def edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges (E, 2) with ascending ends, faces per edge (E,), and edge of each half-edge (3 F,)."""
+    """Edges (E, 2) with ascending ends, faces per edge (E,), and edge of each half-edge (K F,)."""
     ends = np.sort(half_edges(faces), axis=1)
     size = int(faces.max(initial=0)) + 1
     keys, edge, count = np.unique(
@@ -113,7 +113,7 @@ def is_closed(faces: np.ndarray) -> bool:
 def components(faces: np.ndarray) -> np.ndarray:
     """(F,) piece of the surface that each face is on, 0, 1, ..., joined through common edges."""
     first, second = twins(faces)
-    return connected(first // 3, second // 3, len(faces))
+    return connected(first // faces.shape[1], second // faces.shape[1], len(faces))
 
 
 def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -132,74 +132,6 @@ def connected(first: np.ndarray, second: np.ndarray, size: int) -> np.ndarray:
     """(size,) component of each node of the graph with the given links."""
     links = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
     return connected_components(links, directed=False)[1].astype(np.int64)
-
-
-def check_closed(surface: TriMesh) -> None:
-    """Raise InputError, in one sentence, unless every edge has exactly two faces."""
-    faces = surface.faces
-    _refuse(surface, nonmanifold_edges(faces), "not manifold", "with more than two faces")
-    _refuse(surface, open_edges(faces), "not closed", "with one face only")
-
-
-def check_surface(surface: TriMesh) -> None:
-    """Raise InputError, in one sentence, unless the surface bounds one solid."""
-    faces = surface.faces
-    check_closed(surface)
-    _refuse(surface, misoriented_edges(faces), "not oriented", "that both faces run the same way")
-    vertices = nonmanifold_vertices(faces)[:, None]
-    _refuse(surface, vertices, "not manifold", "where its parts touch in a point only")
-    _check_one_piece(surface)
-    if not volume(surface) > FLAT * face_areas(surface).sum() * diagonal(surface):
-        raise InputError(
-            f"the surface encloses no volume: it measures {volume(surface):.3g}, which must be "
-            "positive (faces counter-clockwise seen from outside)"
-        )
-
-
-def _refuse(surface: TriMesh, wrong: np.ndarray, what: str, which: str) -> None:
-    """Raise about (N, 1) vertices or (N, 2) edges, where there are any."""
-    if len(wrong):
-        names = ("vertex", "edge") if len(wrong) == 1 else ("vertices", "edges")
-        ends = [place(surface, surface.vertices[vertex]) for vertex in wrong[0]]
-        where = f"at {ends[0]}" if len(ends) == 1 else f"from {ends[0]} to {ends[1]}"
-        items = f"{len(wrong)} {names[wrong.shape[1] - 1]}"
-        raise InputError(f"the surface is {what}: {items} {which}, the first {where}")
-
-
-def _check_one_piece(surface: TriMesh) -> None:
-    piece = components(surface.faces)
-    sizes = np.bincount(piece)
-    if len(sizes) == 1:
-        return
-    shells = [surface.faces[piece == p] for p in range(len(sizes))]
-    spans = [np.ptp(surface.vertices[shell.ravel()], axis=0).sum() for shell in shells]
-    inner, outer = np.argsort(spans)[-2:]
-    probes = surface.vertices[shells[inner][:: len(shells[inner]) // 8 + 1, 0]]
-    if (abs(winding_numbers(TriMesh(surface.vertices, shells[outer]), probes)) > 0.5).all():
-        raise InputError(
-            f"the solid has an inner void: its piece of {sizes[inner]} faces at "
-            f"{place(surface, probes[0])} lies inside another; give a solid without voids"
-        )
-    smallest = int(np.argmin(sizes))
-    raise InputError(
-        f"the surface has {len(sizes)} separate pieces, the smallest of {sizes[smallest]} faces "
-        f"at {place(surface, surface.vertices[shells[smallest][0, 0]])}; give one solid"
-    )
-
-
-def winding_numbers(surface: TriMesh, points: np.ndarray) -> np.ndarray:
-    """(N,) how often the surface winds around each of (N, 3) points: 1 inside, 0 outside."""
-    return np.array([_solid_angle(surface, point) / (4 * np.pi) for point in points])
-
-
-def _solid_angle(surface: TriMesh, point: np.ndarray) -> float:
-    """Of all faces as seen from the point; tan(angle / 2) of each by van Oosterom and Strackee."""
-    rays = surface.vertices[surface.faces] - point  # (F, 3, 3)
-    a, b, c = np.moveaxis(rays / diagonal(surface), 1, 0)
-    la, lb, lc = (np.linalg.norm(r, axis=1) for r in (a, b, c))
-    ab, bc, ca = (np.einsum("fi,fi->f", *pair) for pair in ((a, b), (b, c), (c, a)))
-    above = np.einsum("fi,fi->f", a, np.cross(b, c))
-    return float(2 * np.arctan2(above, la * lb * lc + ab * lc + bc * la + ca * lb).sum())
 
 
 def place(surface: TriMesh, point: np.ndarray) -> str:

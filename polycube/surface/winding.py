@@ -21,8 +21,8 @@ FAR = 2.5  # radii of a group from its middle, beyond which it is a dipole
 LEAST = 1000  # points for a thread
 
 
-def fast_winding_numbers(surface: TriMesh, points: np.ndarray) -> np.ndarray:
-    """(N,) at points (N, 3), within about 0.04 of `surface.winding_numbers`."""
+def winding_numbers(surface: TriMesh, points: np.ndarray) -> np.ndarray:
+    """(N,) how often the surface winds around each of (N, 3) points, within about 0.04."""
     corners = surface.vertices[surface.faces]
     boxes = tree(corners, np.zeros((len(corners), 3)))
     groups = _groups(boxes, area_vectors(surface))

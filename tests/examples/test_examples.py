@@ -6,8 +6,9 @@ import pytest
 from polycube.errors import InputError
 from polycube.examples.parts import EXAMPLES, example
 from polycube.io.surfaces import read_surface
+from polycube.surface.checks import check_surface
 from polycube.surface.intersections import self_intersections
-from polycube.surface.measures import check_surface, face_areas, genus
+from polycube.surface.measures import face_areas, genus
 
 GENUS = {
     "dice": 0,

@@ -10,7 +10,8 @@ import pytest
 
 from polycube.errors import InputError
 from polycube.io.surfaces import read_surface
-from polycube.surface.measures import check_surface, genus, volume
+from polycube.surface.checks import check_surface
+from polycube.surface.measures import genus, volume
 
 REFUSED = {
     "open_hole.obj": "not closed: 19 edges",

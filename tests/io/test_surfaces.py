@@ -10,7 +10,8 @@ import trimesh
 
 from polycube.errors import InputError
 from polycube.io.surfaces import read_surface
-from polycube.surface.measures import check_surface, genus, volume
+from polycube.surface.checks import check_surface
+from polycube.surface.measures import genus, volume
 from polycube.surface.repair.clean import clean
 from tests.fixtures.surfaces import box, torus
 

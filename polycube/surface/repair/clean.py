@@ -10,10 +10,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
+from polycube.surface.checks import check_closed, check_surface
 from polycube.surface.intersections import crossing_places, self_intersections
 from polycube.surface.measures import (
-    check_closed,
-    check_surface,
     connected,
     diagonal,
     face_areas,

@@ -15,7 +15,7 @@ from polycube.errors import InputError
 from polycube.surface.closest import Tree, closest, tree
 from polycube.surface.intersections import self_intersections
 from polycube.surface.measures import face_normals, half_edges
-from polycube.surface.winding import fast_winding_numbers
+from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
 
 SLIDES = 8  # rounds of making the triangles even
@@ -49,7 +49,7 @@ def _signed(soup: TriMesh, cell: float) -> tuple[np.ndarray, np.ndarray, float]:
     shape = np.ceil((high - low) / cell).astype(int) + 5
     origin = (low + high) / 2 - cell * (shape - 1) / 2 + 1e-4 * cell
     nodes = origin + cell * np.moveaxis(np.indices(shape), 0, -1).reshape(-1, 3)
-    level = fast_winding_numbers(soup, nodes) - 0.5
+    level = winding_numbers(soup, nodes) - 0.5
     near = _beside_a_change((level > 0).reshape(shape)).ravel()
     value = np.where(level > 0, cell, -cell)
     corners = soup.vertices[soup.faces]

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from polycube.surface.measures import check_surface, volume
+from polycube.surface.checks import check_surface
+from polycube.surface.measures import volume
 from polycube.surface.repair.holes import filling, flatness, loops, nested
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box

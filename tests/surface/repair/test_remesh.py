@@ -5,9 +5,10 @@ import pytest
 
 from polycube.errors import InputError
 from polycube.examples.parts import example
+from polycube.surface.checks import check_surface
 from polycube.surface.closest import distance, tree
 from polycube.surface.intersections import self_intersections
-from polycube.surface.measures import check_surface, face_normals, genus, volume
+from polycube.surface.measures import face_normals, genus, volume
 from polycube.surface.repair.remesh import remesh
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined

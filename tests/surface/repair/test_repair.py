@@ -6,8 +6,9 @@ import pytest
 from polycube.errors import InputError
 from polycube.io.stl import read_stl, write_stl
 from polycube.io.surfaces import read_repaired, read_surface
+from polycube.surface.checks import check_surface
 from polycube.surface.intersections import self_intersections
-from polycube.surface.measures import check_surface, genus, volume
+from polycube.surface.measures import genus, volume
 from polycube.surface.repair.repair import repaired
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined, torus

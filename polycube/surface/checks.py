@@ -1,0 +1,75 @@
+"""Whether a surface bounds one solid; what is wrong is said in one sentence, with its place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.surface.measures import (
+    components,
+    diagonal,
+    face_areas,
+    misoriented_edges,
+    nonmanifold_edges,
+    nonmanifold_vertices,
+    open_edges,
+    place,
+    volume,
+)
+from polycube.surface.winding import winding_numbers
+from polycube.types import TriMesh
+
+FLAT = 1e-9  # volume over area and diagonal, below which a surface encloses nothing
+
+
+def check_closed(surface: TriMesh) -> None:
+    """Raise InputError, in one sentence, unless every edge has exactly two faces."""
+    faces = surface.faces
+    _refuse(surface, nonmanifold_edges(faces), "not manifold", "with more than two faces")
+    _refuse(surface, open_edges(faces), "not closed", "with one face only")
+
+
+def check_surface(surface: TriMesh) -> None:
+    """Raise InputError, in one sentence, unless the surface bounds one solid."""
+    faces = surface.faces
+    check_closed(surface)
+    _refuse(surface, misoriented_edges(faces), "not oriented", "that both faces run the same way")
+    vertices = nonmanifold_vertices(faces)[:, None]
+    _refuse(surface, vertices, "not manifold", "where its parts touch in a point only")
+    _check_one_piece(surface)
+    if not volume(surface) > FLAT * face_areas(surface).sum() * diagonal(surface):
+        raise InputError(
+            f"the surface encloses no volume: it measures {volume(surface):.3g}, which must be "
+            "positive (faces counter-clockwise seen from outside)"
+        )
+
+
+def _refuse(surface: TriMesh, wrong: np.ndarray, what: str, which: str) -> None:
+    """Raise about (N, 1) vertices or (N, 2) edges, where there are any."""
+    if len(wrong):
+        names = ("vertex", "edge") if len(wrong) == 1 else ("vertices", "edges")
+        ends = [place(surface, surface.vertices[vertex]) for vertex in wrong[0]]
+        where = f"at {ends[0]}" if len(ends) == 1 else f"from {ends[0]} to {ends[1]}"
+        items = f"{len(wrong)} {names[wrong.shape[1] - 1]}"
+        raise InputError(f"the surface is {what}: {items} {which}, the first {where}")
+
+
+def _check_one_piece(surface: TriMesh) -> None:
+    piece = components(surface.faces)
+    sizes = np.bincount(piece)
+    if len(sizes) == 1:
+        return
+    shells = [surface.faces[piece == p] for p in range(len(sizes))]
+    spans = [np.ptp(surface.vertices[shell.ravel()], axis=0).sum() for shell in shells]
+    inner, outer = np.argsort(spans)[-2:]
+    probes = surface.vertices[shells[inner][:: len(shells[inner]) // 8 + 1, 0]]
+    if (abs(winding_numbers(TriMesh(surface.vertices, shells[outer]), probes)) > 0.5).all():
+        raise InputError(
+            f"the solid has an inner void: its piece of {sizes[inner]} faces at "
+            f"{place(surface, probes[0])} lies inside another; give a solid without voids"
+        )
+    smallest = int(np.argmin(sizes))
+    raise InputError(
+        f"the surface has {len(sizes)} separate pieces, the smallest of {sizes[smallest]} faces "
+        f"at {place(surface, surface.vertices[shells[smallest][0, 0]])}; give one solid"
+    )

@@ -1,0 +1,130 @@
+"""The steps of a repair: each takes a surface and returns the new one and what was changed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.surface import measures as topology
+from polycube.surface.measures import diagonal, place, volume
+from polycube.surface.repair import clean
+from polycube.surface.repair.defects import spans_of
+from polycube.surface.repair.holes import MAX_LOOP, filling, flatness, loops, nested
+from polycube.surface.winding import winding_numbers
+from polycube.types import TriMesh
+
+FLAT_HOLE = 1e-3  # of its diagonal: a hole that leaves its plane no more is closed
+DEBRIS = 0.01  # of the largest piece's diagonal: a piece no wider is left out
+
+
+def weld_near(surface: TriMesh) -> clean.Step:
+    """Weld vertices that nearly coincide, unless the surface is closed already."""
+    return (surface, []) if topology.is_closed(surface.faces) else clean.weld_near(surface)
+
+
+def drop_fins(surface: TriMesh) -> clean.Step:
+    """Leave out faces that hang with an open edge on an edge of more than two faces."""
+    faces, kept = surface.faces, np.ones(len(surface.faces), dtype=bool)
+    while True:
+        _, count, edge = topology.edges(faces[kept])
+        on = count[edge].reshape(-1, 3)
+        fin = (on == 1).any(axis=1) & (on > 2).any(axis=1)
+        if not fin.any():
+            break
+        kept[np.flatnonzero(kept)[fin]] = False
+    return _without(surface, ~kept, "that hang loose on an edge")
+
+
+def drop_debris(surface: TriMesh) -> clean.Step:
+    """Remove pieces that are tiny beside the largest one."""
+    piece = topology.components(surface.faces)
+    spans = spans_of(surface, piece)
+    return _without(surface, (spans < DEBRIS * spans.max())[piece], "of debris")
+
+
+def _without(surface: TriMesh, faces: np.ndarray, why: str) -> clean.Step:
+    if not faces.any():
+        return surface, []
+    used, kept = np.unique(surface.faces[~faces], return_inverse=True)
+    left = TriMesh(surface.vertices[used], kept.reshape(-1, 3))
+    return left, clean.left_out(surface, faces, why)
+
+
+def part_touching(surface: TriMesh) -> clean.Step:
+    """Give each fan of faces around a vertex its own vertex, at the same place."""
+    if not topology.is_closed(surface.faces):
+        return surface, []
+    touching = topology.nonmanifold_vertices(surface.faces)
+    if not len(touching):
+        return surface, []
+    fan = topology.fans(surface.faces)
+    _, first, corner = np.unique(fan, return_index=True, return_inverse=True)
+    vertices = surface.vertices[surface.faces.ravel()[first]]
+    where = place(surface, surface.vertices[touching[0]])
+    note = f"parted vertices where surfaces touch: {len(touching)}, the first at {where}"
+    return TriMesh(vertices, corner.reshape(-1, 3)), [note]
+
+
+def orient(surface: TriMesh) -> clean.Step:
+    """Orient the faces consistently, where every edge has at most two."""
+    if len(topology.nonmanifold_edges(surface.faces)):
+        return surface, []
+    return clean.orient(surface)
+
+
+def close_holes(surface: TriMesh, widest_closed: float) -> clean.Step:
+    """Close holes that are flat, or no wider than so much of the diagonal."""
+    faces = surface.faces
+    if not len(topology.open_edges(faces)) or len(topology.nonmanifold_edges(faces)):
+        return surface, []
+    found = loops(faces)
+    alone = ~nested(surface, found)
+    patches, edges, widest = [], 0, 0.0
+    for loop, is_alone in zip(found, alone, strict=True):
+        points = surface.vertices[loop]
+        width = float(np.linalg.norm(np.ptp(points, axis=0)))
+        small = width <= widest_closed * diagonal(surface)
+        flat = len(loop) > 3 and flatness(points) <= FLAT_HOLE
+        if 3 <= len(loop) <= MAX_LOOP and (small or len(loop) == 3 or (flat and is_alone)):
+            patches.append(loop[filling(points)])
+            edges, widest = edges + len(loop), max(widest, width)
+    if not patches:
+        return surface, []
+    closed = TriMesh(surface.vertices, np.concatenate([faces, *patches]))
+    added = len(closed.faces) - len(faces)
+    return closed, [
+        f"closed holes: {len(patches)} of {len(found)}, {edges} edges, {added} new faces, "
+        f"the widest {100 * widest / diagonal(surface):.2g} % of the diagonal"
+    ]
+
+
+def fill_voids(surface: TriMesh, largest: float) -> clean.Step:
+    """Leave out pieces inside the largest one."""
+    piece = topology.components(surface.faces)
+    spans = spans_of(surface, piece)
+    if len(spans) == 1 or not topology.is_closed(surface.faces):
+        return surface, []
+    shells = [TriMesh(surface.vertices, surface.faces[piece == p]) for p in range(len(spans))]
+    outer = shells[int(spans.argmax())]
+    if volume(outer) == 0:
+        return surface, []
+    gone, sizes = np.zeros(len(spans), dtype=bool), []
+    for p, shell in enumerate(shells):
+        size = abs(volume(shell) / volume(outer))
+        probes = surface.vertices[np.unique(shell.faces)]
+        if shell is not outer and size <= largest:
+            gone[p] = (np.abs(winding_numbers(outer, probes)) > 0.5).all()
+            sizes += [size] * int(gone[p])
+    left, notes = _without(surface, gone[piece], "of inner voids")
+    share = 100 * sum(sizes)
+    return left, [f"{note}; {len(sizes)} filled, {share:.2g} % of the volume" for note in notes]
+
+
+def outward(surface: TriMesh) -> TriMesh:
+    """The surface with each of its pieces turned outward."""
+    piece = topology.components(surface.faces)
+    faces = surface.faces.copy()
+    for p in range(piece.max() + 1):
+        own = piece == p
+        if volume(TriMesh(surface.vertices, faces[own])) < 0:
+            faces[own] = faces[own][:, ::-1]
+    return TriMesh(surface.vertices, faces)
