@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polycube.analysis.assembly import assemble
-from polycube.analysis.constraints import Support, constrain, free_rigid_motions
+from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.material import Material
 from polycube.analysis.recovery import field_of, gradient_field
 from polycube.analysis.trace import trace
@@ -51,13 +51,7 @@ def deform(
         m/s^2.  Stresses in Pa, forces in N, energy in J.
     Raises InputError when the supports leave rigid motions free, MeshingError where det J <= 0.
     """
-    held = constrain(spline, supports, 3)
-    free = free_rigid_motions(spline, held)
-    if free:
-        raise InputError(
-            f"the supports leave {free} of 6 rigid motions free, so nothing balances the loads; "
-            "fix more patches or components"
-        )
+    held = _held(spline, supports)
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
@@ -87,6 +81,18 @@ def deform(
         mass=float(weight.sum()),
         units={"length": length_unit, "stress": "Pa", "force": "N", "energy": "J", "mass": "kg"},
     )
+
+
+def _held(spline: Spline, supports: Sequence[Support]) -> Constraints:
+    """The constraints of the supports; raises InputError when they leave rigid motions free."""
+    held = constrain(spline, supports, 3)
+    free = free_rigid_motions(spline, held)
+    if free:
+        raise InputError(
+            f"the supports leave {free} of 6 rigid motions free, so nothing balances the loads; "
+            "fix more patches or components"
+        )
+    return held
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
