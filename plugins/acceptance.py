@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import ceil, inf
+from math import inf
 
 import numpy as np
 
+from polycube.fitting.merit import merit
 from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.kinds import Acceptance
@@ -23,7 +24,10 @@ CERTIFY = ("corners", "everywhere")
 class Standard(Acceptance):
     """Valid first, then features kept, then distances, then the worst hex.
 
-    Lengths are shares of the bounding-box diagonal unless another unit is named.
+    Each criterion is met or missed.  Of two meshes the better one meets the first criterion in
+    which they differ; where they differ in none, the merit of the fitting stages decides
+    (`polycube.fitting.merit`).  Lengths are shares of the bounding-box diagonal unless another unit
+    is named.
 
     Parameters
     ----------
@@ -79,16 +83,15 @@ class Standard(Acceptance):
         levels = {
             # inverted hexes are worse than crossings, these than any other failure
             "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
-            "features": -self._lost_features(found),
-            "distances": -self._lost_distances(found),
-            "scaled_jacobian": found.scaled_jacobian,
+            "features": -(len(found.lost_faces) + (found.creases > self.features)),
+            "distances": -self._is_far(found),
+            "scaled_jacobian": -(found.scaled_jacobian < self.poor_jacobian),
         }
-        misses = levels["validity"] or levels["features"] or levels["distances"]
         return Verdict(
             failures=failures,
             warnings=() if failures else tuple(self._warnings(found)),
-            key=tuple(float(levels[name]) for name in self.order),
-            reaches=-inf if misses else found.scaled_jacobian,
+            key=(*(float(levels[name]) for name in self.order), merit(found)),
+            reaches=-inf if any(levels.values()) else found.scaled_jacobian,
         )
 
     def _not_certified(self, hexes: HexMesh) -> np.ndarray:
@@ -166,20 +169,11 @@ class Standard(Acceptance):
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
             yield f"{len(found.lost_faces)} CAD faces have no quad: {names}"
 
-    def _lost_features(self, found: Inspection) -> int:
-        """Steps of the tolerance by which sharp edges are off, and CAD faces without a quad."""
-        return _steps(found.creases, self.features) + len(found.lost_faces)
-
-    def _lost_distances(self, found: Inspection) -> int:
-        """Steps by which distances and volume are off."""
+    def _is_far(self, found: Inspection) -> bool:
+        """Whether distances or volume are off."""
         apart = found.deviation
         return (
-            _steps(max(apart.to_surface.p99, apart.to_mesh.p99), self.distance, self.distance / 2)
-            + _steps(apart.vertices, self.far_vertices)
-            + _steps(abs(found.volume_ratio - 1), self.far_volume)
+            max(apart.to_surface.p99, apart.to_mesh.p99) > self.distance
+            or apart.vertices > self.far_vertices
+            or abs(found.volume_ratio - 1) > self.far_volume
         )
-
-
-def _steps(value: float, limit: float, step: float | None = None) -> int:
-    """0 up to the limit, then one for each step begun."""
-    return max(0, ceil((value - limit) / (step or limit)))
