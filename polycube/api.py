@@ -176,6 +176,7 @@ def _work(run: Run, state: RunState) -> RunState:
         if "meshing" in run.settings.order:
             state = run.mesh(state)
         if state.hexes is not None and state.failure is None and not state.interrupted:
+            run.check_places(state.hexes)
             state = run.solve(state)
     except MeshingError as error:
         return replace(state, failure=str(error))

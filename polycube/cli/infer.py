@@ -56,8 +56,11 @@ def infer(cfg: Config, level: int | None = None, is_alone: bool = False) -> Mapp
     from polycube.io.manifest import append_to
     from polycube.pipeline.settings import Settings
 
+    for name in ("quiet", "verbose"):
+        if not isinstance(cfg[name], bool):
+            raise InputError(f"{name} must be true or false; got {cfg[name]!r}")
     if level is None:
-        level = QUIET if cfg["quiet"] is True else VERBOSE if cfg["verbose"] is True else PLAIN
+        level = QUIET if cfg["quiet"] else VERBOSE if cfg["verbose"] else PLAIN
     settings = Settings.of(cfg)
     folder = _folder(cfg)
     with terminable() as interrupt, logging_to(level, is_alone) as log_to:

@@ -160,14 +160,7 @@ class Run:
         return replace(state, failure="; ".join(failures)) if failures else state
 
     def solve(self, state: RunState) -> RunState:
-        """Build the spline on the hexes and solve the analysis on it.
-
-        Raises
-        ------
-        InputError
-            For a place that the analysis names and the boundary does not have.
-        """
-        self._check_places(_hexes(state))
+        """Build the spline on the hexes and solve the analysis on it."""
         for stage in self.solving:
             if self._is_kept(stage.kind):
                 value = load_stage(self._resumed, stage.kind)
@@ -246,7 +239,7 @@ class Run:
             self._save(stage.kind, best.hexes if value is None else value)
         return replace(best, stopped=stopped)
 
-    def _check_places(self, hexes: HexMesh) -> None:
+    def check_places(self, hexes: HexMesh) -> None:
         """Raise InputError for a place that an analysis needs and the boundary has not."""
         for stage in self.solving:
             try:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.hexmesh.inspection import inspect
 from polycube.io import manifest
 from polycube.kinds import Export
 from polycube.pipeline.intake import write_repaired
@@ -18,7 +19,7 @@ from polycube.pipeline.resume import stage_name
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
 from polycube.report.numbers import quality
-from polycube.types import Spline
+from polycube.types import HexMesh, Spline, TriMesh
 
 REPAIRED = ("repaired.stl", "repaired.vtp")  # written before the results
 ALWAYS = ("config.json", "report.json", "polycube.vtu", "trajectory.npz")
@@ -98,13 +99,14 @@ def write_results(
 ) -> None:
     """Write every file of the run; where `report.json` lies, all but the page lie too.
 
-    Solvers see no mark of an invalid mesh, so such a mesh is not exported for them.
+    Solvers see no mark of an invalid mesh, so one that is inverted or crosses itself is not
+    exported for them.
     """
     clear_results(folder, settings, keeps_stages=True)
     with manifest.writing(folder) as scratch:
         _write_state(scratch, state, settings)
         _write_json(scratch / "config.json", settings.composed)
-    if state.hexes is not None and state.failure is None:
+    if state.hexes is not None and _is_sound(state.hexes, state.surface):
         with manifest.writing(folder) as scratch:
             named = replace(state.hexes, primitives=_context(state))
             for export in exports:
@@ -115,6 +117,11 @@ def write_results(
         from polycube.report.page.html import write_report
 
         write_report(folder, state, {**report, "config": settings.composed}, not state.interrupted)
+
+
+def _is_sound(hexes: HexMesh, surface: TriMesh) -> bool:
+    found = inspect(hexes, surface)
+    return found.scaled_jacobian > 0 and not len(found.crossings)
 
 
 def _context(state: RunState) -> tuple[str | None, ...]:

@@ -7,9 +7,11 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from polycube import HOME
-from polycube.cli.infer import finish
 from polycube.cli.train import train
 from polycube.errors import InputError
+from polycube.pipeline.intake import read_part
+from polycube.pipeline.run import Run
+from polycube.pipeline.settings import Settings
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
@@ -31,8 +33,9 @@ def propose(output: Path, *overrides: str) -> str:
         "structure.tried=2",
         f"output_dir={output}",
     )
-    state, _ = finish(config("infer", *chosen, *overrides))
-    return state["ranked"][state["chosen"]].candidate.proposal
+    settings = Settings.of(config("infer", *chosen, *overrides))
+    state = Run(settings, read_part).begin()
+    return state.ranked[state.chosen].candidate.proposal
 
 
 @pytest.mark.parametrize("structure", ["auto", "diffusion", "classify"])

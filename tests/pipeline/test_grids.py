@@ -7,8 +7,11 @@ from omegaconf import OmegaConf
 
 import polycube.cli.search_path  # noqa: F401
 from polycube import HOME
+from polycube.errors import InputError
 from polycube.pipeline.proposals import propose
 from polycube.pipeline.run import Run
+from polycube.pipeline.settings import Settings
+from polycube.pipeline.state import RunState
 from polycube.types import Candidate
 from tests.fixtures.polycubes import part
 
@@ -17,22 +20,23 @@ WITHOUT_WEIGHTS = ("~structure.proposals.diffusion", "mesh=example:rod")
 TURN = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
 
 
+SURFACE = part(L, TURN @ np.diag([20.0, 14, 9]), grid=(2, 2, 1))
+
+
 def run(*overrides: str) -> Run:
     with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
         cfg = compose("infer", [*WITHOUT_WEIGHTS, *overrides])
-    made = Run(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False))
-    made.state = {"surface": part(L, TURN @ np.diag([20.0, 14, 9]), grid=(2, 2, 1))}
-    return made
+    cfg = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
+    return Run(Settings.of(cfg), lambda settings, clock: RunState(SURFACE))
 
 
 def proposed(run: Run) -> tuple[Candidate, ...]:
-    return propose(run.cfg, run.state["surface"], run.primitives, run.clock)
+    return propose(run.settings, SURFACE, run.primitives, run.clock)
 
 
 def test_auto_finds_the_grid_of_an_l():
-    found = run("grid=auto")
-    found.structure()
-    best, ranked = found.state["polycube"], found.state["ranked"]
+    state = run("grid=auto").begin()
+    best, ranked = state.polycube, state.ranked
     assert best.grid == (2, 2, 1) and best.context == L
     rows = [entry.score for entry in ranked if entry.candidate.polycube.grid[1:] == (1, 1)]
     assert ranked[0].score < 0.7 < 1.5 < min(rows)
@@ -59,3 +63,21 @@ def test_equal_structures_are_proposed_once():
 def test_a_given_context_goes_on_the_first_grid_that_holds_it(context, grid):
     found = run("grid=auto", f"context={context}")
     assert {c.polycube.grid for c in proposed(found)} == {grid}
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        (["structure=slices"], "structure=slices finds the structure itself"),
+        (["structure.proposals.slices.frames=1"], "structure.proposals.slices.frames has no"),
+        (["structure.proposals.bricks.corners=[0.1]"], "bricks.corners has no effect"),
+    ],
+)
+def test_options_that_a_context_replaces_are_refused(overrides, sentence):
+    one = ["~structure.proposals.diffusion"] if len(overrides[0]) > 20 else []
+    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
+        cfg = compose("infer", [*one, "mesh=example:rod", "context=[cube,cube]", *overrides])
+    cfg = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
+    made = Run(Settings.of(cfg), lambda settings, clock: RunState(SURFACE))
+    with pytest.raises(InputError, match=sentence):
+        made.begin()
