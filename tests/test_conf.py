@@ -1,5 +1,6 @@
 """conf/ and plugins/ agree: every YAML builds its plugin, every plugin has a YAML."""
 
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def test_every_yaml_builds(kind: str, path: Path) -> None:
     config = options(kind, path.stem)
     if "plugin" in config:
         plugin = build(kind, config, **RUN.get(kind, {}))
-        left_out = set(getattr(type(plugin), "__dataclass_fields__", {})) - set(config)
+        left_out = {field.name for field in fields(plugin)} - set(config)
         assert not left_out - set(RUN.get(kind, {})), f"{path.name} does not show {left_out}"
     else:
         assert config, f"{path} names neither a plugin nor what it is composed of"

@@ -21,7 +21,9 @@ from omegaconf import OmegaConf
 import polycube.cli.infer  # noqa: F401  (the resolvers of its configuration)
 from polycube import HOME, __version__
 from polycube.pipeline.improvement import Improvement, is_improvement
+from polycube.pipeline.intake import read_part
 from polycube.pipeline.run import Run
+from polycube.pipeline.settings import Settings
 from polycube.registry import build
 from tests.conftest import ROOT
 
@@ -79,7 +81,9 @@ def check(program: str, overrides: list[str]) -> None:
     with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
         cfg = OmegaConf.to_container(compose(program, overrides), resolve=True)
     if program == "infer":
-        Improvement(cfg) if is_improvement(cfg) else Run(cfg)
+        settings = Settings.of(cfg)
+        kind = Improvement if is_improvement(settings) else Run
+        kind(settings, read_part)
     else:
         kinds = ("schedule", "model", "data", "sampler")
         built = [build(kind, cfg[kind]) for kind in kinds if kind in cfg]
@@ -150,7 +154,8 @@ def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
         words = ["context=[cube]" if word.startswith("context=") else word for word in words]
         if words[1] == "infer.py":
             words = [word for word in words if "meshing.size" not in word]
-            words += ["meshing.size=14%", "structure=slices", "order=[meshing,spline]"]
+            structure = "given" if "context=[cube]" in words else "slices"
+            words += ["meshing.size=14%", f"structure={structure}", "order=[meshing,spline]"]
         command = [sys.executable, ROOT / words[1], *words[2:]]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, (line, done.stdout + done.stderr)

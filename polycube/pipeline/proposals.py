@@ -85,15 +85,19 @@ def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tup
     own = settings.structure.get("proposals") or {
         str(settings.structure.get("plugin")): settings.structure
     }
-    plugins = {name: _build(config, grid, primitives) for name, config in own.items()}
-    if settings.context:
-        for name, plugin in list(plugins.items()):
-            if not plugin.needs_network:
-                if own[name]["plugin"] != settings.context_structure["plugin"]:
-                    _check_unused(name, own[name], plugin, alone=len(own) == 1)
-                del plugins[name]
-        plugins = {"given": _build(settings.context_structure, grid, primitives), **plugins}
-    return list(plugins.items())
+    replacing = {**settings.context_structure, "context": settings.context}
+    if not settings.context:
+        return [(name, _build(config, grid, primitives)) for name, config in own.items()]
+    plugins = [("given", _build(replacing, grid, primitives))]
+    for name, config in own.items():
+        if config["plugin"] == replacing["plugin"]:
+            continue
+        plugin = _build(config, grid, primitives)
+        if plugin.needs_network:
+            plugins.append((name, plugin))
+        else:
+            _check_unused(name, config, plugin, alone=len(own) == 1)
+    return plugins
 
 
 def _build(config: Node, grid: Grid, primitives: Primitives) -> Structure:

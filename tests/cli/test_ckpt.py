@@ -53,9 +53,7 @@ def test_a_training_of_ones_own_proposes(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_without_weights_for_the_grid_it_says_what_is_missing(tmp_path: Path) -> None:
-    with pytest.raises(
-        InputError, match=r"structure=diffusion has no weights for .* on a 3x1x1 grid"
-    ):
+    with pytest.raises(InputError, match=r"no trained weights for .* on a 3x1x1 grid"):
         propose(tmp_path / "run", "grid=3x1")
 
 
