@@ -1,11 +1,10 @@
-import logging
+"""Refined spline spaces: nested levels, independent functions, sides of the solid."""
+
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.linalg import eigh
 from scipy.sparse import eye, kron
 
@@ -17,7 +16,6 @@ from polycube.spline.bezier import min_detj
 from polycube.spline.spaces.extraction import TENSOR, bezier_nodes, volumetric_spline
 from polycube.spline.spaces.hierarchy import (
     coarsest,
-    finer_level,
     hierarchical_spline,
     remainder,
     ring,
@@ -26,115 +24,7 @@ from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from polycube.spline.spaces.subdivision import CASTELJAU
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
-
-MESHES = {"box": hex_box((2, 2, 3)), "cylinder": hex_cylinder(2, 1, 2), "ball": hex_ball(1)}
-SPACES = ("h2s", "optimal", "c0")
-
-
-def space_of(mesh, plugin="h2s"):
-    maker = build("spline", {"plugin": plugin})
-    return maker.space(mesh, maker.sharpened(mesh))
-
-
-def levels_of(space, *refined):
-    """Levels, given the elements that are refined at each."""
-    levels = [coarsest(space)]
-    for elements in refined:
-        levels.append(finer_level(levels[-1], np.asarray(elements)))
-    return levels
-
-
-def random_levels(space, seed):
-    """Patches of all sizes, then some of their children."""
-    rng = np.random.default_rng(seed)
-    first = ring(space, rng.integers(0, len(space.nodes), 1))
-    first = first[rng.random(len(first)) < rng.choice([0.4, 1])]
-    first = first if len(first) else np.array([0])
-    second = np.flatnonzero(rng.random(8 * len(first)) < rng.choice([0.05, 0.3]))
-    return levels_of(space, first, second) if len(second) else levels_of(space, first)
-
-
-def at_the_finest(mesh, levels, spline, values):
-    """Nodes (E, 64) of the mesh halved to the finest level, and values there from each element.
-
-    Elements are cut exactly, so neighbours agree at the nodes they share, or there is a crack.
-    """
-    fine, paths, found = mesh, np.arange(len(mesh.hexes)), []
-    at, pieces, numbers = values[spline.nodes], [], []
-    for depth, level in enumerate(levels):
-        if depth:
-            fine = split(fine)
-            paths = (8 * paths[level.parents][:, None] + np.arange(8)).ravel()
-        is_active = level.inside.copy()
-        if depth + 1 < len(levels):
-            is_active[levels[depth + 1].refined] = False
-        found.append(paths[is_active])
-    for depth, path in enumerate(found):
-        piece = at[spline.level == depth]
-        for _ in range(len(levels) - 1 - depth):
-            piece = np.einsum("kab,ebc->ekac", CASTELJAU, piece).reshape(-1, *piece.shape[1:])
-            path = (8 * path[:, None] + np.arange(8)).ravel()
-        pieces.append(piece)
-        numbers.append(path)
-    numbers = np.concatenate(numbers)
-    assert np.array_equal(np.sort(numbers), np.arange(len(fine.hexes)))
-    nodes, _ = bezier_nodes(fine.hexes[:, TENSOR])
-    return nodes[numbers], np.concatenate(pieces)
-
-
-def crack(mesh, levels, spline):
-    """Largest jump between elements of three random functions, coefficients in [0, 1]."""
-    values = spline.extraction @ np.random.default_rng(1).random((spline.extraction.shape[1], 3))
-    nodes, found = at_the_finest(mesh, levels, spline, values)
-    worst = 0.0
-    for column in found.reshape(-1, 3).T:
-        low, high = np.full(nodes.max() + 1, np.inf), np.full(nodes.max() + 1, -np.inf)
-        np.minimum.at(low, nodes.ravel(), column)
-        np.maximum.at(high, nodes.ravel(), column)
-        worst = max(worst, (high - low).max())
-    return worst
-
-
-@pytest.mark.parametrize("plugin", SPACES)
-@pytest.mark.parametrize("name", MESHES)
-@settings(max_examples=2, deadline=None, derandomize=True)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_any_refinement_has_no_crack_and_sums_to_one(name, plugin, seed):
-    mesh = MESHES[name]
-    levels = random_levels(space_of(mesh, plugin), seed)
-    spline = hierarchical_spline(levels)
-    assert crack(mesh, levels, spline) < 1e-13
-    assert abs(spline.extraction.sum(axis=1) - 1).max() < 1e-14
-    assert sum(4.0 ** -spline.level[spline.sides[:, 0]]) == len(mesh.quads)
-    assert sum(8.0**-spline.level) == len(mesh.hexes)
-
-
-def test_straight_hexes_beside_others_refine_without_a_crack():
-    mesh = MESHES["ball"]
-    space = replace(space_of(mesh), straight=np.array([0, 3]))
-    levels = levels_of(space, ring(space, np.array([0]))[:5], [0, 7, 9])
-    spline = hierarchical_spline(levels)
-    assert crack(mesh, levels, spline) < 1e-13
-    assert abs(spline.extraction.sum(axis=1) - 1).max() < 1e-14
-
-
-def test_the_crack_test_finds_cracks(caplog):
-    """Without what is carried, h2s levels do not meet at an extraordinary edge."""
-    mesh = MESHES["cylinder"]
-    levels = levels_of(space_of(mesh), np.arange(len(mesh.hexes) // 3))
-    with caplog.at_level(logging.INFO):
-        spline = hierarchical_spline(levels)
-        assert "levels are not nested: remainders up to 0.0" in caplog.text
-        caplog.clear()
-        hierarchical_spline(levels_of(space_of(mesh, "optimal"), [0, 1, 2]))
-        assert "not nested" not in caplog.text
-    assert crack(mesh, levels, spline) < 1e-14
-    coarse, fine = levels
-    missed = remainder(coarse, fine)
-    assert abs(missed).max() > 0.01
-    ends = fine.space.nodes[fine.inside]
-    shared = np.intersect1d(ends, fine.space.nodes[~fine.inside])
-    assert abs(missed[shared]).max() > 0.01
+from tests.fixtures.hierarchies import MESHES, SPACES, at_the_finest, levels_of, space_of
 
 
 @pytest.mark.parametrize("plugin", ["h2s", "optimal"])
