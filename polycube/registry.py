@@ -20,6 +20,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from numbers import Integral, Real
 from types import ModuleType
+from typing import Any
 
 from polycube.errors import BadOption, UnknownPlugin
 from polycube.kinds import KINDS
@@ -64,7 +65,7 @@ def names(kind: str) -> list[str]:
     return sorted(name for k, name in _classes if k == kind)
 
 
-def build(kind: str, config: Mapping[str, object], **extra: object) -> object:
+def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
     """Build the plugin that `config["plugin"]` names, with the other entries as its options.
 
     Raises UnknownPlugin with the names that exist, BadOption with the options it takes.

@@ -77,7 +77,7 @@ class Deadline:
         if self._valid and time.monotonic() >= self._end:
             raise TimeIsUp
 
-    def best(self, key: Callable[[RunState], object]) -> RunState | None:
+    def best(self, key: Callable[[RunState], tuple[float, ...]]) -> RunState | None:
         """The best valid state, by a key of the few with the largest scaled Jacobians."""
         first = sorted(self._valid, key=lambda each: each[:2], reverse=True)[:N_COMPARED]
         return max((state for *_, state in first), key=key, default=None)

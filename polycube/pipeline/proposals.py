@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -71,7 +73,7 @@ def _propose_on(
     for name, plugin in _plugins(grid, settings, primitives):
         if plugin.any_grid and grid != grids(settings)[-1]:
             continue
-        made = clock.run(f"structure/{name}", lambda p=plugin, c=candidates: p(surface, c))
+        made = clock.run(f"structure/{name}", partial(plugin, surface, candidates))
         candidates += tuple(made)
     return candidates
 
@@ -104,7 +106,7 @@ def _build(config: Node, grid: Grid, primitives: Primitives) -> Structure:
     return build("structure", config, grid=grid, primitives=primitives)
 
 
-def _check_unused(name: str, config: Node, plugin: Structure, alone: bool) -> None:
+def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:
     """Raise InputError where a user chose options of a plugin that a context replaces."""
     if alone:
         raise InputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from polycube.errors import InputError
 from polycube.io import artifacts, manifest
@@ -16,7 +17,7 @@ def save_stage(folder: Path, kind: str, value: object) -> None:
         artifacts.save(scratch / stage_name(kind), value)
 
 
-def load_stage(folder: Path, kind: str) -> object:
+def load_stage(folder: Path, kind: str) -> Any:
     """Load what `save_stage` kept; raises InputError naming the stages that are there."""
     path = folder / stage_name(kind)
     if not path.is_file():

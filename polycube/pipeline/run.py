@@ -6,6 +6,7 @@ import json
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from threading import Event
 
@@ -165,7 +166,7 @@ class Run:
             if self._is_kept(stage.kind):
                 value = load_stage(self._resumed, stage.kind)
             else:
-                value = self.clock.run(stage.kind, lambda s=stage, now=state: s(now))
+                value = self.clock.run(stage.kind, partial(stage, state))
             state = stage.put(state, value)
             if stage.kind == "spline" and state.spline is not None:
                 sets = sets_of_spline(state.spline, _hexes(state))

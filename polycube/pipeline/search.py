@@ -12,6 +12,7 @@ import hashlib
 import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 from polycube.errors import InputError, MeshingError
 from polycube.kinds import KINDS, Acceptance
@@ -57,7 +58,7 @@ class Variants:
     trial: Options = field(default_factory=dict)
     preferred: Name | None = None  # the run whose mesh is taken; None: the best
     _attempts: dict[Name, Attempt | MeshingError] = field(default_factory=dict)
-    _memo: dict[tuple[object, ...], object] = field(default_factory=dict)
+    _memo: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.variants = list(self.variants) or [{}]
@@ -204,10 +205,10 @@ def search(
     """
     tried: list[Variants] = []
     for start in starts:
-        best = max((each.best for each in tried), default=WORST)
+        reached = max((each.best for each in tried), default=WORST)
         if not tried:
             start.run(0)
-        elif start.run(0, short=True) is None or start.best <= best:
+        elif start.run(0, short=True) is None or start.best <= reached:
             tried.append(start)
             continue
         tried.append(start)
@@ -217,7 +218,7 @@ def search(
             break
     leader = _leader(tried)
     leader.run_others()
-    shorts = [(found, start) for start in tried if (found := start.best_short())]
+    shorts = [(best, start) for start in tried if (best := start.best_short())]
     if shorts and leader.reaches < leader.acceptance.good:
         (_, number), start = max(shorts, key=lambda each: each[0][0])
         start.run(number)

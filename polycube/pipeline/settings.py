@@ -6,13 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from polycube.errors import InputError
 from polycube.io.cad import Cad
 from polycube.surface.repair.repair import LEVELS
 
 HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
-Node = Mapping[str, object]  # a composed group
+Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ class _Reader:
 
     composed: Node
 
-    def node(self, name: str) -> dict[str, object]:
+    def node(self, name: str) -> dict[str, Any]:
         value = self.composed.get(name, {})  # no export is no group
         if not isinstance(value, Mapping):
             raise InputError(f"{name} must be a group of settings; got {value!r}")

@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from polycube.errors import InputError, MeshingError
 from polycube.kinds import KINDS, check_chain
@@ -25,7 +25,7 @@ class Stage:
     """One step of a run: a plugin of a kind that takes and gives fields of the run state."""
 
     kind: str
-    plugin: Callable[..., object]
+    plugin: Any  # of the Protocol of its kind
 
     def __call__(self, state: RunState) -> object:
         """What the plugin makes of its part of the state."""
@@ -33,7 +33,8 @@ class Stage:
 
     def put(self, state: RunState, value: object) -> RunState:
         """The state with what the stage gave."""
-        return replace(state, **{KINDS[self.kind].gives: value})
+        change: dict[str, Any] = {KINDS[self.kind].gives: value}
+        return replace(state, **change)
 
 
 @dataclass
@@ -71,7 +72,7 @@ class Clock:
         logger.info("%-18s %s", name, ", ".join(numbers))
 
 
-def build_stages(order: Sequence[str], configs: Mapping[str, Mapping[str, object]]) -> list[Stage]:
+def build_stages(order: Sequence[str], configs: Mapping[str, Any]) -> list[Stage]:
     """Build the plugin of every stage in `order`; raises InputError for a stage without config."""
     missing = [kind for kind in order if kind not in configs]
     if missing:
@@ -79,7 +80,7 @@ def build_stages(order: Sequence[str], configs: Mapping[str, Mapping[str, object
     return [Stage(kind, build(kind, configs[kind])) for kind in order]
 
 
-def meshing_stages(bundle: Mapping[str, object], have: Sequence[str]) -> list[Stage]:
+def meshing_stages(bundle: Mapping[str, Any], have: Sequence[str]) -> list[Stage]:
     """Stages of a meshing bundle in its order.
 
     Parameters
