@@ -25,7 +25,8 @@ from polycube.types import HexMesh, TriMesh
 
 SAMPLES = 8000  # points on the surface, besides its vertices
 CELL = 0.02  # of the diagonal: only the farthest sample of each cell is compared with the wall
-PLACES = 256  # samples compared with the wall, at most, each way
+PLACES = 128  # samples compared with the wall, at most, each way
+N_CELLS = 1_000_000  # along an axis: more than there are
 TINY = 1e-9  # of the diagonal: what counts as the edge length of a collapsed quad
 
 
@@ -182,6 +183,7 @@ def inspect(mesh: HexMesh, surface: TriMesh) -> Inspection:
 def _farthest_of_cells(samples: Samples) -> Samples:
     """The farthest sample of each cell of a grid, of the PLACES cells with the farthest ones."""
     far = np.argsort(-samples.distance, kind="stable")
-    cells = np.floor(samples.points[far] / CELL).astype(np.int64)
-    far = far[np.sort(np.unique(cells, axis=0, return_index=True)[1])[:PLACES]]
+    x, y, z = np.floor(samples.points[far] / CELL).astype(np.int64).T
+    cell = (x * N_CELLS + y) * N_CELLS + z
+    far = far[np.sort(np.unique(cell, return_index=True)[1])[:PLACES]]
     return Samples(samples.points[far], samples.feet[far], samples.distance[far], samples.quad[far])
