@@ -30,6 +30,11 @@ N_CELLS = 1_000_000  # along an axis: more than there are
 TINY = 1e-9  # of the diagonal: what counts as the edge length of a collapsed quad
 
 
+# from each of these samples to the points at which the thickness is taken; their median counts, so
+# that single folds of the surface do not
+AROUND = 0.006 * np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+
+
 @dataclass(frozen=True)
 class LocalDistance:
     """A distance between mesh and surface beside a length of the part at the same place."""
@@ -114,7 +119,9 @@ class Inspection:
         goal = target(self.surface)
         found = [_farthest_of_cells(samples) for samples in (self._on_boundary, self._on_surface)]
         on_surface = np.concatenate([found[0].feet, found[1].points])
-        return self._worst(found, thickness(self.surface, goal.to_model(on_surface)))
+        around = goal.to_model((AROUND[:, None] + on_surface).reshape(-1, 3))
+        walls = thickness(self.surface, around).reshape(len(AROUND), -1)
+        return self._worst(found, np.median(walls, axis=0))
 
     @cached_property
     def off_size(self) -> LocalDistance:

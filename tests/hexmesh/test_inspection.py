@@ -10,6 +10,7 @@ from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.inspection import Inspection, inspect
 from tests.fixtures.hexmeshes import hex_beam, surface_of, unit_cubes
 from tests.fixtures.surfaces import box as surface_box
+from tests.fixtures.surfaces import joined
 
 
 def test_a_mesh_that_fills_its_surface():
@@ -51,6 +52,17 @@ def test_a_missing_ligament_is_seen_by_the_wall_and_the_edges():
         x, y, z = local.place
         assert x == pytest.approx(30, abs=0.1) and 0 <= y <= 1 and 10 <= z <= 12
     assert found.deviation.to_mesh.largest > 5 * found.deviation.to_mesh.p99
+
+
+def test_a_fold_of_the_surface_is_no_wall():
+    """A speck in a face of the block: between both there is next to no solid."""
+    block, speck = (
+        surface_box((0, 0, 0), (2, 2, 2)),
+        surface_box((1, 1, 1.9995), (1.001, 1.001, 2.0005)),
+    )
+    vertices, cubes = unit_cubes(2, 2, 2)
+    found = inspect(hex_mesh(vertices - [0, 0, 0.2], cubes), joined(block, speck))
+    assert found.off_wall.share == pytest.approx(0.1, abs=0.01)
 
 
 def test_cad_faces_without_a_quad_are_named():
