@@ -119,10 +119,11 @@ def test_the_readme_is_one_screen() -> None:
     assert len(text) <= 80 and max(map(len, text)) <= 120
 
 
-def test_the_script_of_the_readme_runs(capfd) -> None:
+def test_the_script_of_the_readme_runs(capfd, tmp_path: Path) -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     [script] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    quick = script.replace("part.step", "example:dice").replace("size=4%", "size=14%")
+    quick = script.replace('"part.step", size="4%"', '"example:dice", size="14%"')
+    quick = quick.replace("part.inp", str(tmp_path / "part.inp"))
     known: dict = {}
     exec(quick, known)
     assert known["part"].report["valid"] and known["part"].modes.frequency[-1] > 0
