@@ -15,6 +15,10 @@ from .text import count, integers, numbered, wrapped, write
 
 SIDES = (6, 4, 3, 5, 1, 2)  # Abaqus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
 
+# hybrid, incompatible modes, reduced integration; coupled with temperature or pore pressure
+VARIANTS = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
+ELEMENTS = tuple(f"C3D8{variant}" for variant in VARIANTS)
+
 
 @register("export", "abaqus")
 @dataclass(frozen=True)
@@ -24,8 +28,11 @@ class Abaqus:
     element: str = "C3D8"  # C3D8, or a variant such as C3D8R, C3D8I
 
     def __post_init__(self) -> None:
-        if not self.element.startswith("C3D8"):
-            raise ValueError(f"element must be C3D8 or a variant of it; got {self.element!r}")
+        if self.element not in ELEMENTS:
+            raise ValueError(
+                f"element must be one of {', '.join(ELEMENTS)}, the hexahedra of eight nodes; "
+                f"got {self.element!r}"
+            )
 
     suffix: ClassVar[str] = ".inp"
 

@@ -28,18 +28,19 @@ class Gmsh:
     a hex its grid cell.  In 4.1 it has all.
     """
 
-    version: str = "2.2"  # or 4.1
+    version: str | float = "2.2"  # or 4.1
 
     def __post_init__(self) -> None:
-        if self.version not in VERSIONS:
+        if str(self.version) not in VERSIONS:
             raise ValueError(f"version must be {' or '.join(VERSIONS)}; got {self.version!r}")
 
     suffix: ClassVar[str] = ".msh"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
-        parts = _in_one_group(hexes) if self.version == "2.2" else _in_all_groups(hexes)
-        return write(path.with_suffix(self.suffix), f"$MeshFormat\n{self.version} 0 8\n", *parts)
+        head = f"$MeshFormat\n{self.version} 0 8\n"
+        parts = _in_one_group(hexes) if str(self.version) == "2.2" else _in_all_groups(hexes)
+        return write(path.with_suffix(self.suffix), head, *parts)
 
 
 def _in_one_group(mesh: HexMesh) -> list[str]:

@@ -135,6 +135,7 @@ def test_context_overrules(tmp_path):
     ("overrides", "sentence"),
     [
         (["mesh=nowhere.stl"], "nowhere.stl"),
+        (["mesh=nowhere.stl", "output_dir=/proc/nowhere"], "cannot write results to /proc/nowhere"),
         (["mesh=example:nothing"], "rod"),
         (["mesh=example:rod", "structure=given", "context=[cube,cube]"], "genus"),
         (["mesh=example:rod", "structure=given", "context=[cube,cone]"], "cone"),

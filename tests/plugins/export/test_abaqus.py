@@ -36,5 +36,5 @@ def test_abaqus_element_type_and_length_of_lines(mesh, tmp_path):
     text = export(mesh, tmp_path, "abaqus", element="C3D8R").read_text()
     assert "*ELEMENT, TYPE=C3D8R, ELSET=all" in text
     assert max(line.count(",") for line in text.splitlines()) <= 15
-    with pytest.raises(ValueError, match="C3D8 or a variant of it; got 'C3D4'"):
-        build("export", {"plugin": "abaqus", "element": "C3D4"})
+    with pytest.raises(ValueError, match=r"one of C3D8, C3D8H, C3D8I, .*C3D8R, .*got 'C3D20R'"):
+        build("export", {"plugin": "abaqus", "element": "C3D20R"})
