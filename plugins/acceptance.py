@@ -60,8 +60,8 @@ class Standard(Acceptance):
     poor_jacobian: float = 0.2
     far_vertices: float = 0.005
     far_volume: float = 0.04
-    far_wall: float = 0.3
-    far_size: float = 0.5
+    far_wall: float = 0.4
+    far_size: float = 0.6
     peak: float = 8.0
     acceptable: float = 0.4
     good: float = 0.57
