@@ -19,6 +19,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from glob import glob
 from pathlib import Path
+from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
@@ -202,7 +203,7 @@ class Summary(Callback):
         sys.exit(max(row["exit"] for row in rows))
 
 
-def summarized(folder: Path) -> list[dict[str, object]]:
+def summarized(folder: Path) -> list[dict[str, Any]]:
     """All rows under a folder, written as a table to `summary.csv` and `summary.html`."""
     rows = []
     for path in sorted(folder.glob(f"*/{ROW}")):

@@ -11,8 +11,9 @@ import json
 import logging
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from lightning.pytorch.loggers import TensorBoardLogger
 
@@ -27,11 +28,12 @@ from polycube.io import manifest
 from polycube.io.surfaces import read_surface
 from polycube.pipeline.primitives import voxels
 from polycube.surface.measures import genus
+from polycube.types import Json
 
 logger = logging.getLogger(__name__)
 
 RESULT = "evaluation.json"
-Row = dict[str, object]
+Row = dict[str, Any]
 
 TABLE = {  # head -> column of `diffusion.evaluation`, and its format
     "error": ("error", "{:.3f}"),
@@ -55,7 +57,7 @@ TABLE = {  # head -> column of `diffusion.evaluation`, and its format
 }
 
 
-def evaluate_weights(cfg: Mapping[str, object], folder: Path) -> dict[str, object]:
+def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
     """Measure all weights and write `folder`/evaluation.json and curves; returns what it holds."""
     for name in ("pairs", "batch_size"):
         if isinstance(cfg[name], bool) or not isinstance(cfg[name], int) or cfg[name] < 1:
@@ -64,29 +66,24 @@ def evaluate_weights(cfg: Mapping[str, object], folder: Path) -> dict[str, objec
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]
     denoisers = {str(path or shipped()): load_denoiser(registry.build, path) for path in paths}
     parts = _files(cfg["parts"])
-    found = {
-        "pairs": cfg["pairs"],
-        "seed": cfg["seed"],
-        "sampler": cfg["sampler"],
-        "data": cfg["data"],
-        "version": __version__,
-        "weights": [],
-    }
+    rows: list[Row] = []
     for path, denoiser in denoisers.items():
         row = {
             "path": path,
             **_measured(denoiser, cfg),
             "parts": _parts(path, denoiser, parts, cfg),
         }
-        found["weights"].append(row)
+        rows.append(row)
         curves = TensorBoardLogger(
             folder, name="tensorboard", version=_short(path).replace("/", "_")
         )
         curves.log_metrics(row["columns"], step=0)
         curves.finalize("success")
+    settings = {name: cfg[name] for name in ("pairs", "seed", "sampler", "data")}
+    found = {**settings, "version": __version__, "weights": rows}
     with manifest.writing(folder) as scratch:
         (scratch / RESULT).write_text(json.dumps(found, indent=1) + "\n")
-    sys.stdout.write(table(found["weights"]))
+    sys.stdout.write(table(rows))
     logger.info("results: %s", folder / RESULT)
     return found
 
@@ -111,7 +108,7 @@ def main() -> None:
     command("evaluate", evaluate_weights)
 
 
-def _measured(denoiser: Denoiser, cfg: Mapping[str, object]) -> Row:
+def _measured(denoiser: Denoiser, cfg: Json) -> Row:
     """Columns of held-out pairs of the denoiser's grid, of all and of each kind of pair."""
     primitives = voxels(denoiser.primitives)
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
@@ -134,9 +131,7 @@ def _measured(denoiser: Denoiser, cfg: Mapping[str, object]) -> Row:
     }
 
 
-def _parts(
-    path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Mapping[str, object]
-) -> list[Row]:
+def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> list[Row]:
     """What the structure plugin makes of surfaces with these weights; there is no truth, so its
     least cost, and what a person wrote of the part where a manifest has it."""
     config = {**cfg["structure"], "weights": path}
@@ -174,7 +169,7 @@ def _hint(file: Path) -> str:
 
 def _files(patterns: Sequence[str]) -> list[Path]:
     """Files that the patterns name; raises InputError for one that names none."""
-    found = []
+    found: list[Path] = []
     for pattern in patterns:
         files = sorted(glob.glob(str(pattern)))
         if not files:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import io
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from polycube.pipeline.resume import load_stage
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Film, Scene
+from polycube.types import Json
 
 TILE = (250, 190)  # pixels of a picture
 SHADES = 64  # colours of a strip, which keeps eight of them below a few hundred kilobytes
@@ -130,7 +131,7 @@ def _is_run(run: Path) -> bool:
     return (run / "report.json").is_file()
 
 
-def _row(name: str, report: Mapping[str, object]) -> list[str]:
+def _row(name: str, report: Json) -> list[str]:
     polycube, hexes, spline = (report.get(half, {}) for half in ("polycube", "hex", "spline"))
     proposal = polycube["candidates"][polycube["chosen"]]["proposal"]
     words = ", ".join(each or "–" for each in polycube["context"])

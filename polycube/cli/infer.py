@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,13 +25,12 @@ from polycube.cli.overrides import plain_refusals
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.errors import InputError, MeshingError
+from polycube.types import Json
 
 logger = logging.getLogger(__name__)
 
-Config = Mapping[str, object]
 
-
-def infer(cfg: Config, level: int | None = None, is_alone: bool = False) -> Mapping[str, object]:
+def infer(cfg: Json, level: int | None = None, is_alone: bool = False) -> Json:
     """Do the whole run and write its folder.
 
     Parameters
@@ -74,7 +72,7 @@ def infer(cfg: Config, level: int | None = None, is_alone: bool = False) -> Mapp
     return result.report
 
 
-def check(cfg: Config) -> tuple[int, str]:
+def check(cfg: Json) -> tuple[int, str]:
     """Print what is wrong with the surface: exit code 0 where it is usable, else 2, and why.
 
     The places are written only where `preflight` is the name of a file.
@@ -143,11 +141,11 @@ def _command(cfg: DictConfig) -> int:
     return code
 
 
-def _silently(cfg: Config) -> tuple[int, str]:
+def _silently(cfg: Json) -> tuple[int, str]:
     return _attempt(cfg, logging.CRITICAL)
 
 
-def _attempt(cfg: Config, level: int | None = None, is_alone: bool = False) -> tuple[int, str]:
+def _attempt(cfg: Json, level: int | None = None, is_alone: bool = False) -> tuple[int, str]:
     """Exit code, and where it is not 0, the sentence why."""
     try:
         if cfg["preflight"] is not False:
@@ -167,7 +165,7 @@ def _attempt(cfg: Config, level: int | None = None, is_alone: bool = False) -> t
     return 0, ""
 
 
-def _say(report: Mapping[str, object], folder: Path, cfg: Config) -> None:
+def _say(report: Json, folder: Path, cfg: Json) -> None:
     """The outcome in two lines; warnings, and what else to try, in more."""
     if "hex" in report:
         numbers = report["hex"]
@@ -193,7 +191,7 @@ def _say(report: Mapping[str, object], folder: Path, cfg: Config) -> None:
     logger.info("results: %s", page if page.is_file() else folder)
 
 
-def _folder(cfg: Config) -> Path:
+def _folder(cfg: Json) -> Path:
     """The results folder: as asked for, that of the run resumed, or a new one for this part."""
     if cfg["output_dir"] or cfg["resume"]:
         return Path(str(cfg["output_dir"] or cfg["resume"]))

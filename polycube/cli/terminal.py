@@ -59,8 +59,11 @@ class Terminal(logging.Handler):
 
     def _move(self) -> None:
         while not self._end.wait(EVERY):
-            with self.lock:
+            self.acquire()
+            try:
                 self._write(self._blank() + self._line())
+            finally:
+                self.release()
 
     def _blank(self) -> str:
         return "" if self._mover is None else "\r\x1b[2K"

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
 
 import hydra
 import lightning.pytorch as L
@@ -26,6 +27,7 @@ from polycube.diffusion.training.learning import Learning, moving_average
 from polycube.diffusion.training.module import DDPMPolycube
 from polycube.diffusion.training.pictures import Pictures
 from polycube.diffusion.weights import (
+    Recipe,
     begin_from,
     config_of,
     load_denoiser,
@@ -36,8 +38,12 @@ from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.resume import changed_settings
+from polycube.types import Json
 
 logger = logging.getLogger(__name__)
+
+Options = ParamSpec("Options")
+Made = TypeVar("Made")
 
 WEIGHTS = tuple(f"weights/weights.{suffix}" for suffix in ("safetensors", "yaml", "json"))
 CHECKPOINTS = tuple(f"checkpoints/{name}.ckpt" for name in ("best", "last"))
@@ -45,7 +51,7 @@ THIN = 3  # where the network sees points: a ninth of them, for 1.5 times the sp
 HELD_OUT = 10**9  # added to the seed of the pairs that are measured and never trained on
 
 
-def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
+def train(cfg: Json, folder: Path) -> dict[str, float]:
     """Train a denoiser and write its weights to `folder`/weights; returns the final metrics."""
     manifest.check(folder, ["loss.png", *WEIGHTS, *CHECKPOINTS], remedy=OTHER_FOLDER)
     L.seed_everything(cfg["seed"], verbose=False)
@@ -57,15 +63,7 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
         taken = begin_from(denoiser, load_denoiser(_build, cfg["begin_from"]))
         given = (taken, len(denoiser.state_dict()), cfg["begin_from"])
         logger.info("%d of %d tensors begin as those of %s", *given)
-    any_size = getattr(_build("model", cfg["model"]), "any_size", False)
-    thin = cfg["learning"]["thin"] or (THIN if any_size else 1)
-    learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
-    if learning.thin > 1 and not any_size:
-        raise InputError(
-            f"model={cfg['model']['plugin']} sees whole images only, so learning.thin must be 1; "
-            f"got {learning.thin}"
-        )
-    grid = cfg["grid"]["shape"]
+    learning, grid = _learning(cfg), cfg["grid"]["shape"]
 
     def images(seed: int) -> PairImages:
         return PairImages(data(grid, primitives, seed), tuple(primitives))
@@ -74,8 +72,7 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
     turned = None
     if denoiser.options.classifier:
         turned = turned_contexts(training_images.pairs.contexts, grid, primitives)
-    sampler = _build("sampler", cfg["sampler"])
-    module = DDPMPolycube(denoiser, learning, sampler, config, turned)
+    module = DDPMPolycube(denoiser, learning, _build("sampler", cfg["sampler"]), config, turned)
     training = training_loader(
         training_images,
         size,
@@ -84,36 +81,50 @@ def train(cfg: Mapping[str, object], folder: Path) -> dict[str, float]:
         done=lambda: module.pairs_done,
     )
     held_out = validation_loader(images(cfg["seed"] + HELD_OUT), cfg["held_out"], size)
-    trainer = _trainer(cfg, folder)
-    if cfg["held_out"] % trainer.world_size:
-        raise InputError(
-            f"held_out must be a multiple of the {trainer.world_size} processes that share it; "
-            f"got {cfg['held_out']}"
-        )
-    checkpoint = _checkpoint(cfg["ckpt"], folder)
-    if checkpoint and (others := changed_settings(config, config_of(checkpoint), config)):
-        raise InputError(
-            f"ckpt: {checkpoint} is of another training: {'; '.join(others)}; say the same "
-            "again, or take its weights alone by begin_from="
-        )
+    trainer, checkpoint = _trainer(cfg, folder), _checkpoint(cfg["ckpt"], config, folder)
     if cfg["fit"]:
         trainer.fit(module, training, held_out, ckpt_path=checkpoint)
     else:
         trainer.validate(module, held_out, ckpt_path=checkpoint, verbose=False)
-    metrics = trainer.callback_metrics.items()
-    metrics = {name.replace("/", "_"): float(value) for name, value in metrics}
+    measured = trainer.callback_metrics.items()
+    metrics = {name.replace("/", "_"): float(value) for name, value in measured}
     metrics |= {"steps": module.steps_done, "samples": module.pairs_done}
     if trainer.is_global_zero:  # the others have the same weights and numbers
-        trainer.logger.log_hyperparams(
-            cfg, {f"final/{name}": value for name, value in metrics.items()}, module.steps_done
-        )
-        trainer.logger.experiment.flush()
-        with manifest.writing(folder, OTHER_FOLDER) as scratch:
-            history.draw({"sampled": history.curves(folder)}, scratch / "loss.png")
-            save_denoiser(denoiser, config, metrics, scratch / "weights")
-        path = folder / WEIGHTS[0]
-        logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
+        _write(cfg, config, trainer, module, metrics, folder)
     return metrics
+
+
+def _write(
+    cfg: Json,
+    config: Recipe,
+    trainer: L.Trainer,
+    module: DDPMPolycube,
+    metrics: dict[str, float],
+    folder: Path,
+) -> None:
+    """Write the weights, the picture of the curves and the last line of TensorBoard's."""
+    if isinstance(trainer.logger, TensorBoardLogger):
+        final = {f"final/{name}": value for name, value in metrics.items()}
+        trainer.logger.log_hyperparams(dict(cfg), final, module.steps_done)
+        trainer.logger.experiment.flush()
+    with manifest.writing(folder, OTHER_FOLDER) as scratch:
+        history.draw({"sampled": history.curves(folder)}, scratch / "loss.png")
+        save_denoiser(module.denoiser, config, metrics, scratch / "weights")
+    path = folder / WEIGHTS[0]
+    logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
+
+
+def _learning(cfg: Json) -> Learning:
+    """How to train; raises InputError where the network does not allow it."""
+    any_size = getattr(_build("model", cfg["model"]), "any_size", False)
+    thin = cfg["learning"]["thin"] or (THIN if any_size else 1)
+    learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
+    if learning.thin > 1 and not any_size:
+        raise InputError(
+            f"model={cfg['model']['plugin']} sees whole images only, so learning.thin must be 1; "
+            f"got {learning.thin}"
+        )
+    return learning
 
 
 def main() -> None:
@@ -123,11 +134,11 @@ def main() -> None:
     command("train", train)
 
 
-def _names(cfg: Mapping[str, object]) -> list[str]:
+def _names(cfg: Json) -> list[str]:
     return list(cfg["primitives"]["use"])
 
 
-def _denoiser_config(cfg: Mapping[str, object], pads: bool) -> dict[str, object]:
+def _denoiser_config(cfg: Json, pads: bool) -> Recipe:
     """What is needed to build the denoiser again, kept with checkpoints and weights."""
     return {
         "grid": list(cfg["grid"]["shape"]),
@@ -138,7 +149,7 @@ def _denoiser_config(cfg: Mapping[str, object], pads: bool) -> dict[str, object]
     }
 
 
-def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
+def _trainer(cfg: Json, folder: Path) -> L.Trainer:
     """Lightning's trainer, with checkpoints, averaged weights, TensorBoard and pictures."""
     keep = partial(ModelCheckpoint, folder / "checkpoints", enable_version_counter=False)
     best = keep(filename="best", monitor="error")
@@ -159,11 +170,19 @@ def _trainer(cfg: Mapping[str, object], folder: Path) -> L.Trainer:
         average = _checked(moving_average, cfg["ema"])
         device = trainer.strategy.root_device  # where the weights will be
         trainer.callbacks.insert(0, WeightAveraging(device, avg_fn=average))
+    if cfg["held_out"] % trainer.world_size:
+        raise InputError(
+            f"held_out must be a multiple of the {trainer.world_size} processes that share it; "
+            f"got {cfg['held_out']}"
+        )
     return trainer
 
 
-def _checkpoint(ckpt: str | None, folder: Path) -> Path | None:
-    """Checkpoint to go on from: a path, or `last` of the newest other run beside `folder`."""
+def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
+    """Checkpoint to go on from: a path, or `last` of the newest other run beside `folder`.
+
+    config : of the denoiser; raises InputError where the checkpoint has another
+    """
     if ckpt is None:
         return None
     if ckpt != "last":
@@ -177,15 +196,20 @@ def _checkpoint(ckpt: str | None, folder: Path) -> Path | None:
         path = found[-1]
     if not path.is_file():
         raise InputError(f"no checkpoint at {path}; ckpt is a file, last, or null")
+    if others := changed_settings(config, config_of(path), config):
+        raise InputError(
+            f"ckpt: {path} is of another training: {'; '.join(others)}; say the same "
+            "again, or take its weights alone by begin_from="
+        )
     return path
 
 
-def _build(kind: str, config: Mapping[str, object]) -> Callable:
+def _build(kind: str, config: Mapping[str, object]) -> Any:
     """The plugin a config names; raises InputError where the config is wrong."""
     return _checked(registry.build, kind, config)
 
 
-def _checked(make: Callable, *args: object, **kwargs: object) -> Callable:
+def _checked(make: Callable[Options, Made], *args: Options.args, **kwargs: Options.kwargs) -> Made:
     try:
         return make(*args, **kwargs)
     except (LookupError, TypeError, ValueError) as error:

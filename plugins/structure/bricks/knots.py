@@ -7,7 +7,7 @@ encloses are held, and the other knots chosen with them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numba import njit
@@ -21,7 +21,7 @@ ALIKE = 2.0  # ratio of the areas of one hole in two neighbouring slices, at mos
 
 
 def segmentations(
-    costs: np.ndarray, most: int, shortest: int, wanted: Sequence[int] = ()
+    costs: np.ndarray, most: int, shortest: int, wanted: Iterable[int] = ()
 ) -> list[np.ndarray]:
     """Best cuts into 1, 2 ... `most` segments and one more for each knot that is wanted.
 
@@ -31,7 +31,8 @@ def segmentations(
 
     The others are chosen with these, for where a hole ends its sides need no other knot.
     """
-    n, kept = len(costs), []
+    n = len(costs)
+    kept: list[int] = []
     for at in wanted:
         if all(abs(at - k) >= shortest for k in [0, *kept, n]):
             kept.append(at)
@@ -95,13 +96,12 @@ def hole_knots(solid: np.ndarray, least: int) -> tuple[list[np.ndarray], list[np
             ends[along] += [first - 1, last - 1]
             for axis, at, size in zip(across, middle, width, strict=True):
                 sides[axis] += [at - size / 2 - 1, at + size / 2 - 1]
-    return tuple(
-        [
-            np.unique(np.clip(np.round(values), 0, n).astype(int))
-            for values, n in zip(found, solid.shape, strict=True)
-        ]
-        for found in (sides, ends)
-    )
+
+    def knots(found: list[list[float]]) -> list[np.ndarray]:
+        pairs = zip(found, solid.shape, strict=True)
+        return [np.unique(np.clip(np.round(values), 0, n).astype(int)) for values, n in pairs]
+
+    return knots(sides), knots(ends)
 
 
 def _holes(solid: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:

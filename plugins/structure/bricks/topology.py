@@ -11,6 +11,8 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import label
 
+from polycube.types import PerAxis
+
 FLIPS = 400  # at most
 
 
@@ -97,7 +99,7 @@ def _defect(solid: np.ndarray, genus: int, total: int, bad: int) -> int:
 def _change(
     solid: np.ndarray,
     gain: np.ndarray,
-    areas: tuple[np.ndarray, np.ndarray, np.ndarray],
+    areas: PerAxis,
     i: int,
     j: int,
     k: int,
@@ -149,7 +151,7 @@ def _runs(
     solid: np.ndarray,
     codes: np.ndarray,
     gain: np.ndarray,
-    areas: tuple[np.ndarray, np.ndarray, np.ndarray],
+    areas: PerAxis,
     table: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Runs of equal bricks (N, 5): axis, start, length; what flipping each adds.
@@ -189,7 +191,7 @@ def _runs(
 def _mended(
     solid: np.ndarray,
     gain: np.ndarray,
-    areas: tuple[np.ndarray, np.ndarray, np.ndarray],
+    areas: PerAxis,
     genus: int,
     limit: float,
     codes: np.ndarray,
@@ -236,7 +238,7 @@ def _mended(
 def mend(
     full: np.ndarray,
     gain: np.ndarray,
-    areas: tuple[np.ndarray, ...],
+    areas: PerAxis,
     genus: int,
     limit: float = np.inf,
 ) -> np.ndarray | None:

@@ -90,10 +90,10 @@ def _fractions(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
 def _fill(values: np.ndarray) -> np.ndarray:
     """Interpolate the nan of (X, 2, 2) along the first axis; thirds where nothing was seen."""
     x, filled = np.arange(len(values)), values.copy()
-    for index in np.ndindex(values.shape[1:]):
-        column = filled[(slice(None), *index)]
+    for i, j in np.ndindex(values.shape[1:]):
+        column = filled[:, i, j]
         seen = np.isfinite(column)
-        known = (x[seen], column[seen]) if seen.any() else ([0], [THIRDS[1 + index[1]]])
+        known = (x[seen], column[seen]) if seen.any() else ([0], [THIRDS[1 + j]])
         column[~seen] = np.interp(x[~seen], *known)
     return filled
 

@@ -19,6 +19,7 @@ from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.dataset import Batch, place
 from polycube.diffusion.pairs.shapes import UNTURNED
 from polycube.diffusion.training.learning import Learning, rate_factors
+from polycube.diffusion.weights import Recipe
 from polycube.surface.frames import rotations
 
 SOFT = 0.01  # length up to which the loss of a distance grows as its square
@@ -57,7 +58,7 @@ class DDPMPolycube(L.LightningModule):
         denoiser: Denoiser,
         learning: Learning,
         sampler: Sampler,
-        config: dict[str, object],
+        config: Recipe,
         turned: np.ndarray | None = None,
     ) -> None:
         super().__init__()
