@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.fitting.merit import merit
-from polycube.hexmesh.certificate import certify
-from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.kinds import Acceptance
 from polycube.registry import register
 from polycube.types import HexMesh, TriMesh, Verdict
+
+if TYPE_CHECKING:
+    from polycube.hexmesh.inspection import Inspection
 
 CRITERIA = ("validity", "features", "distances", "scaled_jacobian")
 CERTIFY = ("corners", "everywhere")
@@ -77,6 +78,9 @@ class Standard(Acceptance):
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
         """Judge a mesh; see `polycube.types.Verdict`."""
+        from polycube.fitting.merit import merit
+        from polycube.hexmesh.inspection import inspect
+
         found, open_ones = inspect(hexes, surface), self._not_certified(hexes)
         failures = tuple(self._failures(found, open_ones, len(hexes.hexes)))
         is_positive = found.scaled_jacobian > 0 and not len(open_ones)
@@ -98,6 +102,8 @@ class Standard(Acceptance):
         """Hexes that are not positive everywhere, where that is asked for."""
         if self.certify == "corners":
             return np.zeros(0, np.int64)
+        from polycube.hexmesh.certificate import certify
+
         return np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
 
     def _failures(self, found: Inspection, open_ones: np.ndarray, n_hexes: int) -> Iterator[str]:

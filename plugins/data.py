@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.diffusion.pairs.deformation import Deformation
-from polycube.diffusion.pairs.pairs import Pairs
-from polycube.diffusion.pairs.templates import Context, contexts
 from polycube.registry import register
+
+if TYPE_CHECKING:
+    from polycube.diffusion.pairs.pairs import Pairs
+    from polycube.diffusion.pairs.templates import Context
 
 Grid = Sequence[int]
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
@@ -36,9 +39,14 @@ def published(grid: Grid, primitives: Primitives) -> list[Context]:
 @register("data", "paired")
 @dataclass(frozen=True)
 class Paired(Deformation):
-    """Contexts of the grid, deformed into something like a part; options: how strongly."""
+    """Polycubes of all contexts of the grid, deformed into shapes like real parts.
 
-    types: str = "all"  # contexts: all, or those of the published set
+    Parameters
+    ----------
+    types : contexts: all of the grid, or published, the nine of the published 2x1 set
+    """
+
+    types: str = "all"
 
     pads = False  # each geometry fills the image, whatever its context
 
@@ -48,6 +56,9 @@ class Paired(Deformation):
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs:
         """Pairs by number."""
+        from polycube.diffusion.pairs.pairs import Pairs
+        from polycube.diffusion.pairs.templates import contexts
+
         chosen = {"all": contexts, "published": published}[self.types](grid, primitives)
         return Pairs(grid, primitives, chosen, self, seed)
 
@@ -55,16 +66,22 @@ class Paired(Deformation):
 @register("data", "paper")
 @dataclass(frozen=True)
 class Published:
-    """The published set: single primitives, and the first one in every cell, all jittered.
+    """The published set: single primitives, and the first one in every cell, with noise.
 
     A geometry is its polycube with noise; it has 512 points per occupied cell, then zeros.
+
+    Parameters
+    ----------
+    jitter : largest standard deviation of the noise, in units of the learning frame
     """
 
-    jitter: float = 0.02  # largest standard deviation of the noise, learning frame
+    jitter: float = 0.02
 
     pads = True
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs:
         """Pairs by number."""
+        from polycube.diffusion.pairs.pairs import Pairs
+
         noise = Deformation(**dict.fromkeys(SHAPES, 0.0), roughness=self.jitter)
         return Pairs(grid, primitives, published(grid, primitives), noise, seed, pads=True)

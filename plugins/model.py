@@ -14,7 +14,12 @@ if TYPE_CHECKING:
 @register("model", "unet")
 @dataclass(frozen=True)
 class PublishedUNet:
-    """The paper's U-Net: 64 -> 128 features, two levels down and two up."""
+    """The paper's U-Net: two levels down and two up, 2.3 million parameters at width 64.
+
+    Parameters
+    ----------
+    width : features at full resolution, a multiple of 8; twice as many further down
+    """
 
     width: int = 64
 
@@ -32,7 +37,7 @@ class PublishedUNet:
 @register("model", "tiny")
 @dataclass(frozen=True)
 class Tiny(PublishedUNet):
-    """The same network with few features, for trying things out."""
+    """The same U-Net with few features, for tests and short trials."""
 
     width: int = 8
 
@@ -40,7 +45,16 @@ class Tiny(PublishedUNet):
 @register("model", "points")
 @dataclass(frozen=True)
 class Points:
-    """A network on the set of points: perceptrons shared by all, steered by a summary of all."""
+    """Network on the set of points: shared perceptrons, steered by a summary of all points.
+
+    The order of the points is not used.
+
+    Parameters
+    ----------
+    width : features of each point
+    blocks : perceptrons, each of which follows a new summary
+    slots : parts of the summary, which gather from the points and give back to them
+    """
 
     width: int = 128
     blocks: int = 6

@@ -5,15 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
-from polycube.fitting.registration import ShortQuality, register_mesh, short_quality
-from polycube.hexmesh.template import counts, mesh
 from polycube.registry import register
-from polycube.structure.lattice import boundary, corners, describe, genus, is_manifold
-from polycube.structure.rough_map import identity_map
-from polycube.surface import measures as surfaces
-from polycube.surface.fit_target import Target, target
 from polycube.types import Candidate, Ranked, TriMesh
+
+if TYPE_CHECKING:
+    from polycube.fitting.registration import ShortQuality
+    from polycube.surface.fit_target import Target
 
 logger = logging.getLogger(__name__)
 
@@ -46,6 +45,10 @@ class Registration:
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
         """Candidates of the right genus, best first; of those that share a rough map, the last."""
+        from polycube.structure.lattice import genus, is_manifold
+        from polycube.surface import measures as surfaces
+        from polycube.surface.fit_target import target
+
         goal, wanted = target(surface), surfaces.genus(surface)
         distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
         fitting = [c for c in distinct if is_manifold(c.polycube) and genus(c.polycube) == wanted]
@@ -59,6 +62,11 @@ class Registration:
 
     def _judged(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
         """A candidate with its score and its coarse mesh."""
+        from polycube.fitting.registration import register_mesh, short_quality
+        from polycube.hexmesh.template import counts, mesh
+        from polycube.structure.lattice import boundary, corners
+        from polycube.structure.rough_map import identity_map
+
         polycube = candidate.polycube
         parts = counts(polycube, candidate.rough_map, self.size * goal.scale)
         positions = mesh(polycube, identity_map(polycube), parts).vertices
@@ -84,6 +92,8 @@ def judge(quality: ShortQuality) -> float:
 
 
 def _log(ranked: list[Ranked]) -> None:
+    from polycube.structure.lattice import describe
+
     logger.info(
         "ranking: score, distance to surface, to mesh [% of diagonal], min Jacobian, volume"
     )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from polycube.registry import build, register
+from polycube.registry import build, choice, register
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -18,14 +18,20 @@ if TYPE_CHECKING:
 @register("sampler", "ddpm")
 @dataclass(frozen=True)
 class Ddpm:
-    """Every step, with new noise: x_{t-1} = mu'_t + sigma_t z (Algorithm 2).
+    """The paper's Algorithm 2: all T steps, with new noise at each.
 
-    sigma_t^2 is s^2 beta_t, as in Algorithm 2, exact if x_0 is noise of variance s^2; or the
-    variance of q(x_{t-1} | x_t, x_0), as below eq. 3, exact if x_0 is known (Ho et al., 2020).
+    x_{t-1} = mu'_t + sigma_t z.  sigma_t^2 is s^2 beta_t, as in Algorithm 2, exact if x_0 is noise
+    of variance s^2; or the variance of q(x_{t-1} | x_t, x_0), as below eq. 3, exact if x_0 is known
+    (Ho et al., 2020).
+
+    Parameters
+    ----------
+    variance : of the noise: beta (as in the paper) or posterior (smaller, for a known x_0)
+    noise : factor of the standard deviation sigma_t; 0 gives the mean path
     """
 
-    variance: str = "beta"  # or posterior
-    noise: float = 1.0  # factor of sigma_t
+    variance: str = "beta"
+    noise: float = 1.0
 
     def __post_init__(self) -> None:
         if self.variance not in ("beta", "posterior"):
@@ -61,12 +67,16 @@ class Ddpm:
 @register("sampler", "ddim")
 @dataclass(frozen=True)
 class Ddim:
-    """A few deterministic steps: the same noise, less of it (the mean, where DDPM draws).
+    """A few deterministic steps: faster, and the mean instead of a random draw.
 
-    Kept states between two steps lie on the way from one to the other.
+    Recorded states between two steps lie on the way from one to the other.
+
+    Parameters
+    ----------
+    steps : network evaluations; more give sharper polycubes, whose points have slid along them
     """
 
-    steps: int = 1  # network evaluations
+    steps: int = 1
 
     def __post_init__(self) -> None:
         if self.steps < 1:
@@ -97,13 +107,18 @@ class Ddim:
 @register("sampler", "mean")
 @dataclass(frozen=True, eq=False)
 class Mean:
-    """The mean of k draws of another sampler: nearer to the truth than each, less sharp.
+    """The mean of several draws of another sampler: closer to the truth, less sharp.
 
     All states are means, so that they are one way from x_T to x_0, with less noise than a draw's.
+
+    Parameters
+    ----------
+    of : sampler that draws
+    k : number of draws
     """
 
-    of: Mapping[str, object] = field(default_factory=lambda: {"plugin": "ddpm"})
-    k: int = 8  # draws
+    of: Mapping[str, object] = choice("sampler", "ddpm")
+    k: int = 8
 
     def __post_init__(self) -> None:
         if self.k < 1:

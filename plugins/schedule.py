@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import expit
 
 from polycube.registry import register
 
@@ -11,7 +10,13 @@ from polycube.registry import register
 @register("schedule", "linear")
 @dataclass(frozen=True)
 class Linear:
-    """beta_t grows linearly (the paper's schedule)."""
+    """Noise schedule of the paper: beta_t grows linearly.
+
+    Parameters
+    ----------
+    steps : T, the number of diffusion steps
+    beta_start, beta_end : noise variance of the first and of the last step
+    """
 
     steps: int = 500
     beta_start: float = 1e-4
@@ -26,11 +31,20 @@ class Linear:
 @register("schedule", "cosine")
 @dataclass(frozen=True)
 class Cosine:
-    """alpha_bar_t = f(t) / f(0), f(t) = cos^2((t / T + offset) / (1 + offset) pi / 2)."""
+    """Cosine schedule: slower at both ends.
+
+    alpha_bar_t = f(t) / f(0), f(t) = cos^2((t / T + offset) / (1 + offset) pi / 2)
+
+    Parameters
+    ----------
+    steps : T, the number of diffusion steps
+    offset : makes the first steps larger, as a share of T
+    beta_max : largest noise variance of a step, which keeps alpha_bar_T above zero
+    """
 
     steps: int = 500
     offset: float = 0.008
-    beta_max: float = 0.999  # keeps alpha_bar_T above zero
+    beta_max: float = 0.999
 
     def __call__(self) -> np.ndarray:
         """alpha_bar, (T + 1,), from 1 down."""
@@ -42,16 +56,24 @@ class Cosine:
 @register("schedule", "sigmoid")
 @dataclass(frozen=True)
 class Sigmoid:
-    """alpha_bar_t = (g(1) - g(t / T)) / (g(1) - g(0)), slow at both ends (Jabri et al., 2022).
+    """Sigmoid schedule: nearly still at both ends, fastest in the middle (Jabri et al., 2022).
 
-    g(u) = 1 / (1 + exp(-(start + u (end - start)) / tau))
+    alpha_bar_t = (g(1) - g(t / T)) / (g(1) - g(0)), g(u) = 1 / (1 + exp(-(start + u (end - start))
+    / tau))
+
+    Parameters
+    ----------
+    steps : T, the number of diffusion steps
+    start, end : part of the sigmoid that is used
+    tau : temperature; a smaller one is steeper in the middle
+    beta_max : largest noise variance of a step, which keeps alpha_bar_T above zero
     """
 
     steps: int = 500
     start: float = -3.0
     end: float = 3.0
     tau: float = 1.0
-    beta_max: float = 0.999  # keeps alpha_bar_T above zero
+    beta_max: float = 0.999
 
     def __post_init__(self) -> None:
         if not self.start < self.end:
@@ -62,6 +84,8 @@ class Sigmoid:
 
     def __call__(self) -> np.ndarray:
         """alpha_bar, (T + 1,), from 1 down."""
+        from scipy.special import expit
+
         g = expit(np.linspace(self.start, self.end, self.steps + 1) / self.tau)
         return _stepwise((g[-1] - g) / (g[-1] - g[0]), self.beta_max)
 

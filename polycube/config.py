@@ -6,8 +6,10 @@ plugins, as `conf/meshing/morph.yaml` does, or chooses values.
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Iterator, Sequence
+from dataclasses import Field, asdict, is_dataclass
 from difflib import get_close_matches
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -16,15 +18,21 @@ from pathlib import Path
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.config_search_path_impl import ConfigSearchPathImpl
 from hydra.core.config_search_path import ConfigSearchPath
+from hydra.core.object_type import ObjectType
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
+from hydra.plugins.config_source import ConfigResult, ConfigSource
 from hydra.types import RunMode
 from omegaconf import Container, DictConfig, OmegaConf, open_dict
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
 from polycube import HOME
 from polycube.errors import InputError
-from polycube.registry import GROUP
+from polycube.hexmesh.settings import MeshingSettings
+from polycube.registry import GROUP, broken, classes, default, options
+
+SHARED = {("meshing", "_settings"): MeshingSettings}  # schemas that are no plugin's
+SEVERAL = ("export",)  # kinds of which a run takes several: each has its name in the config
 
 _ONE_AT_A_TIME = threading.Lock()  # Hydra's parser keeps state that threads would share
 
@@ -56,12 +64,11 @@ def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[s
                 del cfg["hydra"]
             return OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
     except (HydraException, OmegaConfBaseException) as error:
-        raise InputError(sentence(error)) from None
+        raise refusal(error) from None
 
 
 def loader() -> ConfigLoaderImpl:
-    """Hydra's loader of our configuration; the only use of its private modules."""
-    Plugins.instance()  # makes known how files and packages are read
+    """Hydra's loader of our configuration; here alone its private modules are used."""
     path = ConfigSearchPathImpl()
     path.append("hydra", "pkg://hydra.conf")
     path.append("main", f"file://{HOME / 'conf'}")
@@ -70,54 +77,129 @@ def loader() -> ConfigLoaderImpl:
     return ConfigLoaderImpl(path)
 
 
+def options_of(search: ConfigLoaderImpl, group: str) -> list[str]:
+    """Names that can be chosen in a group; those with an underscore are parts of others."""
+    names = search.repository.get_group_options(group)
+    return [name for name in names if not name.startswith("_")]
+
+
 def add_sources(search_path: ConfigSearchPath) -> None:
-    """Append the `conf/` folder of every installed plugin package.
+    """Append the plugin classes, and the `conf/` folder of every installed plugin package.
 
     Ours come first: a package can add choices, but not replace ours.
     """
+    Plugins.instance().register(PluginSource)
+    search_path.append("polycube", f"{PluginSource.scheme()}://polycube")
     for entry in entry_points(group=GROUP):
-        spec = find_spec(entry.module.partition(".")[0])  # finds, does not import
+        package = entry.module.partition(".")[0]
+        spec = find_spec(package)  # finds, does not import
         for folder in (spec and spec.submodule_search_locations) or []:
             if (conf := Path(folder) / "conf").is_dir():
                 search_path.append(f"polycube:{entry.name}", f"file://{conf}")
+        search_path.append(f"polycube:{entry.name}", f"{PluginSource.scheme()}://{package}")
 
 
-def sentence(error: Exception) -> str:
+class PluginSource(ConfigSource):
+    """The options of the plugin classes of one package, as if each had a YAML file.
+
+    Unlike Hydra's ConfigStore this adds nothing to the choices of other programs in the process.
+    """
+
+    def __init__(self, provider: str, path: str) -> None:
+        super().__init__(provider, path)
+        known = {**SHARED, **classes()}
+        self.nodes = {
+            f"{kind}/{name}": (kind, name, cls)
+            for (kind, name), cls in known.items()
+            if cls.__module__.partition(".")[0] == self.path
+        }
+
+    @staticmethod
+    def scheme() -> str:
+        """Of addresses of this source."""
+        return "polycube"
+
+    def available(self) -> bool:
+        """Always."""
+        return True
+
+    def is_group(self, config_path: str) -> bool:
+        """Whether something lies below the path."""
+        return any(node.startswith(f"{config_path}/".lstrip("/")) for node in self.nodes)
+
+    def is_config(self, config_path: str) -> bool:
+        """Whether a plugin has this path."""
+        return config_path.removesuffix(".yaml") in self.nodes
+
+    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
+        """Names right below a path."""
+        group = f"{config_path}/".lstrip("/")
+        below = {n.removeprefix(group).partition("/")[0] for n in self.nodes if n.startswith(group)}
+        wanted = {ObjectType.GROUP: self.is_group, ObjectType.CONFIG: self.is_config}
+        fits = wanted.get(results_filter, lambda path: True)
+        return sorted(name for name in below if fits(group + name))
+
+    def load_config(self, config_path: str) -> ConfigResult:
+        """The defaults of a plugin's options."""
+        kind, name, cls = self.nodes[config_path.removesuffix(".yaml")]
+        config, choices = {} if (kind, name) in SHARED else {"plugin": name}, []
+        for option in options(kind, cls).values():
+            if "choice" in option.metadata:
+                group, chosen = option.metadata["choice"]
+                choices.append({f"/{group}@{option.name}": chosen})
+            else:
+                config[option.name] = _value(option)
+        config = OmegaConf.create({"defaults": [*choices, "_self_"], **config})
+        header = {"package": f"{kind}.{name}" if kind in SEVERAL else None}
+        return ConfigResult(self.provider, self.full_path(), config, header)
+
+
+def _value(option: Field) -> object:
+    """Default of an option as YAML has it."""
+    value = default(option)
+    if is_dataclass(value):
+        value = asdict(value)
+    if "setting" in option.metadata:
+        return f"${{oc.select:{option.metadata['setting']},{json.dumps(value)}}}"
+    return list(value) if isinstance(value, tuple) else value
+
+
+def refusal(error: Exception) -> InputError:
     """What Hydra or OmegaConf raised, on one line, with the nearest name that would be right."""
     cause = error.__cause__ or error
     if isinstance(error, MissingConfigException) and "/" in str(error.missing_cfg_file):
         group, _, name = str(error.missing_cfg_file).rpartition("/")
-        have = error.options or loader().get_group_options(group)
-        return (
-            f"{group}={name}: there is no such choice{_did_you_mean(name, have)}; "
-            f"have {', '.join(have)}"
-        )
+        have = options_of(loader(), group)
+        near = _did_you_mean(get_close_matches(name, have, 1, 0.5))
+        what = "there is no such choice"
+        return InputError(what, f"{group}={name}", f"{near}have {', '.join(have)}{broken()}")
     if isinstance(error, OverrideParseException):
         wrong = str(error).splitlines()[0] if "=" in error.override else "it has no ="
-        return f"{error.override!r} can not be read: {wrong}; write name=value, lists as 'a=[1,2]'"
+        remedy = "write name=value, lists as 'a=[1,2]'"
+        return InputError(f"{error.override!r} can not be read: {wrong}", remedy=remedy)
     if isinstance(cause, ConfigAttributeError | ConfigKeyError) and cause.parent_node is not None:
         return _no_option(cause.full_key, cause.parent_node)
-    return " ".join(str(cause).split())
+    return InputError(" ".join(str(cause).split()))
 
 
-def _no_option(name: str, parent: Container) -> str:
-    """What to say of an option that its parent does not have."""
+def _no_option(name: str, parent: Container) -> InputError:
+    """For an option that its parent does not have."""
     group, _, last = name.rpartition(".")
     beside = list(parent) if group and isinstance(parent, DictConfig) else []
     known = list(_names(parent._get_root()))
-    elsewhere = [other for other in known if other.rpartition(".")[2] == last]  # meshing.size
+    same = [other for other in known if other.rpartition(".")[2] == last]  # meshing.size for size
+    highest = min((other.count(".") for other in same), default=0)
     near = (
-        _did_you_mean(name, [f"{group}.{key}" for key in beside])
-        or _did_you_mean(name, elsewhere, 0.0)
-        or _did_you_mean(name, known)
+        get_close_matches(name, [f"{group}.{key}" for key in beside], 1, 0.5)
+        or [other for other in same if other.count(".") == highest]
+        or get_close_matches(name, known, 1, 0.5)
     )
-    have = f"; {group} has {', '.join(beside)}" if beside else ""
-    return f"there is no option {name}{near}{have or '; --help lists them'}"
+    have = f"{group} has {', '.join(beside)}" if beside else "--help lists them"
+    return InputError(f"there is no option {name}", remedy=_did_you_mean(near) + have)
 
 
-def _did_you_mean(name: str, known: Sequence[str], cutoff: float = 0.5) -> str:
-    found = get_close_matches(name, known, 1, cutoff)
-    return f", did you mean {found[0]}" if found else ""
+def _did_you_mean(names: Sequence[str]) -> str:
+    return f"did you mean {' or '.join(names)}; " if names else ""
 
 
 def _names(config: DictConfig, before: str = "") -> Iterator[str]:

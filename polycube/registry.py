@@ -1,8 +1,10 @@
 """Find plugins and build them by name.
 
-A plugin is a class registered under a kind and a name.  The kind is also its Hydra group and its
-folder: `conf/meshing/smooth/register.yaml` configures the class that `plugins/meshing/smooth.py`
-registers as ("meshing/smooth", "register").
+A plugin is a frozen dataclass of its options, registered under a kind and a name.  The class is
+the only place that says which options there are: names, types and defaults are its fields, the
+help is the `Parameters` section of its docstring.  The kind is also its Hydra group and its folder:
+`meshing/smooth=register` chooses what `plugins/meshing/smooth.py` registers as ("meshing/smooth",
+"register").
 
 Plugins come from the `plugins/` folder and from every installed distribution with an entry point
 in the group "polycube.plugins".
@@ -15,7 +17,7 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, Field, field, fields, is_dataclass
 from functools import cache
 from importlib.metadata import entry_points
 from numbers import Integral, Real
@@ -27,7 +29,8 @@ from polycube.kinds import KINDS
 
 GROUP = "polycube.plugins"  # entry-point group, and the name `plugins/` is imported under
 
-MISSING = "???"  # what the YAML says where there is no default
+REQUIRED = "???"  # value of an option without a default
+PROVIDED = {"structure": ("grid", "primitives")}  # options that a run provides, not a configuration
 PLAIN = {  # annotations that are checked: what they admit, in code and in words
     "bool": (bool, "true or false"),
     "int": (Integral, "a whole number"),
@@ -59,10 +62,44 @@ def register(kind: str, name: str) -> Callable[[type], type]:
     return add
 
 
+def setting(name: str, default: object) -> Any:
+    """Declare an option whose default is a setting of the run.
+
+    Parameters
+    ----------
+    name : of the setting, such as "seed" or "meshing.size"
+    default : where the configuration has no such setting
+    """
+    return field(default=default, metadata={"setting": name})
+
+
+def choice(kind: str, name: str) -> Any:
+    """Declare an option that is a plugin of another kind; `name` is the default."""
+    return field(default_factory=lambda: {"plugin": name}, metadata={"choice": (kind, name)})
+
+
+def options(kind: str, cls: type) -> dict[str, Field]:
+    """Fields of a plugin class that a configuration may set, by name."""
+    provided = PROVIDED.get(kind, ())
+    return {f.name: f for f in fields(cls) if f.init and f.name not in provided}
+
+
+def default(option: Field) -> object:
+    """Default of an option; "???" where it has none."""
+    if option.default_factory is not MISSING:
+        return option.default_factory()
+    return REQUIRED if option.default is MISSING else option.default
+
+
+def classes() -> Mapping[tuple[str, str], type]:
+    """All plugin classes by kind and name."""
+    _discover()
+    return _classes
+
+
 def names(kind: str) -> list[str]:
     """Names of all plugins of a kind, sorted."""
-    _discover()
-    return sorted(name for k, name in _classes if k == kind)
+    return sorted(name for k, name in classes() if k == kind)
 
 
 def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
@@ -70,32 +107,31 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
 
     Raises UnknownPlugin with the names that exist, BadOption with the options it takes.
     """
-    _discover()
-    options = {**config, **extra}
-    if "plugin" not in options:
+    values = {**config, **extra}
+    if "plugin" not in values:
         raise UnknownPlugin(f"{kind} config names no plugin; have {', '.join(names(kind))}")
-    name = options.pop("plugin")
-    cls = _classes.get((kind, name))
+    name = values.pop("plugin")
+    cls = classes().get((kind, name))
     if cls is None:
         raise UnknownPlugin(_unknown(kind, name))
     try:
-        inspect.signature(cls).bind(**options)
+        inspect.signature(cls).bind(**values)
     except TypeError as error:
         raise BadOption(f"{kind}={name}: {error}; it takes {inspect.signature(cls)}") from None
-    _check_types(f"{kind}={name}", cls, options)
+    _check_types(f"{kind}={name}", cls, values)
     try:
-        return cls(**options)
+        return cls(**values)
     except (TypeError, ValueError) as error:
         raise BadOption(f"{kind}={name}: {error}") from error
 
 
-def _check_types(plugin: str, cls: type, options: Mapping[str, object]) -> None:
-    """Raise BadOption for an option of a plain type that is given something else."""
-    types = {field.name: field.type for field in fields(cls)} if is_dataclass(cls) else {}
-    for name, value in options.items():
-        if isinstance(value, str) and value == MISSING:
+def _check_types(plugin: str, cls: type, values: Mapping[str, object]) -> None:
+    """Raise BadOption for an option of plain types that has a value of another type."""
+    types = {f.name: f.type for f in fields(cls)} if is_dataclass(cls) else {}
+    for name, value in values.items():
+        if isinstance(value, str) and value == REQUIRED:
             raise BadOption(f"{plugin}: {name} must be given")
-        annotation = types.get(name)  # a word, where its module postpones annotations
+        annotation = types.get(name)  # a text, where its module postpones annotations
         plain = getattr(annotation, "__name__", annotation)
         admitted, words = PLAIN.get(plain, (object, ""))
         truth = isinstance(value, bool) and plain != "bool"  # which Python counts as a number
@@ -114,15 +150,22 @@ def _discover() -> None:
 
 
 def _import_all(package: ModuleType) -> None:
+    """Import the modules that register plugins; what these need is imported when they run."""
     for module in pkgutil.walk_packages(getattr(package, "__path__", []), package.__name__ + "."):
-        importlib.import_module(module.name)
+        spec = module.module_finder.find_spec(module.name)
+        source = getattr(spec.loader, "get_source", lambda name: None)(module.name)
+        if source is None or "register(" in source:
+            importlib.import_module(module.name)
 
 
 def _unknown(kind: str, name: str) -> str:
     message = f"no {kind} plugin named {name!r}; have {', '.join(names(kind)) or 'none'}"
     close = difflib.get_close_matches(name, names(kind), n=1)
-    if close:
-        message += f". Did you mean {close[0]!r}?"
-    for package, error in _broken.items():
-        message += f" (plugin package {package!r} did not import: {error!r})"
-    return message
+    return message + (f". Did you mean {close[0]!r}?" if close else "") + broken()
+
+
+def broken() -> str:
+    """Plugin packages that could not be imported, and why; empty where all could."""
+    _discover()
+    packages = (f" (plugin package {p!r} did not import: {e!r})" for p, e in _broken.items())
+    return "".join(packages)

@@ -1,78 +1,134 @@
-"""conf/ and plugins/ agree: every YAML builds its plugin, every plugin has a YAML."""
+"""The plugin classes are the schema of conf/: names, defaults and help stand in them alone."""
 
-from dataclasses import fields
-from functools import cache
+import json
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
-from hydra import compose, initialize_config_dir
+import yaml
+from hydra.types import RunMode
 from omegaconf import OmegaConf
 
+from polycube.cli.help import described
+from polycube.config import SEVERAL, SHARED, compose, loader, options_of
 from polycube.kinds import KINDS
-from polycube.registry import build, names
+from polycube.registry import PROVIDED, build, classes, default, options
+from tests.conftest import ROOT
 
-CONF = Path(__file__).parents[1] / "conf"
-PLUGINS = [(kind, name) for kind in KINDS for name in names(kind)]
-FILES = [(kind, path) for kind in KINDS for path in sorted((CONF / kind).glob("*.yaml"))]
+CONF = ROOT / "conf"
+PLUGINS = sorted(key for key, cls in classes().items() if cls.__module__.startswith("polycube."))
+SCHEMAS = [*PLUGINS, *SHARED]
+PROGRAMS = ("infer", "train", "evaluate")
+GIVEN = {"grid": (2, 1, 1), "primitives": {}}  # what a run provides
+NEEDED = {"context": ["cube"]}  # options without a default
 
-# what a run gives besides the options of the YAML, and what `???` stands for there
-RUN = {"structure": {"grid": (2, 1, 1), "primitives": {}}}
-ASKED = {"context": ["cube"]}
 
-
-@cache
-def options(kind: str, name: str) -> dict[str, object]:
-    """The YAML as a run sees it, its own defaults composed in."""
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        config = compose(f"{kind}/{name}")
-    found = OmegaConf.to_container(OmegaConf.select(config, kind.replace("/", ".")), resolve=True)
-    found = found.get(name, found)  # of some kinds, such as export, a run takes several
-    return {key: ASKED[key] if value == "???" else value for key, value in found.items()}
+def composed(kind: str, name: str) -> dict[str, object]:
+    """The options of a plugin as a run has them when nothing is chosen."""
+    config = loader().load_configuration(f"{kind}/{name}", [], RunMode.RUN)
+    node = OmegaConf.select(config, kind.replace("/", "."))
+    found = OmegaConf.to_container(node, resolve=True)
+    return found[name] if kind in SEVERAL else found
 
 
 @pytest.mark.parametrize(("kind", "name"), PLUGINS, ids=map("=".join, PLUGINS))
-def test_every_plugin_has_a_yaml_of_its_name(kind: str, name: str) -> None:
-    path = CONF / kind / f"{name}.yaml"
-    assert path.is_file(), f"{kind} plugin {name!r} needs conf/{kind}/{name}.yaml"
-    assert options(kind, name)["plugin"] == name
+def test_the_defaults_of_a_class_are_those_of_a_run(kind: str, name: str) -> None:
+    given = {key: GIVEN[key] for key in PROVIDED.get(kind, ())}
+    config = composed(kind, name)
+    needed = {key: NEEDED[key] for key, value in config.items() if value == "???"}
+    plugin = build(kind, config | needed, **given)
+    alone = build(kind, {"plugin": name, **needed}, **given)
+    for option in options(kind, type(plugin)).values():
+        values = [_plain(getattr(each, option.name)) for each in (plugin, alone)]
+        if "choice" in option.metadata:  # here a run shows the inner options too
+            assert values[0].items() >= values[1].items()
+        else:
+            assert values[0] == values[1], option.name
+    assert config["plugin"] == name
+    assert set(config) == {"plugin", *options(kind, type(plugin))}
 
 
-@pytest.mark.parametrize(("kind", "path"), FILES, ids=lambda v: getattr(v, "stem", v))
-def test_every_yaml_builds(kind: str, path: Path) -> None:
-    config = options(kind, path.stem)
-    if "plugin" in config:
-        plugin = build(kind, config, **RUN.get(kind, {}))
-        left_out = {field.name for field in fields(plugin)} - set(config)
-        assert not left_out - set(RUN.get(kind, {})), f"{path.name} does not show {left_out}"
-    else:
-        assert config, f"{path} names neither a plugin nor what it is composed of"
+def _plain(value: object) -> object:
+    return json.loads(json.dumps(value, default=asdict))
+
+
+@pytest.mark.parametrize(("kind", "name"), SCHEMAS, ids=map("=".join, SCHEMAS))
+def test_every_option_has_a_help_text(kind: str, name: str) -> None:
+    cls = {**SHARED, **classes()}[kind, name]
+    first = cls.__doc__.partition("\n")[0]
+    assert 5 < len(first) < 100 and first.endswith("."), first
+    bare = [option for option, text in described(kind, cls).items() if len(text) < 5]
+    assert not bare, f"{kind}={name}: no line in the Parameters of its docstring for {bare}"
+
+
+def test_no_file_repeats_a_class() -> None:
+    for kind, name in PLUGINS:
+        assert not (CONF / kind / f"{name}.yaml").exists(), f"{kind}={name}"
+
+
+def choices() -> list[tuple[str, str]]:
+    """(program, override) for all that its command line may choose."""
+    found = []
+    search = loader()
+    for program in PROGRAMS:
+        known = search.compute_defaults_list(program, [], RunMode.RUN).overrides.known_choices
+        for key in known:
+            if not key.startswith("hydra/"):
+                names = options_of(search, key.partition("@")[0])
+                found += [(program, f"{key}={name}") for name in names]
+    return found
+
+
+@pytest.mark.parametrize(("program", "override"), choices(), ids=lambda value: value)
+def test_every_choice_composes_and_builds(program: str, override: str) -> None:
+    """Every plugin in the config, wherever it stands."""
+    config = compose(program, [override])
+    key = override.partition("=")[0]
+    group, _, package = key.partition("@")
+    node = config
+    if group != "experiment":
+        for part in (package or group.replace("/", ".")).split("."):
+            node = node[part]
+    _build_all(group, node)
+
+
+def _build_all(kind: str, node: object) -> None:
+    if kind in KINDS and "plugin" in node:
+        needed = {key: NEEDED[key] for key, value in node.items() if value == "???"}
+        build(kind, node | needed, **{key: GIVEN[key] for key in PROVIDED.get(kind, ())})
 
 
 @pytest.mark.parametrize("path", sorted(CONF.rglob("*.yaml")), ids=lambda p: p.stem)
-def test_every_option_has_a_comment(path: Path) -> None:
-    """One per key of a plugin's options; a heading line explains the plugin itself."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    if not any(line.startswith("plugin:") for line in lines):
-        return
-    bare = [
-        line
-        for line in lines
-        if line[:1].isalpha()
-        and not line.startswith("plugin:")
-        and line[-1] != ":"
-        and "#" not in line
-    ]
-    assert not bare, f"{path.name}: no comment at {bare}"
+def test_every_file_says_what_it_is(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert "# " in text and yaml.safe_load(text), f"{path.name} has no comment"
 
 
-@pytest.mark.parametrize("sampler", names("sampler"))
-def test_a_structure_takes_any_sampler(sampler: str) -> None:
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        config = compose("structure/diffusion", [f"sampler@structure.sampler={sampler}"])
-    chosen = OmegaConf.to_container(config.structure.sampler, resolve=True)
-    assert chosen["plugin"] == sampler
-    build("sampler", chosen)
+def test_bundles_share_the_settings_of_their_stages() -> None:
+    """`meshing.size` reaches every stage that has it as an option, in every bundle."""
+    words = ["size=3%", "max_hexes=7", "deviation=1%", "curvature=2%", "level=3"]
+    for bundle in options_of(loader(), "meshing"):
+        found = compose("infer", [f"meshing={bundle}", *(f"meshing.{word}" for word in words)])
+        stage = found["meshing"]["subdivide"]
+        assert [stage[w.partition("=")[0]] for w in words if "dev" not in w] == ["3%", 7, "2%", 3]
+        assert (
+            found["meshing"]["refine"] | {"deviation": "1%", "max_hexes": 7}
+            == (found["meshing"]["refine"])
+        )
+
+
+def test_settings_of_a_run_reach_the_options_that_follow_them() -> None:
+    found = compose("infer", ["structure=diffusion", "seed=7", "ckpt=a.ckpt"])["structure"]
+    assert (found["seed"], found["weights"]) == (7, "a.ckpt")
+    held = compose("infer", ["analysis.fixed=[x_min]"])["spline"]["held"]
+    assert held == ["x_min"]
+
+
+def test_defaults_are_what_a_class_says() -> None:
+    cls = classes()["meshing/subdivide", "template"]
+    size = options("meshing/subdivide", cls)["size"]
+    assert default(size) == compose("infer")["meshing"]["size"] == "5%"
 
 
 def test_there_is_something_to_test() -> None:
-    assert len(PLUGINS) > 15 and len(FILES) >= len(PLUGINS)
+    assert len(PLUGINS) > 40 and len(choices()) > 40

@@ -56,7 +56,7 @@ def test_a_mandatory_value_is_shown_as_such() -> None:
 @pytest.mark.parametrize(
     ("override", "words"),
     [
-        ("meshing.sze=4%", "no option meshing.sze, did you mean meshing.size; meshing has"),
+        ("meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
         ("seed.x=1", "no option seed.x"),
         ("seed=${nothing}", "Interpolation key 'nothing' not found"),
         ("tries=1,2", "Ambiguous value"),

@@ -14,7 +14,8 @@ import pytest
 from tests.conftest import ROOT
 
 PAGE = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
-FILES = dict(re.findall(r"```(?:python|yaml|toml)\n# ([\w/.]+)\n(.*?)```", PAGE, re.DOTALL))
+BLOCKS = re.findall(r"```(?:python|toml)\n# ([\w/.]+)\n(.*?)```", PAGE, re.DOTALL)
+FILES = {name: "\n\n".join(text for of, text in BLOCKS if of == name) for name, _ in BLOCKS}
 COMMANDS = [shlex.split(line) for line in re.findall(r"^polycube-.+$", PAGE, re.MULTILINE)]
 MAIN = {"polycube-train": "train.py", "polycube-infer": "infer.py"}
 QUICK = {
@@ -31,7 +32,6 @@ def package(tmp_path_factory) -> Path:
         path = source / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    (source / "acme" / "__init__.py").touch()
     wheels = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "-q"]
     subprocess.run([*wheels, "-w", source / "dist", source], check=True)
     folder = tmp_path_factory.mktemp("site")
@@ -55,16 +55,14 @@ def run(package: Path, *arguments: object) -> str:
     return done.stdout
 
 
-def test_there_is_a_file_of_each_kind_with_its_yaml() -> None:
-    kinds = {"primitive", "schedule", "meshing/optimize", "export"}
-    shown = {Path(n).relative_to("acme/conf").parent.as_posix() for n in FILES if "conf" in n}
-    assert shown == kinds
-    for kind in kinds:
-        assert sum(f'@register("{kind}"' in text for text in FILES.values()) == 1
+def test_one_python_file_holds_a_plugin_of_each_kind() -> None:
+    assert set(FILES) == {"pyproject.toml", "acme_polycube.py", "tests/test_acme.py"}
+    kinds = re.findall(r'@register\("([\w/]+)"', FILES["acme_polycube.py"])
+    assert kinds == ["primitive", "schedule", "meshing/optimize", "export"]
 
 
 def test_every_plugin_keeps_its_promises(package: Path) -> None:
-    assert FILES["tests/test_acme.py"].count("check_plugin(") == 4
+    assert FILES["tests/test_acme.py"].count("check_plugin(") == 5
     run(package, "tests/test_acme.py")
 
 

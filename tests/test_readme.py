@@ -14,12 +14,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hydra import compose, initialize_config_dir
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from omegaconf import OmegaConf
 
-import polycube.cli.infer  # noqa: F401  (the resolvers of its configuration)
-from polycube import HOME, __version__
+from polycube import __version__
+from polycube.config import compose
 from polycube.pipeline.improvement import Improvement, is_improvement
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.run import Run
@@ -78,8 +76,7 @@ def choices(words: list[str]) -> list[list[str]]:
 
 def check(program: str, overrides: list[str]) -> None:
     """Compose it, and build what it names."""
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        cfg = OmegaConf.to_container(compose(program, overrides), resolve=True)
+    cfg = compose(program, overrides)
     if program == "infer":
         settings = Settings.of(cfg)
         kind = Improvement if is_improvement(settings) else Run

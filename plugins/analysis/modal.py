@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from polycube.analysis.material import check_units, material
-from polycube.analysis.modal import free_modes
 from polycube.registry import register
 from polycube.types import Modes, Spline
 
@@ -17,14 +16,25 @@ logger = logging.getLogger(__name__)
 @register("analysis", "modal")
 @dataclass(frozen=True)
 class Modal:
-    """Lowest vibration modes of the elastic solid, rigid ones first; free, or held on patches."""
+    """Lowest vibration modes of the elastic solid, free or held on patches; frequencies in Hz.
 
-    material: str | Mapping[str, float] = "steel"  # a name, or {young, poisson, density} in SI
-    units: str = "mm"  # length unit of the part
-    modes: int = 20  # with the rigid ones
-    fixed: tuple[object, ...] = ()  # places held, see `places`
-    gauss: int = 4  # points per direction
-    mass: str = "consistent"  # or lumped: row sums
+    Parameters
+    ----------
+    material : steel, aluminium, titanium, brass, abs, or {young: Pa, poisson: 1, density: kg/m^3}
+    units : length unit of the part: m, cm, mm, um, in, ft
+    modes : number of modes, including the rigid ones (six where nothing is held)
+    fixed : places that are held: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see
+        docs/analysis.md
+    gauss : Gauss points per direction and element
+    mass : mass matrix: consistent, or lumped (row sums; much less accurate)
+    """
+
+    material: str | Mapping[str, float] = "steel"
+    units: str = "mm"
+    modes: int = 20
+    fixed: tuple[object, ...] = ()
+    gauss: int = 4
+    mass: str = "consistent"
 
     def __post_init__(self) -> None:
         material(self.material)
@@ -44,6 +54,8 @@ class Modal:
 
     def __call__(self, spline: Spline) -> Modes:
         """The modes in SI units; logs mass and the elastic frequencies."""
+        from polycube.analysis.modal import free_modes
+
         modes = free_modes(
             spline,
             material(self.material),

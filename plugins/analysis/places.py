@@ -8,16 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
+from typing import TYPE_CHECKING
 
-from polycube.analysis.boundary_sets import check_place, faces_of, place_name, place_of
-from polycube.analysis.constraints import Support
 from polycube.types import Spline
+
+if TYPE_CHECKING:
+    from polycube.analysis.constraints import Support
 
 AXES = "xyz"
 
 
 def check_items(name: str, items: object, keys: set[str], needed: int = 0) -> None:
     """Raise ValueError unless every item names a place, and at least `needed` of the keys."""
+    from polycube.analysis.boundary_sets import check_place
+
     if isinstance(items, str | Mapping) or not isinstance(items, Sequence):
         raise ValueError(f"{name} must be a list such as [x_min]; got {items!r}")
     for item in items:
@@ -55,6 +59,9 @@ def is_number(value: object) -> bool:
 
 def supports(spline: Spline, items: Sequence[object]) -> list[Support]:
     """The supports of a displacement; raises InputError for a place that is not there."""
+    from polycube.analysis.boundary_sets import faces_of, place_name
+    from polycube.analysis.constraints import Support
+
     found = []
     for place, said in map(_split, items):
         axes = tuple(AXES.index(axis) for axis in said.get("components", AXES))
@@ -69,6 +76,8 @@ def places(items: Sequence[object]) -> Iterator[tuple[object, dict[str, object]]
 
 
 def _split(item: object) -> tuple[object, dict[str, object]]:
+    from polycube.analysis.boundary_sets import place_of
+
     place = place_of(item)
     if place is item:
         return item, {}

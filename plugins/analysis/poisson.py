@@ -4,10 +4,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from polycube.analysis.boundary_sets import faces_of, place_name
-from polycube.analysis.constraints import Support
 from polycube.analysis.material import check_units
-from polycube.analysis.poisson import Inflow, conduct
 from polycube.registry import register
 from polycube.types import Potential, Spline
 
@@ -21,14 +18,27 @@ ENDS = ({"at": "z_min", "value": 0.0}, {"at": "z_max", "value": 1.0})
 @register("analysis", "poisson")
 @dataclass(frozen=True)
 class Poisson:
-    """-div k grad u = f, u or the flux given on patches; no flux elsewhere."""
+    """Poisson's equation -div k grad u = f, such as heat conduction.
 
-    conductivity: float = 50.0  # W/(m K)
-    units: str = "mm"  # length unit of the part
-    fixed: tuple[Mapping[str, object], ...] = ENDS  # {at: place, value: K}
-    flux: tuple[Mapping[str, object], ...] = ()  # {at: place, value: W/m^2 into the solid}
-    source: float = 0.0  # W/m^3
-    gauss: int = 4  # points per direction
+    On each patch u or the flux is prescribed; elsewhere on the boundary there is no flux.
+
+    Parameters
+    ----------
+    conductivity : k in W/(m K)
+    units : length unit of the part: m, cm, mm, um, in, ft
+    fixed : places where u is prescribed, in K (or another unit of u): [{at: z_min, value: 0}]; see
+        docs/analysis.md
+    flux : flux into the solid in W/m^2: [{at: x_max, value: 1000}]
+    source : f in W/m^3
+    gauss : Gauss points per direction and element
+    """
+
+    conductivity: float = 50.0
+    units: str = "mm"
+    fixed: tuple[Mapping[str, object], ...] = ENDS
+    flux: tuple[Mapping[str, object], ...] = ()
+    source: float = 0.0
+    gauss: int = 4
 
     def __post_init__(self) -> None:
         check_units(self.units)
@@ -49,6 +59,10 @@ class Poisson:
 
     def __call__(self, spline: Spline) -> Potential:
         """u with its flux; logs what flows through the fixed places."""
+        from polycube.analysis.boundary_sets import faces_of, place_name
+        from polycube.analysis.constraints import Support
+        from polycube.analysis.poisson import Inflow, conduct
+
         fixed = [
             Support(place_name(place), faces_of(spline, place), (0,), said["value"])
             for place, said in places(self.fixed)

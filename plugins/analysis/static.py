@@ -6,10 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.material import check_units, material
-from polycube.analysis.recovery import samples
-from polycube.analysis.static import Load, deform
 from polycube.registry import register
 from polycube.types import Deformation, Spline
 
@@ -23,14 +20,26 @@ WEIGHT = (0.0, 0.0, -9.81)  # m/s^2
 @register("analysis", "static")
 @dataclass(frozen=True)
 class Static:
-    """Linear elasticity: displacement, stress, reactions.  By default a part under its weight."""
+    """Linear elasticity: displacement, stress, reactions; by default the part's own weight.
 
-    material: str | Mapping[str, float] = "steel"  # a name, or {young, poisson, density} in SI
-    units: str = "mm"  # length unit of the part
-    fixed: tuple[object, ...] = ("z_min",)  # places held, see `places`
-    loads: tuple[object, ...] = ()  # {at: place, pressure: Pa, traction: [Pa], force: [N]}
-    gravity: tuple[float, ...] | None = None  # m/s^2; None: WEIGHT where nothing else acts
-    gauss: int = 4  # points per direction
+    Parameters
+    ----------
+    material : steel, aluminium, titanium, brass, abs, or {young: Pa, poisson: 1, density: kg/m^3}
+    units : length unit of the part: m, cm, mm, um, in, ft
+    fixed : places that are held: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
+        docs/analysis.md
+    loads : [{at: x_max, force: [0, 0, -100]}] in N, or pressure: Pa, or traction: [Pa, Pa, Pa]
+    gravity : acceleration in m/s^2; null: [0, 0, -9.81] where there are no loads and no prescribed
+        displacements
+    gauss : Gauss points per direction and element
+    """
+
+    material: str | Mapping[str, float] = "steel"
+    units: str = "mm"
+    fixed: tuple[object, ...] = ("z_min",)
+    loads: tuple[object, ...] = ()
+    gravity: tuple[float, ...] | None = None
+    gauss: int = 4
 
     def __post_init__(self) -> None:
         material(self.material)
@@ -62,6 +71,10 @@ class Static:
 
     def __call__(self, spline: Spline) -> Deformation:
         """The solid at rest; logs the largest displacement and stress."""
+        from polycube.analysis.boundary_sets import faces_of
+        from polycube.analysis.recovery import samples
+        from polycube.analysis.static import Load, deform
+
         found = deform(
             spline,
             material(self.material),

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from polycube.hexmesh.connectivity import quad_sides
 from polycube.registry import register
 from polycube.types import HexMesh
 
@@ -23,9 +22,14 @@ ELEMENTS = tuple(f"C3D8{variant}" for variant in VARIANTS)
 @register("export", "abaqus")
 @dataclass(frozen=True)
 class Abaqus:
-    """Abaqus and CalculiX, `.inp`: ELSET of cells and primitives, NSET and SURFACE of each set."""
+    """Abaqus and CalculiX (.inp): ELSET of cells and primitives, NSET and SURFACE of each set.
 
-    element: str = "C3D8"  # C3D8, or a variant such as C3D8R, C3D8I
+    Parameters
+    ----------
+    element : element type: C3D8, C3D8R, C3D8I
+    """
+
+    element: str = "C3D8"
 
     def __post_init__(self) -> None:
         if self.element not in ELEMENTS:
@@ -38,6 +42,8 @@ class Abaqus:
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
+        from polycube.hexmesh.connectivity import quad_sides
+
         owner, side = quad_sides(hexes)
         parts = ["*HEADING\nhex mesh of polycube, lengths in the units of the input\n"]
         parts += ["*NODE, NSET=all\n", numbered(hexes.vertices)]

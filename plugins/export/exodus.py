@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from scipy.io import netcdf_file
 
-from polycube.hexmesh.connectivity import quad_sides
 from polycube.io.atomic import atomic_write
 from polycube.registry import register
 from polycube.types import HexMesh
 
 from .groups import blocks, node_sets, side_sets
+
+if TYPE_CHECKING:
+    from scipy.io import netcdf_file
 
 SIDES = np.array([4, 2, 1, 3, 5, 6])  # Exodus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
 NAME = 256  # longest name, with the zero at its end
@@ -23,16 +24,18 @@ NAME = 256  # longest name, with the zero at its end
 @register("export", "exodus")
 @dataclass(frozen=True)
 class Exodus:
-    """Exodus II, `.exo`, in the netCDF of 64-bit offsets: blocks of the grid cells, named
-    sets of nodes and sides.
+    """Exodus II (.exo): a block per grid cell, named sets of nodes and sides.
 
-    No element sets of the primitives, which are in the names of the blocks: VTK does not read them.
+    The container is netCDF with 64-bit offsets.  Primitives are in the names of the blocks; they
+    have no element sets, which VTK does not read.
     """
 
     suffix: ClassVar[str] = ".exo"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
+        from scipy.io import netcdf_file
+
         path = path.with_suffix(self.suffix)
         with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
             _head(file)
@@ -78,6 +81,8 @@ def _elements(file: netcdf_file, mesh: HexMesh) -> None:
 def _sets(file: netcdf_file, mesh: HexMesh) -> None:
     """Element numbers of sets are places in the order of the blocks."""
     place = np.argsort(np.concatenate([*blocks(mesh).values()]))
+    from polycube.hexmesh.connectivity import quad_sides
+
     owner, side = quad_sides(mesh)
     nodes, sides = node_sets(mesh), side_sets(mesh)
     file.createDimension("num_node_sets", len(nodes))

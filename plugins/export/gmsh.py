@@ -22,13 +22,15 @@ QUAD, HEXAHEDRON = 3, 5  # Gmsh's numbers of the kinds of element
 @register("export", "gmsh")
 @dataclass(frozen=True)
 class Gmsh:
-    """Gmsh, `.msh`: physical surfaces and volumes.
+    """Gmsh, ASCII (.msh): physical groups per grid cell and boundary set.
 
-    In 2.2, what most solvers read, an element has one group: a quad the first set that it is in,
-    a hex its grid cell.  In 4.1 it has all.
+    Parameters
+    ----------
+    version : 2.2, which most solvers read: an element has one group, a quad the first set that it
+        is in, a hex its grid cell; or 4.1: an element has all its groups
     """
 
-    version: str | float = "2.2"  # or 4.1
+    version: str | float = "2.2"
 
     def __post_init__(self) -> None:
         if str(self.version) not in VERSIONS:
@@ -38,9 +40,9 @@ class Gmsh:
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
-        head = f"$MeshFormat\n{self.version} 0 8\n"
-        parts = _in_one_group(hexes) if str(self.version) == "2.2" else _in_all_groups(hexes)
-        return write(path.with_suffix(self.suffix), head, *parts)
+        is_simple = str(self.version) == VERSIONS[0]
+        parts = _in_one_group(hexes) if is_simple else _in_all_groups(hexes)
+        return write(path.with_suffix(self.suffix), f"$MeshFormat\n{self.version} 0 8\n", *parts)
 
 
 def _in_one_group(mesh: HexMesh) -> list[str]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.hexmesh.named_sets import boundary_sets
-from polycube.io.vtk import numbered_primitives
 from polycube.types import HexMesh
 
 
 def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
     """Numbers of boundary quads by name: x_min ..., hole_1 ..., cad_face_1 ..., patch_0 ..."""
+    from polycube.hexmesh.named_sets import boundary_sets
+
     return dict(mesh.sets) or boundary_sets(mesh)
 
 
@@ -38,6 +38,8 @@ def blocks(mesh: HexMesh) -> dict[str, np.ndarray]:
 
 def primitive_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
     """Hexes of each primitive: primitive_hole_z; none where it is not known."""
+    from polycube.io.vtk import numbered_primitives
+
     names, primitive = numbered_primitives(mesh.primitives)
     return {
         f"primitive_{name}": np.flatnonzero(primitive[mesh.cell] == k)

@@ -18,9 +18,9 @@ from .text import floats, integers, write
 @register("export", "medit")
 @dataclass(frozen=True)
 class Medit:
-    """Medit, `.mesh`: the reference of a quad is its patch, that of a hex its grid cell.
+    """Medit, ASCII (.mesh): references are patches and grid cells, their names are comments.
 
-    What they are called stands in comments after the end, where it disturbs no reader.
+    The comments stand after the end of the data, where no reader expects any.
     """
 
     suffix: ClassVar[str] = ".mesh"

@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import quad_sides
 from polycube.registry import register
 from polycube.types import HexMesh
 
@@ -23,17 +22,19 @@ PLOAD4 = "PLOAD4  %8d%8d      1." + 24 * " " + 2 * "%8d"
 @register("export", "nastran")
 @dataclass(frozen=True)
 class Nastran:
-    """Nastran bulk data, `.bdf`: CHEXA whose property is the grid cell, from one.
+    """Nastran bulk data (.bdf): CHEXA, a property per grid cell, SET1 and PLOAD4 per boundary set.
 
-    A SET1 of nodes and unit pressures PLOAD4, of the same number, for each set of the boundary; a
-    SET1 of elements for each primitive.  A comment before each says its name.  Material 1 is left
-    to the user.
+    Each set of the boundary is a SET1 of nodes and unit pressures PLOAD4 of the same number, each
+    primitive a SET1 of elements.  A comment before each gives its name.  Material 1 is left to the
+    user.
     """
 
     suffix: ClassVar[str] = ".bdf"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
+        from polycube.hexmesh.connectivity import quad_sides
+
         owner, _ = quad_sides(hexes)
         parts = ["SOL 101\nCEND\nTITLE = hex mesh of polycube\nBEGIN BULK\n"]
         for name, own in blocks(hexes).items():

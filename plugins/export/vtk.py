@@ -8,8 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.io.vtk import numbered_primitives, set_arrays
 from polycube.registry import register
 from polycube.types import HexMesh
 
@@ -19,7 +17,7 @@ from .text import floats, integers, write
 @register("export", "vtk")
 @dataclass(frozen=True)
 class LegacyVtk:
-    """Legacy VTK, `.vtk`: what research codes and HexaLab read.
+    """Legacy VTK, ASCII (.vtk), which research codes read: an array per boundary set.
 
     An array per set: 1 at its nodes; at hexes the sum of 1, 2, 4, 8, 16, 32 for its sides -xi +xi
     -eta +eta -zeta +zeta in the set.
@@ -29,6 +27,9 @@ class LegacyVtk:
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
+        from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+        from polycube.io.vtk import numbered_primitives, set_arrays
+
         n = len(hexes.hexes)
         names, primitive = numbered_primitives(hexes.primitives)
         legend = ", ".join(f"{i} {name}" for i, name in enumerate(names))

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.charts.charts import flatten
-from polycube.charts.segmentation import segment
-from polycube.charts.volumetric import chart_map
 from polycube.registry import register
 from polycube.types import Labels, Parametrization, Polycube, RoughMap, TriMesh
 
@@ -19,9 +16,14 @@ logger = logging.getLogger(__name__)
 @register("meshing/map", "harmonic")
 @dataclass(frozen=True)
 class Harmonic:
-    """Segment the surface by the polycube, flatten each patch harmonically, fill the inside.
+    """Flatten patches of the surface onto the polycube's faces; the inside is harmonic.
 
     Cotangent weights; mean-value weights, and cuts into rectangles, where triangles flip.
+
+    Parameters
+    ----------
+    level : parts of each interval of the polycube's lattice in the map, as a power of two
+    longest : edge of the surface when it is cut, as a share of its bounding-box diagonal
     """
 
     level: int = 3
@@ -45,6 +47,10 @@ class Harmonic:
 
         Raises MeshingError naming a patch that has the wrong topology or folds.
         """
+        from polycube.charts.charts import flatten
+        from polycube.charts.segmentation import segment
+        from polycube.charts.volumetric import chart_map
+
         pieces = segment(surface, polycube, labels, parametrization, self.longest)
         sheet = flatten(pieces)
         logger.info("map: %d charts, no triangle flipped", pieces.outside.patch.max() + 1)

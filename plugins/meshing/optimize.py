@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.fitting.polish import polish
 from polycube.registry import register
-from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
 
 @register("meshing/optimize", "polish")
 @dataclass(frozen=True)
 class Polish:
-    """Soft minimum of the scaled Jacobian: soft rounds, hard ones, local ones; the best is kept."""
+    """Raise the smallest scaled Jacobian, with the boundary on the surface.
+
+    The objective is a soft minimum of the scaled Jacobian; the best mesh of all rounds is kept.
+
+    Parameters
+    ----------
+    features : whether sharp polycube edges are moved onto sharp edges of the surface
+    soft_rounds : rounds with the boundary held by weak springs
+    hard_rounds : rounds with the boundary held by strong springs
+    local_rounds : rounds near the worst hexes at most; they end where nothing is gained
+    crease_rounds : rounds at most that recover creases which were released; none where all are
+        within 0.3 % of the diagonal
+    samples : points of the surface that are matched with the mesh
+    """
 
     features: bool = True
     soft_rounds: int = 8
@@ -23,7 +34,10 @@ class Polish:
     samples: int = 2500
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The same hexes, better; never with a worse score than they came."""
+        """The same hexes, better; never with a worse score than before."""
+        from polycube.fitting.polish import polish
+        from polycube.surface.fit_target import target
+
         return polish(
             hexes,
             target(surface),

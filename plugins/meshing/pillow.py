@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import match
-from polycube.fitting.pillow import layer, smooth_regions
-from polycube.fitting.problem import FitProblem
-from polycube.fitting.registration import register_mesh
 from polycube.registry import register
-from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
+
+if TYPE_CHECKING:
+    from polycube.surface.fit_target import Target
 
 PATCHES = ("auto", "all", "none")
 
@@ -20,7 +19,16 @@ PATCHES = ("auto", "all", "none")
 @register("meshing/pillow", "selective")
 @dataclass(frozen=True)
 class Selective:
-    """Under all of the boundary but regions whose borders are all creases; then settle."""
+    """Add a layer of hexes under chosen patches of the boundary.
+
+    Parameters
+    ----------
+    patches : auto (all but regions with creases all round), all, none
+    sharp : share of the border of two regions that must be on a crease
+    depth : thickness of the new layer, as a share of the way to the centres of the hexes
+    rounds : of the registration that settles the layer
+    iterations : of descent in each round
+    """
 
     patches: str = "auto"
     sharp: float = 0.6
@@ -34,6 +42,10 @@ class Selective:
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The hexes with the layer, or the same mesh where no patch wants one."""
+        from polycube.fitting.pillow import layer
+        from polycube.fitting.registration import register_mesh
+        from polycube.surface.fit_target import target
+
         goal = target(surface)
         region, taken = self._taken(hexes, goal)
         if not taken.any():
@@ -44,6 +56,10 @@ class Selective:
 
     def _taken(self, hexes: HexMesh, goal: Target) -> tuple[np.ndarray, np.ndarray]:
         """Regions of the quads, and which quads get a layer."""
+        from polycube.fitting.creases.constraints import match
+        from polycube.fitting.pillow import smooth_regions
+        from polycube.fitting.problem import FitProblem
+
         if self.patches != "auto":
             return hexes.patch, np.full(len(hexes.patch), self.patches == "all")
         problem, x = FitProblem(hexes, goal, samples=1), goal.to_unit(hexes.vertices)

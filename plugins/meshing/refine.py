@@ -5,11 +5,9 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass, replace
 
-from polycube.fitting.refinement import REACH, refine
 from polycube.hexmesh import sizing
-from polycube.hexmesh.inspection import inspect
-from polycube.registry import register
-from polycube.surface.measures import diagonal
+from polycube.hexmesh.settings import MeshingSettings
+from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -18,19 +16,31 @@ logger = logging.getLogger(__name__)
 @register("meshing/refine", "split")
 @dataclass(frozen=True)
 class Split:
-    """Every hex in eight, so many `times` and on until the `deviation` is met.
+    """Split every hex in eight and bring the new boundary onto the surface.
 
-    What could not be had is said in a warning of the mesh, and the best mesh is kept.
+    Where a refinement is not possible, the mesh has a warning and the best mesh is kept.
+
+    Parameters
+    ----------
+    times : number of refinements, whatever the deviation
+    deviation : refine until 99 % of the points of mesh and surface are within this distance of the
+        other, such as 0.3% or a length; null: do not refine for it
+    most : refinements for the deviation at most
+    features : whether sharp polycube edges stay on sharp edges of the surface
+    max_hexes : where a refinement would make more, the mesh stays as it is
     """
 
     times: int = 0
-    deviation: float | str | None = None
+    deviation: float | str | None = setting("meshing.deviation", MeshingSettings.deviation)
     most: int = 2
     features: bool = True
-    max_hexes: int = 100_000
+    max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The mesh refined, or the same mesh where nothing is asked, or no finer one is good."""
+        from polycube.fitting.refinement import REACH, refine
+        from polycube.surface.measures import diagonal
+
         unit = diagonal(surface)
         wanted = None if self.deviation is None else sizing.length(self.deviation, unit) / unit
         done = 0
@@ -54,6 +64,8 @@ class Split:
 
     def _why_more(self, hexes: HexMesh, surface: TriMesh, wanted: float | None, done: int) -> str:
         """What asks for another refinement; nothing where nothing does."""
+        from polycube.hexmesh.inspection import inspect
+
         if wanted is not None:
             apart = inspect(hexes, surface).deviation
             reached = max(apart.to_mesh.p99, apart.to_surface.p99)

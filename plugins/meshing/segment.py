@@ -6,38 +6,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.charts.segmentation import segment
 from polycube.registry import register
-from polycube.structure.labels import majority, nearest_labels
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
 
 
 @register("meshing/segment", "nearest")
 @dataclass(frozen=True)
 class Nearest:
-    """Label every face with the polycube face nearest to where it lies on the polycube."""
+    """Label each face with the polycube face that is nearest to its place on the polycube.
 
-    alpha: float = 0.3  # length that a whole turn of the normal is worth, in cells
-    rounds: int = 5  # of the majority vote that removes lone faces
+    Parameters
+    ----------
+    alpha : distance in cells that a unit difference of the normals counts for
+    rounds : of the majority vote that removes single faces
+    """
+
+    alpha: float = 0.3
+    rounds: int = 5
 
     def __call__(
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
     ) -> Labels:
         """Labels of the surface's faces."""
+        from polycube.structure.labels import nearest_labels
+
         return nearest_labels(surface, polycube, parametrization, self.alpha, self.rounds)
 
 
 @register("meshing/segment", "drawn")
 @dataclass(frozen=True)
 class Drawn:
-    """Draw the polycube's edges on the surface; a face has the label of what it mostly lies in.
+    """Draw the polycube's edges on the surface and label the regions between them.
 
     Raises MeshingError, naming a polycube face, where the regions are not the polycube's faces.
+
+    Parameters
+    ----------
+    alpha : distance in cells that a unit difference of the normals counts for
+    rounds : of the majority vote, on the initial labels and on those drawn
+    longest : edge of the surface when it is cut, as a share of its bounding-box diagonal
     """
 
-    alpha: float = 0.3  # length that a whole turn of the normal is worth, in cells
-    rounds: int = 5  # of the majority vote, on the labels that guide and on those drawn
-    longest: float = 0.02  # edge of the surface when it is cut, in diagonals
+    alpha: float = 0.3
+    rounds: int = 5
+    longest: float = 0.02
 
     def __post_init__(self) -> None:
         if self.longest <= 0:
@@ -47,6 +59,9 @@ class Drawn:
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
     ) -> Labels:
         """Labels of the surface's faces."""
+        from polycube.charts.segmentation import segment
+        from polycube.structure.labels import majority
+
         guide = Nearest(self.alpha, self.rounds)(surface, polycube, parametrization)
         drawn = segment(surface, polycube, guide, parametrization, self.longest).labels(surface)
         axis = np.zeros(drawn.patch.max() + 1, np.int64)

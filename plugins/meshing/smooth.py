@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.fitting.registration import register_mesh
 from polycube.registry import register
-from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
 QUICK = 15, 1500  # iterations and samples of the first rounds
@@ -17,10 +15,19 @@ ALPHA, WEIGHT, SLACK = (0.07, 0.04), (3.0, 20.0), (0.2, 0.05)
 @register("meshing/smooth", "register")
 @dataclass(frozen=True)
 class Register:
-    """Descent of a foldover-free energy with pulls between mesh and surface, both ways.
+    """Untangle the mesh, keep its shape and fit it to the surface.
 
-    A few quick rounds make the pulls strong before the mesh slides out of its place, as it may in
-    many rounds of weak ones; `rounds` of strong ones follow.
+    Descent of a foldover-free energy with attraction between mesh and surface, both ways.  A few
+    quick rounds make the attraction strong before the mesh slides out of its place, as it may in
+    many weak rounds; `rounds` of strong ones follow.
+
+    Parameters
+    ----------
+    quick : rounds of matching mesh and surface with attraction that grows from weak to strong
+    rounds : rounds with strong attraction after these; with 0 the mesh stays as it is
+    iterations : of descent in each of these
+    samples : points of the surface that are matched with the mesh
+    coverage : weight of their attraction against that of the mesh's vertices
     """
 
     quick: int = 7
@@ -31,6 +38,9 @@ class Register:
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes, near the surface; where they were with no rounds."""
+        from polycube.fitting.registration import register_mesh
+        from polycube.surface.fit_target import target
+
         if self.rounds == 0:
             return hexes
         goal = target(surface)

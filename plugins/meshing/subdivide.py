@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.errors import MeshingError
-from polycube.fitting.cascade import cascade, registered_map
-from polycube.fitting.registration import register_mesh
-from polycube.hexmesh import curvature_sizing as chords
 from polycube.hexmesh import sizing
-from polycube.hexmesh.template import counts, mesh, mesh_between
-from polycube.registry import register
-from polycube.surface.fit_target import Target, target
-from polycube.surface.measures import diagonal
+from polycube.hexmesh.settings import MeshingSettings
+from polycube.registry import register, setting
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
+
+if TYPE_CHECKING:
+    from polycube.surface.fit_target import Target
 
 logger = logging.getLogger(__name__)
 
@@ -27,28 +27,43 @@ DEEPEST = 10  # octree level: a thousand parts of every interval
 @register("meshing/subdivide", "template")
 @dataclass(frozen=True)
 class Template:
-    """Cut every interval of the polycube's lattice into equal parts about `size` long.
+    """Cut every interval of the polycube's lattice into equal parts.
 
-    Fine hexes are placed by a cascade of coarser ones that were registered first.  With `level`
-    every interval has 2^level parts instead, as in the paper; `regions` ask for more in a box, and
-    `curvature` where mesh edges would be further off a curved surface.
+    Fine hexes are placed by a cascade of coarser ones that were registered first.
+
+    Parameters
+    ----------
+    size : wanted edge length, in the units of the model or as a share of the diagonal
+    level : 2^level parts of every lattice interval instead, as in the paper; null: by size
+    regions : boxes with finer hexes: [{box: [x, y, z, X, Y, Z], size: 1%}]
+    curvature : chord error on curved surfaces above which there are more parts; null: never
+    finer : the size is divided by this; variants of the search change it
+    coarse : size from which finer hexes are placed by registered coarser ones
+    least : parts of a lattice interval at least
+    across : parts along each axis of the whole lattice at least
+    max_hexes : limit before pillowing; a size that needs more hexes is refused
     """
 
-    size: float | str = "5%"
-    level: int | None = None
-    regions: tuple | list = ()
-    curvature: float | str | None = "0.3%"
+    size: float | str = setting("meshing.size", MeshingSettings.size)
+    level: int | None = setting("meshing.level", MeshingSettings.level)
+    regions: Sequence[object] = setting("meshing.regions", MeshingSettings.regions)
+    curvature: float | str | None = setting("meshing.curvature", MeshingSettings.curvature)
     finer: float = 1.0
     coarse: float | str = "5%"
     least: int = 2
     across: int = 4
-    max_hexes: int = 100_000
+    max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
         """Conforming hexes, still off the surface; `patch` names the polycube's faces.
 
         Raises MeshingError where more than `max_hexes` are asked for.
         """
+        from polycube.fitting.cascade import cascade, registered_map
+        from polycube.hexmesh.template import mesh, mesh_between
+        from polycube.surface.fit_target import target
+        from polycube.surface.measures import diagonal
+
         unit = diagonal(surface)
         size = sizing.length(self.size, unit) / self.finer
         parts = self._parts(polycube, rough_map, size)
@@ -56,13 +71,13 @@ class Template:
         coarse = sizing.length(self.coarse, unit)
         placed = cascade(polycube, rough_map, target(surface), size, coarse)
         if self.curvature is not None and self.level is None:
-            few = counts(polycube, rough_map, max(size, coarse), self.least, self.across)
+            few = self._counts(polycube, rough_map, max(size, coarse))
             parts = self._curved(polycube, placed, target(surface), parts, few)
         if not self.regions:
             return mesh(polycube, placed, parts)
         boxes = [sizing.box_of(region, unit) for region in self.regions]
         if placed is rough_map:  # the boxes are in the model: the map must know where that is
-            few = counts(polycube, rough_map, coarse, self.least, self.across)
+            few = self._counts(polycube, rough_map, coarse)
             placed = registered_map(polycube, rough_map, target(surface), few)
         lines = sizing.graded(polycube, placed, parts, boxes)
         fine = sizing.counts_of(polycube, lines)
@@ -87,6 +102,10 @@ class Template:
         few: sizing.Counts,
     ) -> sizing.Counts:
         """More parts where the surface curves, seen by a mesh of a few parts; within max_hexes."""
+        from polycube.fitting.registration import register_mesh
+        from polycube.hexmesh import curvature_sizing as chords
+        from polycube.hexmesh.template import mesh
+
         near = register_mesh(mesh(polycube, placed, few), goal, *QUICK)
         gap = chords.gaps(polycube, near, few, goal)
         wanted = sizing.length(self.curvature, goal.scale) / goal.scale
@@ -100,6 +119,11 @@ class Template:
     def _parts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
         if self.level is not None:
             return tuple(np.full(n, 2**self.level) for n in polycube.occupancy.shape)
+        return self._counts(polycube, rough_map, size)
+
+    def _counts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
+        from polycube.hexmesh.template import counts
+
         return counts(polycube, rough_map, size, self.least, self.across)
 
     def _afford(self, number: float, polycube: Polycube, rough_map: RoughMap, size: float) -> None:
@@ -119,7 +143,7 @@ class Template:
         """A size that is not too fine, rounded up."""
 
         def fits(larger: float) -> bool:
-            parts = counts(polycube, rough_map, larger, self.least, self.across)
+            parts = self._counts(polycube, rough_map, larger)
             return sizing.number_of_hexes(polycube, parts) <= self.max_hexes
 
         low, high = size, size

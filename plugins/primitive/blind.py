@@ -25,41 +25,41 @@ class Blind:
 
 @register("primitive", "blind_px")
 class BlindPX(Blind):
-    """Open towards +x."""
+    """A cell with a square blind hole, open towards +x."""
 
     face = 0
 
 
 @register("primitive", "blind_nx")
 class BlindNX(Blind):
-    """Open towards -x."""
+    """A cell with a square blind hole, open towards -x."""
 
     face = 1
 
 
 @register("primitive", "blind_py")
 class BlindPY(Blind):
-    """Open towards +y."""
+    """A cell with a square blind hole, open towards +y."""
 
     face = 2
 
 
 @register("primitive", "blind_ny")
 class BlindNY(Blind):
-    """Open towards -y."""
+    """A cell with a square blind hole, open towards -y."""
 
     face = 3
 
 
 @register("primitive", "blind_pz")
 class BlindPZ(Blind):
-    """Open towards +z."""
+    """A cell with a square blind hole, open towards +z."""
 
     face = 4
 
 
 @register("primitive", "blind_nz")
 class BlindNZ(Blind):
-    """Open towards -z."""
+    """A cell with a square blind hole, open towards -z."""
 
     face = 5

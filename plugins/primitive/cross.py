@@ -25,27 +25,27 @@ class Cross:
 
 @register("primitive", "cross_xy")
 class CrossXY(Cross):
-    """Holes along x and y."""
+    """A cell with crossing square through holes along x and y."""
 
     axes = (0, 1)
 
 
 @register("primitive", "cross_xz")
 class CrossXZ(Cross):
-    """Holes along x and z."""
+    """A cell with crossing square through holes along x and z."""
 
     axes = (0, 2)
 
 
 @register("primitive", "cross_yz")
 class CrossYZ(Cross):
-    """Holes along y and z."""
+    """A cell with crossing square through holes along y and z."""
 
     axes = (1, 2)
 
 
 @register("primitive", "cross_xyz")
 class CrossXYZ(Cross):
-    """Holes along all three axes: the frame of a cube."""
+    """A cell with crossing square through holes along all three axes: the frame of a cube."""
 
     axes = (0, 1, 2)

@@ -29,7 +29,7 @@ def _hole(axis: int) -> np.ndarray:
 @register("primitive", "hole_x")
 @dataclass(frozen=True)
 class HoleX:
-    """A cell with a through hole along x."""
+    """A cell with a square through hole along x."""
 
     def __call__(self) -> np.ndarray:
         """(3, 3, 3) bool voxels."""
@@ -39,7 +39,7 @@ class HoleX:
 @register("primitive", "hole_y")
 @dataclass(frozen=True)
 class HoleY:
-    """A cell with a through hole along y."""
+    """A cell with a square through hole along y."""
 
     def __call__(self) -> np.ndarray:
         """(3, 3, 3) bool voxels."""
@@ -49,7 +49,7 @@ class HoleY:
 @register("primitive", "hole_z")
 @dataclass(frozen=True)
 class HoleZ:
-    """A cell with a through hole along z."""
+    """A cell with a square through hole along z."""
 
     def __call__(self) -> np.ndarray:
         """(3, 3, 3) bool voxels."""

@@ -1,22 +1,32 @@
 """Cubic finite elements, to compare splines with."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from polycube.registry import register
-from polycube.spline.spaces.continuous import ContinuousSpace
-from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.sharpness import Sharp
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric
+
+if TYPE_CHECKING:
+    from polycube.spline.spaces.continuous import ContinuousSpace
+    from polycube.spline.spaces.sharpness import Sharp
 
 
 @register("spline", "c0")
 @dataclass(frozen=True)
 class C0(Volumetric):
-    """The solid of h2s with all Bezier points free: tricubic on each hex, continuous between."""
+    """The solid of h2s in the space of cubic finite elements, for comparison.
+
+    All Bezier points are free: tricubic on each hex, continuous between hexes.
+    """
 
     def space(self, hexes: HexMesh, sharp: Sharp) -> ContinuousSpace:
         """One function for each Bezier node, with the points of h2s."""
+        from polycube.spline.spaces.continuous import ContinuousSpace
+        from polycube.spline.spaces.extraction import volumetric_spline
+
         plain = volumetric_spline(hexes, *sharp)
         return ContinuousSpace(hexes, plain.extraction @ plain.control)

@@ -1,20 +1,26 @@
 """Cubic splines of full order on an unstructured hex mesh."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from polycube.registry import register
-from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.optimal import OptimalSpace, smallest_space
-from polycube.spline.spaces.sharpness import Sharp
 from polycube.types import HexMesh
 
 from .volumetric import Volumetric
+
+if TYPE_CHECKING:
+    from polycube.spline.spaces.optimal import OptimalSpace
+    from polycube.spline.spaces.sharpness import Sharp
 
 
 @register("spline", "optimal")
 @dataclass(frozen=True)
 class Optimal(Volumetric):
-    """The solid of h2s in a larger space: all tricubics on each hex, clamped at the boundary.
+    """The solid of h2s in a larger space of optimal order, clamped at the boundary.
+
+    The space holds all tricubics on each hex.
 
     C2 but for faces at extraordinary edges and creases and the sides of the hexes there.  Halving
     the hexes gives a space that contains it.
@@ -22,6 +28,9 @@ class Optimal(Volumetric):
 
     def space(self, hexes: HexMesh, sharp: Sharp) -> OptimalSpace:
         """The functions, with the Bezier points of h2s."""
+        from polycube.spline.spaces.extraction import volumetric_spline
+        from polycube.spline.spaces.optimal import smallest_space
+
         plain = volumetric_spline(hexes, *sharp)
         points = plain.extraction @ plain.control
         return smallest_space(hexes, points, *sharp)

@@ -10,21 +10,16 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.diffusion.pairs.templates import contexts
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.structure.lattice import collapse, genus, lattice
-from polycube.surface import measures as surfaces
-from polycube.surface.frames import frames, rotations, turn
-from polycube.surface.voxels import voxels
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
-from .slices.alignment import View
-from .slices.candidates import distinct_turns, structure_key
-from .slices.knots import cumulative, fit_knots
+if TYPE_CHECKING:
+    from .slices.alignment import View
 
 logger = logging.getLogger(__name__)
 
@@ -36,16 +31,30 @@ STARTS = 9  # of a careful search for knots
 @register("structure", "boxes")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoxFitting(Structure):
-    """Propose the contexts whose boxes share most voxels with the part, if nobody else proposes."""
+    """Fit boxes to the voxels of the part; for any grid, also shapes such as L, T, U.
+
+    Nothing is proposed where another plugin has found candidates on the same grid.
+
+    Parameters
+    ----------
+    grid : cells of the polycube along x, y, z
+    primitives : (3, 3, 3) bool voxels by name
+    resolution : voxels along the longest side of the part
+    rough : voxels along the longest side at first, when all shapes are tried
+    frames : coordinate frames tried at most
+    tried : shapes tried at most, those of the fewest boxes
+    knot : cost of an inner knot, as a share of the volume
+    kept : candidates returned at most
+    """
 
     grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
-    resolution: int = 96  # voxels along the longest side
-    rough: int = 32  # voxels along the longest side at first
-    frames: int = 2  # frames tried at most
-    tried: int = 40  # shapes tried at most, those of the fewest boxes
-    knot: float = 0.01  # cost of an inner knot, as a share of the volume
-    kept: int = 6  # candidates returned at most
+    primitives: Mapping[str, np.ndarray]
+    resolution: int = 96
+    rough: int = 32
+    frames: int = 2
+    tried: int = 40
+    knot: float = 0.01
+    kept: int = 6
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first.
@@ -53,6 +62,13 @@ class BoxFitting(Structure):
         None when no context has the surface's genus, and beside earlier candidates of the grid:
         a row that could be read is placed better by its slices.
         """
+        from polycube.surface import measures as surfaces
+        from polycube.surface.frames import frames
+        from polycube.surface.voxels import voxels
+
+        from .slices.alignment import View
+        from .slices.candidates import distinct_turns
+
         if candidates:
             return []
         every = frames(surface, self.frames)
@@ -73,6 +89,12 @@ class BoxFitting(Structure):
 
     def _shapes(self, wanted: int) -> list[Polycube]:
         """Polycubes of a genus that differ in all turns, of fewest boxes, named by fewest cells."""
+        from polycube.diffusion.pairs.templates import contexts
+        from polycube.structure.lattice import collapse, genus, lattice
+        from polycube.surface.frames import rotations
+
+        from .slices.candidates import structure_key
+
         named = sorted(contexts(self.grid, self.primitives), key=lambda c: -c.count(None))
         solids = [collapse(lattice(self.grid, context, self.primitives)) for context in named]
         solids.sort(key=lambda solid: solid.occupancy.size)
@@ -111,6 +133,11 @@ def boxed(
     each inner knot.  A turn in which the part has fewer voxels than the polycube has slabs is left
     out.
     """
+    from polycube.surface.frames import turn
+
+    from .slices.candidates import structure_key
+    from .slices.knots import cumulative, fit_knots
+
     solid = view.voxels.solid[1:-1, 1:-1, 1:-1]
     counts = cumulative(solid)
     inner = sum(polycube.occupancy.shape) - 3

@@ -11,14 +11,9 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.structure.lattice import collapse, genus, is_manifold, lattice
-from polycube.surface import measures as surfaces
-from polycube.surface.frames import rotations, turn
 from polycube.types import Candidate, Polycube, TriMesh
 
-from .boxes import boxed
-from .slices.candidates import Reader, as_candidate, distinct_turns
-from .slices.patterns import Word, spell
+from .slices.options import Reader
 
 logger = logging.getLogger(__name__)
 
@@ -26,12 +21,27 @@ logger = logging.getLogger(__name__)
 @register("structure", "given")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Given(Reader, Structure):
-    """Place one context on the part: by its slices if it is a row of known slabs, else by boxes."""
+    """Place the context that the user chooses, in every orientation.
 
-    context: Sequence[str | None]  # per grid cell, x slowest; the last ones may be left out
+    A row of known slabs is placed by the slices of the part, any other polycube by its boxes.
+
+    Parameters
+    ----------
+    context : primitive of each grid cell, x slowest, such as [cube, hole_z]; null is an empty cell,
+        and cells left out at the end are empty
+    """
+
+    context: Sequence[str | None]
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first; raises InputError when the context cannot fit the surface."""
+        from polycube.structure.lattice import collapse, genus, is_manifold
+        from polycube.surface import measures as surfaces
+
+        from .boxes import boxed
+        from .slices.candidates import as_candidate, distinct_turns, readings, views
+        from .slices.patterns import Word
+
         full = self._polycube()
         polycube, named = collapse(full), ", ".join(map(str, self.context))
         if not is_manifold(polycube):
@@ -40,22 +50,30 @@ class Given(Reader, Structure):
         if has != wanted:
             raise InputError(f"context {named} has genus {has}, but the surface has genus {wanted}")
         found: list[Candidate] = []
-        for frame, view in enumerate(self.views(surface)):
-            readings = [
+        for frame, view in enumerate(views(self, surface)):
+            aligned = [
                 reading
                 for solid, letters in self._words(full).items()
-                for reading in self.readings(
-                    view, distinct_turns(solid, of_row=True), [Word(letters, (collapse(solid),))]
+                for reading in readings(
+                    self,
+                    view,
+                    distinct_turns(solid, of_row=True),
+                    [Word(letters, (collapse(solid),))],
                 )
             ]
-            found += [as_candidate(reading, "given", frame) for reading in readings]
-            if not readings:
+            found += [as_candidate(reading, "given", frame) for reading in aligned]
+            if not aligned:
                 found += boxed(polycube, view, distinct_turns(polycube), frame, "given")
         logger.info("given: %d placements of %s", len(found), named)
         return sorted(found, key=lambda candidate: candidate.cost)
 
     def _words(self, full: Polycube) -> dict[Polycube, str]:
         """The polycube and its word, if it has one; for one cell also those of the cell turned."""
+        from polycube.structure.lattice import lattice
+        from polycube.surface.frames import rotations, turn
+
+        from .slices.patterns import spell
+
         if full.grid[1:] != (1, 1):
             return {}
         cells = [index for index, name in enumerate(full.context) if name is not None]
@@ -70,6 +88,8 @@ class Given(Reader, Structure):
         return {solid: letters for solid, letters in words.items() if letters}
 
     def _polycube(self) -> Polycube:
+        from polycube.structure.lattice import lattice
+
         n_cells = int(np.prod(self.grid))
         shape = "x".join(map(str, self.grid))
         if not 0 < len(self.context) <= n_cells:

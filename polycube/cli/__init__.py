@@ -1,30 +1,40 @@
 """The commands: Hydra and Lightning live here and nowhere else."""
 
+import sys
+from importlib import import_module
+
 from polycube.cli.blas import on_one_thread
 from polycube.cli.pipe import to_a_reader
+from polycube.errors import InputError
 
 on_one_thread()
 
 
 def train_command() -> None:
     """`polycube-train`, `python train.py`."""
-    from polycube.cli.train import main
-
-    with to_a_reader():
-        main()
+    _run("train")
 
 
 def infer_command() -> None:
     """`polycube-infer`, `python infer.py`."""
-    from polycube.cli.infer import main
-
-    with to_a_reader():
-        main()
+    _run("infer")
 
 
 def evaluate_command() -> None:
     """`polycube-evaluate`, `python -m polycube.evaluate`."""
-    from polycube.cli.evaluate import main
+    _run("evaluate")
+
+
+def _run(name: str) -> None:
+    """Show the help of a program, or import the program and run it."""
+    from polycube.cli import help
+    from polycube.cli.command import refused
 
     with to_a_reader():
-        main()
+        if not help.is_asked_for():
+            import_module(f"polycube.cli.{name}").main()
+            return
+        try:
+            help.show(name)
+        except InputError as error:
+            sys.exit(refused(error))

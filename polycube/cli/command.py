@@ -11,7 +11,6 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-import polycube.cli.choices
 import polycube.cli.dask_launcher
 import polycube.cli.search_path  # noqa: F401  (all tell Hydra of themselves)
 from polycube import HOME

@@ -110,7 +110,7 @@ def main() -> None:
 
 def _measured(denoiser: Denoiser, cfg: Json) -> Row:
     """Columns of held-out pairs of the denoiser's grid, of all and of each kind of pair."""
-    primitives = voxels(denoiser.primitives)
+    primitives = voxels(denoiser.cells)
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
     pairs = data(denoiser.grid, primitives, cfg["seed"] + HELD_OUT)
     pairs.pads = denoiser.options.pads  # as many points as the network was trained to see
@@ -135,7 +135,7 @@ def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> l
     """What the structure plugin makes of surfaces with these weights; there is no truth, so its
     least cost, and what a person wrote of the part where a manifest has it."""
     config = {**cfg["structure"], "weights": path}
-    known = {"grid": denoiser.grid, "primitives": voxels(denoiser.primitives)}
+    known = {"grid": denoiser.grid, "primitives": voxels(denoiser.cells)}
     rows = []
     for file in files:
         propose = registry.build("structure", config, **known)

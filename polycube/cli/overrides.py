@@ -11,7 +11,7 @@ from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-from polycube.config import sentence
+from polycube.config import refusal
 from polycube.errors import InputError
 
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from")
@@ -29,7 +29,7 @@ def plain_refusals() -> Iterator[None]:
     try:
         yield
     except HydraException as error:
-        raise InputError(sentence(error)) from None
+        raise refusal(error) from None
 
 
 def quoted(arguments: list[str]) -> list[str]:

@@ -56,7 +56,7 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     manifest.check(folder, ["loss.png", *WEIGHTS, *CHECKPOINTS], remedy=OTHER_FOLDER)
     L.seed_everything(cfg["seed"], verbose=False)
     data = _build("data", cfg["data"])
-    primitives = _checked(voxels, _names(cfg))
+    primitives = _checked(voxels, cfg["primitives"]["use"])
     config = _denoiser_config(cfg, pads=data.pads)
     denoiser = _checked(make_denoiser, config, _build)
     if cfg["begin_from"]:
@@ -134,15 +134,11 @@ def main() -> None:
     command("train", train)
 
 
-def _names(cfg: Json) -> list[str]:
-    return list(cfg["primitives"]["use"])
-
-
 def _denoiser_config(cfg: Json, pads: bool) -> Recipe:
     """What is needed to build the denoiser again, kept with checkpoints and weights."""
     return {
         "grid": list(cfg["grid"]["shape"]),
-        "primitives": _names(cfg),
+        "primitives": list(cfg["primitives"]["use"]),
         "schedule": dict(cfg["schedule"]),
         "model": dict(cfg["model"]),
         "options": {**cfg["denoiser"], "pads": pads},

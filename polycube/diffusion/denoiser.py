@@ -22,6 +22,7 @@ from polycube.diffusion.encoding import (
 from polycube.diffusion.pairs.pairs import n_sample_points
 from polycube.diffusion.pairs.templates import Context
 from polycube.diffusion.process import DiffusionProcess, Predict
+from polycube.structure.primitives import Item, primitive_name
 
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the kept states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
@@ -80,6 +81,7 @@ class Denoiser(nn.Module):
     """A network with its process, its grid and the contexts it knows.
 
     network : (channels, outputs, context_length, image) -> module, as a model plugin makes it
+    primitives : of a cell, by name or with options, in the order of the context vector
     """
 
     def __init__(
@@ -87,11 +89,12 @@ class Denoiser(nn.Module):
         network: Callable[[int, int, int, tuple[int, int]], nn.Module],
         alpha_bar: np.ndarray,
         grid: Sequence[int],
-        primitives: Sequence[str],
+        primitives: Sequence[Item],
         options: DenoiserOptions,
     ) -> None:
         super().__init__()
-        self.grid, self.primitives, self.options = tuple(grid), tuple(primitives), options
+        self.grid, self.cells, self.options = tuple(grid), tuple(primitives), options
+        self.primitives = tuple(map(primitive_name, primitives))
         self.process = DiffusionProcess(alpha_bar, options.noise_scale)
         self.image = image_size(grid)
         n_cells = int(np.prod(grid))

@@ -11,7 +11,6 @@ from numbers import Real
 
 import numpy as np
 
-from polycube.structure.rough_map import evaluate
 from polycube.types import PerAxis, Polycube, RoughMap
 
 Counts = PerAxis  # parts of each lattice interval, per axis
@@ -148,6 +147,8 @@ def _wanted(polycube: Polycube, rough_map: RoughMap, boxes: list[Box], axis: int
     ahead = points.copy()
     nudge = 1e-3 * np.diff(polycube.knots[axis]).min()
     ahead[:, axis] += nudge
+    from polycube.structure.rough_map import evaluate
+
     places = evaluate(rough_map, points)
     stretch = np.linalg.norm(evaluate(rough_map, ahead) - places, axis=1) / nudge
     wanted = np.full(len(points), np.inf)

@@ -8,13 +8,30 @@ import numpy as np
 
 from polycube import registry
 from polycube.errors import InputError
+from polycube.structure.primitives import Item, primitive_config, primitive_name
 
 
-def voxels(names: Iterable[str]) -> dict[str, np.ndarray]:
-    """(3, 3, 3) bool of each primitive; raises InputError for one that is something else."""
-    made = {}
-    for name in names:
-        found = made[name] = np.asarray(registry.build("primitive", {"plugin": name})())
+def voxels(items: Iterable[Item]) -> dict[str, np.ndarray]:
+    """Build primitives.
+
+    Parameters
+    ----------
+    items : names such as "hole_x", or {plugin: name, option: value, ...}
+
+    Returns
+    -------
+    (3, 3, 3) bool of each primitive by its name, see `primitive_name`.
+
+    Raises
+    ------
+    InputError : a plugin makes something else, or two primitives have the same name
+    """
+    made: dict[str, np.ndarray] = {}
+    for item in items:
+        name = primitive_name(item)
+        if name in made:
+            raise InputError(f"primitives.use names {name} twice")
+        found = made[name] = np.asarray(registry.build("primitive", primitive_config(item))())
         if found.shape != (3, 3, 3) or found.dtype != bool:
             raise InputError(
                 f"primitive {name} must be 3 x 3 x 3 voxels, True where they are full; got "

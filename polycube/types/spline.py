@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from polycube.types.checks import freeze
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +47,8 @@ class Spline:
 
     def element_functions(self) -> ElementFunctions:
         """Extraction operators of all elements, functions that vanish there left out."""
+        from scipy.sparse import csr_matrix  # commands that compute nothing start without it
+
         n_functions = self.extraction.shape[1]
         rows = self.extraction[self.nodes.ravel()].tocoo()
         element, node = np.divmod(rows.row.astype(np.int64), 64)

@@ -3,11 +3,9 @@
 from pathlib import Path
 
 import pytest
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
 
-from polycube import HOME
 from polycube.cli.train import train
+from polycube.config import compose
 from polycube.errors import InputError
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.run import Run
@@ -20,8 +18,7 @@ SHORT = ("schedule.steps=20", "trainer.max_epochs=1", "+trainer.enable_progress_
 
 
 def config(name: str, *overrides: str) -> dict[str, object]:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        return OmegaConf.to_container(compose(name, list(overrides)), resolve=True)
+    return compose(name, overrides)
 
 
 def propose(output: Path, *overrides: str) -> str:

@@ -5,12 +5,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
 
-from polycube import HOME
 from polycube.cli.evaluate import TABLE, evaluate_weights, main, table
 from polycube.cli.train import train
+from polycube.config import compose
 
 # torch says this about how Lightning asks it; neither is ours
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
@@ -19,8 +17,7 @@ SMALL = ("pairs=4", "batch_size=2", "sampler.steps=2")
 
 
 def config(name: str, *overrides: str) -> dict[str, object]:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        return OmegaConf.to_container(compose(name, list(overrides)), resolve=True)
+    return compose(name, overrides)
 
 
 @pytest.fixture(scope="module")

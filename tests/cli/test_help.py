@@ -1,60 +1,109 @@
-"""`--help`: every option of every group, with a line that says what it is."""
+"""`--help`: what can be chosen, with its default and a line that says what it is."""
 
 import re
+import subprocess
 import sys
 
 import pytest
 
 from polycube import HOME
 from polycube.cli import evaluate_command, infer_command, train_command
+from polycube.config import compose
 
 CONF = HOME / "conf"
-
-
-def said(main, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr(sys, "argv", ["polycube", "--help"])
-    try:
-        main()
-    except SystemExit as end:
-        assert not end.code
-    return capsys.readouterr().out
-
-
-def listed(text: str) -> dict[tuple[str, str], str]:
-    """(group, option) -> what is said of it."""
-    block = text.split("== Choices: group=option ==\n")[1].split("\n== Settings")[0]
-    found, group = {}, ""
-    for line in block.strip().splitlines():
-        if line.startswith("  "):
-            option, _, what = line.strip().partition(" ")
-            found[group, option] = what.strip()
-        else:
-            group = line
-    return found
-
-
-def test_both_commands_list_all_there_is(capsys, monkeypatch) -> None:
-    texts = [said(main, capsys, monkeypatch) for main in (infer_command, train_command)]
-    found = {key: what for text in texts for key, what in listed(text).items()}
-    files = [path.relative_to(CONF) for path in CONF.rglob("*/*.yaml")]
-    there = {(path.parent.as_posix(), path.stem) for path in files if path.parts[0] != "hydra"}
-    assert found.keys() == there
-    assert all(len(what) > 5 for what in found.values())
-    assert found["schedule", "cosine"] == "Cosine schedule: slower at both ends"
-    assert found["primitive", "cube"] == "a full cell"
-    for text in texts:
-        assert max(map(len, text.split("== Settings")[0].splitlines())) <= 125
-        assert "$" not in text
-
-
 COMMANDS = {"infer": infer_command, "train": train_command, "evaluate": evaluate_command}
 
 
-@pytest.mark.parametrize(("name", "main"), COMMANDS.items())
-def test_settings_stand_with_their_comments(main, name, capsys, monkeypatch) -> None:
-    settings = said(main, capsys, monkeypatch).split("== Settings: name=value ==\n")[1]
+def help_of(
+    name: str, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch, *words: str
+) -> str:
+    monkeypatch.setattr(sys, "argv", ["polycube", "--help", *words])
+    COMMANDS[name]()
+    return capsys.readouterr().out
+
+
+def listed(text: str) -> dict[str, dict[str, str]]:
+    """Group -> name -> what is said of it; the name of a default begins with *."""
+    block = text.split("== Choices: group=option (* default) ==\n")[1].split("\n== Settings")[0]
+    found: dict[str, dict[str, str]] = {}
+    group = ""
+    for line in block.strip().splitlines():
+        if line.startswith(("  ", "* ")):
+            name, _, what = line.removeprefix("  ").replace("* ", "*", 1).partition(" ")
+            found[group][name] = what.strip()
+        else:
+            group = line
+            found[group] = {}
+    return found
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_what_is_listed_can_be_chosen_and_the_default_is_marked(name, capsys, monkeypatch) -> None:
+    text = help_of(name, capsys, monkeypatch)
+    assert max(map(len, text.split("== Settings")[0].splitlines())) <= 125
+    groups = listed(text)
+    plain = compose(name)
+    for group, names in groups.items():
+        if " " in group:  # names for lists, and groups as another
+            continue
+        assert all(len(what) > 5 for what in names.values())
+        for option in names:
+            chosen = option.lstrip("*")
+            value = f"[{chosen}]" if group == "export" else chosen
+            config = compose(name, [f"{group}={value}"])
+            assert (config == plain) is option.startswith("*"), f"{group}={option}"
+
+
+def test_what_is_used_inside_only_is_no_choice(capsys, monkeypatch) -> None:
+    found = listed(help_of("infer", capsys, monkeypatch))
+    assert not {"primitive", "sampler", "schedule", "model", "trainer"} & set(found)
+    assert "improve" not in found["meshing"] and "_settings" not in found["meshing"]
+    cells = found["names for primitives.use=[...] and context=[...]"]
+    assert cells["cube"] == "A full cell" and len(cells) == 14
+    found = listed(help_of("train", capsys, monkeypatch))
+    assert found["schedule"]["cosine"] == "Cosine schedule: slower at both ends"
+    assert "*linear" in found["schedule"] and "structure" not in found
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_settings_stand_with_their_comments(name, capsys, monkeypatch) -> None:
+    settings = help_of(name, capsys, monkeypatch).split("== Settings: name=value ==\n")[1]
     lines = (CONF / f"{name}.yaml").read_text().splitlines()
     keys = [line for line in lines if re.match(r"\w+:", line)]
     own = [line for line in keys if line.split(":")[0] not in ("defaults", "hydra")]
     assert len(own) > 4 and all(line in settings for line in own)
     assert "defaults" not in settings and "hydra:" not in settings
+
+
+def test_a_choice_has_a_help_of_its_own(capsys, monkeypatch) -> None:
+    text = help_of("infer", capsys, monkeypatch, "spline=optimal", "spline.refine.levels=1")
+    assert text.startswith("== spline: The solid of h2s in a larger space")
+    assert "spline.angle=45.0\n    in degrees; " in text
+    assert "spline.refine.levels=1\n    times that every element" in text
+    assert "Choices" not in text
+    text = help_of("infer", capsys, monkeypatch, "meshing=parametric", "meshing.size=3%")
+    assert "meshing.size=3%\n    wanted edge length" in text
+    assert "meshing.subdivide.size=3%" in text and "meshing.map.level=3" in text
+    assert "improve." not in text
+    text = help_of("infer", capsys, monkeypatch, "export=[abaqus,gmsh]")
+    assert "export.abaqus.element=C3D8\n" in text and "export.gmsh.version=2.2\n" in text
+
+
+def test_help_of_what_is_no_choice_is_refused(capsys, monkeypatch) -> None:
+    with pytest.raises(SystemExit) as ended:
+        help_of("infer", capsys, monkeypatch, "spline=h3s")
+    assert ended.value.code == 2
+    assert "did you mean h2s" in capsys.readouterr().err
+
+
+def test_help_is_shown_without_what_computes() -> None:
+    code = (
+        "import sys; sys.argv = ['infer.py', '--help']\n"
+        "from polycube.cli import infer_command\n"
+        "infer_command()\n"
+        "print(*sorted({name.partition('.')[0] for name in sys.modules}), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=HOME)
+    assert done.returncode == 0, done.stderr
+    loaded = set(done.stderr.split())
+    assert not loaded & {"torch", "lightning", "numba", "vtk", "vtkmodules", "matplotlib"}

@@ -5,21 +5,22 @@ import subprocess
 import sys
 
 import pytest
-from hydra import compose, initialize_config_dir
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
+from hydra.types import RunMode
 
 from polycube import HOME
 from polycube.cli.overrides import plain_refusals, quoted
+from polycube.config import loader
 from polycube.errors import InputError
 
 WRONG = [
     ("infer", "grid=4x9", "grid=4x9: there is no such choice; have 1x1, 2x1"),
-    ("infer", "meshing=morf", "did you mean morph; have improve, morph"),
-    ("infer", "export=[abacus]", "export=abacus: there is no such choice, did you mean abaqus"),
-    ("infer", "mesing=morph", "no option mesing, did you mean meshing"),
-    ("infer", "meshing.sze=4%", "no option meshing.sze, did you mean meshing.size; meshing has"),
-    ("infer", "size=4%", "did you mean meshing.size"),
+    ("infer", "meshing=morf", "did you mean morph; have morph, parametric"),
+    ("infer", "export=[abacus]", "export=abacus: there is no such choice; did you mean abaqus"),
+    ("infer", "mesing=morph", "no option mesing; did you mean meshing"),
+    ("infer", "meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
+    ("infer", "size=4%", "did you mean ranking.size or meshing.size;"),
     ("infer", "tries=[1", "can not be read"),
     ("infer", "~foo", "'foo' does not exist"),
     ("train", "data=papr", "did you mean paper; have"),
@@ -54,9 +55,8 @@ def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch)
     with (
         pytest.raises(InputError) as caught,
         plain_refusals(),
-        initialize_config_dir(str(HOME / "conf"), version_base="1.3"),
     ):
-        compose(config, [word])
+        loader().load_configuration(config, [word], RunMode.RUN)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from polycube import HOME
 from polycube.cli import gallery
 from polycube.cli.batch import ROW, run_job
 from polycube.cli.infer import _command
 from polycube.cli.train import CHECKPOINTS, WEIGHTS, train
+from polycube.config import compose
 from polycube.errors import InputError
 from polycube.examples.parts import example
 from polycube.io.stl import write_stl
@@ -24,8 +24,7 @@ QUICK = ("structure=slices", "quiet=true", "meshing.size=12%")
 
 
 def config(name: str, *overrides: str) -> DictConfig:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        return compose(name, list(overrides))
+    return OmegaConf.create(compose(name, overrides))
 
 
 def infer(*overrides: str) -> int:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 import torch
-from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from torch.utils.tensorboard import SummaryWriter
@@ -18,6 +17,7 @@ from torch.utils.tensorboard import SummaryWriter
 from polycube import HOME
 from polycube.cli.sweep import summarized
 from polycube.cli.train import main, train
+from polycube.config import compose, loader
 from polycube.diffusion.denoiser import DenoiserOptions
 from polycube.diffusion.training.learning import Learning
 from polycube.diffusion.weights import load_denoiser
@@ -38,9 +38,7 @@ SMALL = [
 
 
 def config(*overrides: str) -> dict[str, object]:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        cfg = compose("train", [*SMALL, *overrides])
-    return OmegaConf.to_container(cfg, resolve=True)
+    return compose("train", [*SMALL, *overrides])
 
 
 def command(*arguments: str) -> int:
@@ -56,7 +54,7 @@ def command(*arguments: str) -> int:
 
 
 def options(group: str) -> list[str]:
-    return [f"{group}={path.stem}" for path in sorted((HOME / "conf" / group).glob("*.yaml"))]
+    return [f"{group}={name}" for name in loader().get_group_options(group)]
 
 
 @pytest.mark.parametrize(
@@ -64,16 +62,12 @@ def options(group: str) -> list[str]:
 )
 def test_every_option_composes_and_builds(choice: str) -> None:
     group = choice.split("=")[0]
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        cfg = compose("train", [choice])
-    assert build(group, OmegaConf.to_container(cfg[group]))
+    assert build(group, compose("train", [choice])[group])
 
 
 @pytest.mark.parametrize("choice", [*options("trainer"), *options("experiment")])
 def test_every_trainer_and_experiment_composes(choice: str) -> None:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        cfg = compose("train", [choice])
-    assert cfg.trainer._target_ == "lightning.pytorch.Trainer"
+    assert compose("train", [choice])["trainer"]["_target_"] == "lightning.pytorch.Trainer"
 
 
 def test_every_option_of_learning_and_denoiser_is_in_the_yaml() -> None:
@@ -83,8 +77,7 @@ def test_every_option_of_learning_and_denoiser_is_in_the_yaml() -> None:
 
 
 def test_paper_experiment_is_the_published_setting() -> None:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        cfg = compose("train", ["experiment=paper"])
+    cfg = OmegaConf.create(compose("train", ["experiment=paper"]))
     assert (cfg.batch_size, cfg.trainer.max_epochs, cfg.schedule.steps) == (200, 400, 500)
     assert (cfg.schedule.beta_start, cfg.schedule.beta_end) == (1e-4, 0.02)
     assert (cfg.learning.rate, cfg.learning.decay, cfg.data.plugin) == (1e-3, "paper", "paper")

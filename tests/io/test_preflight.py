@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
 
 import polycube.cli.search_path  # noqa: F401
-from polycube import HOME
 from polycube.cli.infer import _command
+from polycube.config import compose
 from polycube.io import manifest
 from polycube.io.cad import Cad
 from polycube.io.preflight import preflight
@@ -86,8 +86,7 @@ def test_the_places_are_read_by_vtk(damaged, tmp_path):
 
 
 def command(*overrides: str) -> int:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        return _command(compose("infer", list(overrides)))
+    return _command(OmegaConf.create(compose("infer", overrides)))
 
 
 def test_the_command_only_looks_and_writes_on_request_only(damaged, tmp_path, monkeypatch, capsys):

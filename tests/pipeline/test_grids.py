@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
 
 import polycube.cli.search_path  # noqa: F401
-from polycube import HOME
+from polycube.config import compose
 from polycube.errors import InputError
 from polycube.pipeline.proposals import propose
 from polycube.pipeline.run import Run
@@ -24,10 +22,8 @@ SURFACE = part(L, TURN @ np.diag([20.0, 14, 9]), grid=(2, 2, 1))
 
 
 def run(*overrides: str) -> Run:
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        cfg = compose("infer", [*WITHOUT_WEIGHTS, *overrides])
-    cfg = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
-    return Run(Settings.of(cfg), lambda settings, clock: RunState(SURFACE))
+    settings = Settings.of(compose("infer", [*WITHOUT_WEIGHTS, *overrides]))
+    return Run(settings, lambda settings, clock: RunState(SURFACE))
 
 
 def proposed(run: Run) -> tuple[Candidate, ...]:
@@ -75,9 +71,7 @@ def test_a_given_context_goes_on_the_first_grid_that_holds_it(context, grid):
 )
 def test_options_that_a_context_replaces_are_refused(overrides, sentence):
     one = ["~structure.proposals.diffusion"] if len(overrides[0]) > 20 else []
-    with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-        cfg = compose("infer", [*one, "mesh=example:rod", "context=[cube,cube]", *overrides])
-    cfg = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
+    cfg = compose("infer", [*one, "mesh=example:rod", "context=[cube,cube]", *overrides])
     made = Run(Settings.of(cfg), lambda settings, clock: RunState(SURFACE))
     with pytest.raises(InputError, match=sentence):
         made.begin()

@@ -1,11 +1,7 @@
-import json
 import logging
-from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from polycube.errors import InputError
 from polycube.hexmesh.connectivity import hex_mesh
@@ -13,7 +9,6 @@ from polycube.io.hex_meshes import boundary, patches
 from polycube.registry import build
 from tests.fixtures.hexmeshes import hex_box
 
-CONF = Path(__file__).parents[2] / "conf"
 STEEL = {"young": 210e9, "poisson": 0.3, "density": 7850}
 
 
@@ -35,13 +30,6 @@ def spline():
     mesh = hex_box((4, 1, 1), (100.0, 20.0, 10.0))
     mesh = hex_mesh(mesh.vertices, mesh.hexes, mesh.quads, patches(mesh))
     return build("spline", {"plugin": "h2s"})(boundary(mesh), mesh)
-
-
-@pytest.mark.parametrize("name", ["modal", "static", "poisson"])
-def test_config_holds_the_defaults(name):
-    config = yaml.safe_load((CONF / "analysis" / f"{name}.yaml").read_text())
-    defaults = asdict(build("analysis", {"plugin": name}))
-    assert config == {"plugin": name, **json.loads(json.dumps(defaults))}
 
 
 def test_steel_bar(spline, caplog):

@@ -1,20 +1,15 @@
 import logging
-from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 import pytest
-from omegaconf import OmegaConf
 
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.io.hex_meshes import boundary
-from polycube.registry import build, names
+from polycube.registry import build
 from polycube.spline.bezier import min_detj
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import creases, kinks
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
-
-CONF = Path(__file__).parents[2] / "conf"
 
 
 def h2s(**options):
@@ -23,13 +18,6 @@ def h2s(**options):
 
 def solid(mesh, **options):
     return h2s(fit={"iterations": 0}, **options)(boundary(mesh), mesh)
-
-
-def test_config_holds_the_defaults():
-    config = OmegaConf.load(CONF / "spline" / "h2s.yaml")
-    defaults = {"plugin": "h2s", **asdict(h2s()), "held": []}
-    assert OmegaConf.to_container(config, resolve=True) == defaults
-    assert "h2s" in names("spline")
 
 
 @pytest.mark.parametrize("mesh", [hex_box((3, 3, 3)), hex_cylinder(), hex_ball()])

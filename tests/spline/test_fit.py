@@ -12,6 +12,7 @@ from polycube.spline.fit import Fit
 from polycube.spline.positive import restored, shares
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import single_hex_edges
+from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import TriMesh
 from tests.fixtures.hexmeshes import hex_ball, hex_box
 
@@ -37,14 +38,14 @@ def ball_surface(n=16):
 def test_a_box_stays_the_box():
     mesh = hex_box((3, 4, 5), (2.0, 1.5, 0.7))
     spline = spline_of(mesh)
-    assert Fit()(spline, boundary(mesh)) is spline
+    assert fit_to_surface(Fit(), spline, boundary(mesh)) is spline
 
 
 def test_a_box_that_shrank_is_the_box_again():
     mesh = hex_box((3, 3, 3))
     spline = spline_of(mesh)
     small = replace(spline, control=0.5 + 0.97 * (spline.control - 0.5))
-    fitted = Fit()(small, boundary(mesh))
+    fitted = fit_to_surface(Fit(), small, boundary(mesh))
     found = outside(fitted, 4)
     gap = np.minimum(np.abs(found), np.abs(1 - found)).min(axis=1)
     assert gap.max() < 1e-3
@@ -54,7 +55,7 @@ def test_a_box_that_shrank_is_the_box_again():
 def ball(n, pieces=16):
     """The spline of a ball with radius 1 before and after."""
     spline = spline_of(hex_ball(n))
-    return spline, Fit()(spline, ball_surface(pieces))
+    return spline, fit_to_surface(Fit(), spline, ball_surface(pieces))
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +98,7 @@ def test_any_space_is_fitted():
         control=plain.extraction @ plain.control,
         extraction=identity(len(every), format="csr"),
     )
-    fitted = Fit()(free, surface)
+    fitted = fit_to_surface(Fit(), free, surface)
     least = min(min_detj(free).min_scaled_detj, 0.1)
     assert min_detj(fitted).min_scaled_detj > least - 1e-9
 
@@ -111,7 +112,7 @@ def test_an_inverted_element_is_mended():
     folded = replace(spline, control=control)
     assert min_detj(folded).min_detj < 0
     shrunk = replace(folded, control=0.5 + 0.98 * (control - 0.5))
-    assert min_detj(Fit()(shrunk, boundary(mesh))).lower_bound > 0
+    assert min_detj(fit_to_surface(Fit(), shrunk, boundary(mesh))).lower_bound > 0
 
 
 def test_a_move_is_taken_back_where_det_j_would_fall():
@@ -134,7 +135,7 @@ def test_a_positive_spline_is_never_made_worse():
     spline, ledge = spline_of(mesh), boundary(hex_box((3, 3, 3), (0.8, 1.6, 0.3)))
     aside = np.array([0.5, -0.8, 0.2])
     crushed = TriMesh(ledge.vertices + aside, ledge.faces)  # no place for this ball
-    before, after = (min_detj(s) for s in (spline, Fit(rounds=0)(spline, crushed)))
+    before, after = (min_detj(s) for s in (spline, fit_to_surface(Fit(rounds=0), spline, crushed)))
     assert after.lower_bound > 0
     assert after.min_scaled_detj >= min(before.min_scaled_detj, 0.1) - 1e-9
 

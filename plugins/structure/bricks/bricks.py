@@ -11,24 +11,16 @@ import itertools
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.structure.lattice import collapse, lattice
-from polycube.surface import measures as surfaces
-from polycube.surface.frames import frames
-from polycube.surface.voxels import voxels
 from polycube.types import Candidate, RoughMap, TriMesh
 
-from ..slices.alignment import View
-from ..slices.candidates import structure_key
-from ..slices.knots import cumulative, descend
-from .cut import minimum_cut
-from .knots import hole_knots, segment_costs, segmentations
-from .topology import corners, mend
+if TYPE_CHECKING:
+    from ..slices.alignment import View
 
 logger = logging.getLogger(__name__)
 
@@ -50,6 +42,8 @@ class Bricks:
 
     def cost(self, corner: float) -> float:
         """Misfit and corners, which cost `corner` each."""
+        from .topology import corners
+
         return self.misfit + corner * corners(self.full)
 
     @property
@@ -61,26 +55,46 @@ class Bricks:
 @register("structure", "bricks")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BrickLattice(Structure):
-    """Propose the lattices of bricks that the part's own slices and holes suggest."""
+    """Build a lattice of bricks from slices and holes of the part: any genus, no grid needed.
+
+    Parameters
+    ----------
+    grid : cells of the polycube; not used
+    primitives : (3, 3, 3) bool voxels by name
+    resolution : voxels along the longest side of the part
+    frames : coordinate frames tried at most
+    slabs : along an axis at most, before holes add theirs
+    apart : least length of a slab, as a share of the longest side
+    fill : values tried: share of a brick's voxels that must be solid for the brick to be full
+    smoothness : values tried: cost per area of the boundary, with the volume as 1
+    knots : values tried: cost of an inner knot, as a share of the volume
+    corners : values tried: cost of a corner of the bricks, as a share of the volume
+    tried : cuttings labelled for each frame and cost of a knot
+    mended : largest cost of a flip that corrects the topology, as a share of the volume
+    kept : candidates returned at most for each cost of a corner
+    """
 
     any_grid = True
 
-    grid: tuple[int, int, int]  # of the run; not used
-    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
-    resolution: int = 64  # voxels along the longest side
-    frames: int = 2  # frames tried at most
-    slabs: int = 7  # along an axis at most, before holes add theirs
-    apart: float = 0.04  # least length of a slab, as a share of the longest side
-    fill: Sequence[float] = (0.3, 0.5)  # tried: share of a brick's voxels that fill it
-    smoothness: Sequence[float] = (0.0, 0.02)  # tried: cost per area, per volume^(1/3)
-    knots: Sequence[float] = (0.01, 0.03, 0.1)  # tried: cost of an inner knot, of the volume
-    corners: Sequence[float] = (0.003, 0.01, 0.03)  # tried: cost of a corner, of the volume
-    tried: int = 10  # cuttings labelled for each frame and cost of a knot
-    mended: float = 0.1  # cost of one flip for the topology's sake at most, of the volume
-    kept: int = 2  # candidates returned at most for each cost of a corner
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
+    resolution: int = 64
+    frames: int = 2
+    slabs: int = 7
+    apart: float = 0.04
+    fill: Sequence[float] = (0.3, 0.5)
+    smoothness: Sequence[float] = (0.0, 0.02)
+    knots: Sequence[float] = (0.01, 0.03, 0.1)
+    corners: Sequence[float] = (0.003, 0.01, 0.03)
+    tried: int = 10
+    mended: float = 0.1
+    kept: int = 2
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first; none when no lattice of the surface's genus is found."""
+        from polycube.surface import measures as surfaces
+        from polycube.surface.frames import frames
+
         brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
         if brick is None:
             logger.info("bricks: no primitive is a full cell; nothing proposed")
@@ -96,6 +110,10 @@ class BrickLattice(Structure):
 
     def _view(self, surface: TriMesh, frame: np.ndarray) -> View:
         """The part in a frame (3, 3) whose short axes are stretched to half of the longest."""
+        from polycube.surface.voxels import voxels
+
+        from ..slices.alignment import View
+
         sides = np.ptp(surface.vertices @ frame.T, axis=0)
         stretch = np.maximum(1, 0.5 * sides.max() / sides)[:, None]
         solid = voxels(surface, frame * stretch, self.resolution)
@@ -103,6 +121,10 @@ class BrickLattice(Structure):
 
     def lattices(self, solid: np.ndarray, genus: int) -> list[Bricks]:
         """Lattices of bricks of a genus for voxels that reach the ends of their axes."""
+        from ..slices.knots import cumulative
+        from .cut import minimum_cut
+        from .topology import mend
+
         counts, apart = cumulative(solid), max(2, round(self.apart * max(solid.shape)))
         made = []
         for knots in self._cuttings(solid, counts, apart, genus):
@@ -136,6 +158,8 @@ class BrickLattice(Structure):
 
         Half of them have the sides of all holes: without the genus, a small hole pays for none.
         """
+        from .knots import hole_knots, segment_costs, segmentations
+
         sides, ends = hole_knots(solid, apart)
         choices: list[list[tuple[np.ndarray, bool]]] = []
         for axis in range(3):
@@ -181,6 +205,9 @@ class BrickLattice(Structure):
 
     def _refined(self, bricks: Bricks, counts: np.ndarray, apart: int, genus: int) -> Bricks:
         """Knots moved to where the bricks fit best and bricks flipped that fit better, in turns."""
+        from ..slices.knots import descend
+        from .topology import mend
+
         for _ in range(ROUNDS):
             knots, _ = descend(bricks.full, counts, bricks.knots, apart)
             gain, areas = _energies(counts, knots, 0.5, 0.0)
@@ -192,6 +219,10 @@ class BrickLattice(Structure):
 
     def _candidate(self, bricks: Bricks, view: View, frame: int, brick: str) -> Candidate:
         """The candidate of bricks in the frame of that number."""
+        from polycube.structure.lattice import collapse, lattice
+
+        from ..slices.candidates import structure_key
+
         full, knots = bricks.full, list(bricks.knots)
         for axis in range(3):
             used = np.flatnonzero(np.moveaxis(full, axis, 0).any(axis=(1, 2)))

@@ -9,16 +9,17 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.errors import InputError
 from polycube.kinds import Structure
-from polycube.registry import register
-from polycube.structure.rough_map import affine_map
+from polycube.registry import register, setting
 from polycube.types import Candidate, TriMesh
 
-from .hypotheses import UNLIKELY, Guess, guesses, known_denoiser
+if TYPE_CHECKING:
+    from .hypotheses import Guess
 
 logger = logging.getLogger(__name__)
 
@@ -26,16 +27,26 @@ logger = logging.getLogger(__name__)
 @register("structure", "classify")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Classify(Structure):
-    """Propose what a trained classifier finds likely, placed by bounding boxes."""
+    """Polycubes that the trained classifier finds likely, placed by bounding boxes; no diffusion.
+
+    Parameters
+    ----------
+    grid : cells of the polycube along x, y, z
+    primitives : (3, 3, 3) bool voxels by name
+    weights : .ckpt, .safetensors or folder that train.py writes; null: the shipped weights
+    kept : structures returned at most
+    frames : coordinate frames tried
+    seed : of the sample points
+    """
 
     needs_network = True
 
     grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
-    weights: str | None = None  # safetensors file or its folder; None: the shipped ones
-    kept: int = 6  # structures returned at most
-    frames: int = 2  # frames tried
-    seed: int = 0
+    primitives: Mapping[str, np.ndarray]
+    weights: str | None = setting("ckpt", None)
+    kept: int = 6
+    frames: int = 2
+    seed: int = setting("seed", 0)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, likeliest first; none beside a given context.
@@ -44,6 +55,8 @@ class Classify(Structure):
 
         Raises InputError when the weights were trained without a classifier.
         """
+        from .hypotheses import guesses, known_denoiser
+
         denoiser = known_denoiser(self.weights, self.grid, self.primitives)
         if denoiser is None:
             return []
@@ -69,6 +82,10 @@ class Classify(Structure):
 
 def _stretched(guess: Guess, surface: TriMesh) -> Candidate:
     """The polycube of a guess with its box on the part's, in the guess's orientation."""
+    from polycube.structure.rough_map import affine_map
+
+    from .hypotheses import UNLIKELY
+
     return Candidate(
         "classify",
         guess.polycube,

@@ -8,51 +8,24 @@ the faces that points land on look elsewhere than the surface does.
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-import numpy as np
-from scipy.spatial import cKDTree
-
-from polycube.diffusion.encoding import learning_frame
 from polycube.kinds import Structure
-from polycube.registry import build, register
-from polycube.structure import rough_map
-from polycube.structure.lattice import boundary, lattice
-from polycube.structure.projection import project
-from polycube.types import Candidate, Polycube, RoughMap, TriMesh
+from polycube.registry import register
+from polycube.types import Candidate, TriMesh
 
-from .hypotheses import UNLIKELY, Guess, guesses, known_denoiser, sample
-
-if TYPE_CHECKING:
-    from polycube.diffusion.denoiser import Denoiser
-
-logger = logging.getLogger(__name__)
-
-N_COMPARED = 2000  # points of a part by which two rough maps are compared
-SMOOTH, OUTLIER = 3e-4, 0.2  # of the rough map's fit
-LOOK = 0.3  # cells that a face looking square to the surface counts for in the residual
+from .options import DenoisingOptions
 
 
 @register("structure", "diffusion")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Diffusion(Structure):
-    """Propose by denoising surface samples with a trained network; if a context is given, in it."""
+class Diffusion(DenoisingOptions, Structure):
+    """The paper's method: denoise samples of the surface with a trained network.
+
+    Where the user chooses the context, points are denoised in that context.
+    """
 
     needs_network = True
-
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
-    weights: str | None = None  # safetensors file or its folder; None: the shipped ones
-    sampler: Mapping[str, object] = field(default_factory=lambda: {"plugin": "ddim", "steps": 1})
-    samples: int = 4  # earlier candidates denoised at most
-    tried: int = 20  # likely structures, in all their proportions, denoised at most
-    margin: float = 0.2  # cost above the best, in cells, at which a new structure is still proposed
-    kept: int = 4  # new structures proposed at most
-    frames: int = 2  # frames tried
-    seed: int = 0
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """New structures and known ones that are placed better, with trajectories, cheapest first.
@@ -61,159 +34,6 @@ class Diffusion(Structure):
         they share their rough map with the earlier ones.  The best of all is proposed in any case.
         None when the weights do not know the grid or a primitive.
         """
-        denoiser = known_denoiser(self.weights, self.grid, self.primitives)
-        if denoiser is None:
-            return []
-        likely = guesses(denoiser, surface, self.primitives, self.frames, self.seed)
-        earlier = best_of_each(candidates)
-        given = any(candidate.proposal == "given" for candidate in candidates)
-        tried = [] if given else self._worth_a_try(likely)
-        tried = tried + _again(earlier[: self.samples], likely)
-        found = best_of_each(self._denoised(denoiser, surface, tried)) if tried else []
-        close = [c for c in found if c.cost <= found[0].cost + self.margin]
-        known = {candidate.key: candidate for candidate in earlier}
-        told = [_told(known[c.key], c) for c in found if c.key in known]
-        new = [c for c in close if c.key not in known][: self.kept]
-        points, _ = sample(surface, N_COMPARED, np.random.default_rng(self.seed))
-        again = [
-            c
-            for c in close
-            if c.key in known and (c is found[0] or _is_nearer(c, known[c.key], points))
-        ]
-        logger.info(
-            "diffusion: %d structures denoised; %d are new, %d known are placed anew; cost %s",
-            len(found),
-            len(new),
-            len(again),
-            ", ".join(f"{candidate.cost:.3f}" for candidate in new + again) or "none",
-        )
-        return told + sorted(new + again, key=lambda candidate: candidate.cost)
+        from .denoising import proposed
 
-    def _worth_a_try(self, likely: list[Guess]) -> list[Guess]:
-        """Those not so unlikely that their cost is above the margin if all residuals are equal."""
-        least = likely[0].log_likelihood - self.margin / UNLIKELY if likely else 0.0
-        return [guess for guess in likely[: self.tried] if guess.log_likelihood >= least]
-
-    def _denoised(
-        self, denoiser: Denoiser, surface: TriMesh, batch: list[Guess]
-    ) -> list[Candidate]:
-        """A candidate of every guess; those with equally many sample points go together."""
-        from polycube.diffusion.process import kept_steps
-
-        sampler = build("sampler", self.sampler)
-        counts = np.array([denoiser.n_points(guess.polycube.context) for guess in batch])
-        found: dict[int, Candidate] = {}
-        for count in np.unique(counts):
-            alike = np.flatnonzero(counts == count)
-            points, normals = sample(surface, count, np.random.default_rng(self.seed))
-            turns = [batch[index].rotation for index in alike]
-            placed = [learning_frame(surface.vertices, turn).apply(points) for turn in turns]
-            denoised = denoiser.denoise(
-                np.stack(placed),
-                np.stack([normals @ turn.T for turn in turns]),
-                [batch[index].polycube.context for index in alike],
-                sampler,
-                self.seed,
-            )
-            for row, index in enumerate(alike):
-                labels = [log_p[row] for log_p in denoised.log_labels]
-                way = denoised.trajectory[:, row]
-                found[index] = self._candidate(batch[index], surface, points, normals, way, labels)
-        steps = tuple(kept_steps(denoiser.process.steps))
-        return [replace(found[index], steps=steps) for index in range(len(batch))]
-
-    def _candidate(
-        self,
-        guess: Guess,
-        surface: TriMesh,
-        points: np.ndarray,
-        normals: np.ndarray,
-        trajectory: np.ndarray,
-        log_labels: list[np.ndarray],
-    ) -> Candidate:
-        """Candidate from (N, 3) points of the model and their way (S, N, 3) to the polycube."""
-        solid = lattice(self.grid, guess.polycube.context, self.primitives)
-        regular, axis = project(solid, trajectory[-1].astype(np.float64), log_labels)
-        fitted = _fit(regular, points, guess.polycube, *guess.box(surface))
-        outward = np.concatenate([np.eye(3), -np.eye(3)])[axis % 2 * 3 + axis // 2]  # (N, 3)
-        astray = 1 - (outward * (normals @ guess.rotation.T)).sum(axis=1).mean()
-        residual = _miss(guess.polycube, fitted, regular, points) + LOOK * astray
-        cost = residual - UNLIKELY * guess.log_likelihood
-        return Candidate(
-            "diffusion", guess.polycube, fitted, cost, guess.key, trajectory, guess.probability
-        )
-
-
-def best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
-    """The cheapest candidate of each structure, cheapest first."""
-    best: dict[str, Candidate] = {}
-    for candidate in sorted(candidates, key=lambda candidate: candidate.cost):
-        best.setdefault(candidate.key, candidate)
-    return list(best.values())
-
-
-def _again(earlier: list[Candidate], likely: list[Guess]) -> list[Guess]:
-    """Earlier candidates as guesses; as unlikely as any where their frame was not looked at."""
-    said = {guess.key: (guess.log_likelihood, guess.probability) for guess in likely}
-    unsaid = min((guess.log_likelihood for guess in likely), default=0.0), None
-    return [Guess(c.polycube, _rotation(c), c.key, *said.get(c.key, unsaid)) for c in earlier]
-
-
-def _told(old: Candidate, new: Candidate) -> Candidate:
-    """The earlier candidate, with what was learned of its structure."""
-    return replace(old, trajectory=new.trajectory, steps=new.steps, probability=new.probability)
-
-
-def _is_nearer(new: Candidate, old: Candidate, points: np.ndarray) -> bool:
-    """Whether the one rough map lies nearer to (N, 3) points of the part than the other."""
-    near = [
-        cKDTree(points).query(placed)[0].mean() + cKDTree(placed).query(points)[0].mean()
-        for placed in (_placed(c.polycube, c.rough_map, 2 * len(points)) for c in (new, old))
-    ]
-    return bool(near[0] < near[1])
-
-
-def _fit(
-    regular: np.ndarray,
-    points: np.ndarray,
-    polycube: Polycube,
-    linear: np.ndarray,
-    offset: np.ndarray,
-) -> RoughMap:
-    """Rough map from (N, 3) places on the polycube to points of the part, fitted in cells.
-
-    linear, offset : from the polycube's box to the part's; in its terms thin sides count like long
-    """
-    cells = np.linalg.solve(linear, (points - offset).T).T
-    fitted = rough_map.fit(regular, cells, polycube, smoothness=SMOOTH, outlier=OUTLIER)
-    return replace(fitted, positions=fitted.positions @ linear.T + offset)
-
-
-def _miss(polycube: Polycube, fitted: RoughMap, regular: np.ndarray, points: np.ndarray) -> float:
-    """Mean distance from points of the part to where they land, and back from anywhere, in cells.
-
-    regular : (N, 3) where the (N, 3) points of the part lie on the polycube
-    """
-    there = np.linalg.norm(rough_map.evaluate(fitted, regular) - points, axis=1).mean()
-    back = cKDTree(points).query(_placed(polycube, fitted, len(points)))[0].mean()
-    sides = [knots[-1] - knots[0] for knots in polycube.knots]
-    cell = np.linalg.norm(np.ptp(points, axis=0)) / np.linalg.norm(sides)
-    return float((there + back) / cell)
-
-
-def _placed(polycube: Polycube, rough: RoughMap, n_points: int) -> np.ndarray:
-    """Points (N, 3) anywhere on the polycube's boundary, placed on the part."""
-    faces = boundary(polycube)
-    surface = TriMesh(faces.vertices, faces.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
-    return rough_map.evaluate(rough, sample(surface, n_points, np.random.default_rng(0))[0])
-
-
-def _rotation(candidate: Candidate) -> np.ndarray:
-    """Rotation (3, 3) from the model to the polycube: of the rough map's best affine fit."""
-    rough = candidate.rough_map
-    corners = np.stack(np.meshgrid(rough.x, rough.y, rough.z, indexing="ij"), axis=-1)
-    corners = corners.reshape(-1, 3) - corners.reshape(-1, 3).mean(axis=0)
-    linear = np.linalg.lstsq(corners, rough.positions.reshape(-1, 3), rcond=None)[0].T
-    left, _, right = np.linalg.svd(linear)
-    proper = left * [1, 1, np.sign(np.linalg.det(left @ right))] @ right
-    return proper.T
+        return proposed(self, surface, candidates)

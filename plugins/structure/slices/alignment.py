@@ -14,22 +14,9 @@ import numpy as np
 
 from polycube.surface.voxels import Voxels
 
+from .options import Costs
 from .patterns import Word
 from .sections import Slices, measure
-
-
-@dataclass(frozen=True)
-class Costs:
-    """Weights of the reading; shares of a slice's area unless said otherwise."""
-
-    missing: float = 0.10  # area, of solid and holes, that a hole or gap must have to count
-    concave: float = 0.5  # per area enclosed between solid that the letter does not explain
-    ragged: float = 0.10  # per area of a bounding box that its piece does not fill
-    direction: float = 0.3  # two bars that lie askew
-    overlap: float = 0.2  # two bars that overlap in the direction of their gap
-    letter: float = 0.012  # per letter that makes no hole, of the whole volume
-    blind: float = 1.5  # letters' worth that a ring must gain over the word without it
-    shortest: int = 2  # slices of a letter
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -11,35 +10,28 @@ from polycube.surface.frames import frames, rotations, turn
 from polycube.surface.voxels import voxels
 from polycube.types import Candidate, Polycube, TriMesh
 
-from .alignment import Costs, Reading, View, read
+from .alignment import Reading, View, read
+from .options import Costs, Reader
 from .patterns import Word
 from .placement import misfit, place
 
 TIE = 0.01  # weight of the lengths among equally good readings
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Reader(Costs):
-    """The options that the plugins of this package share."""
+def views(options: Reader, surface: TriMesh) -> list[View]:
+    """The part in each of its frames, the best frame first."""
+    return [
+        View(frame, np.eye(3), voxels(surface, frame, options.resolution))
+        for frame in frames(surface, options.frames)
+    ]
 
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
-    resolution: int = 96  # voxels along the longest side
-    frames: int = 3  # frames tried at most
 
-    def views(self, surface: TriMesh) -> list[View]:
-        """The part in each of its frames, the best frame first."""
-        return [
-            View(frame, np.eye(3), voxels(surface, frame, self.resolution))
-            for frame in frames(surface, self.frames)
-        ]
-
-    def readings(
-        self, view: View, turns: Iterable[np.ndarray], words: Sequence[Word]
-    ) -> list[Reading]:
-        """Readings of the words along the first axis of each turn (3, 3) of a view, best first."""
-        found = [reading for t in turns for reading in read(view.turned(t), words, self)]
-        return sorted(found, key=lambda reading: reading.cost)
+def readings(
+    costs: Costs, view: View, turns: Iterable[np.ndarray], words: Sequence[Word]
+) -> list[Reading]:
+    """Readings of the words along the first axis of each turn (3, 3) of a view, best first."""
+    found = [reading for t in turns for reading in read(view.turned(t), words, costs)]
+    return sorted(found, key=lambda reading: reading.cost)
 
 
 def as_candidate(reading: Reading, proposal: str, frame: int) -> Candidate:

@@ -13,12 +13,9 @@ import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.structure.lattice import genus as genus_of
-from polycube.surface.measures import genus
 from polycube.types import Candidate, TriMesh
 
-from .candidates import Reader, as_candidate
-from .patterns import words
+from .options import Reader
 
 logger = logging.getLogger(__name__)
 
@@ -28,14 +25,27 @@ AXES = np.array([np.roll(np.eye(3), -axis, axis=0) for axis in range(3)])  # x, 
 @register("structure", "slices")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SliceReading(Reader, Structure):
-    """Propose the contexts of an n x 1 x 1 grid that the slices of the part spell."""
+    """Match slices of the part with patterns of slabs; for grids that are a row of cells.
 
-    margin: float = 0.25  # cost above the best, as a share of the volume, that is still kept
-    kept: int = 5  # readings of the first frame that are kept
-    kept_elsewhere: int = 3  # readings of every other frame that are kept
+    Parameters
+    ----------
+    margin : cost above the best, as a share of the volume, up to which a candidate is returned
+    kept : candidates of the best frame at most
+    kept_elsewhere : candidates of every other frame at most
+    """
+
+    margin: float = 0.25
+    kept: int = 5
+    kept_elsewhere: int = 3
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first; none when the grid is no row or no context has the genus."""
+        from polycube.structure.lattice import genus as genus_of
+        from polycube.surface.measures import genus
+
+        from .candidates import as_candidate, readings, views
+        from .patterns import words
+
         if tuple(self.grid[1:]) != (1, 1):
             logger.info("slices: grid %s is no row of cells; nothing proposed", self.grid)
             return []
@@ -43,10 +53,10 @@ class SliceReading(Reader, Structure):
         every = words(self.grid, self.primitives)
         fitting = [word for word in every if genus_of(word.polycubes[0]) == wanted]
         found: list[Candidate] = []
-        for frame, view in enumerate(self.views(surface)):
+        for frame, view in enumerate(views(self, surface)):
             limit = self.kept_elsewhere if frame else self.kept
-            readings = self.readings(view, AXES, fitting)
-            found += self._close([as_candidate(r, "slices", frame) for r in readings], limit)
+            aligned = readings(self, view, AXES, fitting)
+            found += self._close([as_candidate(r, "slices", frame) for r in aligned], limit)
         found = self._close(sorted(found, key=lambda candidate: candidate.cost), len(found))
         logger.info("slices: genus %d fits %d of %d words", wanted, len(fitting), len(every))
         for candidate in found[:1]:

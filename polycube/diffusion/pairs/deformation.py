@@ -3,32 +3,51 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.spatial.transform import Rotation
 
-from polycube.diffusion.pairs.templates import Template
+if TYPE_CHECKING:
+    from polycube.diffusion.pairs.templates import Template
 
 
 @dataclass(frozen=True)
 class Deformation:
-    """How strongly shapes vary; standard deviations unless said, 0 switches a step off."""
+    """How strongly shapes vary.
 
-    rounding: float = 1.0  # largest share of the smoothing that is precomputed, 0 to 1
-    warp: float = 0.5  # log of the widths of slabs: sizes of holes, and where they lie
-    disc: float = 1.0  # largest share of the way from a square section to a round one
-    stretch: float = 0.4  # log of the scale along each axis
-    profile: float = 0.25  # log of the section's scale along an axis: taper and bulge
-    waves: float = 0.06  # smooth displacement, share of the longest edge
-    bend: float = 0.4  # curvature times half length
-    twist: float = 0.2  # radians from end to end
-    rotation: float = 0.12  # radians about each axis
-    roughness: float = 0.004  # largest noise of the sample points, learning frame
-    tilt: float = 0.1  # largest noise of the unit normals
+    Values are standard deviations unless they are called the largest; 0 turns a step off.
+
+    Parameters
+    ----------
+    rounding : largest share of the strongest smoothing, 0 to 1
+    warp : of the logarithm of the widths of slabs: sizes and positions of holes
+    disc : largest share of the way from a square section to a round one, 0 to 1
+    stretch : of the logarithm of the scale along each axis
+    profile : of the logarithm of the section's scale along an axis: taper and bulge
+    waves : of a smooth displacement, as a share of the longest edge
+    bend : of the curvature times half the length
+    twist : of the angle from end to end, in radians
+    rotation : of the angle about each axis, in radians
+    roughness : largest noise of the sample points, in units of the learning frame
+    tilt : largest noise of the unit normals of the sample points
+    """
+
+    rounding: float = 1.0
+    warp: float = 0.5
+    disc: float = 1.0
+    stretch: float = 0.4
+    profile: float = 0.25
+    waves: float = 0.06
+    bend: float = 0.4
+    twist: float = 0.2
+    rotation: float = 0.12
+    roughness: float = 0.004
+    tilt: float = 0.1
 
     def deform(self, template: Template, rng: np.random.Generator) -> np.ndarray:
         """(V, 3) vertices of the template, deformed."""
+        from scipy.spatial.transform import Rotation
+
         x = self._rounded(template, rng)
         x = self._warped(x, template, rng)
         x = self._disc(x, rng)
@@ -47,6 +66,8 @@ class Deformation:
 
     def _warped(self, x: np.ndarray, template: Template, rng: np.random.Generator) -> np.ndarray:
         """Slabs made wider or narrower, smoothly: resizes holes and what lies beside them."""
+        from scipy.interpolate import PchipInterpolator
+
         warped = np.empty_like(x)
         for axis, n_cells in enumerate(template.polycube.grid):
             knots = template.polycube.knots[axis] - n_cells / 2

@@ -12,15 +12,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.spline.boundary import grid, normals, sampling
-from polycube.spline.spaces.hierarchy import Level, Space, ring
-from polycube.surface import closest
-from polycube.surface.fit_target import target
 from polycube.types import TriMesh
+
+if TYPE_CHECKING:
+    from polycube.spline.spaces.hierarchy import Level, Space
 
 logger = logging.getLogger(__name__)
 
@@ -30,15 +30,26 @@ NOTHING = 1e-10  # root mean square distance, in diagonals, that is rounding
 
 @dataclass(frozen=True)
 class Refinement:
-    """What to refine, in the numbers of the elements after `levels`; by default nothing."""
+    """What to refine, in the numbers of the elements after `levels`; by default nothing.
 
-    levels: int = 0  # every element in eight so often, before anything else
-    elements: str | Sequence[int] = field(default_factory=list)  # file of "level element", or these
-    boxes: Sequence[Mapping] = field(default_factory=list)  # {box: [x, y, z, X, Y, Z], level: 1}
-    curvature: float = 0  # degrees: elements with an outer face that turns by more; 0: none
-    indicator: float = 0  # share of the squared distance to the surface; 0: none
-    depth: int = 1  # levels that curvature and indicator add at most
-    rings: int = 1  # of neighbours, refined with what a box, curvature or indicator marks
+    Parameters
+    ----------
+    levels : times that every element is split in eight, before anything else
+    elements : numbers, or a file with lines "level element"
+    boxes : such as [{box: [0, 0, 0, 1, 1, 2], level: 2}], low corner first, in the part's units
+    curvature : in degrees; elements with an outer face that turns by more are refined; 0: none
+    indicator : share of the squared distance to the surface that is refined; 0: none
+    depth : levels that curvature and indicator add at most
+    rings : of neighbours, refined together with what a box, curvature or indicator marks
+    """
+
+    levels: int = 0
+    elements: str | Sequence[int] = field(default_factory=list)
+    boxes: Sequence[Mapping] = field(default_factory=list)
+    curvature: float = 0
+    indicator: float = 0
+    depth: int = 1
+    rings: int = 1
 
     def __post_init__(self) -> None:
         for name in ("levels", "depth", "rings"):
@@ -87,6 +98,8 @@ class Refinement:
 
     def marked(self, level: Level, depth: int, surface: TriMesh) -> np.ndarray:
         """Elements (M,) of Omega that boxes, curvature and indicator mark, with their rings."""
+        from polycube.spline.spaces.hierarchy import ring
+
         marks = np.zeros(len(level.inside), bool)
         for box in self.boxes:
             if box.get("level", 1) > depth:
@@ -165,6 +178,8 @@ def _meets(space: Space, box: np.ndarray) -> np.ndarray:
 
 def _bent(space: Space, angle: float) -> np.ndarray:
     """Elements with an outer face two of whose normals are more than `angle` radians apart."""
+    from polycube.spline.boundary import grid, normals, sampling
+
     u, v = grid(np.linspace(0, 1, 3))
     points = space.extraction @ space.control
     _, du, dv = sampling(space, u, v)
@@ -178,6 +193,10 @@ def _missing(level: Level, surface: TriMesh, share: float) -> np.ndarray:
 
     Integrated over the faces; the marking of Doerfler (1996).
     """
+    from polycube.spline.boundary import grid, sampling
+    from polycube.surface import closest
+    from polycube.surface.fit_target import target
+
     space, goal = level.space, target(surface)
     points = goal.to_unit(space.extraction @ space.control)
     at, du, dv = sampling(space, *grid(LINE))

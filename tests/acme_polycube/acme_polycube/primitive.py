@@ -10,9 +10,14 @@ from polycube.registry import register
 @register("primitive", "notch")
 @dataclass(frozen=True)
 class Notch:
-    """A cell with one of its edges along y cut away: the one at high x and high z."""
+    """A cell with one of its edges along y cut away: the one at high x and high z.
 
-    depth: int = 1  # voxels, of 3
+    Parameters
+    ----------
+    depth : of the cut, in voxels of 3
+    """
+
+    depth: int = 1
 
     def __call__(self) -> np.ndarray:
         """(3, 3, 3) bool voxels."""

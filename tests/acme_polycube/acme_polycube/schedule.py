@@ -10,7 +10,13 @@ from polycube.registry import register
 @register("schedule", "quadratic")
 @dataclass(frozen=True)
 class Quadratic:
-    """beta_t grows with the square of t: slow while most of the polycube is left."""
+    """beta_t grows with the square of t: slow while most of the polycube is left.
+
+    Parameters
+    ----------
+    steps : T, the number of diffusion steps
+    beta_start, beta_end : noise variance of the first and of the last step
+    """
 
     steps: int = 500
     beta_start: float = 1e-4

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
-import yaml
-from omegaconf import OmegaConf
 
-from polycube import HOME
+from polycube.config import compose
 from polycube.errors import BadOption, MeshingError
 from polycube.fitting.merit import misses
 from polycube.hexmesh.connectivity import check_conforming
@@ -18,13 +16,11 @@ from polycube.registry import build
 from polycube.structure.rough_map import affine_map
 from polycube.types import Polycube, TriMesh
 
-MORPH = yaml.safe_load((HOME / "conf" / "meshing" / "morph.yaml").read_text())
+MORPH = compose("infer", ["meshing=morph"])["meshing"]
 
 
 def stage(kind: str, **options: object):
-    name = next(d[kind] for d in MORPH["defaults"] if kind in d)
-    config = OmegaConf.load(HOME / "conf" / "meshing" / kind / f"{name}.yaml")
-    return build(f"meshing/{kind}", OmegaConf.to_container(config, resolve=True) | options)
+    return build(f"meshing/{kind}", MORPH[kind] | options)
 
 
 @pytest.fixture(scope="module")

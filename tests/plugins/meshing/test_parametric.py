@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
 
-from polycube import HOME
+from polycube.config import compose
 from polycube.errors import MeshingError
 from polycube.fitting.merit import misses
 from polycube.hexmesh.connectivity import check_conforming
@@ -18,8 +16,7 @@ from polycube.testing import check_plugin
 from polycube.types import Labels
 from tests.fixtures.charts import ring
 
-with initialize_config_dir(str(HOME / "conf"), version_base="1.3"):
-    PARAMETRIC = OmegaConf.to_container(compose("meshing/parametric").meshing, resolve=True)
+PARAMETRIC = compose("infer", ["meshing=parametric"])["meshing"]
 
 
 def stage(kind: str, **options: object):

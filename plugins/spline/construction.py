@@ -1,0 +1,145 @@
+"""Make a spline on the hexes: what is sharp, which of several trials is best."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from polycube.analysis.boundary_sets import place_of, quads_of
+from polycube.errors import InputError
+from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
+from polycube.spline.bezier import min_detj
+from polycube.spline.deviation import deviation
+from polycube.spline.spaces.refinement import refined_spline
+from polycube.spline.spaces.sharp_features import (
+    border,
+    edges_between,
+    is_among,
+    kinks,
+    single_hex_edges,
+    union,
+)
+from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
+from polycube.spline.surface_fit import fit_to_surface
+from polycube.types import HexMesh, Spline, TriMesh
+
+from .options import SplineOptions
+
+logger = logging.getLogger(__name__)
+
+
+def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spline:
+    """The spline; logs how many edges are sharp and the smallest det J."""
+    best = _better(options, surface, hexes)
+    spline, sharp = best.spline, best.sharp
+    jacobian, apart = min_detj(spline), deviation(spline, surface)
+    logger.info(
+        "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
+        "volume %.6g, det J %.3g at least (element %d at %.4g %.4g %.4g), scaled %.3g",
+        len(spline.control),
+        len(spline.nodes),
+        len(sharp.edges),
+        len(sharp.straight),
+        spline.extraordinary_edges,
+        jacobian.volume,
+        jacobian.min_detj,
+        jacobian.element,
+        *jacobian.position,
+        jacobian.min_scaled_detj,
+    )
+    logger.info(
+        "spline within %.3f %% of the diagonal of the surface for 99 %% of its boundary, the "
+        "surface within %.3f %% of the spline, volume %+.2f %%",
+        100 * apart.to_surface.p99,
+        100 * apart.to_spline.p99,
+        100 * apart.volume,
+    )
+    if jacobian.min_detj <= 0:
+        logger.warning("the spline is not valid: det J is not positive everywhere")
+    return spline
+
+
+def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
+    """The spline that costs least of those with all creases, the harmless ones, and all with
+    straight hexes; each is made only where those before are not good.
+    """
+    harmless, creases = sharpened(options, hexes), _creases(options, hexes)
+
+    def trial(name: str, sharp: Sharp) -> Trial:
+        spline = _solid(options, surface, hexes, sharp)
+        return Trial.of(name, spline, sharp, surface, options.fit.floor, creases.lost(sharp))
+
+    if options.fit.iterations == 0:
+        return trial("harmless", harmless)
+    every = creases.all_but(NO_EDGES) if options.sharp == "auto" else harmless
+    trials = [trial("all", every)]
+    if trials[0].cost > GOOD and not all(map(np.array_equal, every, harmless)):
+        trials.append(trial("harmless", harmless))
+    if min(t.cost for t in trials) > POOR or trials[0].cost >= INVALID:
+        eased = creases.straightened(every)
+        if len(eased.straight):
+            trials.append(trial("all", eased))
+    best = min(trials, key=lambda t: t.cost)
+    if options.sharp == "auto" or len(trials) > 1:
+        words = "; ".join(t.words(surface) for t in trials)
+        logger.info("%s creases kept, %s", best.name, words)
+    return best
+
+
+def _solid(options: SplineOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp) -> Spline:
+    singular = len(extraordinary_edges(hexes)[0])
+    space = options.space(hexes, sharp)
+    plain = refined_spline(space, options.refine, surface, singular)
+    return fit_to_surface(options.fit, plain, surface)
+
+
+def sharpened(options: SplineOptions, hexes: HexMesh) -> Sharp:
+    """Sharp edges and corners, of creases the harmless ones.
+
+    Raises InputError for edges that are given and are not on the boundary.
+    """
+    found = _creases(options, hexes)
+    if options.sharp == "auto":
+        return found.harmless()
+    sharp = union(found.forced, found.borders)
+    if options.sharp == "none":
+        return Sharp(sharp, found.folds(sharp))
+    sharp = union(sharp, _given(options, hexes))
+    return Sharp(sharp, union(found.folds(sharp), kinks(hexes, sharp, found.angle)))
+
+
+def _creases(options: SplineOptions, hexes: HexMesh) -> Creases:
+    forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
+    held = (border(hexes, quads_of(hexes, place_of(item))) for item in options.held)
+    borders = union(NO_EDGES, *held)
+    return Creases(hexes, forced, np.radians(options.angle), options.single_hex_edges, borders)
+
+
+def _given(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
+    """(S, 2) the edges of the option or of its file, ends ascending, each once.
+
+    A file holds an edge a line; or a vertex a line, alone or with a 0 before it as for
+    TH-spline3D: then all boundary edges between them are sharp.
+    """
+    if not isinstance(options.sharp, str):
+        table = np.reshape(np.asarray(options.sharp, np.int64), (-1, 2))
+    else:
+        table = _numbers(options.sharp)
+        if table.shape[1] == 1 or (table[:, 0] == 0).all():
+            return edges_between(hexes, table[:, -1])
+    given = np.unique(np.sort(table[:, :2], axis=1), axis=0)
+    stray = ~is_among(given, quad_edges(hexes.quads)[0])
+    if stray.any():
+        raise InputError(
+            f"spline: sharp edge {given[stray.argmax()].tolist()} is no edge of the boundary"
+        )
+    return given
+
+
+def _numbers(path: str) -> np.ndarray:
+    """(L, K) vertex numbers of the lines of a file."""
+    try:
+        return np.loadtxt(path, dtype=np.int64, ndmin=2)
+    except ValueError as error:
+        raise InputError(f"{path} must hold vertex numbers, as many a line: {error}") from error

@@ -1,0 +1,75 @@
+"""What the spline plugins share: what is sharp, where the spline is refined, how it is fitted."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from polycube.registry import setting
+from polycube.spline.fit import Fit
+from polycube.spline.spaces.selection import Refinement
+from polycube.types import HexMesh
+
+if TYPE_CHECKING:
+    from polycube.spline.spaces.hierarchy import Space
+    from polycube.spline.spaces.sharpness import Sharp
+
+
+@dataclass(frozen=True)
+class SplineOptions(ABC):
+    """A spline on the hexes, its solid that of the h2s construction.
+
+    There det J is 0 along a smooth boundary edge with a single hex and where a sharp curve follows
+    two edges of one face, so `single_hex_edges` makes the first sharp and the second corners.
+    `sharp: auto` keeps creases too, but for those that end in the smooth surface, whose free end
+    would stick out, and those that would spoil det J, mostly concave ones.  These are tried as
+    well where the spline is fitted, which may mend det J, and with the hexes round them straight
+    where it does not: the best of these splines is kept.  Edges that are given are all kept.
+    The border of what an analysis holds is sharp where possible: inside a smooth sheet, a support
+    would otherwise hold the slope and curvature of the functions there too.
+
+    Parameters
+    ----------
+    sharp : creases: auto (by angle, where det J allows it), none, [[a, b], ...] or a file of
+        vertices
+    angle : in degrees; an edge between boundary faces above it is a crease, and a kink of a crease
+        above it a corner
+    single_hex_edges : whether boundary edges of a single hex are sharp too; smooth, det J is 0
+        there
+    held : places whose borders are sharp where det J allows it: those that the analysis holds
+    refine : local refinement; elements are numbered as the hexes are after `levels`
+    fit : move control points until the boundary follows the surface
+    """
+
+    sharp: str | list[list[int]] = "auto"
+    angle: float = 45.0
+    single_hex_edges: bool = True
+    held: Sequence[object] = setting("analysis.fixed", ())
+    refine: Mapping | Refinement = field(default_factory=Refinement)
+    fit: Mapping | Fit = field(default_factory=Fit)
+
+    def __post_init__(self) -> None:
+        from polycube.analysis.boundary_sets import check_place, place_of
+
+        if not 0 < self.angle < 180:
+            raise ValueError(f"angle must lie in (0, 180) degrees; got {self.angle}")
+        if not isinstance(self.sharp, str):
+            if not all(np.shape(edge) == (2,) for edge in self.sharp):
+                raise ValueError(f"sharp edges must be pairs of vertices; got {self.sharp}")
+        elif self.sharp not in ("auto", "none") and not Path(self.sharp).is_file():
+            raise ValueError(
+                f"sharp must be auto, none, a list of edges or a file of such; got {self.sharp!r}"
+            )
+        for item in self.held:
+            check_place(place_of(item))
+        object.__setattr__(self, "refine", Refinement.of(self.refine))
+        object.__setattr__(self, "fit", Fit.of(self.fit))
+
+    @abstractmethod
+    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
+        """The functions on the hexes and their coefficients."""

@@ -1,0 +1,52 @@
+"""Options of the plugins that align slices of the part with patterns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Weights of the alignment of slices with a pattern.
+
+    Parameters
+    ----------
+    missing : share of a slice's area that a hole or gap must have to count
+    concave : cost per enclosed area that the pattern does not explain
+    ragged : cost per area of a bounding box that its piece does not fill
+    direction : cost of two bars that are not parallel, as a share of a slice's area
+    overlap : cost of two bars without a straight gap between them, as a share of a slice's area
+    letter : cost of each slab pattern that makes no hole, as a share of the volume
+    blind : gain that a blind hole must bring, in costs of a slab pattern
+    shortest : slices of a slab pattern at least
+    """
+
+    missing: float = 0.10
+    concave: float = 0.5
+    ragged: float = 0.10
+    direction: float = 0.3
+    overlap: float = 0.2
+    letter: float = 0.012
+    blind: float = 1.5
+    shortest: int = 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reader(Costs):
+    """Options that the plugins of this package share.
+
+    Parameters
+    ----------
+    grid : cells of the polycube along x, y, z
+    primitives : (3, 3, 3) bool voxels by name
+    resolution : voxels along the longest side of the part
+    frames : coordinate frames tried at most
+    """
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
+    resolution: int = 96
+    frames: int = 3

@@ -1,0 +1,162 @@
+"""`--help`: how to begin, what can be chosen, and the options of a choice.
+
+Everything is read from what a run reads: the YAML files and the plugin classes on the search path,
+those of installed plugin packages too.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from itertools import dropwhile, takewhile
+from pathlib import Path
+from textwrap import indent, shorten, wrap
+
+from hydra._internal.config_loader_impl import ConfigLoaderImpl
+from hydra._internal.utils import get_args_parser
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+
+from polycube import HOME
+from polycube.config import SHARED, compose, loader, options_of
+from polycube.registry import classes, default, options
+
+WIDTH = 100  # of a line on the terminal
+MORE = """All options of a choice: --help GROUP=OPTION.  All values: --cfg job.
+"""
+PARAMETER = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
+
+
+def is_asked_for() -> bool:
+    """Whether the command line asks for help."""
+    return bool(get_args_parser().parse_known_args()[0].help)
+
+
+def show(config_name: str) -> None:
+    """Write the help of a program to the terminal, or that of the choices on the command line."""
+    overrides = get_args_parser().parse_known_args()[0].overrides
+    blocks = list(of_choices(config_name, overrides)) if overrides else []
+    if not blocks:
+        words = _file(config_name).hydra.help
+        blocks = [
+            words.header,
+            f"== Choices: group=option (* default) ==\n{choices(config_name)}",
+            f"== Settings: name=value ==\n{settings(config_name)}",
+            f"{words.footer}{MORE}",
+        ]
+    sys.stdout.write("\n\n".join(block.strip() for block in blocks) + "\n")
+
+
+def choices(config_name: str) -> str:
+    """All groups that a command line may choose from, with a line for each option."""
+    own = (entry for entry in _file(config_name).defaults if isinstance(entry, DictConfig))
+    lists = {group: "" for entry in own for group, value in entry.items() if value == []}
+    search = loader()
+    known = search.compute_defaults_list(config_name, [], RunMode.RUN).overrides.known_choices
+    chosen = lists | {k: v for k, v in known.items() if not k.startswith("hydra/")}
+    lines = []
+    for key in sorted(chosen):
+        group, _, package = key.partition("@")
+        if package and group in chosen:
+            lines.append(f"{key}: default {chosen[key]}")
+            continue
+        names = options_of(search, group)
+        rows = [(f"{' *'[n == chosen[key]]} {n}", summary(search, group, n)) for n in names]
+        lines += [key, *_aligned(rows)]
+    if "primitives" in chosen:
+        cells = sorted(name for kind, name in classes() if kind == "primitive")
+        rows = [(f"  {name}", summary(search, "primitive", name)) for name in cells]
+        lines += ["names for primitives.use=[...] and context=[...]", *_aligned(rows)]
+    return "\n".join(lines)
+
+
+def settings(name: str) -> str:
+    """The settings of conf/`name`.yaml outside of its groups, with their comments."""
+    lines = (HOME / "conf" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+    own = dropwhile(lambda line: not re.match(r"(?!defaults)\w", line), lines)
+    return "\n".join(takewhile(lambda line: not line.startswith("hydra:"), own)).strip()
+
+
+def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
+    """Options, values and help of the choices among the overrides, and of what these consist of."""
+    config = compose(config_name, overrides)
+    asked = set()
+    for override in OverridesParser.create().parse_overrides(list(overrides)):
+        value, group = override.value(), override.key_or_group
+        asked |= {f"{group}/{each}" for each in (value if isinstance(value, list) else [value])}
+    parts = loader().compute_defaults_list(config_name, list(overrides), RunMode.RUN).defaults
+    owners = set(asked)
+    for _ in parts:  # a part of a part is one too, in whatever order they come
+        owners |= {part.config_path for part in parts if part.parent in owners}
+    known = {"/".join(key): (key[0], cls) for key, cls in {**SHARED, **classes()}.items()}
+    for part in parts:
+        if part.config_path in known and (part.config_path in asked or part.parent in owners):
+            kind, cls = known[part.config_path]
+            lines = [f"== {part.package}: {_first_line(cls)} =="]
+            for name, text in described(kind, cls).items():
+                value = config
+                for key in f"{part.package}.{name}".split("."):
+                    value = value[key]
+                written = value if isinstance(value, str) else json.dumps(value)
+                lines.append(f"{part.package}.{name}={written}")
+                lines.append(indent("\n".join(wrap(text, WIDTH - 4)), "    "))
+            yield "\n".join(lines)
+
+
+def summary(search: ConfigLoaderImpl, group: str, name: str) -> str:
+    """What an option of a group is, in one line; empty where nothing says it."""
+    cls = classes().get((group, name))
+    if cls is not None:
+        return _first_line(cls)
+    for place in search.get_search_path().get_path():
+        path = Path(str(place.path).removeprefix("file://")) / group / f"{name}.yaml"
+        if path.is_file():
+            lines = path.read_text(encoding="utf-8").splitlines()
+            return next((line.partition("# ")[2] for line in lines if "# " in line), "")
+    return ""
+
+
+def described(kind: str, cls: type) -> dict[str, str]:
+    """Help of the options of a plugin class, of those inside of an option too."""
+    texts = documented(cls)
+    found = {}
+    for name, option in options(kind, cls).items():
+        value = default(option)
+        if is_dataclass(value):
+            inner = documented(type(value))
+            found |= {f"{name}.{f.name}": inner.get(f.name, "") for f in fields(value)}
+        else:
+            found[name] = texts.get(name, "")
+    return found
+
+
+def documented(cls: type) -> dict[str, str]:
+    """The `Parameters` sections of a class and those it inherits from, by name."""
+    texts: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        section = inspect.cleandoc(base.__doc__ or "").partition("Parameters\n----------\n")[2]
+        for match in PARAMETER.finditer(section.partition("\n\n")[0]):
+            names, text = match.groups()
+            texts |= dict.fromkeys(names.split(", "), " ".join(text.split()))
+    return texts
+
+
+def _file(config_name: str) -> DictConfig:
+    return OmegaConf.load(HOME / "conf" / f"{config_name}.yaml")
+
+
+def _first_line(cls: type) -> str:
+    return (cls.__doc__ or "").partition("\n")[0].removesuffix(".")
+
+
+def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:
+    longest = max((len(name) for name, _ in rows), default=0)
+    room = WIDTH - longest - 2
+    return [
+        f"{name:{longest}}  {shorten(text, room, placeholder=' …')}".rstrip() for name, text in rows
+    ]

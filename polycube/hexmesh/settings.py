@@ -1,0 +1,34 @@
+"""Settings that the stages of a meshing bundle share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class MeshingSettings:
+    """Settings of a whole meshing bundle: `meshing.size` and the like.
+
+    A length is a number in the units of the model or a share of the bounding-box diagonal, "5%".
+
+    Parameters
+    ----------
+    size : wanted edge length of the hexes
+    level : octree level as in the paper: 2^level parts of every interval of the polycube's lattice;
+        null: by size
+    regions : boxes with finer hexes, [{box: [x, y, z, X, Y, Z], size: 1%}]; whole slabs of hexes
+        become finer
+    curvature : chord error on curved surfaces above which the number of hexes is raised, at most
+        doubled; null: never
+    deviation : refine until 99 % of the points of mesh and surface are within this distance of the
+        other; null: do not refine
+    max_hexes : limit before pillowing; a size that needs more hexes is refused
+    """
+
+    size: float | str = "5%"
+    level: int | None = None
+    regions: Sequence[object] = ()
+    curvature: float | str | None = "0.3%"
+    deviation: float | str | None = None
+    max_hexes: int = 100_000

@@ -1,0 +1,153 @@
+"""Move the control points of a spline so that its boundary follows the surface.
+
+1. Least squares on the control points that have a share in the boundary: own points and the
+   surface's, matched anew each time, with a membrane on the step.
+2. The others follow harmonically, on a graph whose edges weigh as the inverse square of the length.
+3. Where det J of an element fell, the move is damped, then the elements below the floor are raised.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags, identity
+from scipy.sparse.linalg import cg, splu
+
+from polycube.spline.bezier import min_detj, scaled_detj
+from polycube.spline.fit import Fit
+from polycube.spline.matching import Matcher
+from polycube.spline.positive import damped, raised, restored, shares
+from polycube.surface.fit_target import target
+from polycube.types import Spline, TriMesh
+
+FAIR = 0.02  # of the membrane beside the squared gaps, by the means of their diagonals
+STILL = 1e-6  # of a control point's own step: those the boundary hardly feels stay
+EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface already
+LOOSE = 0.5  # share of its scaled det J that an element keeps at least, before it is raised
+WORTH = 0.001  # distance, in diagonals, that half the least scaled det J is worth below the floor
+FIRST = 0.2  # share of the floor that is wanted as long as an element is not positive
+
+
+def fit_to_surface(options: Fit, spline: Spline, surface: TriMesh) -> Spline:
+    """The spline with its control points moved; least scaled det J no lower, or the floor's.
+
+    A spline that is certified to be positive comes back as it is rather than without that.
+    """
+    if options.iterations == 0:
+        return spline
+    goal = target(surface)
+    unit = replace(spline, control=goal.to_unit(spline.control))
+    matcher, graph = Matcher(unit, goal), laplacian(unit)
+    touched, places = _on_boundary(matcher, graph, options.iterations)
+    if np.abs(places - unit.control[touched]).max() < EXACT:
+        return spline
+    moved = _follow(graph, touched, places, unit.control)
+    control = _positive(options, unit, moved, matcher, graph)
+    result = replace(spline, control=goal.to_model(control))
+    if min_detj(result).lower_bound <= 0 < min_detj(spline).lower_bound:
+        return spline
+    return result
+
+
+def _positive(
+    options: Fit, spline: Spline, moved: np.ndarray, matcher: Matcher, graph: csr_matrix
+) -> np.ndarray:
+    """The moved control points (C, 3), drawn back or on where det J asks for it."""
+    share, old = shares(spline), scaled_detj(spline)
+    enough = np.clip(old.min(), 0, options.floor)
+
+    def at(control: np.ndarray) -> tuple[Spline, np.ndarray]:
+        now = replace(spline, control=control)
+        return now, scaled_detj(now)
+
+    def value(state: tuple[Spline, np.ndarray]) -> tuple[float, float]:
+        least = state[1].min()
+        if least <= 0:
+            return 0.0, float(least)
+        rows, goal, _, weight = matcher(state[0].control)
+        gaps = np.linalg.norm(rows @ state[0].control - goal, axis=1)[weight > 0]
+        price = np.percentile(gaps, 99) + WORTH * max(np.log2(options.floor / least), 0)
+        return 1 + min(least, enough), -price
+
+    best = at(damped(spline, moved, LOOSE * np.minimum(old, options.floor), share))
+    for _ in range(options.rounds):
+        low = best[1].min()
+        if low >= options.floor:
+            break
+        wanted = options.floor * (1 if low > 0 else FIRST)
+        matches = matcher(best[0].control)
+        higher = at(raised(*best, wanted, options.floor, share, matches, graph))
+        if value(higher) <= value(best):
+            break
+        best = higher
+    control = best[0].control
+    back = damped(spline, control, np.minimum(old, max(enough, LOOSE * options.floor)), share)
+    safe = restored(spline, control, np.minimum(old, enough), share)
+    return max(at(back), at(safe), best, key=value)[0].control
+
+
+def laplacian(spline: Spline) -> csr_matrix:
+    """(C, C) of the graph of control points: weights are the products of coefficients at
+    neighbouring Bezier nodes, over the squared distance.
+    """
+    coefficients = abs(spline.extraction)
+    pairs = (coefficients.T @ (_neighbours(spline) @ coefficients)).tocoo()
+    apart = ((spline.control[pairs.row] - spline.control[pairs.col]) ** 2).sum(axis=1)
+    off = pairs.row != pairs.col
+    apart = np.maximum(apart[off], 1e-3 * np.median(apart[off]))
+    graph = csr_matrix((pairs.data[off] / apart, (pairs.row[off], pairs.col[off])), pairs.shape)
+    return (diags(np.asarray(graph.sum(axis=1)).ravel()) - graph).tocsr()
+
+
+def _neighbours(spline: Spline) -> csr_matrix:
+    """(B, B) ones between neighbours in the Bezier net."""
+    place = np.arange(64).reshape(4, 4, 4)
+    ends = [(place[:3], place[1:]), (place[:, :3], place[:, 1:]), (place[..., :3], place[..., 1:])]
+    first, second = (
+        np.concatenate([spline.nodes[:, pair[k].ravel()].ravel() for pair in ends]) for k in (0, 1)
+    )
+    size = spline.extraction.shape[0]
+    graph = csr_matrix((np.ones(len(first)), (first, second)), (size, size))
+    graph.data[:] = 1  # shared by elements, counted once
+    return graph + graph.T
+
+
+def _on_boundary(
+    matcher: Matcher, graph: csr_matrix, iterations: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Control points (T,) that have a share in the boundary, and where they should be (T, 3)."""
+    control = matcher.spline.control.copy()
+    touched = np.flatnonzero(np.bincount(matcher.rows.indices, minlength=len(control)))
+    fair = graph[touched][:, touched]
+    fair = fair - diags(np.asarray(fair.sum(axis=1)).ravel())  # of the touched among themselves
+    longest = np.inf
+    for _ in range(iterations):
+        rows, goal, _, weight = matcher(control)
+        at = rows[:, touched]
+        weighted = at.T @ diags(weight)
+        square = weighted @ at
+        size = square.diagonal().mean()
+        square = square + FAIR * size / fair.diagonal().mean() * fair
+        square = square + STILL * size * identity(len(touched))
+        step = splu(square.tocsc()).solve(weighted @ (goal - rows @ control))
+        last, longest = longest, np.linalg.norm(step, axis=1).max()
+        if longest > last:  # the matches contradict each other
+            break
+        control[touched] += step
+    return touched, control[touched]
+
+
+def _follow(
+    graph: csr_matrix, fixed: np.ndarray, places: np.ndarray, control: np.ndarray
+) -> np.ndarray:
+    """All control points (C, 3): the `fixed` (T,) at their places, the others harmonic."""
+    step = np.zeros_like(control)
+    step[fixed] = places - control[fixed]
+    free = np.setdiff1d(np.arange(len(control)), fixed)
+    if len(free):
+        inner, pull = graph[free][:, free], -graph[free][:, fixed] @ step[fixed]
+        scale = diags(1 / inner.diagonal())
+        for axis in range(3):
+            step[free, axis], _ = cg(inner, pull[:, axis], rtol=1e-6, maxiter=400, M=scale)
+    return control + step

@@ -1,0 +1,29 @@
+"""Primitives as a configuration writes them: by name, or with options."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from polycube.errors import InputError
+
+Item = str | Mapping[str, object]  # name of a plugin, or {plugin: name, option: value, ...}
+
+
+def primitive_config(item: Item) -> dict[str, object]:
+    """Configuration of the plugin that makes a primitive."""
+    if isinstance(item, Mapping) and "plugin" in item:
+        return dict(item)
+    if not isinstance(item, str):
+        raise InputError(f"a primitive is a name or {{plugin: name, option: value}}; got {item!r}")
+    return {"plugin": item}
+
+
+def primitive_name(item: Item) -> str:
+    """Name in contexts, weights and exported files: hole_x, or tee_stem_1 where there are options.
+
+    Primitives that differ have different names, so that weights are used for their own only.
+    """
+    config = primitive_config(item)
+    options = (f"{key}_{value}" for key, value in config.items() if key != "plugin")
+    return re.sub(r"\W+", "_", "_".join([str(config["plugin"]), *options]))
