@@ -13,6 +13,7 @@ from scipy.sparse import coo_array
 
 from polycube.examples.implicit import Field
 from polycube.surface.checks import check_surface
+from polycube.surface.tangent_planes import towards_planes
 from polycube.types import TriMesh
 
 SMOOTHING = 12  # rounds of sliding
@@ -93,15 +94,7 @@ def _sharpen(field: Field, points: np.ndarray, quads: np.ndarray, cell: float) -
         feet = _project(field, points[quads].mean(axis=1), cell)
         normals = _gradient(field, feet, cell)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        matrix = np.tile(STIFFNESS * np.eye(3), (len(points), 1, 1))
-        vector = np.zeros((len(points), 3))
-        for corner in quads.T:
-            gap = (normals * (feet - points[corner])).sum(axis=1, keepdims=True)
-            np.add.at(matrix, corner, normals[:, :, None] * normals[:, None])
-            np.add.at(vector, corner, normals * gap)
-        move = np.linalg.solve(matrix, vector[:, :, None])[:, :, 0]
-        length = np.linalg.norm(move, axis=1, keepdims=True)
-        points = points + move * np.minimum(1, cell / 2 / np.maximum(length, 1e-300))
+        points = towards_planes(points, quads, feet, normals, STIFFNESS, cell / 2)
     return _project(field, points, cell)
 
 

@@ -8,34 +8,23 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix, eye
 
-from polycube.hexmesh.connectivity import part, quad_sides
+from polycube.hexmesh.connectivity import part
 from polycube.hexmesh.octree import split
-from polycube.spline.spaces.extraction import TENSOR, bezier_nodes
+from polycube.spline.spaces.extraction import TENSOR, OnHexes, bezier_nodes
 from polycube.spline.spaces.subdivision import bezier_halves
 from polycube.types import HexMesh
 
 
 @dataclass(frozen=True, eq=False)
-class ContinuousSpace:
+class ContinuousSpace(OnHexes):
     """The cubic finite elements of a hex mesh; a `hierarchy.Space`."""
 
-    mesh: HexMesh
     points: np.ndarray  # (B, 3) Bezier points of the geometry
 
     @cached_property
     def nodes(self) -> np.ndarray:
         """(H, 64) Bezier nodes of each hex."""
         return bezier_nodes(self.mesh.hexes[:, TENSOR])[0]
-
-    @cached_property
-    def sides(self) -> np.ndarray:
-        """(Q, 2) hex and face of it of each boundary quad."""
-        return np.stack(quad_sides(self.mesh), axis=1)
-
-    @property
-    def patch(self) -> np.ndarray:
-        """(Q,) of each boundary quad."""
-        return self.mesh.patch
 
     @property
     def extraction(self) -> csr_matrix:

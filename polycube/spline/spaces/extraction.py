@@ -13,6 +13,7 @@ is the trilinear one of its corners, and its neighbours meet it only continuousl
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -50,6 +51,23 @@ class Cells:
     dimension: int
     corners: np.ndarray
     nodes: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class OnHexes:
+    """What every spline space of a whole hex mesh has in common."""
+
+    mesh: HexMesh
+
+    @cached_property
+    def sides(self) -> np.ndarray:
+        """(Q, 2) hex and face of it of each boundary quad."""
+        return np.stack(quad_sides(self.mesh), axis=1)
+
+    @property
+    def patch(self) -> np.ndarray:
+        """(Q,) of each boundary quad."""
+        return self.mesh.patch
 
 
 def volumetric_spline(

@@ -13,12 +13,13 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
-from polycube.hexmesh.connectivity import PLACES, edges, part, quad_sides
+from polycube.hexmesh.connectivity import PLACES, edges, part
 from polycube.hexmesh.octree import split
 from polycube.spline.spaces.extraction import (
     CORNERS,
     NO_INDICES,
     TENSOR,
+    OnHexes,
     bezier_nodes,
     extraction_matrix,
 )
@@ -150,11 +151,10 @@ def _pairs(d: int, e: int) -> np.ndarray:
 _INSIDE = {(d, e): _pairs(d, e) for e in range(4) for d in range(e + 1)}
 
 
-@dataclass(frozen=True)
-class ControlMesh:
+@dataclass(frozen=True, eq=False)
+class ControlMesh(OnHexes):
     """The h2s space of a hex mesh, with what of its boundary is sharp; a `hierarchy.Space`."""
 
-    mesh: HexMesh
     sharp_edges: np.ndarray  # (S, 2)
     corner_vertices: np.ndarray  # (P,)
     straight: np.ndarray = field(default_factory=lambda: NO_INDICES)  # (T,) hexes, trilinear
@@ -177,16 +177,6 @@ class ControlMesh:
     def nodes(self) -> np.ndarray:
         """(E, 64) Bezier nodes of each hex."""
         return self._rows[1]
-
-    @cached_property
-    def sides(self) -> np.ndarray:
-        """(Q, 2) hex and face of it of each boundary quad."""
-        return np.stack(quad_sides(self.mesh), axis=1)
-
-    @property
-    def patch(self) -> np.ndarray:
-        """(Q,) of each boundary quad."""
-        return self.mesh.patch
 
     def finer(self, elements: np.ndarray) -> tuple[ControlMesh, csr_matrix]:
         """Some hexes in eight, hex i's children 8 i to 8 i + 7, and the two-scale matrix (V', V).

@@ -15,6 +15,7 @@ from polycube.errors import InputError
 from polycube.surface.closest import Tree, closest, tree
 from polycube.surface.intersections import self_intersections
 from polycube.surface.measures import face_normals, half_edges
+from polycube.surface.tangent_planes import towards_planes
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
 
@@ -115,15 +116,7 @@ def _sharpen(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
     near = np.linalg.norm(feet - middles, axis=1) < cell
     normals = np.where(near[:, None], boxes.normals[face], face_normals(surface))
     feet = np.where(near[:, None], feet, middles)
-    matrix = np.tile(STIFFNESS * np.eye(3), (len(points), 1, 1))
-    vector = np.zeros((len(points), 3))
-    for corner in faces.T:
-        gap = (normals * (feet - points[corner])).sum(axis=1, keepdims=True)
-        np.add.at(matrix, corner, normals[:, :, None] * normals[:, None])
-        np.add.at(vector, corner, normals * gap)
-    move = np.linalg.solve(matrix, vector[:, :, None])[:, :, 0]
-    length = np.linalg.norm(move, axis=1, keepdims=True)
-    return points + move * np.minimum(1, cell / 2 / np.maximum(length, 1e-300))
+    return towards_planes(points, faces, feet, normals, STIFFNESS, cell / 2)
 
 
 def _taken_back(points: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.ndarray:
