@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.hexmesh.face_groups import LEVEL
 from polycube.hexmesh.named_sets import (
-    LEVEL,
     Sets,
     boundary_sets,
     listed,

@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.hexmesh.named_sets import boundary_sets
+from polycube.hexmesh.face_groups import ends_and_holes
+from polycube.hexmesh.named_sets import boundary_sets, patch_sets
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
@@ -23,17 +24,12 @@ NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2,
 
 
 def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
-    """The mesh with all sets of its boundary: ends, holes, CAD faces and patches."""
-    own = boundary_sets(mesh)
-    patches = {name: quads for name, quads in own.items() if name.startswith("patch_")}
-    ends = {name: quads for name, quads in own.items() if name not in patches}
-    return replace(mesh, sets={**ends, **_cad_sets(mesh, surface), **patches})
+    """The mesh with all sets of its boundary: ends, holes, CAD faces and patches.
 
-
-def _cad_sets(mesh: HexMesh, surface: TriMesh) -> dict[str, np.ndarray]:
-    """`cad_face_1` ... and, where the file names faces, `cad_NAME` of all that are called so."""
+    Ends and holes of a CAD model consist of its faces, those of any other part of patches.
+    """
     if not len(surface.region):
-        return {}
+        return replace(mesh, sets=boundary_sets(mesh))
     region, share = quad_regions(mesh, surface)
     numbers = np.unique(surface.region)
     bare = np.setdiff1d(numbers, region)
@@ -45,10 +41,16 @@ def _cad_sets(mesh: HexMesh, surface: TriMesh) -> dict[str, np.ndarray]:
         len(region),
         f"; without a quad: {', '.join(map(str, bare))}" if len(bare) else "",
     )
-    sets = {f"cad_face_{n}": np.flatnonzero(region == n) for n in numbers if n not in bare}
+    ends = ends_and_holes(mesh.vertices, mesh.quads, region)
+    return replace(mesh, sets=ends | _cad_sets(region, surface) | patch_sets(mesh.patch))
+
+
+def _cad_sets(region: np.ndarray, surface: TriMesh) -> dict[str, np.ndarray]:
+    """`cad_face_1` ... and, where the file names faces, `cad_NAME` of all that are called so."""
+    sets = {f"cad_face_{n}": np.flatnonzero(region == n) for n in np.unique(region).tolist()}
     called: dict[str, list[int]] = {}
     for number, name in enumerate(surface.region_names, start=1):
-        if name and number not in bare:
+        if name and f"cad_face_{number}" in sets:
             called.setdefault(f"cad_{re.sub(r'[^0-9A-Za-z]+', '_', name).strip('_')}", []).append(
                 number
             )

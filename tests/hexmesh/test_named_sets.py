@@ -9,14 +9,8 @@ from hypothesis import strategies as st
 
 from polycube.analysis.boundary_sets import sets_of_sides
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.hexmesh.named_sets import (
-    ENDS,
-    boundary_sets,
-    listed,
-    may_name,
-    patch_names,
-    sets_of_spline,
-)
+from polycube.hexmesh.face_groups import ENDS, ends_and_holes
+from polycube.hexmesh.named_sets import boundary_sets, listed, may_name, sets_of_spline
 from polycube.io.hex_meshes import patches
 from polycube.registry import build
 from polycube.spline.spaces.hierarchy import coarsest, finer_level, hierarchical_spline
@@ -28,7 +22,9 @@ def with_patches(mesh):
 
 
 def names_of(mesh):
-    return patch_names(mesh.vertices, mesh.quads, mesh.patch)
+    """The numbers of the patches of each end and hole."""
+    found = ends_and_holes(mesh.vertices, mesh.quads, mesh.patch)
+    return {name: np.unique(mesh.patch[quads]).tolist() for name, quads in found.items()}
 
 
 def without(counts, taken):
@@ -59,7 +55,7 @@ def test_walls_of_a_hole_and_of_a_pocket(layers, walls):
     assert set(names) == {*ENDS, "hole_1"}
     assert len(names["hole_1"]) == walls
     inside = np.setdiff1d(mesh.patch, np.concatenate([names[end] for end in ENDS]))
-    assert sorted(names["hole_1"]) == inside.tolist()
+    assert names["hole_1"] == inside.tolist()
 
 
 def test_holes_are_counted_along_x_then_y():
@@ -88,8 +84,11 @@ def test_names_do_not_depend_on_size_place_and_order(seed, power):
     mesh, rng = without((3, 3, 1), [(1.5, 1.5, 0.5)]), np.random.default_rng(seed)
     order, scale = rng.permutation(len(mesh.quads)), 10.0**power
     points = scale * (mesh.vertices + 100 * rng.normal(size=3))
-    found = patch_names(points, mesh.quads[order], mesh.patch[order])
-    assert found == names_of(mesh)
+    found = ends_and_holes(points, mesh.quads[order], mesh.patch[order])
+    known = ends_and_holes(mesh.vertices, mesh.quads, mesh.patch)
+    assert {name: sorted(order[own]) for name, own in found.items()} == {
+        name: own.tolist() for name, own in known.items()
+    }
 
 
 @pytest.mark.parametrize("space", ["h2s", "c0"])

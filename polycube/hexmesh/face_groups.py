@@ -1,0 +1,183 @@
+"""Groups of the faces of a closed surface that have a name of their own: its ends and its holes.
+
+Faces with one label (a patch, a face of a CAD model) are cut at sharp edges into segments, and
+these into pieces whose normals are nearest to the same axis direction.  An end such as `x_min`
+consists of the pieces farthest out among those that face -x.  A hole consists of pieces that meet
+at concave edges and face each other in two directions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
+SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that cuts a label
+WHOLE = 0.5  # of its segment's area: a piece whose border may be in the middle of a smooth face
+FLAT = 0.95  # length of the mean normal of a smaller piece, at least, ...
+PART = 0.2  # ... and its share of the area of its segment
+OUTERMOST = 0.05  # of the diagonal: how far from the bounding box the outermost point of an end is
+LEVEL = 1e-3  # of the diagonal: pieces that lie equally far out
+OPPOSITE = 0.7  # minus the cosine between normals of pieces that face each other, at least
+CONCAVE = 0.02  # sine of the angle at which two pieces turn inwards, at least, on average
+GAUSS = (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12))  # of two points on the unit interval
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Measures of faces, or of unions of faces.
+
+    Parameters
+    ----------
+    area : (N,)
+    normal : (N, 3) mean over the area, of length 1 where flat
+    middle : (N, 3) centroid
+    """
+
+    area: np.ndarray
+    normal: np.ndarray
+    middle: np.ndarray
+
+    def joined(self, group: np.ndarray) -> Faces:
+        """Measures of the unions of the faces with the same number in `group` (N,), from 0."""
+        size = (int(group.max()) + 1, len(group))
+        add = coo_matrix((self.area, (group, np.arange(len(group)))), size).tocsr()
+        area = np.asarray(add.sum(axis=1)).ravel().clip(np.finfo(float).tiny)
+        return Faces(area, add @ self.normal / area[:, None], add @ self.middle / area[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class _Borders:
+    """Pairs of faces that share an edge; a face beside smaller ones may have none there."""
+
+    first: np.ndarray  # (P,)
+    second: np.ndarray  # (P,)
+    cosine: np.ndarray  # (P,) between the normals
+    inwards: np.ndarray  # (P,) sine of the angle at which they turn inwards
+
+    def components(self, kept: np.ndarray, number: int) -> np.ndarray:
+        """(N,) number of the connected component of each face over the borders kept (P,)."""
+        pairs = (self.first[kept], self.second[kept])
+        graph = coo_matrix((np.ones(len(pairs[0])), pairs), (number, number))
+        return connected_components(graph, directed=False)[1]
+
+
+def ends_and_holes(
+    points: np.ndarray, faces: np.ndarray, label: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Find the ends and the holes of a closed surface.
+
+    Parameters
+    ----------
+    points : (V, 3)
+    faces : (N, 4) quads or (N, 3) triangles into points, counter-clockwise from outside
+    label : (N,) faces with different labels are never in one piece
+
+    Returns
+    -------
+    Numbers of faces, ascending, by name: those of `ENDS` that there are, then `hole_1` ... from low
+    to high x, y and z of their middles.  No face has two of these names.
+    """
+    corners = points[faces if faces.shape[1] == 4 else faces[:, [0, 1, 2, 2]]]
+    measured = measure(corners)
+    size = float(np.linalg.norm(np.ptp(corners, axis=(0, 1))))
+    direction = facing(measured.normal)
+    borders = _borders(faces, measured)
+    a, b = borders.first, borders.second
+    whole = (label[a] == label[b]) & (borders.cosine > SHARP)
+    segment = borders.components(whole, len(faces))
+    piece = borders.components(whole & (direction[a] == direction[b]), len(faces))
+    pieces = measured.joined(piece)
+    _, one = np.unique(piece, return_index=True)  # a face of each piece
+    share = pieces.area / measured.joined(segment).area[segment[one]]
+    length = np.linalg.norm(pieces.normal, axis=1)
+    is_clear = (share >= WHOLE) | ((share >= PART) & (length >= FLAT))
+    names = {}
+    for end, name in enumerate(ENDS):
+        own = np.flatnonzero(is_clear & (direction[one] == end))
+        reach = (2 * (end % 2) - 1) * corners[:, :, end // 2]
+        far = (2 * (end % 2) - 1) * pieces.middle[own, end // 2]
+        out = np.full(len(one), -np.inf)
+        np.maximum.at(out, piece, reach.max(axis=1))
+        far = np.where(out[own] >= reach.max() - OUTERMOST * size, far, -np.inf)
+        if np.isfinite(far).any():
+            names[name] = own[far >= far.max() - LEVEL * size]
+    is_end = np.isin(np.arange(len(one)), np.concatenate([[], *names.values()]))
+    holes = _holes(borders, pieces, piece, segment, is_end, size)
+    names |= {f"hole_{k}": walls for k, walls in enumerate(holes, start=1)}
+    return {name: np.flatnonzero(np.isin(piece, own)) for name, own in names.items()}
+
+
+def facing(normal: np.ndarray) -> np.ndarray:
+    """Index into `ENDS` of the axis direction nearest to each normal (N, 3)."""
+    return np.stack([-normal, normal], axis=-1).reshape(-1, 6).argmax(axis=1)
+
+
+def measure(corners: np.ndarray) -> Faces:
+    """Measures of bilinear faces (N, 4, 3), at 2 x 2 Gauss points of each."""
+    u, v = np.array([(u, v) for v in GAUSS for u in GAUSS]).T
+    shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 4)
+    across = np.stack([v - 1, 1 - v, v, -v])
+    along = np.stack([u - 1, -u, u, 1 - u])
+    normal = np.cross(
+        np.einsum("kg,nkd->ngd", across, corners), np.einsum("kg,nkd->ngd", along, corners)
+    ).reshape(-1, 3)
+    length = np.linalg.norm(normal, axis=1)
+    normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
+    points = np.einsum("kg,nkd->ngd", shape, corners).reshape(-1, 3)
+    return Faces(length / 4, normal, points).joined(np.repeat(np.arange(len(corners)), 4))
+
+
+def _borders(faces: np.ndarray, measured: Faces) -> _Borders:
+    n = faces.shape[1]
+    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)
+    edges, face = edges[order], order // n
+    same = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
+    a, b = face[same], face[same + 1]
+    normal = measured.normal / np.linalg.norm(measured.normal, axis=1).clip(1e-300)[:, None]
+    step = measured.middle[b] - measured.middle[a]
+    inwards = ((normal[a] - normal[b]) * step).sum(axis=1)
+    inwards /= np.linalg.norm(step, axis=1).clip(np.finfo(float).tiny)
+    return _Borders(a, b, (normal[a] * normal[b]).sum(axis=1), inwards)
+
+
+def _holes(
+    borders: _Borders,
+    pieces: Faces,
+    piece: np.ndarray,
+    segment: np.ndarray,
+    is_end: np.ndarray,
+    size: float,
+) -> list[np.ndarray]:
+    """Sets of pieces, no ends, that are the walls of a hole or pocket, from low to high."""
+    n = len(pieces.area)
+    ends_of = np.sort(np.stack([piece[borders.first], piece[borders.second]], axis=1), axis=1)
+    between = (ends_of[:, 0] != ends_of[:, 1]) & ~is_end[ends_of].any(axis=1)
+    pairs, first, which = np.unique(
+        ends_of[between] @ [n, 1], return_index=True, return_inverse=True
+    )
+    mean = np.bincount(which, borders.inwards[between]) / np.bincount(which).clip(1)
+    smooth = (segment[borders.first] == segment[borders.second])[between][first]
+    met = np.divmod(pairs[mean > np.where(smooth, -CONCAVE, CONCAVE)], n)
+    graph = coo_matrix((np.ones(len(met[0])), met), (n, n))
+    group = connected_components(graph, directed=False)[1]
+    order = np.argsort(group, kind="stable")
+    found = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
+    found = [walls for walls in found if not is_end[walls].any() and _encloses(pieces, walls)]
+    places = np.array([pieces.middle[walls].mean(axis=0) for walls in found]).reshape(-1, 3)
+    return [found[k] for k in np.lexsort(np.round(places / (LEVEL * size)).T[::-1])]
+
+
+def _encloses(pieces: Faces, walls: np.ndarray) -> bool:
+    """Whether some of the pieces face each other, in two directions."""
+    normal = pieces.normal[walls]
+    normal = normal / np.linalg.norm(normal, axis=1).clip(1e-12)[:, None]
+    middle = pieces.middle[walls]
+    step = middle[None] - middle[:, None]
+    towards = (normal @ normal.T < -OPPOSITE) & (np.einsum("ai,abi->ab", normal, step) > 0)
+    ways = normal[np.nonzero(towards & towards.T)[0]]
+    return len(ways) > 0 and bool(np.abs(ways @ ways.T).min() < 0.5)
