@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from polycube.charts.mapped_surface import Sheet, sides, split
-from polycube.plugins.meshing.segment import majority
 from polycube.registry import build
+from polycube.structure.labels import majority
 from polycube.structure.lattice import boundary, collapse, lattice
 from polycube.surface.measures import components, face_normals
 from polycube.testing import check_plugin
