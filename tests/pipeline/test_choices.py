@@ -7,7 +7,7 @@ import pytest
 
 from polycube.pipeline.choices import choose, settled_at, worth_meshing
 from polycube.pipeline.state import RunState
-from polycube.plugins.acceptance import Standard
+from polycube.plugins.acceptance.standard import Standard
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map
 from polycube.types import Candidate, Ranked

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.plugins.acceptance import CRITERIA, Standard
+from polycube.plugins.acceptance.standard import CRITERIA, Standard
 from polycube.types import HexMesh, TriMesh
 from tests.fixtures.hexmeshes import hex_beam, hex_box, surface_of
 from tests.fixtures.surfaces import box as surface_box

@@ -8,7 +8,7 @@ import pytest
 
 from polycube.fitting.registration import ShortQuality
 from polycube.hexmesh.template import counts, mesh
-from polycube.plugins.ranking import Registration, judge
+from polycube.plugins.ranking.registration import Registration, judge
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map, identity_map
 from polycube.types import Candidate, Ranked, TriMesh

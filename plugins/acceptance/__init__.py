@@ -1,0 +1,4 @@
+"""When a hex mesh is valid, and which of two is better.
+
+Imports the core.
+"""

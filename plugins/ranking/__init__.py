@@ -1,0 +1,4 @@
+"""The order in which proposed structures are meshed.
+
+Imports the core.
+"""
