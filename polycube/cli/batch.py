@@ -1,10 +1,9 @@
 """Many parts: `infer.py mesh=folder`, `mesh='parts/*.stl'`, `-m mesh=a.stl,b.stl`.
 
-Hydra makes a job of every part (and of every value of other lists), and one of its launchers runs
-them: one after the other, in processes, on a
-cluster.  A job leaves `row.json` in its folder; one
-whose row is there, of the same settings and file, is not run again.  At the end the rows become a
-table, `summary.csv` and `summary.html`, failures beside successes.
+Hydra makes a job of every part (and of every value of other lists).  The jobs run one after the
+other, by another of Hydra's launchers, or on a Dask cluster (`cluster`).  A job leaves `row.json`
+in its folder; one whose row is there, of the same settings and file, is not run again.  At the end
+the rows become a table, `summary.csv` and `summary.html`, failures beside successes.
 """
 
 from __future__ import annotations
@@ -27,7 +26,8 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
-from polycube.cli.command import begin_sweep
+from polycube.cli import cluster
+from polycube.cli.command import begin_sweep, refused
 from polycube.cli.overrides import quote
 from polycube.cli.signals import INTERRUPTED
 from polycube.errors import InputError
@@ -41,6 +41,8 @@ VERDICT = {0: "valid", 2: "refused", 3: "no valid result"}
 LAST = ["says", "folder", "identity", "exit"]  # columns of a row at the end, and those left out
 MANY = {"-m", "--multirun"}
 PRESENTATION = ("output_dir", "quiet", "verbose")  # settings that do not change a result
+
+_waiting: list[cluster.Job] = []  # jobs that a cluster runs when all are composed
 
 
 def expanded(arguments: list[str]) -> list[str]:
@@ -119,6 +121,19 @@ def _job_folder(values: str, *, _root_: DictConfig) -> str:
 OmegaConf.register_new_resolver("job_folder", _job_folder)
 
 
+def begin_job(
+    cfg: Mapping[str, Any],
+    folder: Path,
+    overrides: str,
+    job: Callable[[dict[str, object]], tuple[int, str]],
+) -> int:
+    """Run one job of a batch, see `run_job`; where a cluster is asked for, leave it to that."""
+    if not cluster.is_used(cfg["dask"]):
+        return run_job(cfg, folder, overrides, job)
+    _waiting.append((run_job, (cfg, folder, overrides, job), folder.name))
+    return 0
+
+
 def run_job(
     cfg: Mapping[str, object],
     folder: Path,
@@ -161,7 +176,8 @@ def run_job(
 
 def _identity(cfg: Mapping[str, object]) -> str:
     """Of everything that a result depends on: settings, the bytes of the files, the version."""
-    settings = {name: value for name, value in cfg.items() if name not in PRESENTATION}
+    unrelated = (*PRESENTATION, "dask")
+    settings = {name: value for name, value in cfg.items() if name not in unrelated}
     digest = hashlib.sha256(json.dumps([__version__, settings], sort_keys=True).encode())
     for key in ("mesh", "hex"):
         path = Path(str(cfg[key]))
@@ -191,16 +207,21 @@ class Summary(Callback):
 
     def on_multirun_start(self, config: DictConfig, **_: object) -> None:
         """Refuse a folder where a file of the user's would be overwritten."""
+        try:
+            cluster.check(config.dask, config.hydra.launcher._target_)
+        except InputError as error:
+            sys.exit(refused(error))  # of a callback Hydra catches all exceptions
         begin_sweep(config, TABLE)
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
         """Write `summary.csv` and `summary.html` beside the jobs' folders."""
         folder = Path(config.hydra.sweep.dir)
+        codes = cluster.run_all(_waiting, config.dask) if _waiting else []
         rows = summarized(folder)
         results = Counter(row["result"] for row in rows)
         told = ", ".join(f"{count} {result}" for result, count in results.items())
         sys.stderr.write(f"{told}: {folder / 'summary.html'}\n")
-        sys.exit(max(row["exit"] for row in rows))
+        sys.exit(max([*codes, *(row["exit"] for row in rows)]))
 
 
 def summarized(folder: Path) -> list[dict[str, Any]]:

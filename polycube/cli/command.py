@@ -11,8 +11,7 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-import polycube.cli.dask_launcher
-import polycube.cli.search_path  # noqa: F401  (all tell Hydra of themselves)
+import polycube.cli.search_path  # noqa: F401  (tells Hydra of plugin packages)
 from polycube import HOME
 from polycube.cli.overrides import plain_refusals
 from polycube.errors import InputError

@@ -19,7 +19,8 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube import HOME
-from polycube.cli.batch import expanded, run_job
+from polycube.cli import cluster
+from polycube.cli.batch import begin_job, expanded
 from polycube.cli.command import refused
 from polycube.cli.overrides import plain_refusals
 from polycube.cli.signals import INTERRUPTED, terminable
@@ -129,12 +130,15 @@ def _command(cfg: DictConfig) -> int:
         given = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
         if not given and not cfg.resume and not cfg.hex:
             raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
+        is_many = hydra_cfg and hydra_cfg.mode == RunMode.MULTIRUN
+        if cluster.is_used(cfg.dask) and not is_many:
+            raise InputError("dask is for several parts, such as mesh=folder", "dask")
         settings = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
     except (InputError, OmegaConfBaseException) as error:
         return refused(error)
-    if hydra_cfg and hydra_cfg.mode == RunMode.MULTIRUN:
+    if is_many:
         folder = Path(hydra_cfg.runtime.output_dir)
-        return run_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
+        return begin_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
     code, sentence = _attempt(settings, is_alone=HydraConfig.initialized())
     if sentence:
         sys.stderr.write(f"error: {sentence}\n")

@@ -131,7 +131,7 @@ def batch(folder, *words):
     [
         [],
         pytest.param(["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"], marks=pytest.mark.slow),
-        pytest.param(["hydra/launcher=dask"], marks=pytest.mark.slow),
+        pytest.param(["dask.workers=2"], marks=pytest.mark.slow),
     ],
 )
 def test_all_parts_are_done_the_worst_code_counts_and_a_second_time_is_free(tmp_path, launcher):
@@ -154,6 +154,23 @@ def test_without_a_folder_the_results_go_to_one_of_their_own(tmp_path):
     assert ended.returncode == 2, ended.stderr
     [folder] = (tmp_path / "outputs").iterdir()
     assert {"nowhere,seed=1", "nowhere,seed=2"} <= {path.name for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["mesh=example:ring", "dask.workers=2"], "dask is for several parts"),
+        (
+            ["mesh=a.stl,b.stl", "dask.scheduler=tcp://nowhere:1", "hydra/launcher=joblib"],
+            "on Dask or by hydra/launcher, not both",
+        ),
+    ],
+)
+def test_a_cluster_that_would_not_be_used_is_refused(tmp_path, words, sentence):
+    ended = batch(tmp_path, *words, "output_dir=results")
+    assert ended.returncode == 2 and sentence in ended.stderr
+    assert ended.stderr.count("\n") == 1
+    assert not list(tmp_path.rglob("row.json"))
 
 
 # sitecustomize.py of every process: a job that may take its worker with it
@@ -184,7 +201,7 @@ def test_a_worker_killed_half_way_costs_no_part_and_does_none_twice(tmp_path, mo
     for name in "abcdef":
         (tmp_path / "parts" / f"{name}.stl").touch()
     for _ in range(2):  # again: all are kept
-        ended = batch(tmp_path, "mesh=parts", "output_dir=results", "hydra/launcher=dask")
+        ended = batch(tmp_path, "mesh=parts", "output_dir=results", "dask.workers=2")
         assert ended.returncode == 0, ended.stderr
         assert ended.stderr.splitlines()[-1] == "6 valid: results/summary.html"
         begun = {path.name: path.stat().st_size for path in (tmp_path / "tally").iterdir()}
