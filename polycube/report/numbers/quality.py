@@ -9,6 +9,7 @@ import numpy as np
 
 from polycube.hexmesh import quality
 from polycube.hexmesh.certificate import certify
+from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.metrics import metrics, worst
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface import closest
@@ -92,6 +93,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "worst": worst_hexes(mesh, context),
         "certificate": certificate(mesh),
         "sets": {name: {"quads": len(own), "area": _area(mesh, own)} for name, own in named},
+        "faces_without_quads": list(inspect(mesh, surface).lost_faces),
     }
 
 

@@ -26,14 +26,14 @@ from polycube.report.page.markup import (
 from polycube.report.page.viewer import viewer
 from polycube.report.pictures.colours import DEVIATION_COLOURS, QUALITY_COLOURS
 from polycube.report.pictures.scenes import cell_colour
-from polycube.types import HexMesh, Json
+from polycube.types import HexMesh, Json, TriMesh
 
 QUALITY_BAR = gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1")
 FARTHEST = {
     "farthest from the input, at": "mesh_to_surface_max_at",
     "farthest of the input, at": "surface_to_mesh_max_at",
 }
-N_NAMED = 12  # grid cells at most that are named under their picture
+N_NAMED = 12  # grid cells at most that are named under their picture, and CAD faces
 
 
 def view(state: RunState) -> str:
@@ -70,7 +70,7 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> str:
         "<p class=note>A bar, clicked, shows its hexes in the view above.</p>",
         charts.histogram(quality),
         grid(
-            facts(_rows(mesh, quality, numbers)),
+            facts(_rows(mesh, quality, numbers) | _cad_faces(state.surface, numbers)),
             figure(pictures.get("worst"), f"Worst hex: number {worst}, at ({at})."),
         ),
         _measures(numbers),
@@ -96,6 +96,15 @@ def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Json) -> dict[str, object
         ),
         "volume error, %": _times(100, numbers.get("volume_error")),
     }
+
+
+def _cad_faces(surface: TriMesh, numbers: Json) -> dict[str, object]:
+    """The CAD faces that the mesh lost, where the part is a CAD model."""
+    lost, all_faces = numbers.get("faces_without_quads"), len(np.unique(surface.region))
+    if lost is None or not all_faces:
+        return {}
+    names = f": {', '.join(lost[:N_NAMED])}{', ...' * (len(lost) > N_NAMED)}" if lost else ""
+    return {"CAD faces without a quad": f"{len(lost)} of {all_faces}{names}"}
 
 
 def _certificate(found: Json | None) -> str | None:

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from polycube.hexmesh.face_groups import facing, measure
 from polycube.pipeline.state import RunState
 from polycube.report.numbers import quality
 from polycube.report.page.hexes import hexes
 from polycube.types import HexMesh
+from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
 
 
@@ -48,6 +50,23 @@ def test_measures_worst_hexes_and_distances_are_told(run, numbers) -> None:
 def test_the_certificate_says_what_is_not_certain(certificate, words, run) -> None:
     whole = {"positive_at_corners": True, "positive_everywhere": False, "undecided": 0}
     assert words in text(hexes(run, {"hex": {"certificate": whole | certificate}}, {}))
+
+
+def test_cad_faces_without_a_quad_are_named() -> None:
+    """The lower side of a box has a strip that is thinner than a quad of the mesh."""
+    fine = hex_box((20, 1, 1))
+    normal, middle = (getattr(measure(fine.vertices[fine.quads]), n) for n in ("normal", "middle"))
+    region = facing(normal) + 1
+    region[(region == 5) & (middle[:, 0] < 0.05)] = 7
+    mesh, surface = hex_box((2, 1, 1)), surface_of(fine, region)
+    found = quality.full(mesh, surface)
+    assert found["faces_without_quads"] == ["cad_face_7"]
+    run = RunState(surface, path="strip.step", hexes=mesh)
+    assert "CAD faces without a quad 1 of 7: cad_face_7" in text(hexes(run, {"hex": found}, {}))
+    whole = quality.full(fine, surface)
+    assert whole["faces_without_quads"] == []
+    run = RunState(surface, path="strip.step", hexes=fine)
+    assert "CAD faces without a quad 0 of 7" in text(hexes(run, {"hex": whole}, {}))
 
 
 def test_before_and_after_where_the_run_began_with_hexes(run, numbers) -> None:
