@@ -22,7 +22,7 @@ from polycube import HOME
 from polycube.cli import cluster
 from polycube.cli.batch import begin_job, expanded
 from polycube.cli.command import refused
-from polycube.cli.overrides import plain_refusals
+from polycube.cli.overrides import plain_refusals, with_mesh
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.errors import InputError, MeshingError
@@ -115,7 +115,7 @@ def main() -> None:
             sys.exit(INTERRUPTED)
 
     try:
-        sys.argv[1:] = expanded(sys.argv[1:])
+        sys.argv[1:] = expanded(with_mesh(sys.argv[1:]))
         with plain_refusals():
             compose_and_run()
     except InputError as error:

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -30,6 +31,23 @@ def plain_refusals() -> Iterator[None]:
         yield
     except HydraException as error:
         raise refusal(error) from None
+
+
+def with_mesh(arguments: list[str]) -> list[str]:
+    """Read the only argument that is the name of an existing file as the value of `mesh=`.
+
+    Parameters
+    ----------
+    arguments : of the command line, without the program's name
+
+    Returns
+    -------
+    All arguments; unchanged where none or several are files, or where an input is named already.
+    """
+    bare = [word for word in arguments if not word.startswith("-") and Path(word).is_file()]
+    if len(bare) != 1 or any(word.startswith(("mesh=", "hex=", "resume=")) for word in arguments):
+        return arguments
+    return [f"mesh={word}" if word == bare[0] else word for word in arguments]
 
 
 def quoted(arguments: list[str]) -> list[str]:

@@ -171,6 +171,13 @@ def test_refusals_are_one_sentence_with_code_2_and_no_files(
     assert tree(tmp_path) == set()
 
 
+def test_the_name_of_a_file_alone_is_the_mesh(tmp_path):
+    (tmp_path / "part.stl").touch()
+    command = [sys.executable, str(HOME / "infer.py"), "part.stl"]
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert ended.returncode == 2 and "error: part.stl: the file is empty" in ended.stderr
+
+
 def test_command_line_exit_codes(tmp_path):
     command = [sys.executable, str(HOME / "infer.py")]
     for override in ("mesh=nowhere.stl", "no_such_option=1"):
