@@ -14,6 +14,7 @@ from difflib import get_close_matches
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.config_search_path_impl import ConfigSearchPathImpl
@@ -37,7 +38,7 @@ SEVERAL = ("export",)  # kinds of which a run takes several: each has its name i
 _ONE_AT_A_TIME = threading.Lock()  # Hydra's parser keeps state that threads would share
 
 
-def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[str, object]:
+def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Compose `conf/<config_name>.yaml` with overrides, as the command line does.
 
     Hydra's global state is neither read nor changed, so that this works inside another Hydra
@@ -62,9 +63,17 @@ def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[s
             cfg = loader().load_configuration(config_name, named, RunMode.RUN, from_shell=False)
             with open_dict(cfg):
                 del cfg["hydra"]
-            return OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
+            return plain(cfg)
     except (HydraException, OmegaConfBaseException) as error:
         raise refusal(error) from None
+
+
+def plain(cfg: DictConfig, throw_on_missing: bool = False) -> dict[str, Any]:
+    """The settings as dictionaries, lists and plain values, all interpolations resolved."""
+    values = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=throw_on_missing)
+    if not isinstance(values, dict):
+        raise InputError("the configuration is empty")
+    return {str(name): value for name, value in values.items()}
 
 
 def loader() -> ConfigLoaderImpl:
@@ -135,21 +144,24 @@ class PluginSource(ConfigSource):
         """Names right below a path."""
         group = f"{config_path}/".lstrip("/")
         below = {n.removeprefix(group).partition("/")[0] for n in self.nodes if n.startswith(group)}
-        wanted = {ObjectType.GROUP: self.is_group, ObjectType.CONFIG: self.is_config}
-        fits = wanted.get(results_filter, lambda path: True)
-        return sorted(name for name in below if fits(group + name))
+        if results_filter is ObjectType.GROUP:
+            below = {name for name in below if self.is_group(group + name)}
+        elif results_filter is ObjectType.CONFIG:
+            below = {name for name in below if self.is_config(group + name)}
+        return sorted(below)
 
     def load_config(self, config_path: str) -> ConfigResult:
         """The defaults of a plugin's options."""
         kind, name, cls = self.nodes[config_path.removesuffix(".yaml")]
-        config, choices = {} if (kind, name) in SHARED else {"plugin": name}, []
+        values: dict[str, object] = {} if (kind, name) in SHARED else {"plugin": name}
+        choices = []
         for option in options(kind, cls).values():
             if "choice" in option.metadata:
                 group, chosen = option.metadata["choice"]
                 choices.append({f"/{group}@{option.name}": chosen})
             else:
-                config[option.name] = _value(option)
-        config = OmegaConf.create({"defaults": [*choices, "_self_"], **config})
+                values[option.name] = _value(option)
+        config = OmegaConf.create({"defaults": [*choices, "_self_"], **values})
         header = {"package": f"{kind}.{name}" if kind in SEVERAL else None}
         return ConfigResult(self.provider, self.full_path(), config, header)
 
@@ -157,7 +169,7 @@ class PluginSource(ConfigSource):
 def _value(option: Field) -> object:
     """Default of an option as YAML has it."""
     value = default(option)
-    if is_dataclass(value):
+    if is_dataclass(value) and not isinstance(value, type):
         value = asdict(value)
     if "setting" in option.metadata:
         return f"${{oc.select:{option.metadata['setting']},{json.dumps(value)}}}"
@@ -178,7 +190,7 @@ def refusal(error: Exception) -> InputError:
         remedy = "write name=value, lists as 'a=[1,2]'"
         return InputError(f"{error.override!r} can not be read: {wrong}", remedy=remedy)
     if isinstance(cause, ConfigAttributeError | ConfigKeyError) and cause.parent_node is not None:
-        return _no_option(cause.full_key, cause.parent_node)
+        return _no_option(str(cause.full_key), cause.parent_node)
     return InputError(" ".join(str(cause).split()))
 
 
@@ -186,7 +198,8 @@ def _no_option(name: str, parent: Container) -> InputError:
     """For an option that its parent does not have."""
     group, _, last = name.rpartition(".")
     beside = list(parent) if group and isinstance(parent, DictConfig) else []
-    known = list(_names(parent._get_root()))
+    root = parent._get_root()
+    known = list(_names(root)) if isinstance(root, DictConfig) else []
     same = [other for other in known if other.rpartition(".")[2] == last]  # meshing.size for size
     highest = min((other.count(".") for other in same), default=0)
     near = (
@@ -204,7 +217,7 @@ def _did_you_mean(names: Sequence[str]) -> str:
 
 def _names(config: DictConfig, before: str = "") -> Iterator[str]:
     """Full names of all options, and of the groups they are in."""
-    for key in config:
+    for key in map(str, config):
         if not before and key == "hydra":
             continue
         yield f"{before}{key}"

@@ -110,7 +110,7 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
     values = {**config, **extra}
     if "plugin" not in values:
         raise UnknownPlugin(f"{kind} config names no plugin; have {', '.join(names(kind))}")
-    name = values.pop("plugin")
+    name = str(values.pop("plugin"))
     cls = classes().get((kind, name))
     if cls is None:
         raise UnknownPlugin(_unknown(kind, name))
@@ -132,7 +132,7 @@ def _check_types(plugin: str, cls: type, values: Mapping[str, object]) -> None:
         if isinstance(value, str) and value == REQUIRED:
             raise BadOption(f"{plugin}: {name} must be given")
         annotation = types.get(name)  # a text, where its module postpones annotations
-        plain = getattr(annotation, "__name__", annotation)
+        plain = annotation.__name__ if isinstance(annotation, type) else str(annotation)
         admitted, words = PLAIN.get(plain, (object, ""))
         truth = isinstance(value, bool) and plain != "bool"  # which Python counts as a number
         if not isinstance(value, admitted) or (truth and plain in PLAIN):
@@ -152,8 +152,8 @@ def _discover() -> None:
 def _import_all(package: ModuleType) -> None:
     """Import the modules that register plugins; what these need is imported when they run."""
     for module in pkgutil.walk_packages(getattr(package, "__path__", []), package.__name__ + "."):
-        spec = module.module_finder.find_spec(module.name)
-        source = getattr(spec.loader, "get_source", lambda name: None)(module.name)
+        spec = module.module_finder.find_spec(module.name, None)
+        source = getattr(spec and spec.loader, "get_source", lambda name: None)(module.name)
         if source is None or "register(" in source:
             importlib.import_module(module.name)
 

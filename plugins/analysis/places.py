@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING
 
-from polycube.types import Spline
+from polycube.types import Json, Spline
 
 if TYPE_CHECKING:
     from polycube.analysis.constraints import Support
@@ -18,8 +18,13 @@ if TYPE_CHECKING:
 AXES = "xyz"
 
 
-def check_items(name: str, items: object, keys: set[str], needed: int = 0) -> None:
-    """Raise ValueError unless every item names a place, and at least `needed` of the keys."""
+def check_items(
+    name: str, items: object, keys: set[str], needed: int = 0
+) -> list[tuple[object, Json]]:
+    """Place of each item and what is prescribed there.
+
+    Raises ValueError unless every item names a place, and at least `needed` of the keys.
+    """
     from polycube.analysis.boundary_sets import check_place
 
     if isinstance(items, str | Mapping) or not isinstance(items, Sequence):
@@ -31,12 +36,12 @@ def check_items(name: str, items: object, keys: set[str], needed: int = 0) -> No
             raise ValueError(
                 f"{name} takes places as {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
             )
+    return list(map(_split, items))
 
 
 def check_supports(name: str, items: object, keys: set[str]) -> None:
     """Raise ValueError unless the items are supports of a displacement."""
-    check_items(name, items, keys)
-    for _, said in map(_split, items):
+    for _, said in check_items(name, items, keys):
         components = said.get("components", AXES)
         if not components or not set(components) <= set(AXES):
             raise ValueError(f"{name}: components are some of x, y, z; got {components!r}")
@@ -47,8 +52,8 @@ def check_supports(name: str, items: object, keys: set[str]) -> None:
 
 def check_vector(name: str, value: object, length: int = 3) -> None:
     """Raise ValueError unless it is a list of so many numbers."""
-    good = isinstance(value, Sequence) and not isinstance(value, str) and len(value) == length
-    if not good or not all(map(is_number, value)):
+    numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else ()
+    if len(numbers) != length or not all(map(is_number, numbers)):
         raise ValueError(f"{name} must be {length} numbers; got {value!r}")
 
 
@@ -70,15 +75,15 @@ def supports(spline: Spline, items: Sequence[object]) -> list[Support]:
     return found
 
 
-def places(items: Sequence[object]) -> Iterator[tuple[object, dict[str, object]]]:
+def places(items: Sequence[object]) -> Iterator[tuple[object, Json]]:
     """Place of each item and what is said of it."""
     return map(_split, items)
 
 
-def _split(item: object) -> tuple[object, dict[str, object]]:
+def _split(item: object) -> tuple[object, Json]:
     from polycube.analysis.boundary_sets import place_of
 
     place = place_of(item)
-    if place is item:
+    if not isinstance(item, Mapping) or place is item:
         return item, {}
     return place, {key: value for key, value in item.items() if key != "at"}

@@ -43,8 +43,7 @@ class Poisson:
     def __post_init__(self) -> None:
         check_units(self.units)
         for name, items in {"fixed": self.fixed, "flux": self.flux}.items():
-            check_items(name, items, {"value"}, needed=1)
-            for _, said in places(items):
+            for _, said in check_items(name, items, {"value"}, needed=1):
                 if not is_number(said["value"]):
                     raise ValueError(f"{name}: value must be a number; got {said['value']!r}")
         if not self.conductivity > 0 or self.gauss < 2:

@@ -45,8 +45,8 @@ class Static:
         material(self.material)
         check_units(self.units)
         check_supports("fixed", self.fixed, {"components", "value"})
-        check_items("loads", self.loads, {"pressure", "traction", "force"}, needed=1)
-        for _, said in places(self.loads):
+        loads = check_items("loads", self.loads, {"pressure", "traction", "force"}, needed=1)
+        for _, said in loads:
             if not is_number(said.get("pressure", 0.0)):
                 raise ValueError(f"loads: pressure must be a number; got {said['pressure']!r}")
             for name in ("traction", "force"):

@@ -15,7 +15,7 @@ from polycube.types import HexMesh
 from .groups import blocks, node_sets, side_sets
 
 if TYPE_CHECKING:
-    from scipy.io import netcdf_file
+    from scipy.io import netcdf_file, netcdf_variable
 
 SIDES = np.array([4, 2, 1, 3, 5, 6])  # Exodus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
 NAME = 256  # longest name, with the zero at its end
@@ -110,7 +110,7 @@ def _names(file: netcdf_file, variable: str, names: list[str], size: str) -> Non
     file.createVariable(variable, "c", (size, "len_name"))[:] = np.array(rows, np.uint8).view("c")
 
 
-def _array(file: netcdf_file, name: str, values: np.ndarray, *sizes: str) -> object:
+def _array(file: netcdf_file, name: str, values: np.ndarray, *sizes: str) -> netcdf_variable:
     kind = "d" if values.dtype.kind == "f" else "i"
     variable = file.createVariable(name, kind, sizes)
     variable[:] = values

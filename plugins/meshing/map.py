@@ -54,5 +54,5 @@ class Harmonic:
         pieces = segment(surface, polycube, labels, parametrization, self.longest)
         sheet = flatten(pieces)
         logger.info("map: %d charts, no triangle flipped", pieces.outside.patch.max() + 1)
-        parts = tuple(np.full(n, 2**self.level) for n in polycube.occupancy.shape)
-        return chart_map(polycube, pieces.outside, sheet, rough_map, parts)
+        x, y, z = (np.full(n, 2**self.level) for n in polycube.occupancy.shape)
+        return chart_map(polycube, pieces.outside, sheet, rough_map, (x, y, z))

@@ -51,8 +51,15 @@ class Selective:
         if not taken.any():
             return hexes
         layered = layer(hexes, region, taken, self.depth)
-        near = {"alpha": (0.04, 0.04), "weight": (3.0, 20.0), "slack": (0.1, 0.05)}
-        return register_mesh(layered, goal, self.rounds, self.iterations, **near)
+        return register_mesh(
+            layered,
+            goal,
+            self.rounds,
+            self.iterations,
+            alpha=(0.04, 0.04),
+            weight=(3.0, 20.0),
+            slack=(0.1, 0.05),
+        )
 
     def _taken(self, hexes: HexMesh, goal: Target) -> tuple[np.ndarray, np.ndarray]:
         """Regions of the quads, and which quads get a layer."""

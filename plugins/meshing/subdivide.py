@@ -118,7 +118,8 @@ class Template:
 
     def _parts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
         if self.level is not None:
-            return tuple(np.full(n, 2**self.level) for n in polycube.occupancy.shape)
+            x, y, z = (np.full(n, 2**self.level) for n in polycube.occupancy.shape)
+            return x, y, z
         return self._counts(polycube, rough_map, size)
 
     def _counts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:

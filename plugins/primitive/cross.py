@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from polycube.registry import register
 class Cross:
     """A cell with a through hole along each of `axes`: two make genus 3, three genus 5."""
 
-    axes = (0, 1, 2)
+    axes: ClassVar[tuple[int, ...]] = (0, 1, 2)
 
     def __call__(self) -> np.ndarray:
         """(3, 3, 3) bool voxels."""

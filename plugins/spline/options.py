@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,8 +50,8 @@ class SplineOptions(ABC):
     angle: float = 45.0
     single_hex_edges: bool = True
     held: Sequence[object] = setting("analysis.fixed", ())
-    refine: Mapping | Refinement = field(default_factory=Refinement)
-    fit: Mapping | Fit = field(default_factory=Fit)
+    refine: Refinement = field(default_factory=Refinement)
+    fit: Fit = field(default_factory=Fit)
 
     def __post_init__(self) -> None:
         from polycube.analysis.boundary_sets import check_place, place_of

@@ -76,10 +76,10 @@ class Given(Reader, Structure):
 
         if full.grid[1:] != (1, 1):
             return {}
-        cells = [index for index, name in enumerate(full.context) if name is not None]
+        filled = [name for name in full.context if name is not None]
         solids = [full]
-        if len(cells) == 1:
-            own = self.primitives[full.context[cells[0]]]
+        if len(filled) == 1:
+            own = self.primitives[filled[0]]
             turned = {turn(own, rotation).tobytes() for rotation in rotations()}
             names = [name for name, cell in self.primitives.items() if cell.tobytes() in turned]
             rest = (None,) * (len(full.context) - 1)

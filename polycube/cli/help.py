@@ -15,6 +15,7 @@ from dataclasses import fields, is_dataclass
 from itertools import dropwhile, takewhile
 from pathlib import Path
 from textwrap import indent, shorten, wrap
+from typing import Any
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.utils import get_args_parser
@@ -55,7 +56,7 @@ def show(config_name: str) -> None:
 def choices(config_name: str) -> str:
     """All groups that a command line may choose from, with a line for each option."""
     own = (entry for entry in _file(config_name).defaults if isinstance(entry, DictConfig))
-    lists = {group: "" for entry in own for group, value in entry.items() if value == []}
+    lists = {str(group): "" for entry in own for group, value in entry.items() if value == []}
     search = loader()
     known = search.compute_defaults_list(config_name, [], RunMode.RUN).overrides.known_choices
     chosen = lists | {k: v for k, v in known.items() if not k.startswith("hydra/")}
@@ -92,7 +93,7 @@ def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
     parts = loader().compute_defaults_list(config_name, list(overrides), RunMode.RUN).defaults
     owners = set(asked)
     for _ in parts:  # a part of a part is one too, in whatever order they come
-        owners |= {part.config_path for part in parts if part.parent in owners}
+        owners |= {str(part.config_path) for part in parts if part.parent in owners}
     known = {"/".join(key): (key[0], cls) for key, cls in {**SHARED, **classes()}.items()}
     for part in parts:
         if part.config_path in known and (part.config_path in asked or part.parent in owners):
@@ -124,7 +125,7 @@ def summary(search: ConfigLoaderImpl, group: str, name: str) -> str:
 def described(kind: str, cls: type) -> dict[str, str]:
     """Help of the options of a plugin class, of those inside of an option too."""
     texts = documented(cls)
-    found = {}
+    found: dict[str, str] = {}
     for name, option in options(kind, cls).items():
         value = default(option)
         if is_dataclass(value):
@@ -146,7 +147,7 @@ def documented(cls: type) -> dict[str, str]:
     return texts
 
 
-def _file(config_name: str) -> DictConfig:
+def _file(config_name: str) -> Any:
     return OmegaConf.load(HOME / "conf" / f"{config_name}.yaml")
 
 

@@ -25,6 +25,7 @@ from polycube.cli.command import refused
 from polycube.cli.overrides import plain_refusals, with_mesh
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
+from polycube.config import plain
 from polycube.errors import InputError, MeshingError
 from polycube.types import Json
 
@@ -130,13 +131,13 @@ def _command(cfg: DictConfig) -> int:
         given = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
         if not given and not cfg.resume and not cfg.hex:
             raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
-        is_many = hydra_cfg and hydra_cfg.mode == RunMode.MULTIRUN
+        is_many = hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN
         if cluster.is_used(cfg.dask) and not is_many:
             raise InputError("dask is for several parts, such as mesh=folder", "dask")
-        settings = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=False)
+        settings = plain(cfg)
     except (InputError, OmegaConfBaseException) as error:
         return refused(error)
-    if is_many:
+    if hydra_cfg is not None and is_many:
         folder = Path(hydra_cfg.runtime.output_dir)
         return begin_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
     code, sentence = _attempt(settings, is_alone=HydraConfig.initialized())

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Any
 
 from polycube.kinds import KINDS
 from polycube.registry import build
@@ -34,7 +35,7 @@ def check_plugin(kind: str, config: Mapping[str, object], **extra: object) -> No
     check(kind, build(kind, config, **{**GIVEN.get(kind, {}), **extra}))
 
 
-def check(kind: str, plugin: object) -> None:
+def check(kind: str, plugin: Any) -> None:
     """Check a plugin that is built; raises AssertionError, or LookupError for an unknown kind."""
     if kind not in CHECKS:
         raise LookupError(f"no plugin kind {kind!r}; kinds are {', '.join(KINDS)}")

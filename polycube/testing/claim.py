@@ -13,10 +13,11 @@ def claim(holds: bool | np.bool_, promise: str, found: object = None) -> None:
 
 def claim_array(value: object, dims: tuple[int | None, ...], what: str) -> None:
     """Claim a finite numpy array whose sizes are `dims`; None is any size."""
-    claim(isinstance(value, np.ndarray), f"{what} is a numpy array", type(value).__name__)
+    if not isinstance(value, np.ndarray):
+        raise AssertionError(f"{what} is a numpy array; got {type(value).__name__}")
     fits = value.ndim == len(dims) and all(
         d in (None, n) for d, n in zip(dims, value.shape, strict=True)
     )
     wanted = ", ".join("any" if d is None else str(d) for d in dims)
     claim(fits, f"{what} has shape ({wanted})", value.shape)
-    claim(np.isfinite(value).all(), f"{what} is finite")
+    claim(bool(np.isfinite(value).all()), f"{what} is finite")

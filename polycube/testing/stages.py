@@ -21,6 +21,7 @@ from polycube.surface import measures as surfaces
 from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PLACE, SIDES, Solid, solid, swollen
 from polycube.types import (
+    Candidate,
     Deformation,
     HexMesh,
     Labels,
@@ -56,7 +57,7 @@ def check_structure(plugin: Callable) -> None:
     claim(n_proposals > 0, "something is proposed for a block, or for a block with a hole")
 
 
-def _volume(candidate: object) -> float:
+def _volume(candidate: Candidate) -> float:
     """Determinant of the rough map from the ends of the polycube's axes."""
     knots = candidate.polycube.knots
     low = np.array([k[0] for k in knots])

@@ -17,7 +17,7 @@ import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.types import Candidate, RoughMap, TriMesh
+from polycube.types import Candidate, PerAxis, RoughMap, TriMesh
 
 if TYPE_CHECKING:
     from ..slices.alignment import View
@@ -174,7 +174,8 @@ class BrickLattice(Structure):
             }
             choices.append([(c, True) for c in has_holes.values()])
             choices[-1] += [(c, False) for c in others.values()]
-        ways, misfit, is_holed = [], [], []
+        ways: list[Knots] = []
+        misfit, is_holed = [], []
         for way in itertools.product(*choices):
             knots = [cut for cut, _ in way]
             if _room(knots) < genus:
@@ -186,9 +187,9 @@ class BrickLattice(Structure):
         inner = np.array([sum(map(len, knots)) - 6 for knots in ways])
         first: dict[int, None] = {}
         for knot in self.knots:
-            order = np.argsort(np.array(misfit) + knot * inner, kind="stable")
-            holed = [n for n in order if is_holed[n]][: self.tried // 2]
-            first |= dict.fromkeys([*holed, *order[: self.tried - len(holed)]])
+            order = np.argsort(np.array(misfit) + knot * inner, kind="stable").tolist()
+            with_holes = [n for n in order if is_holed[n]][: self.tried // 2]
+            first |= dict.fromkeys([*with_holes, *order[: self.tried - len(with_holes)]])
         return [ways[number] for number in first]
 
     def _bricks(self, full: np.ndarray, knots: Knots, counts: np.ndarray) -> Bricks:
@@ -211,7 +212,8 @@ class BrickLattice(Structure):
         for _ in range(ROUNDS):
             knots, _ = descend(bricks.full, counts, bricks.knots, apart)
             gain, areas = _energies(counts, knots, 0.5, 0.0)
-            better = self._bricks(mend(bricks.full, gain, areas, genus), knots, counts)
+            full = mend(bricks.full, gain, areas, genus)
+            better = bricks if full is None else self._bricks(full, knots, counts)
             if better.misfit >= bricks.misfit:
                 return bricks
             bricks = better
@@ -255,15 +257,15 @@ def _filled(counts: np.ndarray, knots: Sequence[np.ndarray]) -> tuple[np.ndarray
 
 def _energies(
     counts: np.ndarray, knots: Knots, fill: float, smoothness: float
-) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+) -> tuple[np.ndarray, PerAxis]:
     """Gains of full bricks and costs of faces, see `minimum_cut`, as shares of the volume."""
     total = counts[-1, -1, -1]
     filled, size = _filled(counts, knots)
     x, y, z = (np.diff(k) for k in knots)
     weight = smoothness / total ** (2 / 3)
     faces = (y[:, None] * z)[None], (x[:, None] * z)[:, None], (x[:, None] * y)[:, :, None]
-    areas = tuple(
+    along_x, along_y, along_z = (
         np.repeat(face, len(k), axis=axis) * weight
         for axis, (face, k) in enumerate(zip(faces, knots, strict=True))
     )
-    return 2 * (filled - fill * size) / total, areas
+    return 2 * (filled - fill * size) / total, (along_x, along_y, along_z)

@@ -79,7 +79,7 @@ def _denoised(
     counts = np.array([denoiser.n_points(guess.polycube.context) for guess in batch])
     found: dict[int, Candidate] = {}
     for count in np.unique(counts):
-        alike = np.flatnonzero(counts == count)
+        alike = np.flatnonzero(counts == count).tolist()
         points, normals = sample(surface, count, np.random.default_rng(options.seed))
         turns = [batch[index].rotation for index in alike]
         placed = [learning_frame(surface.vertices, turn).apply(points) for turn in turns]

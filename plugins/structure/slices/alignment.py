@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from polycube.surface.voxels import Voxels
 from .options import Costs
 from .patterns import Word
 from .sections import Slices, measure
+
+Letter = TypeVar("Letter", bound=Hashable)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +116,7 @@ def _arrangement(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cut(
-    letters: Sequence[Hashable], emission: Mapping[Hashable, np.ndarray], shortest: int
+    letters: Sequence[Letter], emission: Mapping[Letter, np.ndarray], shortest: int
 ) -> tuple[float, np.ndarray]:
     """Least cost of cutting X slices into the letters in order, and where each one begins.
 

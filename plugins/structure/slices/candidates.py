@@ -55,7 +55,7 @@ def structure_key(polycube: Polycube, view: np.ndarray, frame: int) -> str:
 
 def distinct_turns(polycube: Polycube, of_row: bool = False) -> list[np.ndarray]:
     """Turns (3, 3) in which a polycube lies differently; of a row also those that move its axis."""
-    found = {}
+    found: dict[tuple[int, str], np.ndarray] = {}
     for rotation in rotations():
         axis = int(np.abs(rotation[0]).argmax()) if of_row else 0
         found.setdefault((axis, structure_key(polycube, rotation, 0)), rotation)
