@@ -14,26 +14,27 @@ from omegaconf.errors import OmegaConfBaseException
 import polycube.cli.search_path  # noqa: F401  (tells Hydra of plugin packages)
 from polycube import HOME
 from polycube.cli.overrides import plain_refusals
-from polycube.config import plain
 from polycube.errors import InputError
 from polycube.io import manifest
-from polycube.types import Json
 
 OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
 
 
-def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
+def command(config_name: str, job: Callable[[dict[str, object], Path], object]) -> None:
     """Run job(config, output folder); exit code 2, and one sentence, for what is refused."""
 
     @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
     def compose_and_run(cfg: DictConfig) -> None:
         folder = Path(HydraConfig.get().runtime.output_dir)
-        job(plain(cfg, throw_on_missing=True), folder)
+        try:
+            job(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
+        except (InputError, OmegaConfBaseException) as error:
+            sys.exit(refused(error))  # here, before Hydra adds a line of its own
 
     try:
         with plain_refusals():
             compose_and_run()
-    except (InputError, OmegaConfBaseException) as error:
+    except InputError as error:
         sys.exit(refused(error))
 
 

@@ -27,6 +27,7 @@ from polycube import HOME
 from polycube.config import SHARED, compose, loader, options_of
 from polycube.registry import classes, default, options
 
+REFUSED = {("train", "grid", "auto")}  # choices of another program: a training needs one grid
 WIDTH = 100  # of a line on the terminal
 MORE = """All options of a choice: --help GROUP=OPTION.  All values: --cfg job.
 """
@@ -66,7 +67,8 @@ def choices(config_name: str) -> str:
         if package and group in chosen:
             lines.append(f"{key}: default {chosen[key]}")
             continue
-        names = options_of(search, group)
+        refused = {name for of, at, name in REFUSED if (of, at) == (config_name, group)}
+        names = [name for name in options_of(search, group) if name not in refused]
         rows = [(f"{' *'[n == chosen[key]]} {n}", summary(search, group, n)) for n in names]
         lines += [key, *_aligned(rows)]
     if "primitives" in chosen:

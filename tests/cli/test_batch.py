@@ -183,7 +183,7 @@ def job(cfg):
     with open(os.path.join(os.environ["TALLY"], part), "a") as file:
         file.write(".")
         begun = file.tell()
-    if part in ("b", "d") and begun == 1:
+    if (part in ("b", "d") and begun == 1) or part == "killer":
         os.kill(os.getpid(), signal.SIGKILL)
     return 0, ""
 
@@ -191,13 +191,32 @@ infer._silently = job
 """
 
 
-@pytest.mark.slow
-def test_a_worker_killed_half_way_costs_no_part_and_does_none_twice(tmp_path, monkeypatch):
+@pytest.fixture
+def mortal(tmp_path, monkeypatch):
+    """A folder of parts whose jobs may kill their workers."""
     (tmp_path / "sitecustomize.py").write_text(MORTAL)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
     monkeypatch.setenv("TALLY", str(tmp_path / "tally"))
     for folder in ("parts", "tally"):
         (tmp_path / folder).mkdir()
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_a_job_that_kills_every_worker_fails_alone(mortal):
+    for name in ("a", "killer", "z"):
+        (mortal / "parts" / f"{name}.stl").touch()
+    words = ["mesh=parts", "output_dir=results", "dask.workers=2", "dask.deaths=1"]
+    ended = batch(mortal, *words)
+    assert ended.returncode == 1, ended.stderr
+    assert "killer: failed; KilledWorker" in ended.stderr
+    assert ended.stderr.splitlines()[-1] == "2 valid: results/summary.html"
+    assert (mortal / "tally" / "killer").stat().st_size == 2
+
+
+@pytest.mark.slow
+def test_a_worker_killed_half_way_costs_no_part_and_does_none_twice(mortal):
+    tmp_path = mortal
     for name in "abcdef":
         (tmp_path / "parts" / f"{name}.stl").touch()
     for _ in range(2):  # again: all are kept

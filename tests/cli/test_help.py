@@ -52,6 +52,7 @@ def test_what_is_listed_can_be_chosen_and_the_default_is_marked(name, capsys, mo
             value = f"[{chosen}]" if group == "export" else chosen
             config = compose(name, [f"{group}={value}"])
             assert (config == plain) is option.startswith("*"), f"{group}={option}"
+            assert name == "infer" or "???" not in str(config), f"{group}={option}"
 
 
 def test_what_is_used_inside_only_is_no_choice(capsys, monkeypatch) -> None:
