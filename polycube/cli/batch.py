@@ -27,8 +27,8 @@ from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
 from polycube.cli import cluster
+from polycube.cli.arguments import quote
 from polycube.cli.command import begin_sweep, refused
-from polycube.cli.overrides import quote
 from polycube.cli.signals import INTERRUPTED
 from polycube.errors import InputError
 from polycube.io import manifest

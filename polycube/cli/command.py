@@ -2,40 +2,75 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import hydra
+from hydra._internal.utils import get_args_parser
+from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.plugins import Plugins
+from hydra.errors import HydraException
+from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-import polycube.cli.search_path  # noqa: F401  (tells Hydra of plugin packages)
 from polycube import HOME
-from polycube.cli.overrides import plain_refusals
+from polycube.cli.arguments import quoted
+from polycube.config import add_sources, plain, refusal
 from polycube.errors import InputError
 from polycube.io import manifest
+from polycube.types import Json
 
 OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
 
 
-def command(config_name: str, job: Callable[[dict[str, object], Path], object]) -> None:
+class PluginConfigs(SearchPathPlugin):
+    """Lets `hydra.main` see plugin classes and the configuration of plugin packages."""
+
+    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+        add_sources(search_path)
+
+
+Plugins.instance().register(PluginConfigs)
+
+
+def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
     """Run job(config, output folder); exit code 2, and one sentence, for what is refused."""
 
-    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
-    def compose_and_run(cfg: DictConfig) -> None:
+    def task(cfg: DictConfig) -> None:
         folder = Path(HydraConfig.get().runtime.output_dir)
         try:
-            job(OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True), folder)
+            job(plain(cfg, throw_on_missing=True), folder)
         except (InputError, OmegaConfBaseException) as error:
             sys.exit(refused(error))  # here, before Hydra adds a line of its own
 
     try:
-        with plain_refusals():
-            compose_and_run()
+        run_hydra(config_name, task)
     except InputError as error:
         sys.exit(refused(error))
+
+
+def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
+    """Run a task by Hydra, once or for each job of many.
+
+    Raises
+    ------
+    InputError : the command line is wrong
+    """
+    arguments = sys.argv[1:] = quoted(sys.argv[1:])
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits
+    for word in get_args_parser().parse_known_args(arguments)[1]:
+        if word.startswith("-"):
+            name = word.lstrip("-").partition("=")[0]
+            raise InputError(f"unknown flag {word}; options are given as {name}=value")
+    main = hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
+    try:
+        main(task)()
+    except HydraException as error:
+        raise refusal(error) from None
 
 
 def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:

@@ -12,17 +12,15 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from polycube import HOME
 from polycube.cli import cluster
+from polycube.cli.arguments import with_mesh
 from polycube.cli.batch import begin_job, expanded
-from polycube.cli.command import refused
-from polycube.cli.overrides import plain_refusals, with_mesh
+from polycube.cli.command import refused, run_hydra
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.config import plain
@@ -108,8 +106,7 @@ def main() -> None:
     """Command line: Hydra composes the config, `infer` runs, the exit code says how it went."""
     codes = []
 
-    @hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name="infer")
-    def compose_and_run(cfg: DictConfig) -> None:
+    def task(cfg: DictConfig) -> None:
         codes.append(1)  # of a bug, which Hydra prints
         codes[-1] = _command(cfg)
         if codes[-1] == INTERRUPTED:
@@ -117,8 +114,7 @@ def main() -> None:
 
     try:
         sys.argv[1:] = expanded(with_mesh(sys.argv[1:]))
-        with plain_refusals():
-            compose_and_run()
+        run_hydra("infer", task)
     except InputError as error:
         sys.exit(refused(error))
     sys.exit(max(codes, default=0))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from polycube.cli.overrides import with_mesh
+from polycube.cli.arguments import with_mesh
 
 
 @pytest.fixture(autouse=True)

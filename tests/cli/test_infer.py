@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
-import polycube.cli.search_path  # noqa: F401
 from polycube import HOME
 from polycube.cli.infer import _command
 from polycube.io.manifest import writing

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
-import polycube.cli.search_path  # noqa: F401
 from polycube.cli.infer import _command
 from polycube.config import compose
 from polycube.io import manifest

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import polycube.cli.search_path  # noqa: F401
 from polycube.config import compose
 from polycube.errors import InputError
 from polycube.pipeline.proposals import propose

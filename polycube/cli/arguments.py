@@ -1,36 +1,13 @@
-"""What is wrong with a command line, in one sentence, with the nearest name that would be right."""
+"""Arguments of a command line, as Hydra's grammar reads them."""
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-from polycube.config import refusal
-from polycube.errors import InputError
-
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from")
-
-
-@contextmanager
-def plain_refusals() -> Iterator[None]:
-    """Around a function of `hydra.main`: InputError, one sentence, for a wrong command line."""
-    arguments = sys.argv[1:] = quoted(sys.argv[1:])
-    os.environ["HYDRA_FULL_ERROR"] = "1"  # else Hydra prints several lines and ends the program
-    for word in get_args_parser().parse_known_args(arguments)[1]:
-        if word.startswith("-"):
-            name = word.lstrip("-").partition("=")[0]
-            raise InputError(f"unknown flag {word}; options are given as {name}=value")
-    try:
-        yield
-    except HydraException as error:
-        raise refusal(error) from None
 
 
 def with_mesh(arguments: list[str]) -> list[str]:
@@ -51,7 +28,7 @@ def with_mesh(arguments: list[str]) -> list[str]:
 
 
 def quoted(arguments: list[str]) -> list[str]:
-    """The arguments; paths that Hydra's grammar can not read, as with # or =, in quotes."""
+    """The arguments; paths that Hydra's grammar cannot read, as with # or =, in quotes."""
     return [_quoted(word) if word.partition("=")[0] in PATHS else word for word in arguments]
 
 
@@ -65,5 +42,5 @@ def _quoted(word: str) -> str:
 
 
 def quote(path: str) -> str:
-    """A path as Hydra's grammar reads any."""
+    """A path in quotes."""
     return "'" + path.replace("\\", "\\\\").replace("'", "\\'") + "'"
