@@ -11,6 +11,7 @@ import logging
 from collections import Counter
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from polycube.hexmesh.quality import triangles
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import connected, diagonal
 from polycube.types import HexMesh, TriMesh
+
+if TYPE_CHECKING:
+    import meshio
 
 logger = logging.getLogger(__name__)
 
@@ -74,13 +78,29 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     if others or "hexahedron" not in kinds:
         had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"
         raise InputError(f"only meshes of hexahedra with 8 corners can be improved; it has {had}")
-    if found.points.ndim != 2 or found.points.shape[1] != 3:
+    points = np.asarray(found.points)
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise InputError("its points have no three coordinates")
-    hexes = found.cells_dict["hexahedron"]
-    cell = found.cell_data_dict.get("cell", {}).get("hexahedron", np.zeros(len(hexes)))
-    cell = np.asarray(cell).reshape(len(hexes), -1)[:, 0]
-    known = cell.dtype.kind in "iu" and cell.min() >= 0
-    return found.points, hexes, cell if known else np.zeros(len(hexes), np.int64)
+    blocks = [np.asarray(block.data) for block in found.cells if block.type == "hexahedron"]
+    if any(block.ndim != 2 or block.shape[1] != 8 for block in blocks if len(block)):
+        raise InputError("it has hexahedra without 8 corners")
+    hexes = np.concatenate([block for block in blocks if len(block)])
+    if hexes.dtype.kind not in "iu":
+        raise InputError("the corners of its hexahedra are no whole numbers")
+    return points, hexes, _cells(found, len(hexes))
+
+
+def _cells(found: meshio.Mesh, number: int) -> np.ndarray:
+    """(H,) the array `cell` of our own files, zeros in any other file."""
+    listed = found.cell_data.get("cell", [])
+    own = [
+        np.asarray(values).ravel()
+        for block, values in zip(found.cells, listed, strict=False)
+        if block.type == "hexahedron"
+    ]
+    cell = np.concatenate([np.zeros(0, np.int64), *own])
+    known = len(cell) == number and cell.dtype.kind in "iu" and cell.min() >= 0
+    return cell if known else np.zeros(number, np.int64)
 
 
 def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[HexMesh, list[str]]:

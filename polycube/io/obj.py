@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
+
+LARGEST = 2**31 - 1  # vertex index
 
 
 def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -24,12 +26,14 @@ def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
                 corners = [int(word.split("/")[0]) for word in words[1:]]
                 polygons.append([_vertex(index, len(vertices)) for index in corners])
         except ValueError as error:
-            raise InputError(f"line {number}, {line.strip()[:60]!r}: {error}") from None
+            raise InputError(f"line {number}, {line.strip()[:60]!r}: {brief(error)}") from None
     return split(np.array(vertices).reshape(-1, 3), polygons)
 
 
 def _vertex(index: int, n_vertices: int) -> int:
     """Count from 1 on, or back from the last vertex with negative indices."""
+    if index > LARGEST:
+        raise ValueError(f"vertex index larger than {LARGEST}")
     if index == 0:
         raise ValueError("vertex index 0; OBJ counts vertices from 1")
     if index < -n_vertices:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
 from polycube.io.atomic import atomic_write
 
 HEADER, RECORD = 84, 50  # bytes: 80 of text and a count; a triangle
@@ -69,4 +69,4 @@ def _ascii(data: bytes) -> np.ndarray:
     try:
         return np.array(words, dtype=np.float64).reshape(-1, 3)
     except ValueError as error:
-        raise InputError(f"not an STL file: a coordinate is no number ({error})") from None
+        raise InputError(f"not an STL file: a coordinate is no number ({brief(error)})") from None

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
 from polycube.examples.parts import example
 from polycube.io.cad import SUFFIXES, Cad, read_cad
 from polycube.io.obj import read_obj
@@ -124,7 +124,7 @@ def _read_trimesh(path: Path) -> Soup:
     try:
         mesh = trimesh.load_mesh(path, process=False)
     except Exception as error:  # foreign parsers raise whatever broke
-        raise InputError(f"not a readable {path.suffix} file: {error!r}") from error
+        raise InputError(f"not a readable {path.suffix} file: {brief(error)}") from error
     return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
 
 
