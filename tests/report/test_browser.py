@@ -110,9 +110,9 @@ def test_the_first_screen_answers(desktop, run, report) -> None:
     )
     assert "Valid hex mesh, to be looked at" in shown and "93 % of the surface" in shown
     assert f"{report['hex']['min_scaled_jacobian']:.3f}" in shown
-    assert f"{len(run['hexes'].hexes)}" in shown and "Jacobian positive" in shown
+    assert f"{len(run.hexes.hexes)}" in shown and "Jacobian positive" in shown
     assert "of the diagonal" in shown and "volume error" in shown
-    assert f"{run['solution'].frequency[6]:.4g} Hz" in shown
+    assert f"{run.solution.frequency[6]:.4g} Hz" in shown
     assert desktop.box("canvas")[1] < 900  # and the part is there without scrolling far
 
 
