@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import subprocess
 import sys
 from dataclasses import fields
@@ -16,41 +15,15 @@ from torch.utils.tensorboard import SummaryWriter
 
 from polycube import HOME
 from polycube.cli.sweep import summarized
-from polycube.cli.train import main, train
+from polycube.cli.train import train
 from polycube.config import compose, loader
 from polycube.diffusion.denoiser import DenoiserOptions
 from polycube.diffusion.training.learning import Learning
 from polycube.diffusion.weights import load_denoiser
-from polycube.errors import InputError
 from polycube.registry import build
+from tests.fixtures.trainings import SMALL, command, config
 
-# torch says this about how Lightning asks it; neither is ours
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
-
-SMALL = [
-    "experiment=smoke",
-    "batch_size=4",
-    "batches_per_epoch=2",
-    "held_out=4",
-    "schedule.steps=20",
-    "+trainer.enable_progress_bar=false",
-]
-
-
-def config(*overrides: str) -> dict[str, object]:
-    return compose("train", [*SMALL, *overrides])
-
-
-def command(*arguments: str) -> int:
-    """Exit code of train.py with these arguments."""
-    argv, sys.argv = sys.argv, ["train.py", *arguments]
-    try:
-        main()
-    except SystemExit as end:
-        return end.code
-    finally:
-        sys.argv = argv
-    return 0
 
 
 def options(group: str) -> list[str]:
@@ -201,61 +174,6 @@ def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) 
     assert measured["steps"] == 2
     files = [tmp_path / run / "weights" / "weights.safetensors" for run in ("run", "export")]
     assert files[0].read_bytes() == files[1].read_bytes()
-
-
-def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
-    train(config("trainer.max_epochs=1"), tmp_path / "run")
-    ckpt = tmp_path / "run" / "checkpoints" / "last.ckpt"
-    with pytest.raises(InputError, match=r"schedule\.plugin is cosine.*model\.width is 16, was 8"):
-        train(config(f"ckpt={ckpt}", "model.width=16", "schedule=cosine"), tmp_path / "other")
-
-
-@pytest.mark.parametrize(
-    ("argument", "message"),
-    [
-        ("sampler.steps=0", "error: sampler=ddim: steps must be at least 1; got 0"),
-        ("learning.decay=steep", "error: learning.decay must be one of"),
-        ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
-        ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
-        ("denoiser.target=mean", "error: denoiser.target must be one of x0, noise, v; got mean"),
-        ("learning.thin=2", "error: model=tiny sees whole images only, so learning.thin must be 1"),
-        ("ema=1", "error: ema must lie between 0 and 1; got 1"),
-        ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
-        ("ckpt=last", "error: ckpt=last: no run under"),
-    ],
-)
-def test_a_wrong_option_is_one_sentence_and_exit_code_2(
-    argument: str,
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert command(*SMALL, argument) == 2
-    said = capsys.readouterr().err.strip().splitlines()[-1]
-    assert said.startswith(message)
-
-
-def test_held_out_pairs_must_be_shared_evenly(tmp_path: Path) -> None:
-    two = ("trainer=ddp", "trainer.accelerator=cpu", "trainer.devices=2", "held_out=5")
-    with pytest.raises(InputError, match=r"held_out must be a multiple of the 2 processes .*got 5"):
-        train(config(*two), tmp_path)
-    assert not list(tmp_path.iterdir())
-
-
-def test_an_unknown_choice_is_refused_with_those_that_exist(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert command("schedule=steep") == 2
-    assert "cosine" in capsys.readouterr().err
-    assert not os.listdir(tmp_path)
-
-
-def test_missing_checkpoint_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no checkpoint at"):
-        train(config("ckpt=nothing.ckpt"), tmp_path)
 
 
 def test_training_imports_no_meshing_libraries() -> None:

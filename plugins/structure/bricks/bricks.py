@@ -17,7 +17,9 @@ import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.types import Candidate, PerAxis, RoughMap, TriMesh
+from polycube.types import Candidate, RoughMap, TriMesh
+
+from .energies import Knots, energies, filled_and_size, room
 
 if TYPE_CHECKING:
     from ..slices.alignment import View
@@ -28,8 +30,6 @@ Entry = TypeVar("Entry")
 
 TRUST = 0.1  # share of the misfit that costs: registration mends the rest
 ROUNDS = 5  # of knots and bricks in turns, at most
-
-Knots = list[np.ndarray]  # three vectors in voxels, ends included
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ class BrickLattice(Structure):
         made = []
         for knots in self._cuttings(solid, counts, apart, genus):
             for fill, smoothness in itertools.product(self.fill, self.smoothness):
-                gain, areas = _energies(counts, knots, fill, smoothness)
+                gain, areas = energies(counts, knots, fill, smoothness)
                 full = mend(minimum_cut(gain, areas), gain, areas, genus, self.mended)
                 if full is not None:
                     made.append(self._bricks(full, knots, counts))
@@ -178,9 +178,9 @@ class BrickLattice(Structure):
         misfit, is_holed = [], []
         for way in itertools.product(*choices):
             knots = [cut for cut, _ in way]
-            if _room(knots) < genus:
+            if room(knots) < genus:
                 continue
-            filled, size = _filled(counts, knots)
+            filled, size = filled_and_size(counts, knots)
             ways.append(knots)
             misfit.append(np.minimum(filled, size - filled).sum() / counts[-1, -1, -1])
             is_holed.append(genus > 0 and all(holed for _, holed in way))
@@ -200,7 +200,7 @@ class BrickLattice(Structure):
             new = np.append(True, (slabs[1:] != slabs[:-1]).any(axis=(1, 2)))
             full = full.compress(new, axis=axis)
             kept.append(knots[axis][np.append(new, True)])
-        filled, size = _filled(counts, kept)
+        filled, size = filled_and_size(counts, kept)
         misfit = np.where(full, size - filled, filled).sum() / counts[-1, -1, -1]
         return Bricks(full, kept, float(misfit))
 
@@ -211,7 +211,7 @@ class BrickLattice(Structure):
 
         for _ in range(ROUNDS):
             knots, _ = descend(bricks.full, counts, bricks.knots, apart)
-            gain, areas = _energies(counts, knots, 0.5, 0.0)
+            gain, areas = energies(counts, knots, 0.5, 0.0)
             full = mend(bricks.full, gain, areas, genus)
             better = bricks if full is None else self._bricks(full, knots, counts)
             if better.misfit >= bricks.misfit:
@@ -238,34 +238,3 @@ class BrickLattice(Structure):
         return Candidate(
             "bricks", polycube, rough_map, TRUST * bricks.misfit, key, family="lattice"
         )
-
-
-def _room(knots: Sequence[np.ndarray]) -> int:
-    """About how many handles bricks between knots can have: a hole needs 3 x 3 of them."""
-    x, y, z = ((len(k) - 2) // 2 for k in knots)
-    return 2 * (x * y + y * z + z * x)
-
-
-def _filled(counts: np.ndarray, knots: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """(X, Y, Z) solid voxels in each brick, and all of its voxels."""
-    filled = counts[np.ix_(*knots)]
-    for axis in range(3):
-        filled = np.diff(filled, axis=axis)
-    x, y, z = (np.diff(k) for k in knots)
-    return filled, x[:, None, None] * y[:, None] * z
-
-
-def _energies(
-    counts: np.ndarray, knots: Knots, fill: float, smoothness: float
-) -> tuple[np.ndarray, PerAxis]:
-    """Gains of full bricks and costs of faces, see `minimum_cut`, as shares of the volume."""
-    total = counts[-1, -1, -1]
-    filled, size = _filled(counts, knots)
-    x, y, z = (np.diff(k) for k in knots)
-    weight = smoothness / total ** (2 / 3)
-    faces = (y[:, None] * z)[None], (x[:, None] * z)[:, None], (x[:, None] * y)[:, :, None]
-    along_x, along_y, along_z = (
-        np.repeat(face, len(k), axis=axis) * weight
-        for axis, (face, k) in enumerate(zip(faces, knots, strict=True))
-    )
-    return 2 * (filled - fill * size) / total, (along_x, along_y, along_z)

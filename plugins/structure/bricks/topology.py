@@ -1,8 +1,7 @@
-"""Topology of bricks: what is wrong with it, and the cheapest flips that put it right.
+"""Topology of bricks: its defects, and the cheapest flips that repair them.
 
-Runs of bricks are flipped, the cheapest per defect first, until the solid is in one piece, without
-voids, manifold and of the genus wanted; after that, while the energy of `bricks_cut` sinks and the
-topology stays.
+Runs of bricks are flipped, the cheapest per defect first, until the solid is connected, without
+voids, manifold and of the given genus; then as long as this lowers the energy of `cut`.
 """
 
 from __future__ import annotations
