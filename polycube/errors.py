@@ -43,7 +43,7 @@ class BadOption(InputError, TypeError):
     """A plugin was given an option it does not take, or a value it refuses."""
 
 
-def brief(error: Exception) -> str:
+def brief(error: Exception | str) -> str:
     """What another program's error says, on one line of at most 100 characters."""
     text = " ".join(str(error).split()) or type(error).__name__
     return text if len(text) <= 100 else f"{text[:97]}..."

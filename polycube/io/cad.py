@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
 from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
@@ -28,6 +28,8 @@ logger = logging.getLogger(__name__)
 
 SUFFIXES = (*STEP, ".iges", ".igs", ".brep")
 LOST = 0.05  # share of the volume that tessellation may lose
+SECONDS = 120  # that reading may take, and 30 more for each MB: Open CASCADE may loop for ever
+MEMORY = 4  # GB that it may use, and 0.2 more for each MB
 INSTALL = "pip install 'polycube[cad]'"
 
 
@@ -99,12 +101,21 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
         output = Path(folder) / "solid.npz"
         request: dict[str, str | int | None] = {"path": str(path), "output": str(output)}
         request |= {"solid": options.solid, "segments": options.segments}
-        done = subprocess.run(
-            [sys.executable, "-m", "polycube.io.cad_worker"],
-            input=json.dumps(request),
-            capture_output=True,
-            text=True,
-        )
+        megabytes = path.stat().st_size / 1e6
+        try:
+            done = subprocess.run(
+                [sys.executable, "-m", "polycube.io.cad_worker"],
+                input=json.dumps(request | {"gigabytes": MEMORY + megabytes / 5}),
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=SECONDS + 30 * megabytes,
+            )
+        except subprocess.TimeoutExpired as late:
+            raise InputError(
+                f"gmsh did not finish reading it in {late.timeout:.0f} s; the file is damaged or "
+                "incomplete"
+            ) from None
         if output.is_file():
             with np.load(output) as arrays:
                 return _chosen(dict(arrays), options.solid)
@@ -147,7 +158,7 @@ def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:
 
 def _last_line(text: str) -> str:
     lines = [line for line in text.strip().splitlines() if line.strip()]
-    return lines[-1].removeprefix("Exception: ") if lines else "gmsh ended without a word"
+    return brief(lines[-1].removeprefix("Exception: ") if lines else "gmsh ended without a word")
 
 
 def _point(values: np.ndarray) -> str:

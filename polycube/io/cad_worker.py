@@ -12,6 +12,11 @@ from types import ModuleType
 
 import numpy as np
 
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
 SEW = 1e-5  # of the diagonal: gaps of loose faces that are closed
 COARSE = 1 / 20  # of the diagonal: largest triangle edge
 FINE = 1 / 1000  # smallest
@@ -20,6 +25,9 @@ FINE = 1 / 1000  # smallest
 def main() -> None:
     """Solids of the file, and the triangles of the one asked for; lengths in millimetres."""
     request = json.load(sys.stdin)
+    if resource is not None:
+        most = int(1e9 * request["gigabytes"])
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
     import gmsh
 
     gmsh.initialize(interruptible=False)

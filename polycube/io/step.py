@@ -65,7 +65,7 @@ def face_names(path: Path, kinds: Sequence[str], corners: Sequence[np.ndarray]) 
         for body in entity.values()
         if (face := re.match(ADVANCED_FACE, body, re.DOTALL)) and face[1].strip()
     ]
-    if not named:
+    if not any(len(points) for _, _, points in named):
         return ("",) * len(kinds)
     tree = cKDTree(np.concatenate([points for _, _, points in named]))
     near = SAME * np.linalg.norm(np.ptp(tree.data, axis=0))
@@ -90,13 +90,19 @@ def _references(body: str) -> list[str]:
 
 def _points(body: str, entity: dict[str, str]) -> np.ndarray:
     """(N, 3) vertices that an entity, or a list of references, comes down to."""
-    word, below = _word(body), _references(body)
-    if word == "CARTESIAN_POINT":
-        return np.array([re.findall(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?", body)[-3:]], np.float64)
-    if word == "EDGE_CURVE":
-        below = below[:2]  # the third is the curve
-    found = [_points(entity.get(number, ""), entity) for number in below]
-    return np.concatenate([np.zeros((0, 3)), *found])
+    waiting, seen, found = [body], set(), []
+    while waiting:
+        body = waiting.pop()
+        word, below = _word(body), _references(body)
+        if word == "CARTESIAN_POINT":
+            found.append(re.findall(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?", body)[-3:])
+        elif word == "EDGE_CURVE":
+            below = below[:2]  # the third is the curve
+        new = [number for number in below if number not in seen]
+        seen.update(new)
+        waiting += [entity.get(number, "") for number in new]
+    points = np.array([point for point in found if len(point) == 3], np.float64).reshape(-1, 3)
+    return points[np.isfinite(points).all(axis=1)]
 
 
 def _places(tree: cKDTree, points: np.ndarray, near: float) -> frozenset[int]:
