@@ -103,20 +103,9 @@ def mesh(
     >>> part = polycube.mesh("example:rod", size="8%", order=["meshing"])  # doctest: +SKIP
     >>> part.save("rod.inp")  # doctest: +SKIP
     """
-    read: Read | None = None
-    chosen = list(overrides)
-    if isinstance(source, str | Path):
-        key = "hex" if str(source).lower().endswith(HEX) else "mesh"
-        chosen.append(f"{key}={_value(str(source))}")
-    elif isinstance(source, HexMesh):
-        chosen.append("hex=object")
-        read = lambda settings, clock: _given(source)  # noqa: E731
-    else:
-        surface = _surface(source)
-        chosen.append("mesh=object")
-        read = lambda settings, clock: RunState(surface, path="object")  # noqa: E731
-    chosen += [override for name in options for override in _overrides(name, options[name])]
-    settings = Settings.of(compose("infer", chosen))
+    chosen, read = _input(source)
+    more = [setting for name in options for setting in _overrides(name, options[name])]
+    settings = Settings.of(compose("infer", [*overrides, chosen, *more]))
     if output_dir is None:
         settings = replace(settings, order=tuple(h for h in settings.order if h != "report"))
     result = execute(settings, Path(output_dir) if output_dir else None, read)
@@ -200,6 +189,17 @@ def _result(state: RunState, report: Mapping[str, object]) -> Result:
         state.verdict.warnings if state.verdict else (),
         state.interrupted,
     )
+
+
+def _input(source: object) -> tuple[str, Read | None]:
+    """The override that names a part, and what makes the first state of one in memory."""
+    if isinstance(source, str | Path):
+        key = "hex" if str(source).lower().endswith(HEX) else "mesh"
+        return f"{key}={_value(str(source))}", None
+    if isinstance(source, HexMesh):
+        return "hex=object", lambda settings, clock: _given(source)
+    surface = _surface(source)
+    return "mesh=object", lambda settings, clock: RunState(surface, path="object")
 
 
 def _surface(source: object) -> TriMesh:

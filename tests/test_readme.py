@@ -116,6 +116,7 @@ def test_the_readme_is_one_screen() -> None:
     assert len(text) <= 80 and max(map(len, text)) <= 120
 
 
+@pytest.mark.slow
 def test_the_script_of_the_readme_runs(capfd, tmp_path: Path) -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     [script] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -156,6 +156,7 @@ def test_rod_has_the_published_volume(rod):
     assert bezier_points(rod).shape == (1280, 64, 3)
 
 
+@pytest.mark.slow
 def test_rod_has_the_published_modes_with_the_solver_s_settings(rod, testdata):
     """Row-sum mass and 3 Gauss points; the published space has a few functions of level 1 more."""
     text = (testdata / "rod_benchmark" / "eigout").read_text()

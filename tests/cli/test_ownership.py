@@ -92,6 +92,7 @@ def test_an_input_among_the_results_survives(here):
     assert (here / "out/repaired.stl").read_bytes() == repaired
 
 
+@pytest.mark.slow
 def test_a_folder_of_an_earlier_run_is_used_again_unless_its_results_changed(here, capsys):
     assert infer("mesh=dice.stl", "output_dir=out", "order=[meshing]", "export=[vtk]") == 0
     assert infer("resume=out", "from=meshing/smooth", "order=[meshing]") == 0

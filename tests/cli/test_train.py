@@ -144,7 +144,7 @@ def test_networks_for_any_size_train_on_thin_images(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "averaged",
     [
-        pytest.param(["ema=0.9"], id="averaged"),
+        pytest.param(["ema=0.9"], id="averaged", marks=pytest.mark.slow),
         pytest.param(["ema=0", "workers=1"], id="workers", marks=pytest.mark.slow),
     ],
 )

@@ -34,13 +34,10 @@ def result(folder: Path, n_cores: int, order: str, structure: str) -> tuple[dict
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="cores can not be chosen here")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "structure"),
-    [
-        ("[meshing]", "slices"),
-        pytest.param("[meshing]", "auto", marks=pytest.mark.slow),
-        pytest.param("[meshing,spline,analysis]", "slices", marks=pytest.mark.slow),
-    ],
+    [("[meshing]", "slices"), ("[meshing]", "auto"), ("[meshing,spline,analysis]", "slices")],
 )
 def test_two_runs_are_the_same_to_the_last_bit(order: str, structure: str, tmp_path: Path) -> None:
     report, files = result(tmp_path / "a", 1, order, structure)

@@ -62,6 +62,7 @@ def test_control_points_of_level_one(folder):
     assert fine.control[fine.mesh.hexes] == pytest.approx(theirs, abs=6e-5)  # as printed
 
 
+@pytest.mark.slow
 def test_lumped_eigenvalues_are_those_of_eigout(refined):
     stiffness, mass = assemble(refined, 50.0, 0.3, 1.0, 3)
     assert mass.sum() == pytest.approx(193.642, rel=1e-5)
