@@ -1,7 +1,9 @@
 """The faces of the CAD model on the boundary of a hex mesh.
 
 Nine points of every quad, one in the middle of each ninth, take the face of the nearest triangle
-whose normal suits; the quad belongs to the face that most of them are on.
+whose normal suits, and sides that lie on a curve between two faces say which of them the quad is on
+(`polycube.hexmesh.cad_curves`).  Where mesh edges follow the curves, each face so becomes a set of
+whole quads with exactly its border; elsewhere the border is the shortest that suits the points.
 """
 
 from __future__ import annotations
@@ -12,13 +14,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from polycube.hexmesh.cad_curves import bounded_faces
 from polycube.hexmesh.face_groups import ends_and_holes
 from polycube.hexmesh.named_sets import boundary_sets, patch_sets
 from polycube.surface.fit_target import target
+from polycube.surface.measures import twins
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
+BORDER = 0.2  # of a quad: what a side between two faces costs where no curve is
+TINY = 1e-9
 ALPHA = 0.04  # of the diagonal: how far a normal that is the other way counts
 NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2, 5 / 6)])
 
@@ -69,9 +75,56 @@ def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarra
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     _, face = goal.closest(points, np.repeat(normals, len(NINTHS), axis=0), ALPHA)
     found = surface.region[face].reshape(-1, len(NINTHS))
-    votes = (found[:, :, None] == found[:, None]).sum(axis=2)
-    votes[:, len(NINTHS) // 2] += votes[:, len(NINTHS) // 2] == votes.max(axis=1)  # ties: middle
-    most = votes.argmax(axis=1)
-    row = np.arange(len(found))
-    region = found[row, most]
+    bounded = bounded_faces(goal, surface.region, corners, normals)
+    region = _with_short_borders(found, bounded, _across(mesh.quads), corners)
     return region, (found == region[:, None]).mean(axis=1)
+
+
+def _with_short_borders(
+    ninths: np.ndarray, bounded: np.ndarray, across: np.ndarray, corners: np.ndarray
+) -> np.ndarray:
+    """(Q,) CAD faces that suit points and sides, with short borders where no curve is.
+
+    Parameters
+    ----------
+    ninths : (Q, 9) face that the middle of each ninth is nearest to
+    bounded : (Q, 4) face that each side bounds; 0 where it is on no curve
+    across : (Q, 4) the other side at the same edge, as 4 quad + corner
+    corners : (Q, 4, 3)
+
+    The faces minimise the sum over the quads of the share of their ninths on other faces, the share
+    of their perimeter that bounds other faces, and `BORDER` times the lengths of the sides between
+    different faces on no curve, over the mean side of the two quads.  In a step, quads change that
+    gain more by it than their neighbours would, so the sum becomes smaller in every step.
+    """
+    is_curve = bounded > 0
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    size = length.mean(axis=1)
+    weight = 2 * length / (size[:, None] + size[across // 4]).clip(TINY)
+    weight *= BORDER * ~(is_curve | is_curve.ravel()[across])
+    candidates = np.hstack([ninths[:, [len(NINTHS) // 2]], ninths, bounded])  # ties: the middle
+    own = (candidates[:, :, None] != ninths[:, None]).mean(axis=2)
+    part = is_curve * length / (4 * size[:, None]).clip(TINY)
+    own += ((candidates[:, :, None] != bounded[:, None]) * part[:, None]).sum(axis=2)
+    own[candidates == 0] = np.inf
+    row, beyond = np.arange(len(ninths)), across // 4
+    region = candidates[row, own.argmin(axis=1)]
+    while True:
+        differ = candidates[:, :, None] != region[beyond][:, None]
+        cost = own + (weight[:, None] * differ).sum(axis=2)
+        best = cost.argmin(axis=1)
+        gain = np.where(candidates == region[:, None], cost, np.inf).min(axis=1) - cost[row, best]
+        is_first = gain[:, None] > gain[beyond]
+        is_first |= (gain[:, None] == gain[beyond]) & (row[:, None] <= beyond)
+        moved = (gain > TINY) & is_first.all(axis=1)
+        if not moved.any():
+            return region
+        region = np.where(moved, candidates[row, best], region)
+
+
+def _across(quads: np.ndarray) -> np.ndarray:
+    """(Q, 4) the other side at the edge of each side, as 4 quad + corner; itself without one."""
+    found = np.arange(quads.size)
+    first, second = twins(quads)
+    found[first], found[second] = second, first
+    return found.reshape(-1, 4)

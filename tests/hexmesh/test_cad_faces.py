@@ -56,6 +56,49 @@ def test_a_quad_on_two_faces_goes_to_the_larger_share(cut, shares):
     assert share[below] == pytest.approx(shares)
 
 
+def test_a_border_on_no_mesh_edge_is_straight():
+    """Two faces meet in a row of quads, a quarter of a quad left and right of its middle."""
+    n = 12
+    fine = boundary(hex_box((4 * n, n, 1)))
+    x, y, _ = n * fine.vertices[fine.faces].mean(axis=1).T
+    region = by_normal(fine)
+    region[(region == 5) & (x > np.where(y.astype(int) % 3 == 1, 6.25, 6.75))] = 6
+    mesh = hex_box((n, n, 1))
+    found, share = quad_regions(mesh, tagged(fine, region))
+    corners = n * mesh.vertices[mesh.quads]
+    lid, column = corners[:, :, 2].min(axis=1) == n, corners[:, :, 0].min(axis=1).round()
+    assert sorted(share[lid & (column == 6)]) == pytest.approx([1 / 3] * 4 + [2 / 3] * 8)
+    assert set(found[lid & (column <= 6)]) == {6} and set(found[lid & (column > 6)]) == {7}
+
+
+def rings(radii, n, height=0.2):
+    """Hexes of height `height` between regular polygons of n corners, and the radius of each."""
+    angle = 2 * np.pi * np.arange(n) / n
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    flat = np.concatenate([radius * circle for radius in radii])
+    points = np.concatenate([np.insert(flat, 2, z, axis=1) for z in (0, height)])
+    inner = np.arange((len(radii) - 1) * n).reshape(-1, n)
+    after = np.roll(inner, -1, axis=1)
+    quads = np.stack([inner, inner + n, after + n, after], axis=-1).reshape(-1, 4)
+    return hex_mesh(points, np.hstack([quads, quads + len(flat)]))
+
+
+def test_quads_beside_a_curve_that_they_follow_are_on_their_side_of_it():
+    """Thin quads outside an octagon lie within the circle where the two upper faces meet."""
+    fine = boundary(rings([0.6, 0.8, 1, 1.06, 1.5], 128))
+    middle = fine.vertices[fine.faces].mean(axis=1)
+    region = np.where(face_normals(fine)[:, 2] > 0.5, 1, 0)
+    region[(region == 1) & (np.hypot(*middle[:, :2].T) > 1)] = 2
+    mesh = rings([0.6, 1, 1.06, 1.5], 8)
+    found, share = quad_regions(mesh, tagged(fine, region))
+    corners = mesh.vertices[mesh.quads]
+    upper = corners[:, :, 2].min(axis=1) > 0
+    radius = np.linalg.norm(corners[:, :, :2], axis=2).min(axis=1)
+    assert set(found[upper & (radius < 0.99)]) == {2}
+    assert set(found[upper & (radius > 0.99)]) == {3}
+    assert share[upper & (abs(radius - 1) < 0.01)].max() < 0.5
+
+
 def test_faces_too_small_for_a_quad_have_no_set(caplog):
     fine = boundary(hex_box((20, 1, 1)))
     region = by_normal(fine)

@@ -1,0 +1,70 @@
+"""Mesh edges that lie on the curves between CAD faces, and the face that each then bounds.
+
+A curve has one CAD face on its left and one on its right, seen from outside.  A boundary quad has
+its sides counter-clockwise: one that lies on a curve, along it, bounds a quad of the left face, one
+that runs against it bounds a quad of the right face.  This is exact however coarse the quads are,
+where the points inside a quad may be nearer to the other face.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.surface import closest
+from polycube.surface.fit_target import Target
+from polycube.surface.measures import half_edges, twins
+
+SHARES = np.array([0, 1 / 6, 1 / 2, 5 / 6, 1])  # of the points on a side that are compared
+OFF = np.array([0.05, 0.15, 0.15, 0.15, 0.05])  # of its length: how far they are (octagon: 0.1)
+INNER = np.s_[:, :, 1:4]  # of them; at its ends, other curves may be as near
+ALONG = 0.85  # cosine between side and curve, at least (octagon: 0.92)
+SUITS = 0.5  # cosine between the normals of quad and CAD face, at least
+
+
+def bounded_faces(
+    goal: Target, region: np.ndarray, corners: np.ndarray, normals: np.ndarray
+) -> np.ndarray:
+    """CAD face that each side of each quad bounds.
+
+    Parameters
+    ----------
+    goal : Target
+    region : (F,) CAD face of each triangle of the target, from 1
+    corners : (Q, 4, 3) of the quads at unit scale, counter-clockwise from outside
+    normals : (Q, 3) of the quads, of length 1
+
+    Returns
+    -------
+    (Q, 4) face that the quad is on, by its side from corner k to the next; 0 where the side is not
+    on a curve, or the normals of quad and face do not suit.
+    """
+    curves, pair = _curves(goal, region)
+    if not len(curves):
+        return np.zeros(corners.shape[:2], np.int64)
+    along = np.roll(corners, -1, axis=1) - corners
+    points = corners[:, :, None] + SHARES[:, None] * along[:, :, None]  # (Q, 4, 5, 3)
+    segments = goal.surface.vertices[curves]
+    direction = _unit(segments[:, 1] - segments[:, 0])
+    tree = closest.tree(segments[:, [0, 1, 1]], direction)
+    foot, curve, _ = closest.closest(tree, points.reshape(-1, 3))
+    off = np.linalg.norm(points - foot.reshape(points.shape), axis=-1)
+    is_near = (off <= OFF * np.linalg.norm(along, axis=-1)[:, :, None]).all(axis=-1)
+    curve = curve.reshape(off.shape)[INNER]
+    cosine = np.einsum("qkd,qksd->qks", _unit(along), direction[curve])
+    own = np.where(cosine > 0, pair[curve, 0], pair[curve, 1])  # triangle beside the quad's side
+    face, beyond = region[own], np.where(cosine > 0, region[pair[curve, 1]], region[pair[curve, 0]])
+    fits = np.einsum("qd,qksd->qks", normals, goal.normals[own]) > SUITS
+    fits &= (abs(cosine) >= ALONG) & (face == face[:, :, :1]) & (beyond == beyond[:, :, :1])
+    return np.where(is_near & fits.all(axis=-1), face[:, :, 0], 0)
+
+
+def _curves(goal: Target, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ends (S, 2) of the triangle edges between CAD faces; triangles left and right (S, 2)."""
+    first, second = twins(goal.surface.faces)
+    pair = np.stack([first, second], axis=1) // 3
+    between = region[pair[:, 0]] != region[pair[:, 1]]
+    return half_edges(goal.surface.faces)[first[between]], pair[between]
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
