@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.hexmesh.cad_curves import bounded_faces
-from polycube.hexmesh.face_groups import ends_and_holes
+from polycube.hexmesh.face_groups import cad_ends_and_holes
 from polycube.hexmesh.named_sets import boundary_sets, patch_sets
 from polycube.surface.fit_target import target
 from polycube.surface.measures import twins
@@ -24,6 +24,7 @@ from polycube.types import HexMesh, TriMesh
 logger = logging.getLogger(__name__)
 
 BORDER = 0.2  # of a quad: what a side between two faces costs where no curve is
+SMOOTH = np.cos(np.radians(30))  # between the normals of quads, where the mesh has no edge
 TINY = 1e-9
 ALPHA = 0.04  # of the diagonal: how far a normal that is the other way counts
 NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2, 5 / 6)])
@@ -32,7 +33,8 @@ NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2,
 def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
     """The mesh with all sets of its boundary: ends, holes, CAD faces and patches.
 
-    Ends and holes of a CAD model consist of its faces, those of any other part of patches.
+    Ends and holes of a CAD model consist of its faces, and are found on the model, those of any
+    other part of pieces of the mesh's patches.
     """
     if not len(surface.region):
         return replace(mesh, sets=boundary_sets(mesh))
@@ -47,7 +49,11 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
         len(region),
         f"; without a quad: {', '.join(map(str, bare))}" if len(bare) else "",
     )
-    ends = ends_and_holes(mesh.vertices, mesh.quads, region)
+    ends = {
+        name: np.flatnonzero(np.isin(region, own))
+        for name, own in cad_ends_and_holes(surface).items()
+        if np.isin(region, own).any()
+    }
     return replace(mesh, sets=ends | _cad_sets(region, surface) | patch_sets(mesh.patch))
 
 
@@ -76,12 +82,18 @@ def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarra
     _, face = goal.closest(points, np.repeat(normals, len(NINTHS), axis=0), ALPHA)
     found = surface.region[face].reshape(-1, len(NINTHS))
     bounded = bounded_faces(goal, surface.region, corners, normals)
-    region = _with_short_borders(found, bounded, _across(mesh.quads), corners)
+    across = _across(mesh.quads)
+    is_smooth = np.einsum("qd,qkd->qk", normals, normals[across // 4]) > SMOOTH
+    region = _with_short_borders(found, bounded, across, corners, is_smooth)
     return region, (found == region[:, None]).mean(axis=1)
 
 
 def _with_short_borders(
-    ninths: np.ndarray, bounded: np.ndarray, across: np.ndarray, corners: np.ndarray
+    ninths: np.ndarray,
+    bounded: np.ndarray,
+    across: np.ndarray,
+    corners: np.ndarray,
+    is_smooth: np.ndarray,
 ) -> np.ndarray:
     """(Q,) CAD faces that suit points and sides, with short borders where no curve is.
 
@@ -91,17 +103,18 @@ def _with_short_borders(
     bounded : (Q, 4) face that each side bounds; 0 where it is on no curve
     across : (Q, 4) the other side at the same edge, as 4 quad + corner
     corners : (Q, 4, 3)
+    is_smooth : (Q, 4) sides at which the mesh has no edge of its own, where a border costs
 
     The faces minimise the sum over the quads of the share of their ninths on other faces, the share
-    of their perimeter that bounds other faces, and `BORDER` times the lengths of the sides between
-    different faces on no curve, over the mean side of the two quads.  In a step, quads change that
-    gain more by it than their neighbours would, so the sum becomes smaller in every step.
+    of their perimeter that bounds other faces, and `BORDER` times the lengths of the smooth sides
+    between different faces on no curve, over the mean side of the two quads.  In a step, quads
+    change that gain more by it than their neighbours would: the sum decreases in every step.
     """
     is_curve = bounded > 0
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     size = length.mean(axis=1)
     weight = 2 * length / (size[:, None] + size[across // 4]).clip(TINY)
-    weight *= BORDER * ~(is_curve | is_curve.ravel()[across])
+    weight *= BORDER * (is_smooth & ~is_curve & ~is_curve.ravel()[across])
     candidates = np.hstack([ninths[:, [len(NINTHS) // 2]], ninths, bounded])  # ties: the middle
     own = (candidates[:, :, None] != ninths[:, None]).mean(axis=2)
     part = is_curve * length / (4 * size[:, None]).clip(TINY)

@@ -2,23 +2,27 @@
 
 Faces with one label (a patch, a face of a CAD model) are cut at sharp edges into segments, and
 these into pieces whose normals are nearest to the same axis direction.  An end such as `x_min`
-consists of the pieces farthest out among those that face -x.  A hole consists of pieces that meet
-at concave edges and face each other in two directions.
+consists of the pieces farthest out among those that face -x; of a CAD model, of whole CAD faces.  A
+hole consists of pieces that meet at concave edges and face each other in two directions.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+
+from polycube.types import TriMesh
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that cuts a label
 WHOLE = 0.5  # of its segment's area: a piece whose border may be in the middle of a smooth face
 FLAT = 0.95  # length of the mean normal of a smaller piece, at least, ...
 PART = 0.2  # ... and its share of the area of its segment
+ROUND = 0.4  # length of the mean normal towards an end of a CAD face that is not flat, at least
 OUTERMOST = 0.05  # of the diagonal: how far from the bounding box the outermost point of an end is
 LEVEL = 1e-3  # of the diagonal: pieces that lie equally far out
 OPPOSITE = 0.7  # minus the cosine between normals of pieces that face each other, at least
@@ -65,6 +69,30 @@ class _Borders:
         return connected_components(graph, directed=False)[1]
 
 
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """A closed surface, cut into segments and these into pieces that face one axis direction."""
+
+    corners: np.ndarray  # (N, 4, 3)
+    measured: Faces  # the faces
+    borders: _Borders
+    segment: np.ndarray  # (N,)
+    piece: np.ndarray  # (N,)
+    pieces: Faces
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.corners, axis=(0, 1))))
+
+    def reach(self, end: int, group: np.ndarray) -> np.ndarray:
+        """How far out each group of faces (N,) comes at an end."""
+        out = np.full(int(group.max()) + 1, -np.inf)
+        place = (2 * (end % 2) - 1) * self.corners[:, :, end // 2]
+        np.maximum.at(out, group, place.max(axis=1))
+        return out
+
+
 def ends_and_holes(
     points: np.ndarray, faces: np.ndarray, label: np.ndarray
 ) -> dict[str, np.ndarray]:
@@ -81,34 +109,39 @@ def ends_and_holes(
     Numbers of faces, ascending, by name: those of `ENDS` that there are, then `hole_1` ... from low
     to high x, y and z of their middles.  No face has two of these names.
     """
-    corners = points[faces if faces.shape[1] == 4 else faces[:, [0, 1, 2, 2]]]
-    measured = measure(corners)
-    size = float(np.linalg.norm(np.ptp(corners, axis=(0, 1))))
-    direction = facing(measured.normal)
-    borders = _borders(faces, measured)
-    a, b = borders.first, borders.second
-    whole = (label[a] == label[b]) & (borders.cosine > SHARP)
-    segment = borders.components(whole, len(faces))
-    piece = borders.components(whole & (direction[a] == direction[b]), len(faces))
-    pieces = measured.joined(piece)
-    _, one = np.unique(piece, return_index=True)  # a face of each piece
-    share = pieces.area / measured.joined(segment).area[segment[one]]
-    length = np.linalg.norm(pieces.normal, axis=1)
-    is_clear = (share >= WHOLE) | ((share >= PART) & (length >= FLAT))
-    names = {}
+    cut = _cut(points, faces, label)
+    ends = _flat_ends(cut)
+    names = ends | _holes(cut, np.concatenate([[], *ends.values()]))
+    return {name: np.flatnonzero(np.isin(cut.piece, own)) for name, own in names.items()}
+
+
+def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
+    """Find the ends and the holes of a CAD model, which consist of whole CAD faces.
+
+    An end such as `x_min` consists of the faces that reach the least x and are flat and face -x;
+    without such, of those that face -x on the whole, such as half a cylinder.
+
+    Returns
+    -------
+    Numbers of CAD faces, ascending, by name, as in `ends_and_holes`.
+    """
+    cut = _cut(surface.vertices, surface.faces, surface.region)
+    numbers, face = np.unique(surface.region, return_inverse=True)
+    whole = cut.measured.joined(face)
+    ends = {}
     for end, name in enumerate(ENDS):
-        own = np.flatnonzero(is_clear & (direction[one] == end))
-        reach = (2 * (end % 2) - 1) * corners[:, :, end // 2]
-        far = (2 * (end % 2) - 1) * pieces.middle[own, end // 2]
-        out = np.full(len(one), -np.inf)
-        np.maximum.at(out, piece, reach.max(axis=1))
-        far = np.where(out[own] >= reach.max() - OUTERMOST * size, far, -np.inf)
-        if np.isfinite(far).any():
-            names[name] = own[far >= far.max() - LEVEL * size]
-    is_end = np.isin(np.arange(len(one)), np.concatenate([[], *names.values()]))
-    holes = _holes(borders, pieces, piece, segment, is_end, size)
-    names |= {f"hole_{k}": walls for k, walls in enumerate(holes, start=1)}
-    return {name: np.flatnonzero(np.isin(piece, own)) for name, own in names.items()}
+        out = cut.reach(end, face)
+        towards = (2 * (end % 2) - 1) * whole.normal[:, end // 2]
+        own = np.flatnonzero((out >= out.max() - LEVEL * cut.size) & (facing(whole.normal) == end))
+        own = own[towards[own] >= (FLAT if (towards[own] >= FLAT).any() else ROUND)]
+        if len(own):
+            ends[name] = _farthest(whole, own, end, cut.size)
+    is_end = np.isin(face, np.concatenate([[], *ends.values()]))
+    holes = _holes(cut, cut.piece[is_end])
+    in_hole = {name: np.isin(cut.piece, own) * cut.measured.area for name, own in holes.items()}
+    share = {name: np.bincount(face, area) / whole.area for name, area in in_hole.items()}
+    found = ends | {name: np.flatnonzero(part > 0.5) for name, part in share.items()}
+    return {name: numbers[own] for name, own in found.items() if len(own)}
 
 
 def facing(normal: np.ndarray) -> np.ndarray:
@@ -131,6 +164,41 @@ def measure(corners: np.ndarray) -> Faces:
     return Faces(length / 4, normal, points).joined(np.repeat(np.arange(len(corners)), 4))
 
 
+def _cut(points: np.ndarray, faces: np.ndarray, label: np.ndarray) -> _Cut:
+    corners = points[faces if faces.shape[1] == 4 else faces[:, [0, 1, 2, 2]]]
+    measured = measure(corners)
+    direction = facing(measured.normal)
+    borders = _borders(faces, measured)
+    a, b = borders.first, borders.second
+    whole = (label[a] == label[b]) & (borders.cosine > SHARP)
+    segment = borders.components(whole, len(faces))
+    piece = borders.components(whole & (direction[a] == direction[b]), len(faces))
+    return _Cut(corners, measured, borders, segment, piece, measured.joined(piece))
+
+
+def _flat_ends(cut: _Cut) -> dict[str, np.ndarray]:
+    """Pieces of each end."""
+    _, one = np.unique(cut.piece, return_index=True)  # a face of each piece
+    direction = facing(cut.measured.normal)[one]
+    share = cut.pieces.area / cut.measured.joined(cut.segment).area[cut.segment[one]]
+    length = np.linalg.norm(cut.pieces.normal, axis=1)
+    is_clear = (share >= WHOLE) | ((share >= PART) & (length >= FLAT))
+    names = {}
+    for end, name in enumerate(ENDS):
+        out = cut.reach(end, cut.piece)
+        own = np.flatnonzero(is_clear & (direction == end))
+        own = own[out[own] >= out.max() - OUTERMOST * cut.size]
+        if len(own):
+            names[name] = _farthest(cut.pieces, own, end, cut.size)
+    return names
+
+
+def _farthest(faces: Faces, own: np.ndarray, end: int, size: float) -> np.ndarray:
+    """Those of some faces whose middles are farthest out at an end."""
+    far = (2 * (end % 2) - 1) * faces.middle[own, end // 2]
+    return own[far >= far.max() - LEVEL * size]
+
+
 def _borders(faces: np.ndarray, measured: Faces) -> _Borders:
     n = faces.shape[1]
     edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2), axis=1)
@@ -145,23 +213,15 @@ def _borders(faces: np.ndarray, measured: Faces) -> _Borders:
     return _Borders(a, b, (normal[a] * normal[b]).sum(axis=1), inwards)
 
 
-def _holes(
-    borders: _Borders,
-    pieces: Faces,
-    piece: np.ndarray,
-    segment: np.ndarray,
-    is_end: np.ndarray,
-    size: float,
-) -> list[np.ndarray]:
-    """Sets of pieces, no ends, that are the walls of a hole or pocket, from low to high."""
-    n = len(pieces.area)
-    ends_of = np.sort(np.stack([piece[borders.first], piece[borders.second]], axis=1), axis=1)
-    between = (ends_of[:, 0] != ends_of[:, 1]) & ~is_end[ends_of].any(axis=1)
-    pairs, first, which = np.unique(
-        ends_of[between] @ [n, 1], return_index=True, return_inverse=True
-    )
+def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
+    """Pieces of each hole or pocket, none of them in an end, from low to high."""
+    pieces, borders, n = cut.pieces, cut.borders, len(cut.pieces.area)
+    is_end = np.isin(np.arange(n), ends)
+    pair = np.sort(np.stack([cut.piece[borders.first], cut.piece[borders.second]], axis=1), axis=1)
+    between = (pair[:, 0] != pair[:, 1]) & ~is_end[pair].any(axis=1)
+    pairs, first, which = np.unique(pair[between] @ [n, 1], return_index=True, return_inverse=True)
     mean = np.bincount(which, borders.inwards[between]) / np.bincount(which).clip(1)
-    smooth = (segment[borders.first] == segment[borders.second])[between][first]
+    smooth = (cut.segment[borders.first] == cut.segment[borders.second])[between][first]
     met = np.divmod(pairs[mean > np.where(smooth, -CONCAVE, CONCAVE)], n)
     graph = coo_matrix((np.ones(len(met[0])), met), (n, n))
     group = connected_components(graph, directed=False)[1]
@@ -169,7 +229,8 @@ def _holes(
     found = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
     found = [walls for walls in found if not is_end[walls].any() and _encloses(pieces, walls)]
     places = np.array([pieces.middle[walls].mean(axis=0) for walls in found]).reshape(-1, 3)
-    return [found[k] for k in np.lexsort(np.round(places / (LEVEL * size)).T[::-1])]
+    rank = np.lexsort(np.round(places / (LEVEL * cut.size)).T[::-1])
+    return {f"hole_{number}": found[k] for number, k in enumerate(rank, start=1)}
 
 
 def _encloses(pieces: Faces, walls: np.ndarray) -> bool:
