@@ -65,6 +65,13 @@ def set_name(place: object) -> str:
     return f"patch_{int(text)}" if text.isdigit() else text
 
 
+def kind_of(name: str) -> str:
+    """What a set of this name is: "direction", "hole", "cad_face" or "patch"."""
+    if name in ENDS:
+        return "direction"
+    return "cad_face" if name.startswith("cad_") else name.rpartition("_")[0]
+
+
 def may_name(place: object) -> bool:
     """Whether some part could have a set of this name."""
     ends = "|".join(ENDS)

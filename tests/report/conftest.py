@@ -1,10 +1,13 @@
 """A small finished run: a cube and a cube with a hole, bent, with spline and modes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import identity
 
 from polycube.hexmesh.connectivity import hex_mesh, quad_sides
+from polycube.hexmesh.named_sets import boundary_sets
 from polycube.pipeline.state import RunState
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.structure.lattice import boundary, cell_of_box, lattice
@@ -68,6 +71,7 @@ def run() -> RunState:
     surface = TriMesh(bend(faces.vertices), triangles)
     labels = Labels(np.repeat(faces.axis, 2), np.repeat(faces.patch, 2))
     hexes = hexes_of(polycube)
+    hexes = replace(hexes, sets=boundary_sets(hexes))
     spline = spline_of(hexes)
     x, y, z = (spline.control - spline.control.mean(0)).T
     flat = np.zeros_like(x)

@@ -12,6 +12,7 @@ from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.metrics import metrics, worst
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.report.numbers import sets
 from polycube.surface import closest
 from polycube.surface import measures as topology
 from polycube.surface.fit_target import target
@@ -71,7 +72,6 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
     found = measured(mesh)
     diagonal = topology.diagonal(surface)
     lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
-    named = mesh.sets.items()
     return {
         **numbers,
         "deviation": {
@@ -92,16 +92,9 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "histograms": {name: histogram(name, values) for name, values in found.items()},
         "worst": worst_hexes(mesh, context),
         "certificate": certificate(mesh),
-        "sets": {name: {"quads": len(own), "area": _area(mesh, own)} for name, own in named},
+        "sets": sets.numbers(mesh, surface),
         "faces_without_quads": list(inspect(mesh, surface).lost_faces),
     }
-
-
-def _area(mesh: HexMesh, quads: np.ndarray) -> float:
-    """Of some boundary quads, by four triangles each, in model units squared."""
-    corners = quality.triangles(mesh.vertices, mesh.quads[quads])
-    sides = corners[:, 1:] - corners[:, :1]
-    return float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2)
 
 
 def spline_warnings(numbers: object) -> list[str]:

@@ -18,6 +18,7 @@ from polycube.report.page import sections
 from polycube.report.page.hexes import hexes, view
 from polycube.report.page.markup import section
 from polycube.report.page.repairs import repairs
+from polycube.report.page.sets import sets
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.types import Json
 
@@ -75,6 +76,7 @@ def write_report(
         view(state),
         sections.warnings(report),
         hexes(state, report, drawn),
+        sets(state, report, drawn),
         sections.spline(state, report, drawn),
         solutions.section_of(state, report, drawn),
         sections.surface(state, report, drawn),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -11,10 +12,21 @@ import numpy as np
 Pictures = Mapping[str, bytes]  # PNG or GIF by name
 
 
+@dataclass(frozen=True)
+class Swatch:
+    """A name behind its colour, #rrggbb; None where it has none."""
+
+    name: str
+    colour: str | None = None
+
+
 def show(value: object) -> str:
     """A value for a person, escaped: 12 345, 0.3142, yes, a, b."""
     if value is None:
         return "–"
+    if isinstance(value, Swatch):
+        box = f'<i class=swatch style="background:{value.colour or "none"}"></i>'
+        return f"{box}{escape(value.name)}"
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     large = isinstance(value, float | np.floating) and 1e4 <= abs(value) < 1e9

@@ -8,6 +8,21 @@ SURFACE = "#a9b7c4"
 EDGE = "#1f2a36"
 WORST = "#d6206a"
 
+# of holes, and of CAD faces that are neither holes nor ends: strong, and pale
+HOLES = (
+    "#7b4fb0",
+    "#d9822b",
+    "#14807f",
+    "#b8487f",
+    "#8a6d1f",
+    "#4a5a9a",
+    "#e0559b",
+    "#5fa83a",
+    "#a05a3c",
+    "#35a3c9",
+)
+FACES = ("#d9c9a3", "#b9d8cf", "#dcc3d0", "#c9c3e3", "#d8dba6", "#bcd3e6", "#e6c7b5")
+
 # scaled Jacobian 0 .. 1: red is bad, blue is good, equal steps between the stops
 QUALITY_COLOURS = ("#a3152b", "#e8743b", "#f5d67b", "#63b8b4", "#3d78bd")
 # displacement 0 .. largest

@@ -38,6 +38,7 @@ class Layer:
     outlined: bool = False  # draw the edges of every polygon
     smooth: bool = False  # shade as a curved surface, except at sharp edges
     opacity: float = 1.0
+    ambient: float = 0.35  # share of a colour that needs no light: more where a legend names it
 
 
 Scene = list[Layer]
@@ -122,8 +123,8 @@ def _add(plotter: Plotter, layer: Layer, width: float = 4) -> None:
         smooth_shading=layer.smooth,
         split_sharp_edges=layer.smooth,
         specular=0.1,
-        ambient=0.35,
-        diffuse=0.8,
+        ambient=layer.ambient,
+        diffuse=1.15 - layer.ambient,
     )
     if len(layer.lines):
         lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))

@@ -21,8 +21,8 @@ def pixels(png: bytes) -> np.ndarray:
 
 
 def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
-    names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "deviation", "spline"}
-    assert set(drawn) == names | {"mode_6", "mode_7"}
+    names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "deviation", "sets"}
+    assert set(drawn) == names | {"spline", "mode_6", "mode_7"}
 
 
 def test_pictures_are_cropped_and_transparent_around(drawn) -> None:

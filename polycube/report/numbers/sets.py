@@ -1,0 +1,43 @@
+"""Numbers of the named parts of the boundary: size, place and direction of each set."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.hexmesh.face_groups import measure
+from polycube.hexmesh.named_sets import kind_of
+from polycube.surface.measures import face_areas
+from polycube.types import HexMesh, TriMesh
+
+Numbers = dict[str, dict[str, object]]
+
+
+def numbers(mesh: HexMesh, surface: TriMesh) -> Numbers:
+    """Of each set of a mesh, by name, what `report.json` holds.
+
+    Lengths are in model units.  `normal` is the mean over the area, of length 1 where the set is
+    flat and near 0 where it faces all ways; `model_area` that of the CAD face, for a single one.
+    """
+    quads = measure(mesh.vertices[mesh.quads])
+    on_model = model_areas(surface)
+    found: Numbers = {}
+    for name, own in mesh.sets.items():
+        if not len(own):
+            continue
+        share = quads.area[own] / quads.area[own].sum()
+        found[name] = {
+            "kind": kind_of(name),
+            "quads": len(own),
+            "area": float(quads.area[own].sum()),
+            "centroid": (share @ quads.middle[own]).tolist(),
+            "normal": (share @ quads.normal[own]).tolist(),
+        }
+        if name in on_model:
+            found[name]["model_area"] = on_model[name]
+    return found
+
+
+def model_areas(surface: TriMesh) -> dict[str, float]:
+    """Area of each CAD face, as `cad_face_1` ...; empty for other surfaces."""
+    areas = np.bincount(surface.region, face_areas(surface)) if len(surface.region) else np.zeros(0)
+    return {f"cad_face_{n}": float(areas[n]) for n in np.unique(surface.region).tolist()}

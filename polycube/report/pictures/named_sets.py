@@ -1,0 +1,69 @@
+"""The named sets of the boundary in colours; page and picture use the same."""
+
+from __future__ import annotations
+
+from itertools import cycle
+
+import numpy as np
+
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.hexmesh.face_groups import ENDS
+from polycube.hexmesh.named_sets import kind_of
+from polycube.report.pictures.colours import AXIS_COLOURS, FACES, HOLES, SURFACE, rgb
+from polycube.report.pictures.render import Layer, Scene, view
+from polycube.types import HexMesh
+
+GAP = 0.06  # of the diagonal: between the two views
+AMBIENT = 0.6  # so that the colours in the shade are those of the legend
+CLEAR = 0.9  # of the quads of a set: those that must have its colour
+
+
+def quad_colours(mesh: HexMesh) -> np.ndarray:
+    """(Q,) colour of each boundary quad, as #rrggbb: that of the first set that it is in.
+
+    Directions have the colours of the axes.  Patches have none: every quad is in one of them.
+    """
+    found = np.full(len(mesh.quads), SURFACE)
+    is_free = np.ones(len(mesh.quads), bool)
+    axis = dict(zip(ENDS, np.array(AXIS_COLOURS)[[1, 0, 3, 2, 5, 4]].tolist(), strict=True))
+    holes, faces = cycle(HOLES), cycle(FACES)
+    for name, own in mesh.sets.items():
+        free = own[is_free[own]]
+        if kind_of(name) == "patch" or not len(free):
+            continue
+        found[free] = axis.get(name) or next(holes if kind_of(name) == "hole" else faces)
+        is_free[free] = False
+    return found
+
+
+def set_colours(mesh: HexMesh) -> dict[str, str]:
+    """Colour of each set that has one: that of nearly all of its quads."""
+    colours = quad_colours(mesh)
+    found = {}
+    for name, own in mesh.sets.items():
+        shown, count = np.unique(colours[own], return_counts=True)
+        if len(own) and count.max() >= CLEAR * len(own) and shown[count.argmax()] != SURFACE:
+            found[name] = str(shown[count.argmax()])
+    return found
+
+
+def both_sides(mesh: HexMesh) -> Scene:
+    """The boundary, each quad in its colour, from the front above and from behind below.
+
+    Lines are drawn between quads of different colours.
+    """
+    colours = quad_colours(mesh)
+    edges, pair = quad_edges(mesh.quads)
+    lines = edges[colours[pair[:, 0]] != colours[pair[:, 1]]]
+    painted = rgb(tuple(colours.tolist()))
+    seen = mesh.vertices @ view().T
+    seen = seen - (seen.min(axis=0) + seen.max(axis=0)) / 2
+    size = np.ptp(seen, axis=0)
+    shift = np.zeros(3)
+    down = int(size[0] > 1.2 * size[1])  # below each other where they are wide
+    shift[down] = (-1) ** down * (size[down] + GAP * np.linalg.norm(size))
+    views = [seen, seen * [-1, 1, -1] + shift]
+    return [
+        Layer(points @ view(), mesh.quads, painted, lines, outlined=True, ambient=AMBIENT)
+        for points in views
+    ]
