@@ -47,7 +47,7 @@ class Matcher:
         self.rows, self._du, self._dv = (part @ spline.extraction for part in at)
         self._skin = skin @ spline.extraction
         self._own_face: np.ndarray | None = None
-        self._points, self._normals = target.samples(SAMPLES)
+        self._points, self._normals, _ = target.samples(SAMPLES)
         on = [c.at(np.arange(STEP / 2, c.length, STEP))[0] for c in target.features.creases]
         self._creases = np.concatenate([np.zeros((0, 3)), *on])
 

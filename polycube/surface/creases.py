@@ -1,4 +1,6 @@
-"""Sharp edges of a closed surface as a graph: creases, and the corners where they meet.
+"""The features of a closed surface as a graph: creases, and the corners where they meet.
+
+Of a CAD model the borders of its faces are creases, whatever the angle there and however short.
 
 An edge is sharp where the normals turn by more than 46 degrees: above a cylinder of eight facets
 (45) and its coarser drawing of a smooth part, below all machined edges.  A crease is a chain of
@@ -11,14 +13,13 @@ be one of `LONG` ones, which make low steps, not noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from polycube.surface import arc_length as sliding
+from polycube.surface.features import Crease, Features
 from polycube.surface.filtered_normals import broad_turns
 from polycube.surface.measures import half_edges, twins
 from polycube.types import TriMesh
@@ -33,88 +34,53 @@ LONG = 0.2  # four hexes: length of a crease that noise seldom has
 LOOSE = 0.06  # length per loose end below which a crease is noise
 
 
-@dataclass(frozen=True, eq=False)
-class Crease:
-    """A chain of sharp edges; a loop ends at its first point again."""
-
-    points: np.ndarray  # (N, 3)
-    arc: np.ndarray  # (N,) length up to each point
-    inside: np.ndarray  # (N - 1,) angle of the solid at each edge, below pi where convex
-    ends: tuple[int, int]  # corners; (-1, -1) for a loop
-
-    @property
-    def length(self) -> float:
-        """Of the whole crease."""
-        return float(self.arc[-1])
-
-    @property
-    def is_loop(self) -> bool:
-        """Whether it has no ends."""
-        return self.ends[0] < 0
-
-    def at(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points (N, 3), unit directions (N, 3) and inside angles (N,) at arc lengths (N,)."""
-        arc = np.mod(arc, self.length) if self.is_loop else np.clip(arc, 0, self.length)
-        edge = np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, len(self.inside) - 1)
-        step = np.diff(self.points, axis=0)[edge]
-        length = np.diff(self.arc)[edge]
-        share = ((arc - self.arc[edge]) / length)[:, None]
-        return self.points[edge] + share * step, step / length[:, None], self.inside[edge]
-
-    def nearest(
-        self, points: np.ndarray, expected: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Arc lengths (N,) of the closest points, and distances (N,).
-
-        expected : (N,) arc lengths that tell branches apart where the crease comes near itself; a
-            loop's may be beyond its length, and the answers are then too.  On a branch the closest
-            point counts alone: a point on the crease is its own answer
-        """
-        if expected is None:
-            expected = np.full(len(points), np.nan)
-        arc, square = sliding.nearest(self.points, self.arc, self.is_loop, points, expected)
-        return arc, np.sqrt(square)
-
-
-@dataclass(frozen=True, eq=False)
-class Features:
-    """Creases of a surface and their corners."""
-
-    creases: tuple[Crease, ...]
-    corners: np.ndarray  # (C, 3)
-    is_fixed: np.ndarray  # (C,) whether more than the loose end of one crease
-    noise: np.ndarray  # (N, 2) ends of the edges that are sharp seen from near only
-
-
 def features(surface: TriMesh, normals: np.ndarray) -> Features:
-    """The graph of the sharp edges of a surface at unit scale; normals (F, 3)."""
-    sides, inside = _sharp_edges(surface, normals)
+    """The graph of the curves of a surface at unit scale.
+
+    Parameters
+    ----------
+    surface : with its CAD faces as `region`, if it has any
+    normals : (F, 3)
+    """
+    sides, inside, faces = _curve_edges(surface, normals)
     points = surface.vertices
-    is_broad = broad_turns(surface, normals, sides, BROAD) > STILL
+    is_border = faces[:, 0] != faces[:, 1]
+    is_broad = is_border | (broad_turns(surface, normals, sides, BROAD) > STILL)
     is_broad |= _in_steps(points, sides, is_broad)
     folds = sides[~is_broad]
-    sides, inside = _without_noise(points, sides, inside, is_broad)
+    kept = _without_noise(points, sides, is_broad, is_border)
+    sides, inside, faces = sides[kept], inside[kept], faces[kept]
     noise = folds[~np.isin(folds, sides).all(axis=1)]
     chains = [part for chain in _chains(sides) for part in _between_kinks(points, sides, chain)]
     ends = {v for chain in chains for v in _ends(sides, chain)}
     number = {v: i for i, v in enumerate(sorted(ends))}
-    creases = tuple(_crease(points, sides, inside, chain, number) for chain in chains)
+    creases = tuple(_crease(points, sides, inside, faces, chain, number) for chain in chains)
     at = np.array(sorted(ends), np.int64)
     degree = np.bincount(sides.ravel(), minlength=len(points))
-    return Features(creases, points[at].reshape(-1, 3), degree[at] != 1, noise)
+    n_faces = len(np.unique(surface.region))
+    return Features(creases, points[at].reshape(-1, 3), degree[at] != 1, noise, n_faces)
 
 
-def _sharp_edges(surface: TriMesh, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (S, 2) of the sharp edges and the angle (S,) of the solid there."""
+def _curve_edges(
+    surface: TriMesh, normals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges between CAD faces and sharp edges.
+
+    Returns
+    -------
+    ends (S, 2), angle of the solid there (S,) and the CAD faces on both sides (S, 2), ascending
+    """
     first, second = twins(surface.faces)
     a, b = normals[first // 3], normals[second // 3]
     turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("nd,nd->n", a, b))
     has_area = (np.abs(a).sum(axis=1) > 0) & (np.abs(b).sum(axis=1) > 0)
-    sharp = has_area & (turn > SHARP)
-    sides = half_edges(surface.faces)[first[sharp]]
+    region = surface.region if len(surface.region) else np.zeros(len(surface.faces), np.int64)
+    faces = np.sort(np.stack([region[first // 3], region[second // 3]], axis=1), axis=1)
+    found = (has_area & (turn > SHARP)) | (faces[:, 0] != faces[:, 1])
+    sides = half_edges(surface.faces)[first[found]]
     along = surface.vertices[sides[:, 1]] - surface.vertices[sides[:, 0]]
-    convex = np.einsum("nd,nd->n", np.cross(a[sharp], b[sharp]), along) > 0
-    return sides, np.where(convex, np.pi - turn[sharp], np.pi + turn[sharp])
+    convex = np.einsum("nd,nd->n", np.cross(a[found], b[found]), along) > 0
+    return sides, np.where(convex, np.pi - turn[found], np.pi + turn[found]), faces[found]
 
 
 def _in_steps(points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray) -> np.ndarray:
@@ -129,25 +95,31 @@ def _in_steps(points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray) -> np
 
 
 def _without_noise(
-    points: np.ndarray, sides: np.ndarray, inside: np.ndarray, is_broad: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The edges without short pieces, short loose ends and chains that are not broad (S,)."""
-    while len(sides):
-        length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
-        graph = coo_matrix((np.ones(len(sides)), tuple(sides.T)), shape=(len(points),) * 2)
-        piece = connected_components(graph, directed=False)[1][sides[:, 0]]
+    points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray, is_border: np.ndarray
+) -> np.ndarray:
+    """(S,) bool: the edges without short pieces, short loose ends and chains that are not broad.
+
+    The borders of CAD faces (S,) all stay.
+    """
+    left = np.arange(len(sides))
+    while len(left):
+        own, broad = sides[left], is_broad[left]
+        length = np.linalg.norm(points[own[:, 0]] - points[own[:, 1]], axis=1)
+        graph = coo_matrix((np.ones(len(own)), tuple(own.T)), shape=(len(points),) * 2)
+        piece = connected_components(graph, directed=False)[1][own[:, 0]]
         keep = np.bincount(piece, length)[piece] >= SHORT
-        degree = np.bincount(sides.ravel(), minlength=len(points))
-        for chain in _chains(sides):
-            loose = (degree[list(_ends(sides, chain))] == 1).sum()
+        degree = np.bincount(own.ravel(), minlength=len(points))
+        for chain in _chains(own):
+            loose = (degree[list(_ends(own, chain))] == 1).sum()
             edge = [name // 2 for name in chain]
             whole = length[edge].sum()
-            if whole < LOOSE * loose or length[edge] @ is_broad[edge] < whole / 2:
+            if whole < LOOSE * loose or length[edge] @ broad[edge] < whole / 2:
                 keep[edge] = False
+        keep |= is_border[left]
         if keep.all():
             break
-        sides, inside, is_broad = sides[keep], inside[keep], is_broad[keep]
-    return sides, inside
+        left = left[keep]
+    return np.isin(np.arange(len(sides)), left)
 
 
 def _chains(sides: np.ndarray) -> list[list[int]]:
@@ -239,10 +211,13 @@ def _crease(
     points: np.ndarray,
     sides: np.ndarray,
     inside: np.ndarray,
+    faces: np.ndarray,
     chain: list[int],
     number: dict[int, int],
 ) -> Crease:
     path = points[_vertices(sides, chain)]
     arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     ends = [number[v] for v in _ends(sides, chain)] or [-1, -1]
-    return Crease(path, arc, inside[np.array(chain) // 2], (ends[0], ends[1]))
+    edge = np.array(chain) // 2
+    beside = faces[edge[0]].tolist()
+    return Crease(path, arc, inside[edge], (ends[0], ends[1]), (beside[0], beside[1]))

@@ -6,10 +6,11 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.surface.creases import Crease, _without_noise, features
+from polycube.surface.creases import _without_noise, features
+from polycube.surface.features import Crease
 from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
-from tests.fixtures.surfaces import box, circle, joined, torus
+from tests.fixtures.surfaces import box, circle, halved_box, joined, torus
 
 
 def graph(surface: TriMesh | trimesh.Trimesh):
@@ -74,18 +75,20 @@ def test_short_pieces_and_loose_ends_are_noise():
     points = np.vstack([points, [[2, 0.05, 0], [9, 0, 0], [9, 0.04, 0]]])
     sides = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [2, 5], [6, 7]])
     every = np.ones(6, bool)
-    kept, inside = _without_noise(points, sides, np.arange(6.0), every)
-    assert kept.tolist() == sides[:4].tolist() and inside.tolist() == [0, 1, 2, 3]
+    kept = _without_noise(points, sides, every, ~every)
+    assert kept.tolist() == [True] * 4 + [False] * 2
+    kept = _without_noise(points, sides, every, np.arange(6) == 5)  # the scratch: a CAD curve
+    assert kept.tolist() == [True] * 4 + [False, True]
     points[5, 1] = 0.07
-    assert len(_without_noise(points, sides, np.arange(6.0), every)[0]) == 5
+    assert _without_noise(points, sides, every, ~every).sum() == 5
 
 
 @pytest.mark.parametrize(("broad", "kept"), [([0, 1, 1, 1], 4), ([0, 0, 0, 1], 0)])
 def test_a_crease_of_which_most_is_sharp_from_near_only_is_noise(broad, kept):
     points = np.arange(5.0)[:, None] * [1, 0, 0]
     sides = np.stack([np.arange(4), np.arange(1, 5)], axis=1)
-    found, _ = _without_noise(points, sides, np.arange(4.0), np.array(broad, bool))
-    assert len(found) == kept
+    found = _without_noise(points, sides, np.array(broad, bool), np.zeros(4, bool))
+    assert found.sum() == kept
 
 
 @given(st.integers(0, 10**6))
@@ -140,3 +143,20 @@ def test_a_point_on_a_crease_is_its_own_answer(corner, beside, off):
     arc = 2.0 * corner + beside
     found, gap = square.nearest(square.at(np.array([arc]))[0], np.array([arc + off]))
     assert found == pytest.approx(arc, abs=1e-7) and gap == pytest.approx(0, abs=1e-7)
+
+
+def test_borders_of_cad_faces_are_curves_whatever_the_angle():
+    """The top of a box in two CAD faces: one more curve, flat, and two more corners."""
+    surface = halved_box()
+    found = graph(surface)
+    assert len(found.creases) == 15 and len(found.corners) == 10 and found.n_faces == 7
+    flat = [c for c in found.creases if abs(c.inside[0] - np.pi) < 1e-9]
+    assert [c.faces for c in flat] == [(6, 7)]
+    between = sorted(c.faces for c in found.creases)
+    assert len(set(between)) == 15 and all(a < b for a, b in between)
+
+
+def test_a_seam_inside_a_cad_face_is_no_curve():
+    surface = halved_box()
+    one = TriMesh(surface.vertices, surface.faces, np.minimum(surface.region, 6))
+    assert len(graph(one).creases) == 12

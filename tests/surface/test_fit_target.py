@@ -6,6 +6,7 @@ import trimesh
 
 from polycube.surface.fit_target import target
 from polycube.types import TriMesh
+from tests.fixtures.surfaces import halved_box
 
 
 @pytest.fixture
@@ -36,9 +37,19 @@ def test_feet(cube):
     assert goal.normals[sideways[0]] == pytest.approx([1, 0, 0])
 
 
+def test_feet_on_one_cad_face():
+    """From a point above the top: on the face that is asked for, however far it is."""
+    goal = target(halved_box())
+    points = goal.to_unit(np.array([[0.3, 0.5, 1.1]] * 4))
+    foot, triangle = goal.closest(points, cad_face=np.array([0, 6, 7, 2]))
+    expected = np.array([[0.3, 0.5, 1], [0.3, 0.5, 1], [1, 0.5, 1], [2, 0.5, 1]])
+    assert goal.to_model(foot) == pytest.approx(expected)
+    assert goal.surface.region[triangle].tolist() == [6, 6, 7, 2]
+
+
 def test_samples_are_even_and_on_the_surface(cube):
     goal = target(cube)
-    points, normals = goal.samples(600)
+    points, normals, _ = goal.samples(600)
     side = np.abs(points).max(axis=1)
     assert side == pytest.approx(1 / np.sqrt(12))
     assert np.einsum("nd,nd->n", points, normals) == pytest.approx(side)
