@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.registry import register
+from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 
 
@@ -17,7 +18,8 @@ class Polish:
 
     Parameters
     ----------
-    features : whether sharp polycube edges are moved onto sharp edges of the surface
+    features : exact, soft, off or auto; soft: vertices leave the curves where hexes are poor
+    release : where features are soft, do without them from the start
     soft_rounds : rounds with the boundary held by weak springs
     hard_rounds : rounds with the boundary held by strong springs
     local_rounds : rounds near the worst hexes at most; they end where nothing is gained
@@ -26,22 +28,28 @@ class Polish:
     samples : points of the surface that are matched with the mesh
     """
 
-    features: bool = True
+    features: str = setting("meshing.features", MeshingSettings.features)
+    release: bool = False
     soft_rounds: int = 8
     hard_rounds: int = 4
     local_rounds: int = 40
     crease_rounds: int = 12
     samples: int = 2500
 
+    def __post_init__(self) -> None:
+        check_features(self.features)
+
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes, better; never with a worse score than before."""
-        from polycube.fitting.polish import polish
+        from polycube.fitting.polish import EXACT, KEEP, polish
         from polycube.surface.fit_target import target
 
+        kept = features_of(self.features, surface)
         return polish(
             hexes,
             target(surface),
-            features=self.features,
+            features=kept == "exact" or (kept == "soft" and not self.release),
+            keep=EXACT if kept == "exact" else KEEP,
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,

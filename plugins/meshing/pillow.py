@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.registry import register
+from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ class Selective:
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
     rounds : of the registration that settles the layer
     iterations : of descent in each round
+    features : exact, soft, off or auto; exact: the layer settles with the curves held
     """
 
     patches: str = "auto"
@@ -35,8 +37,10 @@ class Selective:
     depth: float = 0.5
     rounds: int = 10
     iterations: int = 25
+    features: str = setting("meshing.features", MeshingSettings.features)
 
     def __post_init__(self) -> None:
+        check_features(self.features)
         if self.patches not in PATCHES:
             raise ValueError(f"patches must be {', '.join(PATCHES)}; got {self.patches!r}")
 
@@ -59,6 +63,7 @@ class Selective:
             alpha=(0.04, 0.04),
             weight=(3.0, 20.0),
             slack=(0.1, 0.05),
+            features=features_of(self.features, surface) == "exact",
         )
 
     def _taken(self, hexes: HexMesh, goal: Target) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import logging
 from dataclasses import dataclass, replace
 
 from polycube.hexmesh import sizing
-from polycube.hexmesh.settings import MeshingSettings
+from polycube.hexmesh.settings import MeshingSettings, check_features
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 
@@ -26,14 +26,14 @@ class Split:
     deviation : refine until 99 % of the points of mesh and surface are within this distance of the
         other, such as 0.3% or a length; null: do not refine for it
     most : refinements for the deviation at most
-    features : whether sharp polycube edges stay on sharp edges of the surface
+    features : exact, soft, off or auto; off: no vertex is placed on the curves of the surface
     max_hexes : where a refinement would make more, the mesh stays as it is
     """
 
     times: int = 0
     deviation: float | str | None = setting("meshing.deviation", MeshingSettings.deviation)
     most: int = 2
-    features: bool = True
+    features: str = setting("meshing.features", MeshingSettings.features)
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
@@ -50,7 +50,7 @@ class Split:
             elif done >= max(self.most, self.times):
                 stop = f"{done} refinements are the most allowed"
             else:
-                finer = refine(hexes, surface, self.features, wanted or REACH)
+                finer = refine(hexes, surface, self.features != "off", wanted or REACH)
                 stop = "no mesh of eight times the hexes keeps its quality" * (finer is hexes)
                 hexes, done = finer, done + 1
             if stop:
@@ -78,6 +78,7 @@ class Split:
         return f"refinement {done + 1} of {self.times} is asked" if done < self.times else ""
 
     def __post_init__(self) -> None:
+        check_features(self.features)
         for name in ("times", "most"):
             if getattr(self, name) < 0:
                 raise ValueError(f"{name} must be 0 or more; got {getattr(self, name)}")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.registry import register
+from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 
 QUICK = 15, 1500  # iterations and samples of the first rounds
@@ -19,7 +20,8 @@ class Register:
 
     Descent of a foldover-free energy with attraction between mesh and surface, both ways.  A few
     quick rounds make the attraction strong before the mesh slides out of its place, as it may in
-    many weak rounds; `rounds` of strong ones follow.
+    many weak rounds; `rounds` of strong ones follow.  Exact features are held from the first quick
+    round on, or from the first strong one, whichever finds more paths for the curves.
 
     Parameters
     ----------
@@ -28,6 +30,8 @@ class Register:
     iterations : of descent in each of these
     samples : points of the surface that are matched with the mesh
     coverage : weight of their attraction against that of the mesh's vertices
+    features : exact, soft, off or auto; exact: vertices are placed on the curves of the surface,
+        and those between curves on the CAD face that these enclose
     """
 
     quick: int = 7
@@ -35,16 +39,26 @@ class Register:
     iterations: int = 25
     samples: int = 2500
     coverage: float = 0.5
+    features: str = setting("meshing.features", MeshingSettings.features)
+
+    def __post_init__(self) -> None:
+        check_features(self.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes, near the surface; where they were with no rounds."""
-        from polycube.fitting.registration import register_mesh
+        from polycube.fitting.registration import matched_curves, register_mesh
         from polycube.surface.fit_target import target
 
         if self.rounds == 0:
             return hexes
         goal = target(surface)
+        exact = features_of(self.features, surface) == "exact"
         near = register_mesh(hexes, goal, self.quick, *QUICK, coverage=self.coverage)
+        if exact:
+            held = register_mesh(
+                hexes, goal, self.quick, *QUICK, coverage=self.coverage, features=True
+            )
+            near = max(held, near, key=lambda mesh: matched_curves(mesh, goal))
         return register_mesh(
             near,
             goal,
@@ -55,4 +69,5 @@ class Register:
             weight=WEIGHT,
             slack=SLACK,
             coverage=self.coverage,
+            features=exact,
         )

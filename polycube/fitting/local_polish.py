@@ -18,7 +18,6 @@ from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull, together
 from polycube.numerics.lbfgs import descend
-from polycube.surface import closest
 
 BAND = 0.1  # hexes this much better than the worst are raised too
 MOST = 60  # of them
@@ -75,7 +74,9 @@ def raise_worst(
         return value, np.einsum("vij,vj->vi", rails, gradient)
 
     result = x.copy()
-    back = _retraction(problem, problem.normals(x)[0][part.vertices[slides]], slides)
+    own = np.searchsorted(problem.outer, part.vertices[slides])
+    normals = problem.normals(x)[0][part.vertices[slides]]
+    back = _retraction(problem, normals, slides, problem.vertex_face[own])
     result[part.vertices] = descend(function, start, ITERATIONS, retract=back)
     return result
 
@@ -119,15 +120,14 @@ def _rails(
 
 
 def _retraction(
-    problem: FitProblem, normals: np.ndarray, slides: np.ndarray
+    problem: FitProblem, normals: np.ndarray, slides: np.ndarray, cad_face: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Brings those vertices that slide to the surface, where it suits their normals."""
+    """Brings those vertices that slide to their CAD face, where it suits their normals."""
     face = np.zeros(len(normals), np.int64)
 
     def back(y: np.ndarray) -> np.ndarray:
         nonlocal face
-        tree = problem.target.tree
-        y[slides], face, _ = closest.closest(tree, y[slides], normals, ALPHA, face, FREE)
+        y[slides], face = problem.target.closest(y[slides], normals, ALPHA, face, FREE, cad_face)
         return y
 
     return back

@@ -10,10 +10,9 @@ from __future__ import annotations
 import logging
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from polycube.fitting.creases.constraints import Matching, chains, match
+from polycube.fitting.creases.constraints import Matching, chains, match, on_crease
+from polycube.fitting.creases.routing import boundary_valence
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges, unique_rows
 from polycube.surface.fit_target import Target
@@ -21,28 +20,23 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
+FLAT = np.deg2rad(155)  # angle of a hex at an edge beyond which its scaled Jacobian is poor
+
 
 def regions(problem: FitProblem, matching: Matching) -> np.ndarray:
     """(Q,) patches of a mesh, cut along the creases as well."""
     patch = problem.mesh.patch[problem.side_quads]
     same = patch[:, 0] == patch[:, 1]
-    uncut = same & ~_on_crease(problem, matching)
-    region = _parts(problem, uncut)
+    uncut = same & ~on_crease(problem, matching)
+    region = problem.parts(uncut)
     alone = (np.bincount(region) == 1)[region]  # a path went round the wrong side of a quad
-    return _parts(problem, uncut | (same & alone[problem.side_quads].any(axis=1)))
-
-
-def _parts(problem: FitProblem, joined: np.ndarray) -> np.ndarray:
-    """(Q,) number of the part of each quad, across the edges (E,) that join."""
-    pairs, n = problem.side_quads[joined], len(problem.quads)
-    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n))
-    return connected_components(graph, directed=False)[1]
+    return problem.parts(uncut | (same & alone[problem.side_quads].any(axis=1)))
 
 
 def smooth_regions(
     problem: FitProblem, x: np.ndarray, matching: Matching, least: float = 0.6
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Regions (Q,), and which quads (Q,) are in one with a border off the creases.
+    """Regions (Q,), and which quads (Q,) are in one with a border off the creases or nearly flat.
 
     Across a concave crease both regions are taken or none: the layer of one alone would end in a
     hex with an angle beyond 180 degrees.
@@ -51,7 +45,7 @@ def smooth_regions(
     """
     region = regions(problem, matching)
     borders = chains(problem, region)
-    is_sharp = borders.share(_on_crease(problem, matching)) >= least
+    is_sharp = borders.share(on_crease(problem, matching) & ~_is_flat(problem, x)) >= least
     concave = is_sharp & (borders.share(_is_concave(problem, x)) > 0.5)
     taken = np.isin(region, borders.patches[~is_sharp])
     while True:
@@ -70,10 +64,16 @@ def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndar
     return np.unique(mesh.patch[taken])
 
 
-def _on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
-    """(E,) whether each boundary edge is on the path of a crease."""
-    key = np.array([len(problem.mesh.vertices), 1])
-    return np.isin(problem.sides @ key, matching.sides @ key)
+def _is_flat(problem: FitProblem, x: np.ndarray) -> np.ndarray:
+    """(E,) whether the hexes at a boundary edge have an angle there beyond FLAT each."""
+    _, normals = problem.normals(x)
+    a, b = normals[problem.side_quads[:, 0]], normals[problem.side_quads[:, 1]]
+    turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ed,ed->e", a, b))
+    middle = x[problem.quads].mean(axis=1)
+    across = middle[problem.side_quads[:, 1]] - middle[problem.side_quads[:, 0]]
+    convex = np.einsum("ed,ed->e", b - a, across) > 0
+    inside = np.where(convex, np.pi - turn, np.pi + turn)
+    return inside > FLAT * boundary_valence(problem)
 
 
 def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ and the best mesh is kept.
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +27,8 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which features give way, pass by pass
+KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which soft features give way, pass by pass
+EXACT = (0.15,)  # and exact ones: a mesh below it is of no use
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
 PATIENCE = 8  # rounds without a better mesh that end a phase
 BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first local round and in the last
@@ -42,6 +44,7 @@ def polish(
     target: Target,
     *,
     features: bool = True,
+    keep: Sequence[float] = KEEP,
     soft_rounds: int = 8,
     hard_rounds: int = 4,
     local_rounds: int = 40,
@@ -50,7 +53,8 @@ def polish(
 ) -> HexMesh:
     """The best mesh found, in model units; never one with a worse score than the one given.
 
-    features : also move vertices of sharp polycube edges onto sharp edges of the surface
+    features : also move vertices onto the curves of the surface
+    keep : scaled Jacobians below which they give way, pass by pass
     soft_rounds, hard_rounds, local_rounds : of matching and descent, at most
     crease_rounds : that bring creases back, at most
     samples : points of the surface that look for the mesh
@@ -59,8 +63,8 @@ def polish(
     x = _untangled(problem, target.to_unit(mesh.vertices))
     matching = match(problem, x) if features else no_features()
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
-    for keep in KEEP if matching.routes else KEEP[:1]:
-        best = _soft(problem, x, matching, best, soft_rounds, keep)
+    for least in keep if matching.routes else keep[:1]:
+        best = _soft(problem, x, matching, best, soft_rounds, least)
         best = _hard(problem, matching, best, hard_rounds)
         if best.score > GOOD:
             break

@@ -23,6 +23,7 @@ from polycube.numerics.lbfgs import descend
 from polycube.numerics.threads import parts, side_by_side
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
+from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
 
@@ -39,12 +40,25 @@ class FitProblem:
         degree = sides @ np.ones(len(self.sides))
         self._side_mean = diags(1 / np.maximum(degree, 1)) @ sides  # (V, E)
         self._alike = _alike(mesh.hexes)
-        points, normals = target.samples(samples)
+        points, normals, cad_face = target.samples(samples)
         some = slice(None, None, 1 + len(target.surface.vertices) // (2 * samples))
-        self.points = np.concatenate([points, target.surface.vertices[some]])
+        corners = target.surface.vertices[some]
+        self.points = np.concatenate([points, corners])
         self.point_normals = np.concatenate([normals, target.vertex_normals[some]])
+        self.point_face = np.append(cad_face, np.zeros(len(corners), np.int64))
+        self.cad_face = np.zeros(len(mesh.quads), np.int64)  # of the quads; 0: not known
+        self.vertex_face = np.zeros(len(self.outer), np.int64)  # the same of the outer vertices
         self._face = np.zeros(len(self.outer), np.int64)
         self._triangle = np.zeros(len(self.points), np.int64)
+
+    def hold_on_faces(self, cad_face: np.ndarray) -> None:
+        """From now on every quad (Q,) is fitted to its own CAD face alone; 0: to any."""
+        self.cad_face = cad_face
+        low, high = np.full(len(self.mesh.vertices), np.inf), np.full(len(self.mesh.vertices), -1.0)
+        corner, own = self.quads.ravel(), np.repeat(cad_face, 4)
+        np.minimum.at(low, corner, own)
+        np.maximum.at(high, corner, own)
+        self.vertex_face = np.where(low == high, low, 0)[self.outer].astype(np.int64)
 
     def normals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit normals of the vertices (V, 3) and of the boundary quads (Q, 3)."""
@@ -81,7 +95,7 @@ class FitProblem:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Points of the target that suit the boundary vertices (B, 3), and its normals there."""
         foot, self._face = self.target.closest(
-            x[self.outer], normals[self.outer], alpha, self._face, free
+            x[self.outer], normals[self.outer], alpha, self._face, free, self.vertex_face
         )
         return foot, self.target.normals[self._face]
 
@@ -97,10 +111,7 @@ class FitProblem:
 
         weight : (V,) per square of the size; a point whose quad looks away pulls nothing
         """
-        faces = closest.tree(triangles(x, self.quads), np.repeat(quad_normals, 4, axis=0))
-        _, self._triangle, share = closest.closest(
-            faces, self.points, self.point_normals, alpha, self._triangle
-        )
+        share = self._nearest_quads(triangles(x, self.quads), quad_normals, alpha)
         quad, corner = self._triangle // 4, self._triangle % 4
         weights = np.repeat(share[:, 2:] / 4, 4, axis=1)
         row = np.arange(len(quad))
@@ -112,6 +123,27 @@ class FitProblem:
         strength = number * weight[vertex].min(axis=1) * facing
         strength /= self.size(x)[vertex].mean(axis=1) ** 2
         return Springs(vertex, weights, self.points, self.point_normals, strength, slack * strength)
+
+    def _nearest_quads(
+        self, corners: np.ndarray, quad_normals: np.ndarray, alpha: float
+    ) -> np.ndarray:
+        """Find the triangles (4 per quad) of the points; returns their weights (N, 3).
+
+        Points of a CAD face look among its own quads, where it has any.
+        """
+        share = np.empty((len(self.points), 3))
+        normals = np.repeat(quad_normals, 4, axis=0)
+        wanted = np.where(np.isin(self.point_face, self.cad_face), self.point_face, 0)
+        for number in np.unique(wanted).tolist():
+            here = np.flatnonzero(wanted == number)
+            own = np.flatnonzero(np.repeat(self.cad_face == number, 4) | (number == 0))
+            tree = closest.tree(corners[own], normals[own])
+            guess = np.minimum(np.searchsorted(own, self._triangle[here]), len(own) - 1)
+            _, found, share[here] = closest.closest(
+                tree, self.points[here], self.point_normals[here], alpha, guess
+            )
+            self._triangle[here] = own[found]
+        return share
 
     def relax(
         self,
@@ -127,6 +159,11 @@ class FitProblem:
         floor = min(0.5 * least, 1e-3) if least > 0 else -np.inf
         terms, pulls = terms._replace(eps=eps, floor=floor), together(springs)
         return descend(lambda y: energy.energy(y, self.hexes, lengths, terms, pulls), x, iterations)
+
+    def parts(self, joined: np.ndarray) -> np.ndarray:
+        """(Q,) number of the part of the boundary of each quad, across the sides (E,) that join."""
+        first, second = self.side_quads[joined].T
+        return connected(first, second, len(self.quads))
 
     def touching(self, is_bad: np.ndarray) -> np.ndarray:
         """(V,) whether a vertex belongs to one of the bad hexes (H,)."""

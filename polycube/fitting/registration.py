@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from polycube.fitting.creases.constraints import along_curves, match, no_features
 from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull
@@ -51,6 +52,7 @@ def register_mesh(
     weight: Range = (0.3, 20.0),
     slack: Range = (0.5, 0.05),
     coverage: float = 0.5,
+    features: bool = False,
 ) -> HexMesh:
     """The mesh fitted to the target, in model units like the one given.
 
@@ -59,15 +61,19 @@ def register_mesh(
     alpha : length that a whole turn of the normal is worth, in diagonals
     weight, slack : of the pull across the surface, and the share of it along the surface
     coverage : weight of the pull from the surface's side
+    features : match the curves of the surface first: vertices on their paths go to the curves, all
+        others to the CAD face that the paths enclose
     """
     problem = FitProblem(mesh, target, samples)
     x = target.to_unit(mesh.vertices)
+    matching = match(problem, x) if features else no_features()
     trust = np.ones(len(x))
     for step in np.linspace(0, 1, rounds):
         turn, pulling, loose = (_between(r, step) for r in (alpha, weight, slack))
         normals, quad_normals = problem.normals(x)
         springs = [
             onto(problem, x, normals, turn, pulling * trust, loose),
+            *along_curves(x, matching, pulling * trust / problem.size(x) ** 2),
             problem.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
         ]
         x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), springs, iterations)
@@ -76,6 +82,11 @@ def register_mesh(
     worst = problem.scaled_jacobian(x).min()
     logger.info("register: %d hexes, least scaled Jacobian %.3f", len(mesh.hexes), worst)
     return replace(mesh, vertices=target.to_model(x))
+
+
+def matched_curves(mesh: HexMesh, target: Target) -> int:
+    """Number of curves of the surface that have a path on the edges of a mesh near it."""
+    return len(match(FitProblem(mesh, target, 1), target.to_unit(mesh.vertices)).routes)
 
 
 def onto(

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from polycube.types import TriMesh
+
+FEATURES = ("auto", "exact", "soft", "off")
+
 
 @dataclass(frozen=True)
 class MeshingSettings:
@@ -24,6 +28,9 @@ class MeshingSettings:
     deviation : refine until 99 % of the points of mesh and surface are within this distance of the
         other; null: do not refine
     max_hexes : limit before pillowing; a size that needs more hexes is refused
+    features : exact (the curves of the surface lie on edges of the mesh from the first stage on and
+        are not given up for the shape of the hexes), soft (they are where hexes would suffer), off,
+        or auto: exact for CAD faces, soft for triangles alone
     """
 
     size: float | str = "5%"
@@ -32,3 +39,20 @@ class MeshingSettings:
     curvature: float | str | None = "0.3%"
     deviation: float | str | None = None
     max_hexes: int = 100_000
+    features: str = "auto"
+
+    def __post_init__(self) -> None:
+        check_features(self.features)
+
+
+def check_features(asked: str) -> None:
+    """Raise ValueError for what is no choice of `features`."""
+    if asked not in FEATURES:
+        raise ValueError(f"features must be {', '.join(FEATURES)}; got {asked!r}")
+
+
+def features_of(asked: str, surface: TriMesh) -> str:
+    """How the features of a surface are kept: what was asked for, with auto resolved."""
+    if asked != "auto":
+        return asked
+    return "exact" if len(surface.region) else "soft"

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from polycube.fitting.creases.faces import quad_faces
 from polycube.fitting.creases.paths import Route, find_routes
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull
@@ -115,13 +116,25 @@ def chains(problem: FitProblem, patch: np.ndarray | None = None) -> Chains:
 
 
 def match(problem: FitProblem, x: np.ndarray) -> Matching:
-    """Paths for the creases of the surface on a fitted mesh, and vertices for their corners."""
+    """Paths for the creases of the surface on a mesh near it, and vertices for their corners.
+
+    From then on the problem holds the quads on the CAD faces that the paths enclose.
+    """
     features = problem.target.features
     if not features.creases:
         return no_features()
     routes, ends, vertices = find_routes(features, problem, x)
     fixed = features.is_fixed[ends]
-    return Matching(tuple(routes), vertices[fixed], features.corners[ends[fixed]])
+    found = Matching(tuple(routes), vertices[fixed], features.corners[ends[fixed]])
+    matched = [route.crease for route in routes]
+    problem.hold_on_faces(quad_faces(problem, x, on_crease(problem, found), matched))
+    return found
+
+
+def on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
+    """(E,) whether each boundary edge is on the path of a crease."""
+    key = np.array([len(problem.mesh.vertices), 1])
+    return np.isin(problem.sides @ key, matching.sides @ key)
 
 
 def no_features() -> Matching:
@@ -140,6 +153,20 @@ def goals(
     here = used[matching.corner]
     corner, goal = matching.corner[here], matching.corner_goal[here]
     return Goals(foot, facing, curve[free], curve_foot[free], direction[free], corner, goal)
+
+
+def along_curves(x: np.ndarray, matching: Matching, weight: np.ndarray) -> list[Springs]:
+    """Pulls of all matched vertices to their curves, free along them, and to the corners.
+
+    weight : (V,)
+    """
+    if not matching.routes:
+        return []
+    curve, foot, direction = _curve_feet(x, matching)
+    free = ~np.isin(curve, matching.corner)
+    none = np.zeros((0, 3))
+    corner, goal = matching.corner, matching.corner_goal
+    return Goals(none, none, curve[free], foot[free], direction[free], corner, goal).springs(weight)
 
 
 def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

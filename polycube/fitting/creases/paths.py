@@ -25,13 +25,14 @@ from polycube.fitting.creases.routing import (
 )
 from polycube.fitting.problem import FitProblem
 from polycube.surface import arc_length as sliding
-from polycube.surface.creases import Crease, Features
+from polycube.surface.features import Crease, Features
 
 logger = logging.getLogger(__name__)
 
 MEAN_REACH = 1.0  # farthest mean of a path
 NOT_MATCHED = 5.0  # cost of a corner without a vertex
 ALONG = 0.6  # least mean cosine between path and crease
+ATTEMPTS = 5  # to find paths for all creases, each in another order
 GAP = 2.0  # longest piece of a crease that one edge may skip, in its lengths
 
 
@@ -93,9 +94,14 @@ def _ways(features: Features) -> list[list[tuple[np.ndarray, float]]]:
 def find_routes(
     features: Features, problem: FitProblem, x: np.ndarray
 ) -> tuple[list[Route], np.ndarray, np.ndarray]:
-    """Paths of the creases that have a good one, those with the cheapest first.
+    """Paths of the creases that have a good one; no two share a vertex, except at corners.
 
-    Also the corners (P,) at their ends and the vertices (P,) placed there.
+    The cheapest goes first.  Where a path blocks the way of another crease, that one goes first in
+    a new attempt; the attempt with the most paths counts.
+
+    Returns
+    -------
+    the paths, the corners (P,) at their ends and the vertices (P,) placed there
     """
     mesh = net(problem, x)
     placed = place_corners(features, problem, x, mesh)
@@ -103,14 +109,25 @@ def find_routes(
     taken[placed[placed >= 0]] = True
     creases = [c for c in features.creases if c.is_loop or (placed[list(c.ends)] >= 0).all()]
     fields = {id(c): field(c, problem, x, mesh) for c in creases}
-    costs = [cheapest(c, fields[id(c)], x, placed, taken)[1] for c in creases]
-    routes = []
-    for k in np.argsort(costs, kind="stable"):
-        crease = creases[k]
-        path, cost = cheapest(crease, fields[id(crease)], x, placed, taken)
-        if np.isfinite(cost) and _is_good(crease, path, x, mesh):
-            routes.append(Route(crease, path))
-            taken[path] = True
+    alone = [cheapest(c, fields[id(c)], x, placed, taken) for c in creases]
+    possible = [k for k in range(len(creases)) if _is_good(creases[k], *alone[k], x, mesh)]
+    order = sorted(possible, key=lambda k: alone[k][1])
+    routes: list[Route] = []
+    for _ in range(ATTEMPTS):
+        found, blocked, used = [], [], taken.copy()
+        for k in order:
+            crease = creases[k]
+            path, cost = cheapest(crease, fields[id(crease)], x, placed, used)
+            if _is_good(crease, path, cost, x, mesh):
+                found.append(Route(crease, path))
+                used[path] = True
+            else:
+                blocked.append(k)
+        if len(found) > len(routes):
+            routes = found
+        if not blocked:
+            break
+        order = blocked + [k for k in order if k not in blocked]
     ends = np.unique([end for r in routes for end in r.crease.ends if end >= 0]).astype(np.int64)
     lost = len(features.creases) - len(routes)
     if features.creases:
@@ -118,8 +135,10 @@ def find_routes(
     return routes, ends, placed[ends]
 
 
-def _is_good(crease: Crease, path: np.ndarray, x: np.ndarray, mesh: Net) -> bool:
-    """Whether a path is near its crease, runs its way, and leaves no part of it out."""
+def _is_good(crease: Crease, path: np.ndarray, cost: float, x: np.ndarray, mesh: Net) -> bool:
+    """Whether there is a path, near its crease, that runs its way and leaves no part of it out."""
+    if not np.isfinite(cost):
+        return False
     closed = np.append(path, path[:1]) if crease.is_loop else path
     step = np.diff(x[closed], axis=0)
     length = np.linalg.norm(step, axis=1)

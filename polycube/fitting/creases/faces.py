@@ -1,0 +1,53 @@
+"""The CAD face that each boundary quad of a hex mesh belongs to.
+
+The paths of the curves cut the boundary into parts.  A part belongs to the CAD face that most of it
+lies on, if every curve of this face has a path; otherwise the part may spread over two faces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from polycube.fitting.problem import FitProblem
+from polycube.surface.features import Crease
+
+NORMAL = 0.04  # length that a whole turn of the normal is worth, in diagonals
+MOST = 0.5  # share of the area of a part that its CAD face must have
+
+
+def quad_faces(
+    problem: FitProblem, x: np.ndarray, on_curve: np.ndarray, matched: Iterable[Crease]
+) -> np.ndarray:
+    """Find the CAD faces of the boundary quads.
+
+    Parameters
+    ----------
+    problem : the hex mesh and its surface
+    x : (V, 3) positions near the surface, at unit scale
+    on_curve : (E,) whether each boundary edge is on the path of a curve
+    matched : the curves that have a path
+
+    Returns
+    -------
+    (Q,) number of the CAD face, 0 where it is not known
+    """
+    features, region = problem.target.features, problem.target.surface.region
+    if not features.n_faces:
+        return np.zeros(len(problem.quads), np.int64)
+    part = problem.parts(~on_curve)
+    _, normals = problem.normals(x)
+    corners = x[problem.quads]
+    _, triangle = problem.target.closest(corners.mean(axis=1), normals, NORMAL)
+    cross = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    votes = np.zeros((part.max() + 1, region.max() + 1))
+    np.add.at(votes, (part, region[triangle]), np.linalg.norm(cross, axis=1))
+    face = votes.argmax(axis=1)
+    share = votes.max(axis=1) / np.maximum(votes.sum(axis=1), 1e-300)
+    found = {id(crease) for crease in matched}
+    is_open = np.zeros(region.max() + 1, bool)
+    for crease in features.creases:
+        if id(crease) not in found:
+            is_open[list(crease.faces)] = True
+    return np.where(is_open[face] | (share <= MOST), 0, face)[part]
