@@ -25,10 +25,10 @@ CERTIFY = ("corners", "everywhere")
 class Standard(Acceptance):
     """Valid first, then features kept, then distances, then the worst hex.
 
-    Each criterion is met or missed.  Of two meshes the better one meets the first criterion in
-    which they differ; where they differ in none, the merit of the fitting stages decides
-    (`polycube.fitting.merit`).  Lengths are shares of the bounding-box diagonal unless another unit
-    is named.
+    Each criterion is met or missed; features of a CAD part are counted.  Of two meshes the better
+    one meets the first criterion in which they differ, or loses fewer features; where they differ
+    in none, the merit of the fitting stages decides (`polycube.fitting.merit`).  Lengths are shares
+    of the bounding-box diagonal unless another unit is named.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ class Standard(Acceptance):
     least_jacobian : a mesh with a smaller scaled Jacobian is not valid
     volume_limit, distance_limit : a mesh whose volume or largest distance is further off is not
         valid
-    features : distance from the mesh's edges that 5 % of the sharp edges may exceed
+    features : distance from the mesh that 5 % of the samples of each point, curve and CAD face may
+        exceed; of a surface without CAD faces, 5 % of the samples of all sharp edges together
     distance : distance that 1 % of the points may exceed, both ways
     poor_jacobian : a smaller scaled Jacobian is a warning
     far_vertices : a boundary vertex further off the surface is a warning
@@ -87,7 +88,7 @@ class Standard(Acceptance):
         levels = {
             # inverted hexes are worse than crossings, these than any other failure
             "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
-            "features": -(len(found.lost_faces) + (found.creases > self.features)),
+            "features": -self._lost(found),
             "distances": -self._is_far(found),
             "scaled_jacobian": -(found.scaled_jacobian < self.poor_jacobian),
         }
@@ -171,9 +172,25 @@ class Standard(Acceptance):
                     f"the largest distance, {found.largest:.2%} of the diagonal at {place}, is far "
                     f"above that of 99 % of the points, {p99:.2%}: something may be missing there"
                 )
+        lost = [each for each in found.features if each.distance > self.features]
+        if lost:
+            worst = max(lost, key=lambda each: each.distance)
+            beside = " and ".join(f"cad_face_{face}" for face in worst.faces)
+            yield (
+                f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
+                f"are more than {self.features:.1%} of the diagonal off, the most the {worst.kind} "
+                f"of {beside} at {np.round(worst.place, 3).tolist()}: {worst.distance:.2%}"
+            )
         if found.lost_faces:
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
             yield f"{len(found.lost_faces)} CAD faces have no quad: {names}"
+
+    def _lost(self, found: Inspection) -> int:
+        """Number of points, curves and faces that a CAD part loses; creases of others are one."""
+        if not len(found.surface.region):
+            return int(found.creases > self.features)
+        off = [each for each in found.features if each.distance > self.features]
+        return len(found.lost_faces) + len(off)
 
     def _is_far(self, found: Inspection) -> bool:
         """Whether distances or volume are off."""

@@ -16,6 +16,7 @@ import numpy as np
 from polycube.hexmesh import quality
 from polycube.hexmesh.cad_faces import quad_regions
 from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.feature_distances import Feature, feature_distances
 from polycube.hexmesh.quality import Deviation, Samples
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface import measures
@@ -130,6 +131,16 @@ class Inspection:
         edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).mean(axis=1)
         both = [self._on_boundary, self._on_surface]
         return self._worst(both, np.concatenate([edge[samples.quad] for samples in both]))
+
+    @cached_property
+    def features(self) -> list[Feature]:
+        """Points, curves and faces of a CAD part with their distances; none without CAD faces."""
+        if not len(self.surface.region):
+            return []
+        numbers = target(self.surface).samples(SAMPLES)[2]
+        distance = self._on_surface.distance[: len(numbers)]  # then come the vertices
+        nearest = {n: distance[numbers == n] for n in np.unique(self.surface.region).tolist()}
+        return feature_distances(self.mesh, self.surface, nearest)
 
     @cached_property
     def lost_faces(self) -> tuple[str, ...]:

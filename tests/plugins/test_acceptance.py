@@ -9,7 +9,9 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.plugins.acceptance.standard import CRITERIA, Standard
 from polycube.types import HexMesh, TriMesh
 from tests.fixtures.hexmeshes import hex_beam, hex_box, surface_of
+from tests.fixtures.polycubes import bar, cut
 from tests.fixtures.surfaces import box as surface_box
+from tests.fixtures.surfaces import halved_box
 
 JUDGE = Standard()
 
@@ -102,3 +104,16 @@ def test_certify_everywhere_refuses_what_is_positive_at_corners_only(mesh, surfa
     tight = moved(mesh, bent)
     corners, everywhere = JUDGE(tight, surface), Standard(certify="everywhere")(tight, surface)
     assert len(everywhere.failures) >= len(corners.failures)
+
+
+def test_features_of_a_cad_part_are_counted_and_named():
+    part, mesh = halved_box(), cut(bar(), 0.25)
+    assert JUDGE(mesh, part).key[1] == 0
+    shifted = np.interp(mesh.vertices[:, 0], [0, 0.75, 1, 1.25, 2], [0, 0.8, 1.1, 1.3, 2])
+    off = moved(mesh, np.column_stack([shifted, mesh.vertices[:, 1:]]))
+    found = JUDGE(off, part)
+    assert found.is_valid and found.key[1] == -3 and found.reaches == -np.inf
+    assert any(
+        w.startswith("3 of 32 points, curves and faces of the CAD model") for w in found.warnings
+    )
+    assert JUDGE(off, TriMesh(part.vertices, part.faces)).key[1] == 0  # no CAD faces: no curve

@@ -1,0 +1,87 @@
+"""Distances of the points, curves and faces of a CAD model from a hex mesh.
+
+A curve is compared with the edges of the boundary quads, a point with their corners, a face with
+the quads.  These are the three shares of the HexMe benchmark (Beaufort et al. 2022).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.hexmesh.connectivity import unique_rows
+from polycube.surface import closest
+from polycube.surface.fit_target import target
+from polycube.types import HexMesh, TriMesh
+
+TOLERANCE = 0.003  # of the diagonal: a feature that is no farther away is kept
+STEP = 0.004  # of the diagonal, between the samples of a curve
+MOST = 95  # per cent of the samples that must be near
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A point, curve or face of a part, and its distance from a hex mesh.
+
+    Parameters
+    ----------
+    kind : point, curve or face
+    faces : CAD faces that it is, or lies between
+    place : a point of it, in model units
+    distance : that 95 % of its samples keep, as a fraction of the diagonal
+    """
+
+    kind: str
+    faces: tuple[int, ...]
+    place: tuple[float, ...]
+    distance: float
+
+
+def feature_distances(
+    mesh: HexMesh, surface: TriMesh, nearest: Mapping[int, np.ndarray]
+) -> list[Feature]:
+    """Measure how far each feature of a CAD part is from a hex mesh.
+
+    Points are those where three curves or more meet.
+
+    Parameters
+    ----------
+    nearest : of each CAD face, the distances (S,) of samples from the boundary of the mesh
+    """
+    goal = target(surface)
+    creases, corners = goal.features.creases, goal.features.corners
+    x = goal.to_unit(mesh.vertices)
+    sides = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
+    edges = _tree(x[unique_rows(np.sort(sides, axis=1))[0]])
+    vertices = _tree(x[np.unique(mesh.quads)][:, None])
+    found = []
+    at: dict[int, list[int]] = {}
+    for number, crease in enumerate(creases):
+        for end in crease.ends[: 2 * (not crease.is_loop)]:
+            at.setdefault(end, []).append(number)
+        places = crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
+        middle = goal.to_model(places[len(places) // 2])
+        found.append(_feature("curve", crease.faces, middle, closest.distance(edges, places)))
+    for end, own in at.items():
+        if len(own) >= 3:
+            faces = sorted({face for number in own for face in creases[number].faces})
+            gap = closest.distance(vertices, corners[[end]])
+            found.append(_feature("point", faces, goal.to_model(corners[end]), gap))
+    for face, gaps in nearest.items():
+        own = surface.faces[surface.region == face]
+        middle = surface.vertices[own[len(own) // 2]].mean(axis=0)
+        found.append(_feature("face", [face], middle, gaps))
+    return found
+
+
+def _feature(kind: str, faces: Sequence[int], place: np.ndarray, gaps: np.ndarray) -> Feature:
+    distance = float(np.percentile(gaps, MOST)) if len(gaps) else 0.0
+    return Feature(kind, tuple(faces), tuple(place.tolist()), distance)
+
+
+def _tree(points: np.ndarray) -> closest.Tree:
+    """Of segments (N, 2, 3) or points (N, 1, 3)."""
+    corners = points[:, [0, -1, -1]]
+    return closest.tree(corners, np.zeros((len(corners), 3)))
