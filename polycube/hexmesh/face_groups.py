@@ -3,7 +3,7 @@
 Faces with one label (a patch, a face of a CAD model) are cut at sharp edges into segments, and
 these into pieces whose normals are nearest to the same axis direction.  An end such as `x_min`
 consists of the pieces farthest out among those that face -x; of a CAD model, of whole CAD faces.  A
-hole consists of pieces that meet at concave edges and face each other in two directions.
+hole consists of pieces that meet at concave edges and stand round an axis that they face.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ PART = 0.2  # ... and its share of the area of its segment
 ROUND = 0.4  # length of the mean normal towards an end of a CAD face that is not flat, at least
 OUTERMOST = 0.05  # of the diagonal: how far from the bounding box the outermost point of an end is
 LEVEL = 1e-3  # of the diagonal: pieces that lie equally far out
-OPPOSITE = 0.7  # minus the cosine between normals of pieces that face each other, at least
+UPRIGHT = 0.7  # sine between the normal of a wall and the axis of its hole, at least
+GAP = np.radians(170)  # between the directions that neighbouring walls of a hole face, at most
+N_FLOORS = 12  # pieces, the largest, whose normals may be the axis
 CONCAVE = 0.02  # sine of the angle at which two pieces turn inwards, at least, on average
 GAUSS = (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12))  # of two points on the unit interval
 
@@ -137,11 +139,10 @@ def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
         if len(own):
             ends[name] = _farthest(whole, own, end, cut.size)
     is_end = np.isin(face, np.concatenate([[], *ends.values()]))
-    holes = _holes(cut, cut.piece[is_end])
-    in_hole = {name: np.isin(cut.piece, own) * cut.measured.area for name, own in holes.items()}
-    share = {name: np.bincount(face, area) / whole.area for name, area in in_hole.items()}
-    found = ends | {name: np.flatnonzero(part > 0.5) for name, part in share.items()}
-    return {name: numbers[own] for name, own in found.items() if len(own)}
+    for name, walls in _holes(cut, cut.piece[is_end]).items():
+        area = np.bincount(face, np.isin(cut.piece, walls) * cut.measured.area)
+        ends[name] = np.flatnonzero(area > whole.area / 2)
+    return {name: numbers[own] for name, own in ends.items() if len(own)}
 
 
 def facing(normal: np.ndarray) -> np.ndarray:
@@ -186,10 +187,9 @@ def _flat_ends(cut: _Cut) -> dict[str, np.ndarray]:
     names = {}
     for end, name in enumerate(ENDS):
         out = cut.reach(end, cut.piece)
-        own = np.flatnonzero(is_clear & (direction == end))
-        own = own[out[own] >= out.max() - OUTERMOST * cut.size]
-        if len(own):
-            names[name] = _farthest(cut.pieces, own, end, cut.size)
+        own = is_clear & (direction == end) & (out >= out.max() - OUTERMOST * cut.size)
+        if own.any():
+            names[name] = _farthest(cut.pieces, np.flatnonzero(own), end, cut.size)
     return names
 
 
@@ -234,11 +234,17 @@ def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _encloses(pieces: Faces, walls: np.ndarray) -> bool:
-    """Whether some of the pieces face each other, in two directions."""
-    normal = pieces.normal[walls]
+    """Whether the pieces stand round an axis, with gaps of less than half a turn, and face it."""
+    area, normal = pieces.area[walls], pieces.normal[walls]
     normal = normal / np.linalg.norm(normal, axis=1).clip(1e-12)[:, None]
-    middle = pieces.middle[walls]
-    step = middle[None] - middle[:, None]
-    towards = (normal @ normal.T < -OPPOSITE) & (np.einsum("ai,abi->ab", normal, step) > 0)
-    ways = normal[np.nonzero(towards & towards.T)[0]]
-    return len(ways) > 0 and bool(np.abs(ways @ ways.T).min() < 0.5)
+    least = np.linalg.eigh(normal.T * area @ normal)[1][:, 0]  # along a passage
+    for axis in [least, *normal[np.argsort(-area)[:N_FLOORS]]]:
+        upright = np.linalg.norm(np.cross(normal, axis), axis=1) > UPRIGHT
+        x, y = np.linalg.svd(axis[None])[2][1:] @ normal[upright].T
+        angle = np.sort(np.arctan2(y, x))
+        if len(angle) < 3 or np.diff(np.append(angle, angle[0] + 2 * np.pi)).max() > GAP:
+            continue
+        share, middle = area[upright] / area[upright].sum(), pieces.middle[walls[upright]]
+        if share @ (normal[upright] * (share @ middle - middle)).sum(axis=1) > 0:
+            return True
+    return False

@@ -10,7 +10,7 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.io.hex_meshes import boundary, patches
 from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
-from tests.fixtures.hexmeshes import hex_box
+from tests.fixtures.hexmeshes import hex_box, rings
 from tests.fixtures.surfaces import box
 
 
@@ -69,18 +69,6 @@ def test_a_border_on_no_mesh_edge_is_straight():
     lid, column = corners[:, :, 2].min(axis=1) == n, corners[:, :, 0].min(axis=1).round()
     assert sorted(share[lid & (column == 6)]) == pytest.approx([1 / 3] * 4 + [2 / 3] * 8)
     assert set(found[lid & (column <= 6)]) == {6} and set(found[lid & (column > 6)]) == {7}
-
-
-def rings(radii, n, height=0.2):
-    """Hexes of height `height` between regular polygons of n corners, and the radius of each."""
-    angle = 2 * np.pi * np.arange(n) / n
-    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    flat = np.concatenate([radius * circle for radius in radii])
-    points = np.concatenate([np.insert(flat, 2, z, axis=1) for z in (0, height)])
-    inner = np.arange((len(radii) - 1) * n).reshape(-1, n)
-    after = np.roll(inner, -1, axis=1)
-    quads = np.stack([inner, inner + n, after + n, after], axis=-1).reshape(-1, 4)
-    return hex_mesh(points, np.hstack([quads, quads + len(flat)]))
 
 
 def test_quads_beside_a_curve_that_they_follow_are_on_their_side_of_it():

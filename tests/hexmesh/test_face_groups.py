@@ -13,7 +13,7 @@ from polycube.hexmesh.face_groups import ENDS, ends_and_holes, facing, measure
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import patches
 from tests.fixtures import industrial as part
-from tests.fixtures.hexmeshes import hex_box, surface_of
+from tests.fixtures.hexmeshes import hex_box, rings, surface_of
 
 
 def groups(mesh):
@@ -112,6 +112,15 @@ def test_a_face_that_is_not_at_the_end_is_no_end():
     rod = hex_mesh(points, rod.hexes)
     rod = replace(rod, patch=patches(rod))
     assert set(areas(rod)) == set(ENDS) - {"x_min"}
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 16])
+def test_a_passage_of_any_section_is_a_hole(n):
+    """A prism in a prism; the walls of a triangle do not face each other, but an axis."""
+    mesh = rings([1.0, 3.0], n)
+    mesh = replace(mesh, patch=patches(mesh))
+    found = {name: area for name, area in areas(mesh).items() if name.startswith("hole")}
+    assert found == pytest.approx({"hole_1": polygon(n, 1.0)[0] * 0.2})
 
 
 def test_an_analysis_that_asks_for_a_missing_end_is_refused():

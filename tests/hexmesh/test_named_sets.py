@@ -72,6 +72,12 @@ def test_an_inner_angle_is_no_hole():
     assert set(names_of(mesh)) == set(ENDS)
 
 
+def test_a_channel_is_no_hole_and_with_closed_ends_it_is():
+    assert set(names_of(without((3, 3, 2), [(1.5, y, 1.5) for y in (0.5, 1.5, 2.5)]))) == set(ENDS)
+    closed = without((3, 4, 2), [(1.5, y, 1.5) for y in (1.5, 2.5)])
+    assert set(names_of(closed)) == {*ENDS, "hole_1"}
+
+
 def test_smooth_solids():
     assert list(boundary_sets(hex_ball(2))) == ["patch_0"]
     rod = with_patches(hex_cylinder(3))
