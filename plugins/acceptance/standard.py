@@ -83,12 +83,13 @@ class Standard(Acceptance):
         from polycube.hexmesh.inspection import inspect
 
         found, open_ones = inspect(hexes, surface), self._not_certified(hexes)
+        lost = self._lost(found)
         failures = tuple(self._failures(found, open_ones, len(hexes.hexes)))
         is_positive = found.scaled_jacobian > 0 and not len(open_ones)
         levels = {
             # inverted hexes are worse than crossings, these than any other failure
             "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
-            "features": -self._lost(found),
+            "features": -lost,
             "distances": -self._is_far(found),
             "scaled_jacobian": -(found.scaled_jacobian < self.poor_jacobian),
         }
@@ -97,6 +98,7 @@ class Standard(Acceptance):
             warnings=() if failures else tuple(self._warnings(found)),
             key=(*(float(levels[name]) for name in self.order), merit(found)),
             reaches=-inf if any(levels.values()) else found.scaled_jacobian,
+            lost=lost if len(surface.region) else 0,
         )
 
     def _not_certified(self, hexes: HexMesh) -> np.ndarray:

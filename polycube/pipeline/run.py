@@ -22,7 +22,7 @@ from polycube.pipeline.proposals import explain_none, propose
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
 from polycube.pipeline.search import Variants, search
 from polycube.pipeline.settings import Node, Settings
-from polycube.pipeline.size_search import meet_deviation
+from polycube.pipeline.size_search import keep_features, meet_deviation
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.pipeline.state import RunState
 from polycube.registry import build
@@ -194,6 +194,7 @@ class Run:
 
         first = settled_at(ranked, choices, choices[0], self.acceptance)
         found = search(starts(), is_settled, has_rival=first > self.acceptance.acceptable)
+        keep_features(found)
         meet_deviation(found, self.bundle.get("deviation"))
         return self._finish(found, stages)
 

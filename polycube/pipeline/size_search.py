@@ -1,7 +1,8 @@
-"""Search for a size that meets a deviation, where that is cheaper than refinement.
+"""Search for a size that keeps all features, or meets a deviation.
 
 The distance of hexes of length h from a curved surface is like h^2, their number like h^-3: a size
-less than twice as fine makes fewer hexes than cutting every hex in eight.
+less than twice as fine makes fewer hexes than cutting every hex in eight.  A curve, point or face
+that is smaller than a hex has room on smaller ones.
 """
 
 from __future__ import annotations
@@ -21,6 +22,26 @@ logger = logging.getLogger(__name__)
 FINEST = 1.9  # times as fine; beyond, refinement makes about as many hexes
 MARGIN = 1.05  # finer than h^2 says
 TRIES = 2
+STEP = 1.4  # times as fine: hexes for features that are lost
+
+
+def keep_features(found: Variants) -> None:
+    """While the mesh loses features of a CAD part, try finer ones; the best of all is taken.
+
+    Parameters
+    ----------
+    found : the result of the search
+    """
+    unit = diagonal(found.start.surface)
+    for _ in range(TRIES):
+        name, lost = found.chosen, found.taken().verdict.lost
+        options = _options(found, STEP, unit) if lost else None
+        if options is None:
+            return
+        logger.info("features: %d are lost, trying a size %.1f times as fine", lost, STEP)
+        found.run_again({"meshing/subdivide": options})
+        if found.chosen == name:
+            return
 
 
 def meet_deviation(found: Variants, deviation: float | str | None) -> None:

@@ -67,6 +67,7 @@ class Verdict:
     warnings: tuple[str, ...]  # why a user should look at a valid mesh, a sentence each
     key: tuple[float, ...]  # to choose by: the larger mesh is the better one
     reaches: float  # scaled Jacobian of a mesh that misses nothing else; -inf otherwise
+    lost: int = 0  # points, curves and faces of a CAD part that are not on the mesh
 
     @property
     def is_valid(self) -> bool:

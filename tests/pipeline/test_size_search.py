@@ -11,12 +11,13 @@ from polycube.hexmesh import sizing
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.template import mesh
 from polycube.pipeline.search import Variants
-from polycube.pipeline.size_search import meet_deviation
+from polycube.pipeline.size_search import keep_features, meet_deviation
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
 from polycube.registry import build
 from polycube.structure.rough_map import affine_map
-from polycube.types import HexMesh, Polycube, TriMesh
+from polycube.types import HexMesh, Polycube, TriMesh, Verdict
+from tests.fixtures.stages import BySize
 
 CUBE = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
 
@@ -150,3 +151,34 @@ def test_a_chain_without_sizes_is_left_alone(surface):
     found.run(0)
     meet_deviation(found, "0.01%")
     assert list(found.attempts) == [(0, False)]
+
+
+@dataclass(frozen=True)
+class Losing(BySize):
+    """Stands for an acceptance: features are lost below so many hexes."""
+
+    least: int = 0
+
+    def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
+        lost = max(0, self.least - len(hexes.hexes))
+        return Verdict((), (), (-float(lost),), 1.0, lost)
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "expected"),
+    [(64, 9.0, 4), (65, 9.0, 6), (217, 9.0, 8), (10_000, 9.0, 8), (65, 1.2, 4)],
+    ids=["none is lost", "once", "twice", "no more", "a finer one fails"],
+)
+def test_lost_features_ask_for_smaller_hexes(surface, least, most, expected):
+    stages = [Stage("meshing/subdivide", Cut(most=most))]
+    found = Variants(stages, [{}], RunState(surface), Losing(least=least))
+    found.run(0)
+    keep_features(found)
+    assert len(found.finish()[0].hexes.hexes) == expected**3
+
+
+def test_where_smaller_hexes_keep_no_more_the_mesh_stays(surface):
+    found = found_by(surface)
+    found.acceptance = BySize()  # all meshes are alike to it
+    keep_features(found)
+    assert len(found.attempts) == 1
