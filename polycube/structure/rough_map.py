@@ -16,10 +16,10 @@ from polycube.types import PerAxis, Polycube, RoughMap
 def evaluate(rough_map: RoughMap, points: np.ndarray) -> np.ndarray:
     """(N, 3) where the (N, 3) polycube points lie in the model."""
     axes = (rough_map.x, rough_map.y, rough_map.z)
-    return _weights(axes, points) @ rough_map.positions.reshape(-1, 3)
+    return weights(axes, points) @ rough_map.positions.reshape(-1, 3)
 
 
-def _weights(axes: PerAxis, points: np.ndarray) -> csr_matrix:
+def weights(axes: PerAxis, points: np.ndarray) -> csr_matrix:
     """(N, X*Y*Z) trilinear weights of the control positions at points; rows sum to 1."""
     lower, fraction = np.empty(points.shape, int), np.empty(points.shape)
     for axis, knots in enumerate(axes):
@@ -81,10 +81,10 @@ def fit(
     x, y, z = (_control(knots, spacing) for knots in polycube.knots)
     axes = x, y, z
     base = _grid(axes) @ linear.T + offset
-    weights, bending = _weights(axes, points).toarray(), _bending(axes)
+    shares, bending = weights(axes, points).toarray(), _bending(axes)
     residual = goal - points @ linear.T - offset
     for stiffness in smoothness * 10.0 ** np.arange(6):
-        moved = _robust(weights, bending * stiffness, residual, outlier, rounds)
+        moved = _robust(shares, bending * stiffness, residual, outlier, rounds)
         positions = base + moved.reshape(base.shape)
         if _keeps_orientation(positions):
             break

@@ -1,0 +1,93 @@
+"""Charts of a labelled surface, the creases inside them, and which of them share a coordinate.
+
+A chart is a connected part with one label.  All points of a chart with label +x or -x have one
+value of x, all points of a crease across x inside another chart another one; charts and creases
+that share a vertex share the value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.surface.measures import connected, half_edges, twins
+
+from .pieces import Pieces
+
+ACROSS = 0.4  # of a crease's direction along the axis that it is to be constant in, at most
+
+
+@dataclass(frozen=True, eq=False)
+class Charts:
+    """Charts of a surface, and per axis the groups of vertices that share a value."""
+
+    label: np.ndarray  # (F,) 0..5
+    chart: np.ndarray  # (F,) from 0
+    part: np.ndarray  # (F,) part of a chart, in one face of the part, that each triangle is in
+    chart_of_part: np.ndarray
+    chart_label: np.ndarray  # (C,)
+    group: np.ndarray  # (3, V) group of each vertex, or -1
+    chart_group: np.ndarray  # (C,) group of each chart, along its own axis
+    number: list[int]  # of groups along each axis
+
+
+def charts(pieces: Pieces, label: np.ndarray, with_creases: bool) -> Charts:
+    """Charts of labels (P,) of pieces."""
+    faces = pieces.surface.faces
+    label = label[pieces.piece]
+    first, second = twins(faces)
+    same = label[first // 3] == label[second // 3]
+    chart = connected(first[same] // 3, second[same] // 3, len(faces))
+    chart_label = np.zeros(chart.max() + 1, int)
+    chart_label[chart] = label
+    n_vertices = len(pieces.surface.vertices)
+    creases = _creases(pieces, label, first[same], second[same]) if with_creases else None
+    group = np.full((3, n_vertices), -1)
+    chart_group = np.zeros(len(chart_label), int)
+    numbers = []
+    for axis in range(3):
+        on = label // 2 == axis
+        vertex, owner = faces[on].ravel(), np.repeat(chart[on], 3)
+        links = np.empty((0, 2), int) if creases is None else creases[axis]
+        size = n_vertices + len(chart_label)
+        component = connected(
+            np.append(vertex, links[:, 0]), np.append(n_vertices + owner, links[:, 1]), size
+        )
+        used = np.unique(component[np.append(vertex, links.ravel())])
+        inside = np.append(vertex, links.ravel())
+        group[axis, inside] = np.searchsorted(used, component[inside])
+        chart_group[owner] = np.searchsorted(used, component[n_vertices + owner])
+        numbers.append(len(used))
+    both = np.stack([chart, pieces.face[pieces.piece]])
+    named, part = np.unique(both, axis=1, return_inverse=True)
+    return Charts(label, chart, part.ravel(), named[0], chart_label, group, chart_group, numbers)
+
+
+def _creases(
+    pieces: Pieces, label: np.ndarray, first: np.ndarray, second: np.ndarray
+) -> list[np.ndarray]:
+    """Per axis the edges (N, 2) between faces of the part that charts hold and that run across it.
+
+    first, second : half-edges of the edges inside charts
+    """
+    face = pieces.face[pieces.piece]
+    is_crease = face[first // 3] != face[second // 3]
+    first = first[is_crease]
+    ends = half_edges(pieces.surface.faces)[first]
+    own = label[first // 3] // 2
+    way = np.diff(pieces.surface.vertices[ends], axis=1)[:, 0]
+    way = np.abs(way) / np.linalg.norm(way, axis=1, keepdims=True)
+    way[np.arange(len(own)), own] = np.inf
+    axis = way.argmin(axis=1)
+    crossing = way[np.arange(len(own)), axis] < ACROSS
+    return [ends[(axis == a) & crossing] for a in range(3)]
+
+
+def chart_ends(pieces: Pieces, charts: Charts) -> tuple[np.ndarray, np.ndarray]:
+    """Half-edges (E,) on borders of charts and on creases inside, and the ones across (E,)."""
+    first, second = twins(pieces.surface.faces)
+    face = pieces.face[pieces.piece]
+    border = charts.chart[first // 3] != charts.chart[second // 3]
+    border |= face[first // 3] != face[second // 3]
+    return np.append(first[border], second[border]), np.append(second[border], first[border])

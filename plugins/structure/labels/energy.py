@@ -1,0 +1,187 @@
+"""What labels of pieces cost: misfit of normals, borders, and what no polycube allows.
+
+The border of a chart turns by quarter turns.  All the way round an outer border they add up to four
+to the left, around a hole to four to the right; any other sum, two opposite labels side by side,
+or a border that turns back is a fault.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from polycube.surface.measures import face_areas, face_normals
+
+from .arcs import Arcs
+from .pieces import DIRECTIONS, Pieces
+
+FAULT = 0.03  # cost of a fault
+BACK = 0.1  # cost of a label that a piece looks away from
+CUT = 0.004  # cost of a border across a plane
+CREASED = 0.1  # share of a border's cost that it costs on a crease
+
+
+class Problem(NamedTuple):
+    """Arrays of the energy; `weight` is the cost of each arc between two labels."""
+
+    misfit: np.ndarray  # (P, 6)
+    pieces: np.ndarray  # (A, 2)
+    weight: np.ndarray  # (A,)
+    length: np.ndarray  # (A,)
+    turn: np.ndarray  # (A,)
+    cut: np.ndarray  # (A,)
+    start: np.ndarray  # (N + 1,)
+    arc: np.ndarray  # (M,)
+    side: np.ndarray  # (M,)
+
+
+def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
+    """The energy of labels, with a cost per length of border."""
+    areas = face_areas(pieces.surface)
+    areas = areas / areas.sum()
+    lean = 1 - face_normals(pieces.surface) @ DIRECTIONS.T
+    misfit = np.zeros((len(pieces.face), 6))
+    np.add.at(misfit, pieces.piece, areas[:, None] * lean)
+    share = np.bincount(pieces.piece, areas)[:, None]
+    mean = misfit / share
+    misfit = misfit + 0.02 * np.sqrt(share) * mean**2 + BACK * (mean > 0.95)
+    weight = compactness * arcs.length * np.where(arcs.is_crease, CREASED, 1.0)
+    weight = weight + CUT * (arcs.turn == 0)
+    return Problem(
+        misfit,
+        arcs.pieces,
+        weight,
+        arcs.length,
+        arcs.turn,
+        arcs.cut,
+        arcs.start,
+        arcs.arc,
+        arcs.side,
+    )
+
+
+@njit(cache=True)
+def energy(p: Problem, label: np.ndarray, sign: np.ndarray) -> tuple[float, float]:
+    """Cost of labels (P,) and the number of faults in them.
+
+    sign : (2 faces,) 1 or -1, whether a border on a cut of a plane is convex or concave
+    """
+    cost, faults = 0.0, 0.0
+    for k in range(len(label)):
+        cost += p.misfit[k, label[k]]
+    chart = np.arange(len(label))
+    outward = np.full(2 * len(p.pieces), -1)
+    for a in range(len(p.pieces)):
+        one, other = p.pieces[a, 0], p.pieces[a, 1]
+        if label[one] == label[other]:
+            _join(chart, one, other)
+            continue
+        cost += p.weight[a]
+        if label[one] // 2 == label[other] // 2:
+            faults += 1.0 + 3.0 * p.length[a]
+        turn = p.turn[a]
+        if turn == 0:
+            turn = sign[p.cut[a]] if p.cut[a] >= 0 else 1
+        inward = 0 if turn > 0 else 1
+        outward[2 * a], outward[2 * a + 1] = label[other] ^ inward, label[one] ^ inward
+    loop, total = np.arange(len(outward)), np.zeros(len(outward))
+    faults += _turns(p.start, p.arc, p.side, p.pieces, label, outward, loop, total)
+    faults += _loops(p.pieces, outward, chart, loop, total)
+    return cost + FAULT * faults, faults
+
+
+@njit(cache=True)
+def _root(parent: np.ndarray, k: int) -> int:
+    while parent[k] != k:
+        parent[k] = parent[parent[k]]
+        k = parent[k]
+    return k
+
+
+@njit(cache=True)
+def _join(parent: np.ndarray, a: int, b: int) -> None:
+    a, b = _root(parent, a), _root(parent, b)
+    if a < b:
+        parent[b] = a
+    else:
+        parent[a] = b
+
+
+@njit(cache=True)
+def _turns(
+    start: np.ndarray,
+    arc: np.ndarray,
+    side: np.ndarray,
+    pieces: np.ndarray,
+    label: np.ndarray,
+    outward: np.ndarray,
+    loop: np.ndarray,
+    total: np.ndarray,
+) -> float:
+    """Join the borders that meet at points and add their turns; faults where one turns back.
+
+    outward : (2 A,) direction, as a label, in which a chart ends at a side of an arc, or -1
+    loop, total : (2 A,) changed in place: border that a side of an arc is of, and its turns
+    """
+    faults = 0.0
+    for n in range(len(start) - 1):
+        first, before = -1, -1
+        for entry in range(start[n], 2 * start[n + 1] - start[n]):
+            at = entry if entry < start[n + 1] else entry - start[n + 1] + start[n]
+            if outward[2 * arc[at]] < 0:
+                continue
+            if before >= 0:
+                leave, enter = 2 * arc[before] + side[before], 2 * arc[at] + 1 - side[at]
+                own = label[pieces[arc[before], side[before]]]
+                turn = _turn(own, outward[enter], outward[leave])
+                if turn == 2:
+                    faults += 1.0
+                else:
+                    total[leave] += turn
+                _join(loop, enter, leave)
+                if at == first:
+                    break
+            else:
+                first = at
+            before = at
+    return faults
+
+
+@njit(cache=True)
+def _turn(own: int, one: int, other: int) -> int:
+    """Quarter turns to the left of a border from one direction to another; 2 where it turns back.
+
+    own : label of the chart; the directions are those in which it ends there
+    """
+    if one // 2 == own // 2 or other // 2 == own // 2:
+        return 0
+    if one // 2 == other // 2:
+        return 0 if one == other else 2
+    flips = own % 2 + one % 2 + other % 2
+    if (own // 2 + 1) % 3 != one // 2:
+        flips += 1
+    return 1 if flips % 2 == 0 else -1
+
+
+@njit(cache=True)
+def _loops(
+    pieces: np.ndarray, outward: np.ndarray, chart: np.ndarray, loop: np.ndarray, total: np.ndarray
+) -> float:
+    """Faults of the turns of all borders: each chart has one outer border, the others are holes."""
+    summed = np.zeros(len(loop))
+    for h in range(len(loop)):
+        summed[_root(loop, h)] += total[h]
+    faults, gain = np.zeros(len(chart)), np.full(len(chart), np.inf)
+    for h in range(len(loop)):
+        if loop[h] == h and outward[h] >= 0:
+            c = _root(chart, pieces[h // 2, h % 2])
+            as_hole, as_outer = abs(summed[h] + 4), abs(summed[h] - 4)
+            faults[c] += as_hole
+            gain[c] = min(gain[c], as_outer - as_hole)
+    result = 0.0
+    for c in range(len(chart)):
+        if chart[c] == c:
+            result += faults[c] + (gain[c] if gain[c] < np.inf else 8.0)
+    return result

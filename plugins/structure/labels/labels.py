@@ -1,0 +1,138 @@
+"""Propose polycubes from labels of the surface."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from polycube.kinds import Structure
+from polycube.registry import register
+from polycube.types import Candidate, Polycube, TriMesh
+
+if TYPE_CHECKING:
+    from .pieces import Pieces
+    from .placement import Placement
+    from .search import Labelling
+
+logger = logging.getLogger(__name__)
+
+
+@register("structure", "labels")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LabelLattice(Structure):
+    """Label each face of the part with one of six directions and place its charts on a lattice.
+
+    Leaning planes stay one face or are cut in halves, so that slots, wedges and pockets with
+    slanted walls get bricks of their own.  Needs faces of a CAD file, or planes.
+
+    Parameters
+    ----------
+    grid : cells of the polycube; not used
+    primitives : (3, 3, 3) bool voxels by name
+    frames : coordinate frames tried at most
+    compactness : values tried: cost of a border between labels, per diagonal of its length
+    size : of the triangles that carry the coordinates, as a share of the diagonal
+    least : distance that charts facing each other keep, as a share of the diagonal
+    apart : knots nearer than this share of the diagonal fall together where nothing is lost
+    smoothness : of the rough map
+    kicks : restarts of the search for labels
+    budget : evaluations of the labels' energy at most, for each frame and compactness
+    kept : candidates for each frame at most
+    """
+
+    any_grid = True
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
+    frames: int = 1
+    compactness: Sequence[float] = (0.03, 0.005)
+    size: float = 0.05
+    least: float = 0.02
+    apart: float = 0.03
+    smoothness: float = 0.03
+    kicks: int = 10
+    budget: int = 100_000
+    kept: int = 3
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """Candidates, cheapest first; none where no labels without faults are found."""
+        from polycube.surface.frames import frames
+        from polycube.surface.measures import diagonal, genus
+
+        from .pieces import pieces
+
+        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        if brick is None:
+            logger.info("labels: no primitive is a full cell; nothing proposed")
+            return []
+        made: list[Candidate] = []
+        for number, frame in enumerate(frames(surface, self.frames)):
+            turned = surface.vertices @ frame.T / diagonal(surface)
+            own = pieces(TriMesh(turned, surface.faces, surface.region), self.size)
+            place = frame * diagonal(surface)  # from the frame to the part: row vectors times this
+            made += self._in_frame(own, place, genus(surface), brick, number)
+        return sorted(made, key=lambda candidate: candidate.cost)
+
+    def _in_frame(
+        self, pieces: Pieces, place: np.ndarray, genus: int, brick: str, number: int
+    ) -> list[Candidate]:
+        """Candidates of a part in the frame of that number; `place` leads from it to the part."""
+        from .placement import placement
+
+        found: dict[str, Candidate] = {}
+        for entry in self._labellings(pieces):
+            if len(found) == self.kept:
+                break
+            own = placement(pieces, entry.label, genus, self.least, self.apart)
+            if own is not None:
+                made = self._candidate(pieces, own, entry.cost, place, brick, number)
+                found.setdefault(made.key, made)
+        logger.info(
+            "labels: frame %d, %d pieces, %d candidates", number, len(pieces.face), len(found)
+        )
+        return list(found.values())
+
+    def _labellings(self, pieces: Pieces) -> list[Labelling]:
+        """Different labels of the pieces, the cheapest of each compactness first."""
+        from .arcs import arcs
+        from .energy import problem
+        from .search import labellings
+
+        borders = arcs(pieces)
+        found: dict[bytes, Labelling] = {}
+        for compactness in self.compactness:
+            energy = problem(pieces, borders, compactness)
+            generator = np.random.default_rng(0)
+            for entry in labellings(pieces, energy, self.kicks, self.budget, generator):
+                found.setdefault(entry.label.tobytes(), entry)
+        return list(found.values())
+
+    def _candidate(
+        self,
+        pieces: Pieces,
+        placement: Placement,
+        cost: float,
+        place: np.ndarray,
+        brick: str,
+        number: int,
+    ) -> Candidate:
+        """The candidate of bricks in the frame of that number."""
+        from ..slices.candidates import structure_key
+        from .inverse import fitted
+
+        full = placement.bricks.full
+        x, y, z = (np.arange(n + 1.0) for n in full.shape)
+        context = tuple(brick if is_full else None for is_full in full.ravel())
+        polycube = Polycube(full, x, y, z, full.shape, context)
+        rough_map = fitted(
+            placement.bricks.knots,
+            placement.placed,
+            pieces.surface.vertices @ place,
+            self.smoothness,
+        )
+        key = structure_key(polycube, np.eye(3), number)
+        return Candidate("labels", polycube, rough_map, cost, key, family="lattice")

@@ -1,0 +1,124 @@
+"""From coordinates of charts to bricks: which are full, and which charts have faces of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from polycube.surface.winding import winding_numbers
+from polycube.types import TriMesh
+
+from ..bricks.topology import defect
+from .charts import Charts
+
+OFF = np.array([1.3e-3, 2.1e-3, 1.7e-3])  # of the middles of bricks, in bricks
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """Full bricks between knots that follow a surface."""
+
+    full: np.ndarray  # (X, Y, Z) bool
+    knots: list[np.ndarray]
+    index: list[np.ndarray]  # per axis the knot of each group
+    lost: int  # charts that have no face of the bricks
+    hidden: int  # parts of charts, one to each face of the part, that have none
+    defect: int  # see `topology.defect`
+
+    @property
+    def faults(self) -> tuple[int, int, int]:
+        """Smaller is better."""
+        return self.defect, self.lost, self.hidden
+
+
+def bricks(
+    surface: TriMesh,
+    charts: Charts,
+    fields: list[np.ndarray],
+    constants: list[np.ndarray],
+    index: list[np.ndarray],
+    genus: int,
+) -> Bricks | None:
+    """Bricks for coordinates of the vertices; None where an axis has one knot only.
+
+    fields : (3, V), constant on groups
+    constants : per axis the value of each group
+    index : per axis the knot of each group
+    """
+    knots = [np.bincount(k, c) / np.bincount(k) for k, c in zip(index, constants, strict=True)]
+    if any(len(k) < 2 or (np.diff(k) <= 1e-9).any() for k in knots):
+        return None
+    placed = np.stack(
+        [
+            positions(fields[axis], charts.group[axis], constants[axis], index[axis])
+            for axis in range(3)
+        ],
+        axis=1,
+    )
+    shape = tuple(len(k) - 1 for k in knots)
+    middles = np.argwhere(np.ones(shape, bool)) + 0.5 + OFF
+    winding = winding_numbers(TriMesh(placed, surface.faces), middles)
+    full = (winding > 0.5).reshape(shape)
+    if not full.any():
+        return None
+    covered = _covered(full, charts, placed, surface.faces, index)
+    seen = np.bincount(charts.chart_of_part, covered) > 0
+    lost, hidden = int((~seen).sum()), int((~covered).sum())
+    return Bricks(full, knots, index, lost, hidden, defect(full, genus))
+
+
+def positions(
+    values: np.ndarray, group: np.ndarray, constants: np.ndarray, index: np.ndarray
+) -> np.ndarray:
+    """(V,) coordinates in numbers of knots: whole on groups, monotone between."""
+    order = np.argsort(constants, kind="stable")
+    inner = np.interp(values, constants[order], np.maximum.accumulate(index[order]).astype(float))
+    return np.where(group >= 0, index[np.maximum(group, 0)], inner)
+
+
+def _covered(
+    full: np.ndarray, charts: Charts, placed: np.ndarray, faces: np.ndarray, index: list[np.ndarray]
+) -> np.ndarray:
+    """Which parts of charts hold the middle of a face of the bricks."""
+    covered = np.zeros(len(charts.chart_of_part), bool)
+    padded = np.pad(full, 1)
+    plane = np.array(
+        [
+            index[int(label) // 2][group]
+            for label, group in zip(charts.chart_label, charts.chart_group, strict=True)
+        ]
+    )
+    for label in range(6):
+        axis = label // 2
+        here = np.moveaxis(padded, axis, 0)
+        solid, other = (here[:-1], here[1:]) if label % 2 == 0 else (here[1:], here[:-1])
+        at = np.argwhere(solid & ~other)
+        at[:, 1:] -= 1
+        mine = np.flatnonzero(charts.label == label)
+        first, second = [a for a in range(3) if a != axis]
+        corners = placed[faces[mine]][:, :, [first, second]]
+        _cover(corners, plane[charts.chart[mine]], charts.part[mine], at, covered)
+    return covered
+
+
+@njit(cache=True)
+def _cover(
+    corners: np.ndarray, plane: np.ndarray, owner: np.ndarray, at: np.ndarray, covered: np.ndarray
+) -> None:
+    """Mark owners of triangles (N, 3, 2) that hold the middle of a face (M, 3) in their plane."""
+    for n in range(len(corners)):
+        if covered[owner[n]]:
+            continue
+        for m in range(len(at)):
+            if at[m, 0] != plane[n]:
+                continue
+            x, y = at[m, 1] + 0.5013, at[m, 2] + 0.5021
+            ax, ay = corners[n, 0, 0] - x, corners[n, 0, 1] - y
+            bx, by = corners[n, 1, 0] - x, corners[n, 1, 1] - y
+            cx, cy = corners[n, 2, 0] - x, corners[n, 2, 1] - y
+            a, b, c = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+            if (a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0):
+                covered[owner[n]] = True
+                break

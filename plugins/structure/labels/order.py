@@ -1,0 +1,162 @@
+"""Order of charts: which of them face each other along an axis, and values that keep distance."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from scipy.optimize import nnls
+
+from polycube.surface.measures import face_areas, face_normals, half_edges
+
+from .charts import Charts, chart_ends
+from .pieces import Pieces
+
+RAYS = 6  # from each chart, each way
+STEEP = 0.3  # of a border's direction outwards along an axis, at least, to look along it
+
+Pair = tuple[int, int, int, float]  # axis, lower group, upper group, distance between them
+
+
+def pairs(pieces: Pieces, charts: Charts) -> list[Pair]:
+    """Pairs of groups that face each other along a chart, through the solid or through the air."""
+    found: dict[tuple[int, int, int], float] = {}
+    for axis, low, high, distance in [*_along(pieces, charts), *_through(pieces, charts)]:
+        name = axis, low, high
+        found[name] = min(distance, found.get(name, np.inf))
+    return [(*name, distance) for name, distance in sorted(found.items())]
+
+
+def _along(pieces: Pieces, charts: Charts) -> list[Pair]:
+    """Pairs of borders and creases of one chart, seen along the axes of its plane."""
+    half, across = chart_ends(pieces, charts)
+    vertices = pieces.surface.vertices
+    ends = vertices[half_edges(pieces.surface.faces)[half]]
+    way = ends[:, 1] - ends[:, 0]
+    inward = np.cross(face_normals(pieces.surface)[half // 3], way)
+    inward /= np.maximum(np.linalg.norm(inward, axis=1), 1e-30)[:, None]
+    own = charts.chart[half // 3]
+    corner = half_edges(pieces.surface.faces)[half]
+    result = []
+    for chart in range(len(charts.chart_label)):
+        mine = np.flatnonzero(own == chart)
+        normal = int(charts.chart_label[chart]) // 2
+        for axis in ((normal + 1) % 3, (normal + 2) % 3):
+            other = 3 - normal - axis
+            group = np.where(
+                charts.group[axis][corner[mine, 0]] == charts.group[axis][corner[mine, 1]],
+                charts.group[axis][corner[mine, 0]],
+                -1,
+            )
+            straight = charts.label[across[mine] // 3] // 2 == axis
+            straight |= charts.label[across[mine] // 3] // 2 == normal
+            group = np.where(straight, group, -1)
+            rows = _facing(ends[mine][:, :, [axis, other]], inward[mine, axis], group)
+            result += [(axis, int(a), int(b), float(d)) for a, b, d in rows]
+    return result
+
+
+@njit(cache=True)
+def _facing(
+    ends: np.ndarray, inward: np.ndarray, group: np.ndarray
+) -> list[tuple[int, int, float]]:
+    """Lower group, upper group and distance of the segments (N, 2, 2) that see each other."""
+    found = [(0, 0, 0.0) for _ in range(0)]
+    for i in range(len(ends)):
+        if group[i] < 0 or abs(inward[i]) < STEEP:
+            continue
+        x, y = (ends[i, 0] + ends[i, 1]) / 2
+        best, at = np.inf, -1
+        for j in range(len(ends)):
+            low, high = ends[j, 0, 1] - y, ends[j, 1, 1] - y
+            if j == i or (low > 0) == (high > 0):
+                continue
+            share = low / (low - high)
+            distance = ends[j, 0, 0] + share * (ends[j, 1, 0] - ends[j, 0, 0]) - x
+            distance = distance if inward[i] > 0 else -distance
+            if 1e-9 < distance < best:
+                best, at = distance, j
+        if at >= 0 and group[at] >= 0:
+            if inward[i] > 0:
+                found.append((group[i], group[at], best))
+            else:
+                found.append((group[at], group[i], best))
+    return found
+
+
+def _through(pieces: Pieces, charts: Charts) -> list[Pair]:
+    """Pairs of charts with opposite labels, through the solid and through the air."""
+    surface = pieces.surface
+    corners = surface.vertices[surface.faces]
+    middle, areas = corners.mean(axis=1), face_areas(surface)
+    result = []
+    for chart, label in enumerate(charts.chart_label):
+        mine = np.flatnonzero(charts.chart == chart)
+        chosen = mine[np.argsort(-areas[mine], kind="stable")]
+        chosen = chosen[:: max(1, len(chosen) // RAYS)][:RAYS]
+        axis = int(label) // 2
+        for way in (1.0, -1.0):
+            for face in chosen.tolist():
+                hit, distance = _hit(corners, middle[face], axis, way, face)
+                if hit < 0 or charts.label[hit] != label ^ 1:
+                    continue
+                own = int(charts.chart_group[chart])
+                other = int(charts.chart_group[charts.chart[hit]])
+                pair = (own, other) if way > 0 else (other, own)
+                result.append((axis, *pair, distance))
+    return result
+
+
+@njit(cache=True)
+def _hit(
+    corners: np.ndarray, origin: np.ndarray, axis: int, way: float, skip: int
+) -> tuple[int, float]:
+    """First triangle along an axis from a point, and how far it is; -1 where there is none."""
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    best, at = np.inf, -1
+    for t in range(len(corners)):
+        if t == skip:
+            continue
+        ax, ay = corners[t, 0, u] - origin[u], corners[t, 0, v] - origin[v]
+        bx, by = corners[t, 1, u] - origin[u], corners[t, 1, v] - origin[v]
+        cx, cy = corners[t, 2, u] - origin[u], corners[t, 2, v] - origin[v]
+        a, b, c = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
+        if not ((a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0)):
+            continue
+        total = a + b + c
+        if abs(total) < 1e-18:
+            continue
+        height = (
+            a * corners[t, 0, axis] + b * corners[t, 1, axis] + c * corners[t, 2, axis]
+        ) / total
+        distance = (height - origin[axis]) * way
+        if 1e-9 < distance < best:
+            best, at = distance, t
+    return at, best
+
+
+def spaced(
+    form: np.ndarray, constants: np.ndarray, low: np.ndarray, high: np.ndarray, least: np.ndarray
+) -> np.ndarray | None:
+    """Values nearest to some constants in a quadratic form, with upper - lower >= least.
+
+    Solved as a problem of least distance (Lawson and Hanson, chapter 23); None where no values
+    keep all distances.
+    """
+    if not len(low):
+        return constants
+    rows = np.zeros((len(low), len(constants)))
+    rows[np.arange(len(low)), high] += 1
+    rows[np.arange(len(low)), low] -= 1
+    missing = least - rows @ constants
+    if (missing <= 0).all():
+        return constants
+    scale = np.abs(np.diag(form)).max()
+    root = np.linalg.cholesky(form / scale + 1e-9 * np.eye(len(form)))
+    reduced = np.linalg.solve(root, rows.T)
+    matrix = np.vstack([reduced, missing])
+    goal = np.append(np.zeros(len(form)), 1.0)
+    weights, _ = nnls(matrix, goal, maxiter=50 * len(low))
+    residual = matrix @ weights - goal
+    if np.linalg.norm(residual) < 1e-8:
+        return None
+    return constants + np.linalg.solve(root.T, -residual[:-1] / residual[-1])

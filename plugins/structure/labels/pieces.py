@@ -1,0 +1,122 @@
+"""Pieces of a surface that take one label each: planes, parts of slanted planes, parts of bends.
+
+Lengths are in diagonals of the bounding box, coordinates those of a frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.surface.measures import connected, face_areas, face_normals, twins
+from polycube.types import TriMesh
+
+from .refinement import cut, refined
+
+FLAT = np.cos(np.radians(1))  # of two normals in one plane
+BENT = np.cos(np.radians(3))  # of a normal and the mean normal of a plane
+SMOOTH = np.cos(np.radians(35))  # of two facets of one bend
+SMALL, LARGE = 1e-3, 0.02  # share of the area of a plane, and of one that may be a facet of a bend
+SHARP = np.cos(np.radians(46))  # beyond which two bends are different faces
+SLANTED = np.cos(np.radians(8))  # of a plane's normal and the nearest axis
+DIRECTIONS = np.repeat(np.eye(3), 2, axis=0) * np.tile([1, -1], 3)[:, None]  # (6, 3) by label
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """A refined surface in a frame, and which piece each of its triangles is of."""
+
+    surface: TriMesh  # in the frame, of diagonal 1; its regions are the faces of the part, from 0
+    piece: np.ndarray  # (F,) from 0
+    face: np.ndarray  # (P,) region of each piece
+    side: np.ndarray  # (P, 2) on which side of the two cuts of its face a piece lies; 0 where uncut
+
+    @property
+    def normals(self) -> np.ndarray:
+        """(P, 3) unit mean normals."""
+        total = np.zeros((len(self.face), 3))
+        areas = face_areas(self.surface)
+        np.add.at(total, self.piece, face_normals(self.surface) * areas[:, None])
+        return total / np.maximum(np.linalg.norm(total, axis=1), 1e-30)[:, None]
+
+
+def pieces(surface: TriMesh, size: float) -> Pieces:
+    """Pieces of a surface that is in its frame already.
+
+    A plane is one piece; a plane that leans is cut into four, along and across the way it leans.
+    A bend is cut where its nearest axis changes.
+
+    size : of the longest edges
+    """
+    part, is_plane = faces_of_part(surface)
+    vertices, faces, origin = refined(surface.vertices, surface.faces, size)
+    part = part[origin]
+    fine = TriMesh(vertices, faces, part)
+    side = np.zeros((len(faces), 2), int)
+    areas, normals = face_areas(fine), face_normals(fine)
+    mean = np.zeros((part.max() + 1, 3))
+    np.add.at(mean, part, normals * areas[:, None])
+    mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-30)[:, None]
+    for number in np.flatnonzero(is_plane & (np.abs(mean).max(axis=1) < SLANTED)):
+        for turn, way in enumerate(_ways(mean[number])):
+            own = vertices[np.unique(faces[part == number])] @ way
+            middle = (own.min() + own.max()) / 2
+            level = vertices @ way - middle
+            level[np.abs(level) < 0.2 * size] = 0
+            vertices, faces, origin = cut(vertices, faces, part == number, level)
+            part, side = part[origin], side[origin]
+            is_above = vertices[faces].mean(axis=1) @ way > middle
+            side[part == number, turn] = np.where(is_above[part == number], 1, -1)
+    fine = TriMesh(vertices, faces, part)
+    nearest = np.where(is_plane[part], -1, (face_normals(fine) @ DIRECTIONS.T).argmax(axis=1))
+    keys = np.column_stack([part, side, nearest])
+    first, second = twins(faces)
+    first, second = first // 3, second // 3
+    alike = (keys[first] == keys[second]).all(axis=1)
+    piece = connected(first[alike], second[alike], len(faces))
+    _, where = np.unique(piece, return_index=True)
+    return Pieces(fine, piece, part[where], side[where])
+
+
+def _ways(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors in a leaning plane: along the slope, and across it."""
+    flat = np.eye(3)[np.abs(normal).argmin()]
+    across = flat - flat @ normal * normal
+    across /= np.linalg.norm(across)
+    return np.cross(normal, across), across
+
+
+def faces_of_part(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Face of the part (F,) of each triangle, from 0, and which of them are planes.
+
+    The faces are those of the CAD file where there are any.  Else triangles of one plane are one
+    face, and the others, where they join smoothly.
+    """
+    normals, areas = face_normals(surface), face_areas(surface)
+    first, second = twins(surface.faces)
+    first, second = first // 3, second // 3
+    cosine = np.einsum("ed,ed->e", normals[first], normals[second])
+    if len(surface.region):
+        same = surface.region[first] == surface.region[second]
+    else:
+        plane = connected(first[cosine > FLAT], second[cosine > FLAT], len(normals))
+        share = np.bincount(plane, areas) / areas.sum()
+        smooth = (plane[first] != plane[second]) & (cosine > SMOOTH)
+        is_facet = np.isin(np.arange(len(share)), plane[np.append(first[smooth], second[smooth])])
+        small = (share < SMALL) | (is_facet & (share < LARGE))
+        small = (small | ~_planes(plane, normals, areas))[plane]
+        same = (plane[first] == plane[second]) & ~small[first]
+        same |= small[first] & small[second] & (cosine > SHARP)
+    face = connected(first[same], second[same], len(normals))
+    return face, _planes(face, normals, areas)
+
+
+def _planes(face: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """Which faces have normals that are all alike."""
+    mean = np.zeros((face.max() + 1, 3))
+    np.add.at(mean, face, normals * areas[:, None])
+    mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-30)[:, None]
+    low = np.ones(len(mean))
+    np.minimum.at(low, face, np.einsum("fd,fd->f", normals, mean[face]))
+    return low > BENT

@@ -1,0 +1,84 @@
+"""Where a labelled surface lies on a lattice of bricks: fields, their order, knots."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from .charts import Charts, charts
+from .fields import Field, field, stiffness
+from .lattice import Bricks, positions
+from .order import Pair, pairs, spaced
+from .pieces import Pieces
+from .quantization import quantized
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Bricks of a labelled surface, and where its vertices lie on them."""
+
+    bricks: Bricks
+    placed: np.ndarray  # (V, 3) in numbers of knots
+
+
+def placement(
+    pieces: Pieces, label: np.ndarray, genus: int, least: float, apart: float
+) -> Placement | None:
+    """Bricks for labels (P,) in which no chart is lost, with knots at creases where that works.
+
+    least : distance that charts facing each other keep, or half of what they have
+    apart : knots nearer than this fall together where nothing is lost
+    """
+    best: Placement | None = None
+    for with_creases in (True, False):
+        found = _placed(pieces, charts(pieces, label, with_creases), genus, least, apart)
+        if found is not None and (best is None or found.bricks.hidden < best.bricks.hidden):
+            best = found
+        if best is not None and not best.bricks.hidden:
+            break
+    return best
+
+
+def _placed(
+    pieces: Pieces, charts: Charts, genus: int, least: float, apart: float
+) -> Placement | None:
+    """Bricks for charts; None where the charts cannot keep their order or one is lost."""
+    order = pairs(pieces, charts)
+    matrix = stiffness(pieces.surface)
+    fields: list[Field] = []
+    constants: list[np.ndarray] = []
+    for axis in range(3):
+        if charts.number[axis] < 2:
+            return None
+        place = pieces.surface.vertices[:, axis]
+        fields.append(field(matrix, place, charts.group[axis], charts.number[axis]))
+        values = _constants(fields[axis], [pair for pair in order if pair[0] == axis], least)
+        if values is None:
+            logger.info("labels: no values along %s keep the charts in order", "xyz"[axis])
+            return None
+        constants.append(values)
+    places = [one.values(values) for one, values in zip(fields, constants, strict=True)]
+    bricks = quantized(pieces.surface, charts, places, constants, order, apart, genus)
+    if bricks is None or bricks.defect or bricks.lost:
+        logger.info("labels: the charts enclose no solid of the part's genus that shows them all")
+        return None
+    at = [knots[index] for knots, index in zip(bricks.knots, bricks.index, strict=True)]
+    placed = [
+        positions(fields[a].values(at[a]), charts.group[a], at[a], bricks.index[a])
+        for a in range(3)
+    ]
+    return Placement(bricks, np.stack(placed, axis=1))
+
+
+def _constants(field: Field, order: list[Pair], least: float) -> np.ndarray | None:
+    """Values of the groups that keep their order, nearest to those of least energy; else None."""
+    if any(low == high for _, low, high, _ in order):
+        return None
+    low = np.array([pair[1] for pair in order], int)
+    high = np.array([pair[2] for pair in order], int)
+    distance = np.minimum(least, np.array([pair[3] for pair in order]) / 2)
+    return spaced(field.form, field.constants, low, high, distance)

@@ -1,0 +1,68 @@
+"""Which charts share a knot: values along the axes become numbers of knots."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.types import TriMesh
+
+from .charts import Charts
+from .lattice import Bricks, bricks
+from .order import Pair
+
+SAME = 1e-4  # values nearer than this are one knot from the start
+
+
+def quantized(
+    surface: TriMesh,
+    charts: Charts,
+    fields: list[np.ndarray],
+    constants: list[np.ndarray],
+    pairs: list[Pair],
+    apart: float,
+    genus: int,
+) -> Bricks | None:
+    """Bricks with few knots: neighbours nearer than `apart` fall together where nothing is lost.
+
+    Pairs of groups that face each other keep two knots.
+    """
+    held = {(axis, min(a, b), max(a, b)) for axis, a, b, _ in pairs}
+    index = [_ranks(values, SAME) for values in constants]
+    best = bricks(surface, charts, fields, constants, index, genus)
+    if best is None:
+        return None
+    tried: set[tuple[int, bytes]] = set()
+    while True:
+        gaps = sorted(
+            (float(gap), axis, k)
+            for axis in range(3)
+            for k, gap in enumerate(np.diff(best.knots[axis]))
+            if gap < apart
+        )
+        for _, axis, k in gaps:
+            new = np.where(best.index[axis] > k, best.index[axis] - 1, best.index[axis])
+            if (axis, new.tobytes()) in tried:
+                continue
+            tried.add((axis, new.tobytes()))
+            if _breaks(new, axis, held):
+                continue
+            trial = [new if a == axis else best.index[a] for a in range(3)]
+            found = bricks(surface, charts, fields, constants, trial, genus)
+            if found is not None and found.faults <= best.faults:
+                best = found
+                break
+        else:
+            return best
+
+
+def _ranks(values: np.ndarray, near: float) -> np.ndarray:
+    """Number of each value in ascending order; values nearer than `near` to the next are one."""
+    order = np.argsort(values, kind="stable")
+    rank = np.zeros(len(values), int)
+    rank[order] = np.cumsum(np.append(0, np.diff(values[order]) > near))
+    return rank
+
+
+def _breaks(index: np.ndarray, axis: int, held: set[tuple[int, int, int]]) -> bool:
+    """Whether two groups of a pair would have one knot."""
+    return any(a == axis and index[low] == index[high] for a, low, high in held)

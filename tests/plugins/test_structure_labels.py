@@ -1,0 +1,200 @@
+"""Polycubes from labels: each step against exact answers, then whole parts."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from polycube.plugins.structure.labels.arcs import arcs
+from polycube.plugins.structure.labels.charts import charts
+from polycube.plugins.structure.labels.energy import energy, problem
+from polycube.plugins.structure.labels.fields import field, stiffness
+from polycube.plugins.structure.labels.order import pairs, spaced
+from polycube.plugins.structure.labels.pieces import DIRECTIONS, pieces
+from polycube.plugins.structure.labels.refinement import cut, refined
+from polycube.registry import build
+from polycube.structure.lattice import boundary, corners, genus, is_manifold
+from polycube.structure.rough_map import evaluate
+from polycube.surface import measures
+from polycube.types import Candidate, TriMesh
+from tests.fixtures.machined import (
+    BLOCK,
+    ELL,
+    GROOVE,
+    NOTCH,
+    PASSAGE,
+    RAMP,
+    SLOT,
+    TRIANGLE,
+    prism,
+)
+from tests.fixtures.polycubes import PRIMITIVES
+from tests.fixtures.surfaces import torus
+
+TURNED = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix()
+
+
+def proposed(surface: TriMesh, **options: object) -> list[Candidate]:
+    config = {"plugin": "labels", **options}
+    return build("structure", config, grid=(2, 1, 1), primitives=PRIMITIVES)(surface, ())
+
+
+def corner_gap(candidate: Candidate, surface: TriMesh) -> float:
+    """Largest distance of a corner of the polycube from a vertex of the part, in diagonals."""
+    outside = boundary(candidate.polycube)
+    placed = evaluate(candidate.rough_map, outside.vertices[corners(outside)])
+    gap = np.linalg.norm(placed[:, None] - surface.vertices, axis=2)
+    return float(gap.min(axis=1).max() / measures.diagonal(surface))
+
+
+def nearest(normals: np.ndarray) -> np.ndarray:
+    return (normals @ DIRECTIONS.T).argmax(axis=1)
+
+
+def test_refining_keeps_the_surface_closed_and_where_it_is():
+    block = prism(BLOCK)
+    vertices, faces, origin = refined(block.vertices, block.faces, 0.5)
+    fine = TriMesh(vertices, faces)
+    assert measures.is_closed(faces) and len(measures.misoriented_edges(faces)) == 0
+    ends = vertices[measures.edges(faces)[0]]
+    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() <= 0.5
+    areas = np.bincount(origin, measures.face_areas(fine))
+    np.testing.assert_allclose(areas, measures.face_areas(block), rtol=1e-12)
+
+
+def test_a_cut_divides_the_chosen_faces_only():
+    block = prism(BLOCK)
+    top = measures.face_normals(block)[:, 2] > 0.5
+    vertices, faces, origin = cut(block.vertices, block.faces, top, block.vertices[:, 0] - 1)
+    assert measures.is_closed(faces)
+    middle = vertices[faces].mean(axis=1)
+    areas = measures.face_areas(TriMesh(vertices, faces))
+    left = top[origin] & (middle[:, 0] < 1)
+    assert areas[left].sum() == pytest.approx(3.0)  # of 12
+    assert (vertices[faces[left], 0] <= 1 + 1e-12).all()
+
+
+def test_a_leaning_plane_is_four_pieces_and_a_straight_one_is_one():
+    found = pieces(prism(RAMP), 0.5)
+    counts = np.bincount(np.bincount(found.face))
+    assert list(np.flatnonzero(counts)) == [1, 4] and counts[4] == 1
+    assert len(np.unique(pieces(prism(BLOCK), 0.5).face)) == 6
+
+
+@pytest.mark.parametrize(("outline", "faults"), [(BLOCK, 0), (ELL, 0), (SLOT, 0), (PASSAGE, 0)])
+def test_the_normals_of_a_polycube_are_labels_without_faults(outline, faults):
+    own = pieces(prism(outline), 0.5)
+    task = problem(own, arcs(own), 0.0)
+    sign = np.full(2 * (own.face.max() + 1), -1)
+    cost, found = energy(task, nearest(own.normals), sign)
+    assert found == faults
+    assert cost == pytest.approx(0, abs=1e-9)
+
+
+def test_two_labels_of_a_box_that_change_places_are_faults():
+    """+x and +z swapped: each has an opposite neighbour, and the loops of others turn wrongly."""
+    own = pieces(prism(BLOCK), 0.5)
+    task = problem(own, arcs(own), 0.0)
+    label = nearest(own.normals)
+    swapped = np.where(label == 0, 4, np.where(label == 4, 0, label))
+    _, faults = energy(task, swapped, np.full(2 * (own.face.max() + 1), -1))
+    assert faults > 2
+
+
+def test_fields_of_a_polycube_are_its_coordinates():
+    own = pieces(prism(ELL), 0.4)
+    groups = charts(own, nearest(own.normals), True)
+    matrix = stiffness(own.surface)
+    for axis in range(3):
+        place = own.surface.vertices[:, axis]
+        one = field(matrix, place, groups.group[axis], groups.number[axis])
+        np.testing.assert_allclose(one.values(one.constants), place, atol=1e-6)
+
+
+def test_charts_that_face_each_other_are_pairs():
+    """Of an L 4 x 3 x 2 with legs of 2 and 1."""
+    own = pieces(prism(ELL), 0.4)
+    groups = charts(own, nearest(own.normals), True)
+    where = own.surface.vertices
+    found = {
+        (
+            axis,
+            *(round(float(where[groups.group[axis] == g, axis].mean()), 6) for g in (low, high)),
+        ): distance
+        for axis, low, high, distance in pairs(own, groups)
+    }
+    expected = {
+        (0, 0, 2): 2,
+        (0, 0, 4): 4,
+        (0, 2, 4): 2,
+        (1, 0, 1): 1,
+        (1, 0, 3): 3,
+        (1, 1, 3): 2,
+        (2, 0, 2): 2,
+    }
+    assert found.keys() == expected.keys()
+    for name, distance in expected.items():
+        assert found[name] == pytest.approx(distance)
+
+
+def test_values_keep_their_distance():
+    first, second = np.array([0]), np.array([1])
+    moved = spaced(np.eye(2), np.zeros(2), first, second, np.array([1.0]))
+    np.testing.assert_allclose(moved, [-0.5, 0.5], atol=1e-6)
+    heavy = spaced(np.diag([3.0, 1.0]), np.zeros(2), first, second, np.array([1.0]))
+    np.testing.assert_allclose(heavy, [-0.25, 0.75], atol=1e-6)
+    both = np.array([0, 1]), np.array([1, 0])
+    assert spaced(np.eye(2), np.zeros(2), *both, np.array([0.1, 0.1])) is None
+
+
+@pytest.mark.parametrize(
+    ("outline", "shape", "full"),
+    [
+        (BLOCK, (1, 1, 1), 1),
+        (ELL, (1, 2, 2), 3),
+        (RAMP, (1, 2, 2), 3),
+        (SLOT, (1, 2, 3), 5),
+        (PASSAGE, (1, 3, 3), 8),
+    ],
+)
+def test_parts_with_known_bricks(outline, shape, full):
+    surface = prism(outline)
+    first, *_ = proposed(surface)
+    polycube = first.polycube
+    assert tuple(sorted(polycube.occupancy.shape)) == shape
+    assert polycube.occupancy.sum() == full
+    assert is_manifold(polycube) and genus(polycube) == measures.genus(surface)
+    patches = len(np.unique(boundary(polycube).patch))
+    assert patches == len(np.unique(surface.region))  # each face is one patch
+    assert corner_gap(first, surface) < 0.02
+
+
+@pytest.mark.parametrize("outline", [GROOVE, NOTCH, TRIANGLE])
+def test_wedges_get_a_lattice(outline):
+    """Two walls of a groove, a corner cut off, three walls of a hole: faces take two labels."""
+    surface = prism(outline)
+    first, *_ = proposed(surface)
+    assert is_manifold(first.polycube) and genus(first.polycube) == measures.genus(surface)
+
+
+def test_a_turned_part_has_the_same_bricks():
+    surface = prism(RAMP)
+    turned = TriMesh(surface.vertices @ TURNED.T * 30 + [5, -7, 100], surface.faces)
+    first, *_ = proposed(turned)
+    assert sorted(first.polycube.occupancy.shape) == [1, 2, 2]
+    assert corner_gap(first, turned) < 0.02
+
+
+def test_the_same_part_gives_the_same_candidates():
+    one, other = (proposed(prism(GROOVE)) for _ in range(2))
+    assert [c.key for c in one] == [c.key for c in other]
+    np.testing.assert_array_equal(one[0].rough_map.positions, other[0].rough_map.positions)
+
+
+def test_nothing_is_proposed_without_a_full_primitive():
+    bare = build("structure", {"plugin": "labels"}, grid=(2, 1, 1), primitives={})
+    assert bare(prism(BLOCK), ()) == []
+
+
+def test_a_round_part_ends_without_an_exception():
+    for candidate in proposed(torus()):
+        assert is_manifold(candidate.polycube) and genus(candidate.polycube) == 1
