@@ -13,23 +13,23 @@ from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from polycube.surface.measures import connected
 from polycube.types import TriMesh
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that cuts a label
 WHOLE = 0.5  # of its segment's area: a piece whose border may be in the middle of a smooth face
-FLAT = 0.95  # length of the mean normal of a smaller piece, at least, ...
-PART = 0.2  # ... and its share of the area of its segment
+FLAT, PART = 0.95, 0.2  # least mean normal of a smaller piece, and its least share of its segment
 ROUND = 0.4  # length of the mean normal towards an end of a CAD face that is not flat, at least
 OUTERMOST = 0.05  # of the diagonal: how far from the bounding box the outermost point of an end is
 LEVEL = 1e-3  # of the diagonal: pieces that lie equally far out
+OPPOSITE = 0.7  # minus the cosine between normals of pieces that face each other, at least
 UPRIGHT = 0.7  # sine between the normal of a wall and the axis of its hole, at least
 GAP = np.radians(170)  # between the directions that neighbouring walls of a hole face, at most
 N_FLOORS = 12  # pieces, the largest, whose normals may be the axis
 CONCAVE = 0.02  # sine of the angle at which two pieces turn inwards, at least, on average
-GAUSS = (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12))  # of two points on the unit interval
+GAUSS = 0.5 + np.sqrt(1 / 12) * np.array([-1, 1])  # two points on the unit interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +66,7 @@ class _Borders:
 
     def components(self, kept: np.ndarray, number: int) -> np.ndarray:
         """(N,) number of the connected component of each face over the borders kept (P,)."""
-        pairs = (self.first[kept], self.second[kept])
-        graph = coo_matrix((np.ones(len(pairs[0])), pairs), (number, number))
-        return connected_components(graph, directed=False)[1]
+        return connected(self.first[kept], self.second[kept], number)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,20 +106,20 @@ def ends_and_holes(
 
     Returns
     -------
-    Numbers of faces, ascending, by name: those of `ENDS` that there are, then `hole_1` ... from low
-    to high x, y and z of their middles.  No face has two of these names.
+    Numbers of faces, ascending, by name: `ENDS` that there are, then `hole_1` ... from low to high
+    x, y and z of their middles.  No face has two of these names.
     """
     cut = _cut(points, faces, label)
-    ends = _flat_ends(cut)
-    names = ends | _holes(cut, np.concatenate([[], *ends.values()]))
+    names = _flat_ends(cut)
+    names |= _holes(cut, np.concatenate([[], *names.values()]))
     return {name: np.flatnonzero(np.isin(cut.piece, own)) for name, own in names.items()}
 
 
 def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
     """Find the ends and the holes of a CAD model, which consist of whole CAD faces.
 
-    An end such as `x_min` consists of the faces that reach the least x and are flat and face -x;
-    without such, of those that face -x on the whole, such as half a cylinder.
+    An end such as `x_min` is the faces that reach the least x, are flat and face -x; without such,
+    those that face -x on the whole, such as half a cylinder.
 
     Returns
     -------
@@ -222,9 +220,7 @@ def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
     pairs, first, which = np.unique(pair[between] @ [n, 1], return_index=True, return_inverse=True)
     mean = np.bincount(which, borders.inwards[between]) / np.bincount(which).clip(1)
     smooth = (cut.segment[borders.first] == cut.segment[borders.second])[between][first]
-    met = np.divmod(pairs[mean > np.where(smooth, -CONCAVE, CONCAVE)], n)
-    graph = coo_matrix((np.ones(len(met[0])), met), (n, n))
-    group = connected_components(graph, directed=False)[1]
+    group = connected(*np.divmod(pairs[mean > np.where(smooth, -CONCAVE, CONCAVE)], n), n)
     order = np.argsort(group, kind="stable")
     found = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
     found = [walls for walls in found if not is_end[walls].any() and _encloses(pieces, walls)]
@@ -234,17 +230,19 @@ def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _encloses(pieces: Faces, walls: np.ndarray) -> bool:
-    """Whether the pieces stand round an axis, with gaps of less than half a turn, and face it."""
-    area, normal = pieces.area[walls], pieces.normal[walls]
+    """Whether pieces that face their middle, or each other, stand round an axis."""
+    area, normal, middle = pieces.area[walls], pieces.normal[walls], pieces.middle[walls]
     normal = normal / np.linalg.norm(normal, axis=1).clip(1e-12)[:, None]
     least = np.linalg.eigh(normal.T * area @ normal)[1][:, 0]  # along a passage
+    towards = normal @ middle.T > (normal * middle).sum(axis=1)[:, None]
+    towards &= normal @ normal.T < -OPPOSITE
+    is_opposite = (towards & towards.T).any(axis=1)
     for axis in [least, *normal[np.argsort(-area)[:N_FLOORS]]]:
         upright = np.linalg.norm(np.cross(normal, axis), axis=1) > UPRIGHT
-        x, y = np.linalg.svd(axis[None])[2][1:] @ normal[upright].T
+        share = area * upright / (area @ upright).clip(np.finfo(float).tiny)
+        is_inwards = is_opposite | ((normal * (share @ middle - middle)).sum(axis=1) > 0)
+        x, y = np.linalg.svd(axis[None])[2][1:] @ normal[upright & is_inwards].T
         angle = np.sort(np.arctan2(y, x))
-        if len(angle) < 3 or np.diff(np.append(angle, angle[0] + 2 * np.pi)).max() > GAP:
-            continue
-        share, middle = area[upright] / area[upright].sum(), pieces.middle[walls[upright]]
-        if share @ (normal[upright] * (share @ middle - middle)).sum(axis=1) > 0:
+        if len(angle) > 2 and np.diff(np.append(angle, angle[0] + 2 * np.pi)).max() < GAP:
             return True
     return False

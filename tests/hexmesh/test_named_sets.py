@@ -78,6 +78,11 @@ def test_a_channel_is_no_hole_and_with_closed_ends_it_is():
     assert set(names_of(closed)) == {*ENDS, "hole_1"}
 
 
+def test_a_neck_between_two_shoulders_is_no_hole():
+    ring = [(x, y, 1.5) for x in (0.5, 1.5, 2.5) for y in (0.5, 1.5, 2.5) if (x, y) != (1.5, 1.5)]
+    assert set(names_of(without((3, 3, 3), ring))) == set(ENDS)
+
+
 def test_smooth_solids():
     assert list(boundary_sets(hex_ball(2))) == ["patch_0"]
     rod = with_patches(hex_cylinder(3))
