@@ -220,7 +220,8 @@ def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
     pairs, first, which = np.unique(pair[between] @ [n, 1], return_index=True, return_inverse=True)
     mean = np.bincount(which, borders.inwards[between]) / np.bincount(which).clip(1)
     smooth = (cut.segment[borders.first] == cut.segment[borders.second])[between][first]
-    group = connected(*np.divmod(pairs[mean > np.where(smooth, -CONCAVE, CONCAVE)], n), n)
+    first, second = np.divmod(pairs[mean > np.where(smooth, -CONCAVE, CONCAVE)], n)
+    group = connected(first, second, n)
     order = np.argsort(group, kind="stable")
     found = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
     found = [walls for walls in found if not is_end[walls].any() and _encloses(pieces, walls)]

@@ -1,4 +1,4 @@
-"""Mesh edges that lie on the curves between CAD faces, and the face that each then bounds.
+"""Sides of quads that lie on the curves between CAD faces, and the face that each then bounds.
 
 A curve has one CAD face on its left and one on its right, seen from outside.  A boundary quad has
 its sides counter-clockwise: one that lies on a curve, along it, bounds a quad of the left face, one
