@@ -18,7 +18,8 @@ from .arcs import Arcs
 from .pieces import DIRECTIONS, Pieces
 
 FAULT = 0.03  # cost of a fault
-BACK = 0.1  # cost of a label that a piece looks away from
+BACK = 0.1  # cost of a label that a piece does not look the way of
+PERPENDICULAR, BACKWARDS = 0.95, 1.05  # 1 - the cosine from which a piece does not, or looks back
 CUT = 0.004  # cost of a border across a plane
 CREASED = 0.1  # share of a border's cost that it costs on a crease
 
@@ -27,6 +28,7 @@ class Problem(NamedTuple):
     """Arrays of the energy; `weight` is the cost of each arc between two labels."""
 
     misfit: np.ndarray  # (P, 6)
+    lean: np.ndarray  # (P, 6) mean of 1 - the cosine between the normals and each label
     pieces: np.ndarray  # (A, 2)
     weight: np.ndarray  # (A,)
     length: np.ndarray  # (A,)
@@ -46,11 +48,12 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
     np.add.at(misfit, pieces.piece, areas[:, None] * lean)
     share = np.bincount(pieces.piece, areas)[:, None]
     mean = misfit / share
-    misfit = misfit + 0.02 * np.sqrt(share) * mean**2 + BACK * (mean > 0.95)
+    misfit = misfit + 0.02 * np.sqrt(share) * mean**2 + BACK * (mean > PERPENDICULAR)
     weight = compactness * arcs.length * np.where(arcs.is_crease, CREASED, 1.0)
     weight = weight + CUT * (arcs.turn == 0)
     return Problem(
         misfit,
+        mean,
         arcs.pieces,
         weight,
         arcs.length,
@@ -63,11 +66,15 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
 
 
 @njit(cache=True)
-def energy(p: Problem, label: np.ndarray, sign: np.ndarray) -> tuple[float, float]:
+def energy(
+    p: Problem, label: np.ndarray, sign: np.ndarray, blamed: np.ndarray
+) -> tuple[float, float]:
     """Cost of labels (P,) and the number of faults in them.
 
     sign : (2 faces,) 1 or -1, whether a border on a cut of a plane is convex or concave
+    blamed : (P,) set to whether a piece has part in a fault; or empty where nobody asks
     """
+    blamed[:] = False
     cost, faults = 0.0, 0.0
     for k in range(len(label)):
         cost += p.misfit[k, label[k]]
@@ -81,6 +88,8 @@ def energy(p: Problem, label: np.ndarray, sign: np.ndarray) -> tuple[float, floa
         cost += p.weight[a]
         if label[one] // 2 == label[other] // 2:
             faults += 1.0 + 3.0 * p.length[a]
+            if len(blamed):
+                blamed[one] = blamed[other] = True
         turn = p.turn[a]
         if turn == 0:
             turn = sign[p.cut[a]] if p.cut[a] >= 0 else 1
@@ -88,7 +97,7 @@ def energy(p: Problem, label: np.ndarray, sign: np.ndarray) -> tuple[float, floa
         outward[2 * a], outward[2 * a + 1] = label[other] ^ inward, label[one] ^ inward
     loop, total = np.arange(len(outward)), np.zeros(len(outward))
     faults += _turns(p.start, p.arc, p.side, p.pieces, label, outward, loop, total)
-    faults += _loops(p.pieces, outward, chart, loop, total)
+    faults += _loops(p.pieces, outward, chart, loop, total, blamed)
     return cost + FAULT * faults, faults
 
 
@@ -167,7 +176,12 @@ def _turn(own: int, one: int, other: int) -> int:
 
 @njit(cache=True)
 def _loops(
-    pieces: np.ndarray, outward: np.ndarray, chart: np.ndarray, loop: np.ndarray, total: np.ndarray
+    pieces: np.ndarray,
+    outward: np.ndarray,
+    chart: np.ndarray,
+    loop: np.ndarray,
+    total: np.ndarray,
+    blamed: np.ndarray,
 ) -> float:
     """Faults of the turns of all borders: each chart has one outer border, the others are holes."""
     summed = np.zeros(len(loop))
@@ -183,5 +197,8 @@ def _loops(
     result = 0.0
     for c in range(len(chart)):
         if chart[c] == c:
-            result += faults[c] + (gain[c] if gain[c] < np.inf else 8.0)
+            faults[c] += gain[c] if gain[c] < np.inf else 8.0
+            result += faults[c]
+    for k in range(len(blamed)):
+        blamed[k] |= faults[_root(chart, k)] > 0
     return result

@@ -39,7 +39,7 @@ class LabelLattice(Structure):
     least : distance that charts facing each other keep, as a share of the diagonal
     apart : knots nearer than this share of the diagonal fall together where nothing is lost
     smoothness : of the rough map
-    kicks : restarts of the search for labels
+    kicks : restarts of the search for labels when it has found some without faults
     budget : evaluations of the labels' energy at most, for each frame and compactness
     kept : candidates for each frame at most
     """
@@ -54,8 +54,8 @@ class LabelLattice(Structure):
     least: float = 0.02
     apart: float = 0.03
     smoothness: float = 0.03
-    kicks: int = 10
-    budget: int = 100_000
+    kicks: int = 8
+    budget: int = 400_000
     kept: int = 3
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:

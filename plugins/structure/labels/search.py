@@ -1,17 +1,18 @@
-"""Search for labels of least energy: groups of pieces take other labels, the best change first."""
+"""Search for labels of least energy by descent from several starts."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from .energy import Problem, energy
+from .descent import Groups, descend, suspects
+from .energy import BACKWARDS, PERPENDICULAR, Problem
 from .pieces import Pieces
 
 TINY = 1e-9
 USUAL = 60  # pieces
+KICKED = 3  # groups
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,16 +22,6 @@ class Labelling:
     label: np.ndarray  # (P,) 0..5
     cost: float
     faults: float
-
-
-@dataclass(frozen=True, eq=False)
-class Groups:
-    """Pieces that may take a label together: one, half a plane, a whole face."""
-
-    start: np.ndarray  # (G + 1,)
-    piece: np.ndarray  # members of the groups, one after the other
-    cut: np.ndarray  # (G,) cut of a plane that bounds the group, or -1
-    pairs: np.ndarray  # (K, 2) groups side by side
 
 
 def groups(pieces: Pieces, problem: Problem) -> Groups:
@@ -57,11 +48,13 @@ def groups(pieces: Pieces, problem: Problem) -> Groups:
     touch |= touch.T
     linked = (belongs.astype(int) @ touch.astype(int) @ belongs.T.astype(int)) > 0
     linked &= (belongs.astype(int) @ belongs.T.astype(int)) == 0
+    lean = np.array([problem.lean[list(name)].max(axis=0) for name in names])
     return Groups(
         start,
         np.concatenate(names).astype(np.int64),
         np.array(list(distinct.values())),
-        np.argwhere(np.triu(linked, 1)),
+        np.ascontiguousarray(np.argwhere(np.triu(linked, 1))),
+        (lean < BACKWARDS).astype(np.int64) + (lean < PERPENDICULAR),
     )
 
 
@@ -70,140 +63,43 @@ def labellings(
 ) -> list[Labelling]:
     """Different labellings without faults, the cheapest first; else the best one found.
 
-    kicks : random changes of the best labelling from which the search starts again
+    kicks : random changes of a labelling without faults from which the search starts again
     budget : evaluations of the energy at most; fewer where there are many pieces
     """
     found: dict[bytes, Labelling] = {}
     own = groups(pieces, problem)
-    start = problem.misfit.argmin(axis=1).astype(np.int64)
+    label = problem.misfit.argmin(axis=1).astype(np.int64)
     sign = np.full(2 * (int(pieces.face.max()) + 1), -1, np.int64)
-    best: tuple[float, np.ndarray, np.ndarray] | None = None
+    best: tuple[Labelling, np.ndarray] | None = None
     left = budget // (1 + len(pieces.face) // USUAL)
-    for kick in range(kicks + 1):
-        label, signs = start.copy(), sign.copy()
-        if kick and best is not None:
-            label, signs = best[1].copy(), best[2].copy()
-            for group in generator.choice(len(own.cut), 3):
-                members = own.piece[own.start[group] : own.start[group + 1]]
-                label[members] = generator.integers(6)
-        cost, faults, used = _descend(
-            problem, own.start, own.piece, own.cut, own.pairs, label, signs, left
-        )
+    while left > 0 and kicks >= 0:
+        if best is not None:
+            label, sign = _kicked(problem, own, best[0].label, best[1], generator)
+        cost, faults, used = descend(problem, own, label, sign, left)
         left -= used
-        found.setdefault(label.tobytes(), Labelling(label, cost, faults))
-        if best is None or cost < best[0] - TINY:
-            best = cost, label, signs
-        if left <= 0:
-            break
+        entry = found.setdefault(label.tobytes(), Labelling(label, cost, faults))
+        if best is None or cost < best[0].cost - TINY:
+            best = entry, sign
+        kicks -= best[0].faults == 0
     ordered = sorted(found.values(), key=lambda entry: entry.cost)
     return [entry for entry in ordered if entry.faults == 0] or ordered[:1]
 
 
-@njit(cache=True)
-def _descend(
-    p: Problem,
-    start: np.ndarray,
-    piece: np.ndarray,
-    cut: np.ndarray,
-    pairs: np.ndarray,
+def _kicked(
+    problem: Problem,
+    groups: Groups,
     label: np.ndarray,
     sign: np.ndarray,
-    budget: int,
-) -> tuple[float, float, int]:
-    """Change labels and signs in place while the energy sinks; energy, faults and evaluations."""
-    best, faults = energy(p, label, sign)
-    used = 0
-    while used < budget:
-        before = best
-        best, faults, more = _single(p, start, piece, cut, label, sign, best, faults)
-        used += more
-        if best < before - TINY:
-            continue
-        best, faults, more = _flip(p, label, sign, best, faults)
-        used += more
-        if best < before - TINY:
-            continue
-        best, faults, more = _pair(p, start, piece, pairs, label, sign, best, faults, budget - used)
-        used += more
-        if best >= before - TINY:
-            break
-    return best, faults, used
-
-
-@njit(cache=True)
-def _single(
-    p: Problem,
-    start: np.ndarray,
-    piece: np.ndarray,
-    cut: np.ndarray,
-    label: np.ndarray,
-    sign: np.ndarray,
-    best: float,
-    faults: float,
-) -> tuple[float, float, int]:
-    """The best label of one group, with either sign of its cut."""
-    at, new, flip, used, wrong = -1, 0, False, 0, faults
-    old = label.copy()
-    for g in range(len(cut)):
-        for value in range(6):
-            for turn in range(2 if cut[g] >= 0 else 1):
-                label[piece[start[g] : start[g + 1]]] = value
-                if turn:
-                    sign[cut[g]] = -sign[cut[g]]
-                cost, count = energy(p, label, sign)
-                used += 1
-                if turn:
-                    sign[cut[g]] = -sign[cut[g]]
-                if cost < best - TINY:
-                    best, wrong, at, new, flip = cost, count, g, value, turn == 1
-                label[:] = old
-    if at >= 0:
-        label[piece[start[at] : start[at + 1]]] = new
-        if flip:
-            sign[cut[at]] = -sign[cut[at]]
-    return best, wrong, used
-
-
-@njit(cache=True)
-def _flip(
-    p: Problem, label: np.ndarray, sign: np.ndarray, best: float, faults: float
-) -> tuple[float, float, int]:
-    """Flip the signs of cuts while that helps."""
-    for c in range(len(sign)):
-        sign[c] = -sign[c]
-        cost, count = energy(p, label, sign)
-        if cost < best - TINY:
-            best, faults = cost, count
-        else:
-            sign[c] = -sign[c]
-    return best, faults, len(sign)
-
-
-@njit(cache=True)
-def _pair(
-    p: Problem,
-    start: np.ndarray,
-    piece: np.ndarray,
-    pairs: np.ndarray,
-    label: np.ndarray,
-    sign: np.ndarray,
-    best: float,
-    faults: float,
-    budget: int,
-) -> tuple[float, float, int]:
-    """The first labels of two groups side by side that lower the energy."""
-    used = 0
-    old = label.copy()
-    for k in range(len(pairs)):
-        g, h = pairs[k]
-        for value in range(36):
-            label[piece[start[g] : start[g + 1]]] = value // 6
-            label[piece[start[h] : start[h + 1]]] = value % 6
-            cost, count = energy(p, label, sign)
-            used += 1
-            if cost < best - TINY:
-                return cost, count, used
-        label[:] = old
-        if used > budget:
-            break
-    return best, faults, used
+    generator: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Labels and signs with random ones on some groups, near faults where there are any."""
+    label, sign = label.copy(), sign.copy()
+    near = suspects(problem, groups, label, sign)
+    for group in generator.choice(np.flatnonzero(near), KICKED):
+        allowed = np.flatnonzero(groups.fits[group] > 0)
+        if len(allowed):
+            members = groups.piece[groups.start[group] : groups.start[group + 1]]
+            label[members] = generator.choice(allowed)
+        if groups.cut[group] >= 0:
+            sign[groups.cut[group]] = generator.choice([-1, 1])
+    return label, sign
