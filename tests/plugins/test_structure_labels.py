@@ -25,6 +25,7 @@ from tests.fixtures.machined import (
     RAMP,
     SLOT,
     TRIANGLE,
+    bored,
     prism,
 )
 from tests.fixtures.polycubes import PRIMITIVES
@@ -197,6 +198,24 @@ def test_nothing_is_proposed_without_a_full_primitive():
     assert bare(prism(BLOCK), ()) == []
 
 
-def test_a_round_part_ends_without_an_exception():
-    for candidate in proposed(torus()):
-        assert is_manifold(candidate.polycube) and genus(candidate.polycube) == 1
+def test_a_round_hole_has_four_charts():
+    first, *_ = proposed(bored())
+    assert tuple(sorted(first.polycube.occupancy.shape)) == (1, 3, 3)
+    assert first.polycube.occupancy.sum() == 8
+    assert len(np.unique(boundary(first.polycube).patch)) == 10
+
+
+def test_a_ring_is_eight_bricks():
+    first, *_ = proposed(torus())
+    assert tuple(sorted(first.polycube.occupancy.shape)) == (1, 3, 3)
+    assert first.polycube.occupancy.sum() == 8
+
+
+def test_ragged_borders_do_not_turn_the_order_of_charts_round():
+    """A torus without faces of its own: borders of charts follow its triangles."""
+    own = pieces(torus(), 0.3)
+    found = pairs(own, charts(own, nearest(own.normals), True))
+    assert found
+    assert not {(a, low, high) for a, low, high, _ in found} & {
+        (a, high, low) for a, low, high, _ in found
+    }

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.surface.measures import connected, half_edges, twins
+from polycube.surface.measures import connected, face_normals, half_edges, twins
 
 from .pieces import Pieces
 
+CREASE = np.cos(np.radians(8))  # of two normals beside a crease, at most
 ACROSS = 0.4  # of a crease's direction along the axis that it is to be constant in, at most
 
 
@@ -72,7 +73,9 @@ def _creases(
     first, second : half-edges of the edges inside charts
     """
     face = pieces.face[pieces.piece]
-    is_crease = face[first // 3] != face[second // 3]
+    normals = face_normals(pieces.surface)
+    cosine = np.einsum("ed,ed->e", normals[first // 3], normals[second // 3])
+    is_crease = (face[first // 3] != face[second // 3]) & (cosine < CREASE)
     first = first[is_crease]
     ends = half_edges(pieces.surface.faces)[first]
     own = label[first // 3] // 2

@@ -24,11 +24,11 @@ class Groups(NamedTuple):
 
 @njit(cache=True)
 def suspects(p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray) -> np.ndarray:
-    """(G,) which groups have pieces with part in a fault, or pieces beside one; all without one."""
+    """(G,) which groups have pieces with part in a fault, or pieces beside one; else all."""
     blamed = np.zeros(len(label), np.bool_)
     _, faults = energy(p, label, sign, blamed)
     found = np.zeros(len(groups.cut), np.bool_)
-    if faults == 0:
+    if faults == 0 or not blamed.any():
         found[:] = True
         return found
     near = blamed.copy()
@@ -79,7 +79,9 @@ def _single(
     at, new, flip, used, wrong = -1, 0, False, 0, faults
     old = label.copy()
     near = suspects(p, groups, label, sign)
-    for g in np.flatnonzero(near):
+    for g in range(len(near)):
+        if not near[g]:
+            continue
         cut = groups.cut[g]
         for value in range(6):
             if groups.fits[g, value] == 0:

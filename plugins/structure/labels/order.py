@@ -18,12 +18,20 @@ Pair = tuple[int, int, int, float]  # axis, lower group, upper group, distance b
 
 
 def pairs(pieces: Pieces, charts: Charts) -> list[Pair]:
-    """Pairs of groups that face each other along a chart, through the solid or through the air."""
-    found: dict[tuple[int, int, int], float] = {}
+    """Pairs of groups that face each other along a chart, through the solid or through the air.
+
+    Ragged borders see each other the wrong way round here and there: of the two orders of a pair
+    the one that is seen over the larger distances counts.
+    """
+    seen: dict[tuple[int, int, int], list[float]] = {}
     for axis, low, high, distance in [*_along(pieces, charts), *_through(pieces, charts)]:
-        name = axis, low, high
-        found[name] = min(distance, found.get(name, np.inf))
-    return [(*name, distance) for name, distance in sorted(found.items())]
+        if low != high:
+            seen.setdefault((axis, low, high), []).append(distance)
+    return [
+        (axis, low, high, min(distances))
+        for (axis, low, high), distances in sorted(seen.items())
+        if sum(distances) > sum(seen.get((axis, high, low), []))
+    ]
 
 
 def _along(pieces: Pieces, charts: Charts) -> list[Pair]:

@@ -17,7 +17,7 @@ from .refinement import cut, refined
 FLAT = np.cos(np.radians(1))  # of two normals in one plane
 BENT = np.cos(np.radians(3))  # of a normal and the mean normal of a plane
 SMOOTH = np.cos(np.radians(35))  # of two facets of one bend
-SMALL, LARGE = 1e-3, 0.02  # share of the area of a plane, and of one that may be a facet of a bend
+SMALL, LARGE = 1e-3, 0.06  # share of the area of a plane, and of one that may be a facet of a bend
 SHARP = np.cos(np.radians(46))  # beyond which two bends are different faces
 SLANTED = np.cos(np.radians(8))  # of a plane's normal and the nearest axis
 DIRECTIONS = np.repeat(np.eye(3), 2, axis=0) * np.tile([1, -1], 3)[:, None]  # (6, 3) by label

@@ -76,8 +76,6 @@ def _placed(
 
 def _constants(field: Field, order: list[Pair], least: float) -> np.ndarray | None:
     """Values of the groups that keep their order, nearest to those of least energy; else None."""
-    if any(low == high for _, low, high, _ in order):
-        return None
     low = np.array([pair[1] for pair in order], int)
     high = np.array([pair[2] for pair in order], int)
     distance = np.minimum(least, np.array([pair[3] for pair in order]) / 2)
