@@ -140,7 +140,7 @@ def test_the_plane_cuts_hexes_off(desktop, run) -> None:
     assert int(said(desktop).split(" of ")[0]) == n - now
 
 
-@pytest.mark.parametrize("colouring", ["distance", "cell", "primitive"])
+@pytest.mark.parametrize("colouring", ["distance", "cell", "set", "primitive"])
 def test_the_colouring_can_be_chosen(desktop, colouring) -> None:
     before = desktop.picture(CANVAS)
     desktop.set("[name=colour]", colouring)
@@ -182,6 +182,7 @@ def test_a_hex_that_is_clicked_tells_of_itself(desktop, run) -> None:
     desktop.click(CANVAS, column + 0.5 - width / 2, row + 0.5 - height / 2)
     words = said(desktop)
     assert words.startswith("hex ") and "cell " in words
+    assert "; in " in words and "patch_" in words.split("; in ")[1]
     number = int(words.split()[1].rstrip(":"))
     assert f"{jacobian[number]:.3f}" in words
     at = np.array(words.split("(")[1].split(")")[0].split(","), float)

@@ -1,7 +1,7 @@
 // Turn, zoom, cut, filter, colour and ask the hex mesh: plain WebGL, no library.
 // The mesh comes deflated: vertices (3 float32), hexes (8 int32), the hex beyond each of the six
 // faces or -1 (int32), quality (float32), distance from the input per face or -1 (6 float32), grid
-// cell (int32), one after the other.
+// cell (int32), combination of named sets per face or -1 (6 int32), one after the other.
 (async () => {
   const root = document.getElementById("viewer");
   const canvas = root.querySelector("canvas");
@@ -24,6 +24,7 @@
   const quality = new Float32Array(buffer, 12 * V + 56 * H, H);
   const distance = new Float32Array(buffer, 12 * V + 60 * H, 6 * H);
   const cell = new Int32Array(buffer, 12 * V + 84 * H, H);
+  const sets = new Int32Array(buffer, 12 * V + 88 * H, 6 * H);
   const centre = new Float32Array(3 * H);
   for (let h = 0; h < H; h++)
     for (let i = 0; i < 8; i++)
@@ -51,6 +52,8 @@
         return given.cells[cell[h] % given.cells.length].map((c) => c / 255);
       case "primitive":
         return given.cells[given.primitive[cell[h]] % given.cells.length].map((c) => c / 255);
+      case "set":
+        return sets[f] < 0 ? INSIDE : given.set_colours[sets[f]].map((c) => c / 255);
       default:
         return ramp(given.colours, quality[h]);
     }
@@ -176,7 +179,7 @@
     }
   }
 
-  // ---- asking: the hex under a finger, the worst one, those of a bar of the histogram
+  // ---- asking: the face under a finger, the worst one, those of a bar of the histogram
   const onScreen = (p) => [0, 1].map((k) => fit[k] * p.reduce((s, x, j) => s + turn[k][j] * x, 0) + shift[k]);
   const depth = (p) => p.reduce((s, x, j) => s + turn[2][j] * x, 0);
   function under(x, y) {
@@ -188,15 +191,17 @@
         if (q[i][1] > y !== q[j][1] > y &&
             x < ((q[j][0] - q[i][0]) * (y - q[i][1])) / (q[j][1] - q[i][1]) + q[i][0]) inside = !inside;
       const z = p.reduce((s, each) => s + depth(each), 0);
-      if (inside && z > nearest) { nearest = z; best = (f / 6) | 0; }
+      if (inside && z > nearest) { nearest = z; best = f; }
     }
     return best;
   }
-  function describe(h) {
+  function describe(h, f = -1) {
     const at = [0, 1, 2].map((k) => +(given.middle[k] + given.size * centre[3 * h + k]).toPrecision(4));
     const filled = given.names[given.primitive[cell[h]]];
+    const named = sets[f] >= 0 ? given.sets[sets[f]] : "";
     told.textContent = `hex ${h}: scaled Jacobian ${quality[h].toFixed(3)}, at (${at.join(", ")}), ` +
-      `cell ${cell[h]}${filled ? `, ${filled}` : ""}`;
+      `cell ${cell[h]}${filled ? `, ${filled}` : ""}` +
+      (named ? `; in ${named}` : "");
   }
   function all() {
     Object.assign(chosen, { from: -1, to: 1, hex: -1 });
@@ -239,8 +244,8 @@
     fingers.delete(e.pointerId);
     if (moved > 4) return;
     const box = canvas.getBoundingClientRect();
-    const h = under((2 * (e.clientX - box.x)) / box.width - 1, 1 - (2 * (e.clientY - box.y)) / box.height);
-    if (h >= 0) describe(h);
+    const f = under((2 * (e.clientX - box.x)) / box.width - 1, 1 - (2 * (e.clientY - box.y)) / box.height);
+    if (f >= 0) describe((f / 6) | 0, f);
   });
   canvas.addEventListener("pointermove", (e) => {
     const old = fingers.get(e.pointerId);

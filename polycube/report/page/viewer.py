@@ -16,12 +16,14 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.page.markup import gradient, show, swatches
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
+from polycube.report.pictures.named_sets import memberships, quad_colours, set_colours
 from polycube.report.pictures.render import view
 from polycube.types import HexMesh, Json, TriMesh
 
 _HERE = Path(__file__).parent
 MOST = 200_000  # hexes; above, the page would be too heavy for a browser
 N_NAMED = 12  # grid cells at most that are named under the view
+N_SETS = 16  # colours of sets, at most, that are named there; a click names all
 
 
 def viewer(
@@ -38,6 +40,8 @@ def viewer(
     size = float(np.linalg.norm(high - low))
     places = (mesh.vertices - (low + high) / 2) / size
     distance = distances(mesh, surface)
+    number, sets = memberships(mesh)
+    _, first = np.unique(number, return_index=True)
     arrays = (
         places.astype("<f4"),
         mesh.hexes.astype("<i4"),
@@ -45,6 +49,7 @@ def viewer(
         scaled_jacobian(mesh.vertices, mesh.hexes).astype("<f4"),
         distance.astype("<f4"),
         mesh.cell.astype("<i4"),
+        on_faces(mesh, number).astype("<i4"),
     )
     packed = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
     names, primitive = _primitives(mesh, context)
@@ -62,6 +67,8 @@ def viewer(
         "far": rgb(DEVIATION_COLOURS).tolist(),
         "farthest": float(max(distance.max(), 0)),
         "cells": rgb(CELLS).tolist(),
+        "sets": sets,
+        "set_colours": rgb(tuple(quad_colours(mesh)[first].tolist())).tolist(),
         "names": names,
         "primitive": primitive,
         "data": base64.b64encode(packed).decode(),
@@ -88,6 +95,12 @@ def _legends(mesh: HexMesh, data: Json, has_distance: bool) -> list[tuple[str, t
         more = f", and {len(cells) - N_NAMED} more" if len(cells) > N_NAMED else ""
         colours = [CELLS[cell % len(CELLS)] for cell in named]
         found["cell"] = ("grid cell", swatches([str(c) for c in named], colours) + more)
+    coloured = _named_colours(mesh)
+    if coloured:
+        more = f", and {len(coloured) - N_SETS} more" if len(coloured) > N_SETS else ""
+        shown = list(coloured.items())[:N_SETS]
+        legend = swatches([name for _, name in shown], [colour for colour, _ in shown])
+        found["set"] = ("named set", legend + more)
     if len(names) > 1:
         colours = [CELLS[i % len(CELLS)] for i in range(len(names))]
         found["primitive"] = ("primitive", swatches(names, colours))
@@ -102,12 +115,26 @@ def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str]
     return names, [names.index(name) if name in names else 0 for name in filled]
 
 
+def _named_colours(mesh: HexMesh) -> dict[str, str]:
+    """The first set of each colour."""
+    found: dict[str, str] = {}
+    for name, colour in set_colours(mesh).items():
+        found.setdefault(colour, name)
+    return found
+
+
+def on_faces(mesh: HexMesh, values: np.ndarray) -> np.ndarray:
+    """(H, 6) value of the boundary quad (Q,) that each face of a hex is; -1 inside."""
+    found = np.full((len(mesh.hexes), 6), -1, values.dtype)
+    found[quad_sides(mesh)] = values
+    return found
+
+
 def distances(mesh: HexMesh, surface: TriMesh | None) -> np.ndarray:
     """(H, 6) largest distance of each boundary face from the surface; -1 inside, or without one."""
-    found = np.full((len(mesh.hexes), 6), -1.0)
-    if surface is not None:
-        found[quad_sides(mesh)] = quad_deviation(mesh, surface)
-    return found
+    if surface is None:
+        return np.full((len(mesh.hexes), 6), -1.0)
+    return on_faces(mesh, quad_deviation(mesh, surface))
 
 
 def beyond(hexes: np.ndarray) -> np.ndarray:

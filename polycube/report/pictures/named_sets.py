@@ -47,6 +47,16 @@ def set_colours(mesh: HexMesh) -> dict[str, str]:
     return found
 
 
+def memberships(mesh: HexMesh) -> tuple[np.ndarray, list[str]]:
+    """Combinations of sets: the number of that of each boundary quad (Q,), their names, joined."""
+    is_in = np.zeros((len(mesh.quads), len(mesh.sets)), bool)
+    for column, own in enumerate(mesh.sets.values()):
+        is_in[own, column] = True
+    found, number = np.unique(is_in, axis=0, return_inverse=True)
+    names = np.array(list(mesh.sets), object)
+    return number.reshape(-1), [", ".join(names[row]) for row in found]
+
+
 def both_sides(mesh: HexMesh) -> Scene:
     """The boundary, each quad in its colour, from the front above and from behind below.
 

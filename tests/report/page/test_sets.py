@@ -12,7 +12,12 @@ from polycube.pipeline.state import RunState
 from polycube.report.numbers.sets import numbers
 from polycube.report.page.sets import sets
 from polycube.report.pictures.colours import AXIS_COLOURS, HOLES, SURFACE
-from polycube.report.pictures.named_sets import both_sides, quad_colours, set_colours
+from polycube.report.pictures.named_sets import (
+    both_sides,
+    memberships,
+    quad_colours,
+    set_colours,
+)
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
 
@@ -129,3 +134,12 @@ def test_cad_faces_without_quads_are_listed_as_lost(block):
 def test_without_a_mesh_or_sets_there_is_no_section(block):
     assert sets(RunState(block.surface), {}, {}) == ""
     assert sets(block, {"hex": {}}, {}) == ""
+
+
+def test_the_view_names_the_sets_of_each_face(block):
+    number, names = memberships(block.hexes)
+    told = [set(names[n].split(", ")) for n in number]
+    for name, own in block.hexes.sets.items():
+        assert [name in each for each in told] == np.isin(np.arange(40), own).tolist()
+    plain, none = memberships(replace(block.hexes, sets={}))
+    assert set(plain) == {0} and none == [""]

@@ -8,8 +8,10 @@ import zlib
 import numpy as np
 import pytest
 
+from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.page import viewer
+from polycube.report.pictures.colours import AXIS_COLOURS, rgb
 
 
 def test_the_mesh_is_in_the_page(run) -> None:
@@ -18,13 +20,20 @@ def test_the_mesh_is_in_the_page(run) -> None:
     data = json.loads(re.search(r'<script type="application/json">(.*?)</script>', page)[1])
     raw = zlib.decompress(base64.b64decode(data["data"]))
     n, h = data["V"], data["H"]
-    assert len(raw) == 12 * n + 88 * h  # the offsets that viewer.js reads at
+    assert len(raw) == 12 * n + 112 * h  # the offsets that viewer.js reads at
     places = np.frombuffer(raw, "<f4", 3 * n).reshape(n, 3)
     hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8)
     quality = np.frombuffer(raw, "<f4", h, 12 * n + 56 * h)
     distance = np.frombuffer(raw, "<f4", 6 * h, 12 * n + 60 * h).reshape(h, 6)
     cell = np.frombuffer(raw, "<i4", h, 12 * n + 84 * h)
     np.testing.assert_array_equal(cell, mesh.cell)
+    sets = np.frombuffer(raw, "<i4", 6 * h, 12 * n + 88 * h).reshape(h, 6)
+    on_quads = sets[quad_sides(mesh)]
+    np.testing.assert_array_equal(sets < 0, distance < 0)
+    for name, own in mesh.sets.items():
+        told = {name in data["sets"][number].split(", ") for number in on_quads[own]}
+        assert told == {True}
+    assert data["set_colours"][on_quads[mesh.sets["x_max"][0]]] == rgb(AXIS_COLOURS)[0].tolist()
     np.testing.assert_array_equal(distance < 0, viewer.beyond(mesh.hexes) >= 0)
     assert data["farthest"] == pytest.approx(distance.max())
     assert [data["names"][i] for i in data["primitive"]] == list(run.polycube.context)
