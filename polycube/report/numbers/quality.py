@@ -12,7 +12,7 @@ from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.metrics import metrics, worst
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.report.numbers import sets
+from polycube.report.numbers import features, sets
 from polycube.surface import closest
 from polycube.surface import measures as topology
 from polycube.surface.fit_target import target
@@ -92,6 +92,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "histograms": {name: histogram(name, values) for name, values in found.items()},
         "worst": worst_hexes(mesh, context),
         "certificate": certificate(mesh),
+        "features": features.numbers(mesh, surface),
         "sets": sets.numbers(mesh, surface),
         "faces_without_quads": list(inspect(mesh, surface).lost_faces),
     }

@@ -15,6 +15,7 @@ from polycube.pipeline.state import RunState
 from polycube.report.numbers import solutions
 from polycube.report.numbers.verdict import subtitle, verdict
 from polycube.report.page import sections
+from polycube.report.page.features import features
 from polycube.report.page.hexes import hexes, view
 from polycube.report.page.markup import section
 from polycube.report.page.repairs import repairs
@@ -76,6 +77,7 @@ def write_report(
         view(state),
         sections.warnings(report),
         hexes(state, report, drawn),
+        features(report, drawn),
         sets(state, report, drawn),
         sections.spline(state, report, drawn),
         solutions.section_of(state, report, drawn),

@@ -41,6 +41,11 @@ def show(value: object) -> str:
     return escape(str(value))
 
 
+def point(where: Sequence[float], digits: int) -> str:
+    """Coordinates, rounded to a number of decimals."""
+    return f"({', '.join(f'{round(c, digits) + 0.0:.4g}' for c in where)})"
+
+
 def facts(rows: Mapping[str, object]) -> str:
     """A two-column table of names and values; values that are None are left out."""
     cells = (

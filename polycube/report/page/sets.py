@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.sets import model_areas
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page.markup import Pictures, Swatch, figure, folded, section, table
+from polycube.report.page.markup import Pictures, Swatch, figure, folded, point, section, table
 from polycube.report.pictures.named_sets import set_colours
 from polycube.surface.measures import diagonal
 from polycube.types import Json
@@ -32,7 +30,7 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> str:
             "kind": KINDS[own["kind"]],
             "quads": own["quads"],
             f"area, {unit}²": own["area"],
-            "centre": _point(np.round(own["centroid"], digits), ".4g"),
+            "centre": point(own["centroid"], digits),
             "mean normal": _direction(own["normal"]),
         }
         for name, own in numbers.items()
@@ -80,11 +78,7 @@ def _cad_faces(rows: Json, numbers: Json, faces: dict[str, float]) -> str:
     return note + folded(f"{len(faces)} CAD faces", table(listed))
 
 
-def _point(where: Iterable[float], form: str) -> str:
-    return f"({', '.join(format(c + 0.0, form) for c in where)})"
-
-
 def _direction(normal: list[float]) -> str | None:
     """The mean normal; nothing where the set faces all ways."""
     length = sum(c * c for c in normal) ** 0.5
-    return _point([round(c, 2) for c in normal], ".2g") if length > FLAT else None
+    return point(normal, 2) if length > FLAT else None

@@ -7,6 +7,7 @@ AXIS_COLOURS = ("#c8443c", "#eda49c", "#3f8f4f", "#a5d3a2", "#2f6db3", "#9cc3e8"
 SURFACE = "#a9b7c4"
 EDGE = "#1f2a36"
 WORST = "#d6206a"
+KEPT, LOST_FACE = "#2c7a56", "#f0b3c9"  # of a CAD model: its curves, its faces
 
 # of holes, and of CAD faces that are neither holes nor ends: strong, and pale
 HOLES = (

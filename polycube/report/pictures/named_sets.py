@@ -10,10 +10,9 @@ from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import ENDS
 from polycube.hexmesh.named_sets import kind_of
 from polycube.report.pictures.colours import AXIS_COLOURS, FACES, HOLES, SURFACE, rgb
-from polycube.report.pictures.render import Layer, Scene, view
+from polycube.report.pictures.render import Layer, Scene, from_both_sides
 from polycube.types import HexMesh
 
-GAP = 0.06  # of the diagonal: between the two views
 AMBIENT = 0.6  # so that the colours in the shade are those of the legend
 CLEAR = 0.9  # of the quads of a set: those that must have its colour
 
@@ -66,14 +65,6 @@ def both_sides(mesh: HexMesh) -> Scene:
     edges, pair = quad_edges(mesh.quads)
     lines = edges[colours[pair[:, 0]] != colours[pair[:, 1]]]
     painted = rgb(tuple(colours.tolist()))
-    seen = mesh.vertices @ view().T
-    seen = seen - (seen.min(axis=0) + seen.max(axis=0)) / 2
-    size = np.ptp(seen, axis=0)
-    shift = np.zeros(3)
-    down = int(size[0] > 1.2 * size[1])  # below each other where they are wide
-    shift[down] = (-1) ** down * (size[down] + GAP * np.linalg.norm(size))
-    views = [seen, seen * [-1, 1, -1] + shift]
-    return [
-        Layer(points @ view(), mesh.quads, painted, lines, outlined=True, ambient=AMBIENT)
-        for points in views
-    ]
+    return from_both_sides(
+        [Layer(mesh.vertices, mesh.quads, painted, lines, outlined=True, ambient=AMBIENT)]
+    )

@@ -19,7 +19,7 @@ import numpy as np
 
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.pictures import fields, named_sets, scenes, trajectory
+from polycube.report.pictures import features, fields, named_sets, scenes, trajectory
 from polycube.report.pictures.render import Film, Scene
 from polycube.structure.projection import project
 
@@ -42,6 +42,8 @@ def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
         found["cut"] = partial(scenes.hex_cut, mesh)
         found["worst"] = partial(scenes.worst_hex, mesh)
         found["deviation"] = lambda: scenes.deviation(mesh, quad_deviation(mesh, surface))
+        if len(surface.region):
+            found["features"] = partial(features.lost_features, mesh, surface)
         if mesh.sets:
             found["sets"] = partial(named_sets.both_sides, mesh)
         if np.ptp(mesh.cell):  # one primitive is not taken apart

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 EYE = (0.75, -1.0, 0.62)  # from the middle of the model towards the eye; z is up
 LIGHTS = (((-0.35, 1.0, 0.5), 0.6), ((0.1, 0.0, 1.0), 0.62))  # as seen from the eye, at +z
 SIZE = (1120, 840)  # pixels before the empty margin is cut off
+GAP = 0.06  # of the diagonal: between two views
 COLOURS = 256  # of a picture: a third of the bytes of all, and the page holds a dozen
 
 
@@ -38,6 +39,8 @@ class Layer:
     outlined: bool = False  # draw the edges of every polygon
     smooth: bool = False  # shade as a curved surface, except at sharp edges
     opacity: float = 1.0
+    line_colour: str = EDGE
+    line_width: float = 4  # pixels of the picture
     ambient: float = 0.35  # share of a colour that needs no light: more where a legend names it
 
 
@@ -61,6 +64,18 @@ def view() -> np.ndarray:
     right = np.cross([0, 0, 1], towards)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(towards, right), towards])
+
+
+def from_both_sides(scene: Scene) -> Scene:
+    """A scene from the front above and, beside or below it, from behind below."""
+    seen = [layer.points @ view().T for layer in scene]
+    low, high = (end(np.concatenate(seen), axis=0) for end in (np.min, np.max))
+    size, shift = high - low, np.zeros(3)
+    down = int(size[0] > 1.2 * size[1])  # below where it is wide
+    shift[down] = (-1) ** down * (size[down] + GAP * np.linalg.norm(size))
+    back = [(points - (low + high) / 2) * [-1, 1, -1] + (low + high) / 2 + shift for points in seen]
+    turned = [replace(layer, points=p @ view()) for layer, p in zip(scene, back, strict=True)]
+    return [*scene, *turned]
 
 
 def render(scene: Scene, path: Path) -> None:
@@ -107,9 +122,14 @@ def _look(plotter: Plotter, points: np.ndarray) -> None:
     plotter.renderer.ResetCameraClippingRange()
 
 
-def _add(plotter: Plotter, layer: Layer, width: float = 4) -> None:
+def _add(plotter: Plotter, layer: Layer) -> None:
     import pyvista
 
+    if len(layer.lines):
+        lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))
+        plotter.add_mesh(lines, color=layer.line_colour, line_width=layer.line_width)
+    if not len(layer.polygons):
+        return
     mesh = pyvista.PolyData(layer.points, _counted(layer.polygons))
     plotter.add_mesh(
         mesh,
@@ -126,9 +146,6 @@ def _add(plotter: Plotter, layer: Layer, width: float = 4) -> None:
         ambient=layer.ambient,
         diffuse=1.15 - layer.ambient,
     )
-    if len(layer.lines):
-        lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))
-        plotter.add_mesh(lines, color=EDGE, line_width=width)
 
 
 def _counted(cells: np.ndarray) -> np.ndarray:
@@ -160,7 +177,8 @@ def animate(film: Film, path: Path) -> None:
     seen = {}
     for step in np.unique(steps):
         plotter.clear_actors()
-        _add(plotter, replace(layer, points=layer.points + step * film.shift), width=2)
+        moved = layer.points + step * film.shift
+        _add(plotter, replace(layer, points=moved, line_width=layer.line_width / 2))
         ends = [layer.points + way * film.shift for way in (-1, 1)]
         _look(plotter, np.concatenate(ends))
         seen[step] = _shot(plotter)

@@ -1,0 +1,48 @@
+"""Which points, curves and faces of a CAD model the hex mesh keeps, and which it loses."""
+
+from __future__ import annotations
+
+from polycube.hexmesh.feature_distances import TOLERANCE, Feature
+from polycube.hexmesh.inspection import inspect
+from polycube.surface.measures import diagonal
+from polycube.types import HexMesh, Json, TriMesh
+
+KINDS = ("point", "curve", "face")
+
+
+def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
+    """What `report.json` holds of the features; nothing where the part is no CAD model.
+
+    `lost` lists those farther off than the tolerance, the farthest first; distances are fractions
+    of the diagonal.
+    """
+    found = inspect(mesh, surface).features
+    if not found:
+        return None
+    lost = sorted((each for each in found if is_lost(each)), key=lambda each: -each.distance)
+    size = diagonal(surface)
+    return {
+        "tolerance": TOLERANCE,
+        **{
+            f"{kind}s": {
+                "all": sum(each.kind == kind for each in found),
+                "lost": sum(each.kind == kind for each in lost),
+            }
+            for kind in KINDS
+        },
+        "lost": [
+            {
+                "kind": each.kind,
+                "faces": [f"cad_face_{face}" for face in each.faces],
+                "at": list(each.place),
+                "distance": each.distance,
+                "length": each.distance * size,
+            }
+            for each in lost
+        ],
+    }
+
+
+def is_lost(feature: Feature) -> bool:
+    """Whether a feature is farther from the mesh than the tolerance."""
+    return feature.distance > TOLERANCE

@@ -1,0 +1,70 @@
+"""The section of a CAD model: what of its points, curves and faces the hex mesh loses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.report.numbers.features import KINDS
+from polycube.report.page.markup import (
+    Pictures,
+    figure,
+    folded,
+    point,
+    section,
+    show,
+    swatches,
+    table,
+)
+from polycube.report.pictures.colours import KEPT, LOST_FACE, WORST
+from polycube.types import Json
+
+N_SHOWN = 60  # lost features in the table, the farthest first
+
+
+def features(report: Json, pictures: Pictures) -> str:
+    """Counts, a picture, and a list of what is lost; empty where the part is no CAD model."""
+    found = report.get("hex", {}).get("features")
+    if not found:
+        return ""
+    counts = [
+        {
+            "of the CAD model": f"{kind}s",
+            "all": found[f"{kind}s"]["all"],
+            "lost": found[f"{kind}s"]["lost"],
+        }
+        for kind in KINDS
+    ]
+    limit = f"{100 * found['tolerance']:g} %"
+    legend = swatches(
+        ["curve that is kept", "curve or point that is lost", "face that is lost"],
+        [KEPT, WORST, LOST_FACE],
+    )
+    return section(
+        "features",
+        "CAD features",
+        "<p>A point is compared with the corners of the boundary quads, a curve with their edges, "
+        f"a face with the quads. Lost is what is farther off than {limit} of the diagonal, for "
+        "more than 5 % of its samples.</p>",
+        table(counts),
+        figure(pictures.get("features"), "The CAD model, from both sides.", legend),
+        _lost(found["lost"]),
+    )
+
+
+def _lost(features: list[Json]) -> str:
+    if not features:
+        return ""
+    size = features[0]["length"] / features[0]["distance"]  # the diagonal
+    digits = 4 - int(np.log10(size))
+    rows = [
+        {
+            "kind": each["kind"],
+            "of": ", ".join(each["faces"]),
+            "distance, % of the diagonal": 100 * each["distance"],
+            "model units": each["length"],
+            "at": point(each["at"], digits),
+        }
+        for each in features[:N_SHOWN]
+    ]
+    more = f", the {N_SHOWN} farthest" if len(features) > N_SHOWN else ""
+    return folded(f"What is lost: {show(len(features))} features{more}", table(rows))

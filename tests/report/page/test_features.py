@@ -1,0 +1,80 @@
+"""CAD features that a mesh keeps and loses: numbers, picture and list."""
+
+import numpy as np
+import pytest
+
+from polycube.hexmesh.face_groups import facing, measure
+from polycube.pipeline.state import RunState
+from polycube.report.numbers import features as numbers_of
+from polycube.report.page.features import features
+from polycube.report.pictures.colours import KEPT, LOST_FACE, SURFACE, WORST, rgb
+from polycube.report.pictures.features import lost_features
+from polycube.report.pictures.pictures import draw, makers
+from tests.fixtures.hexmeshes import hex_box, surface_of
+from tests.fixtures.html import Outline
+
+
+@pytest.fixture(scope="module")
+def cut() -> RunState:
+    """A cube of six CAD faces, and a mesh that reaches only to 0.9 of its height."""
+    whole = hex_box((4, 4, 4))
+    region = facing(measure(whole.vertices[whole.quads]).normal) + 1
+    return RunState(surface_of(whole, region), hexes=hex_box((4, 4, 4), (1, 1, 0.9)))
+
+
+@pytest.fixture(scope="module")
+def found(cut):
+    return numbers_of.numbers(cut.hexes, cut.surface)
+
+
+def test_the_top_of_a_cube_is_lost_with_its_edges(found):
+    """The four vertical edges and sides lose a tenth, more than 5 % of their samples."""
+    assert found["points"] == {"all": 8, "lost": 4}
+    assert found["curves"] == {"all": 12, "lost": 8}
+    assert found["faces"] == {"all": 6, "lost": 5}
+    corner = next(each for each in found["lost"] if each["kind"] == "point")
+    assert corner["length"] == pytest.approx(0.1)
+    assert corner["distance"] == pytest.approx(0.1 / np.sqrt(3))
+    assert corner["at"][2] == 1 and len(corner["faces"]) == 3 and "cad_face_6" in corner["faces"]
+    far = [each["distance"] for each in found["lost"]]
+    assert far == sorted(far, reverse=True) and len(far) == 17
+
+
+def test_a_mesh_that_fits_loses_nothing(cut):
+    found = numbers_of.numbers(hex_box((4, 4, 4)), cut.surface)
+    assert found["lost"] == [] and found["curves"] == {"all": 12, "lost": 0}
+    page = features({"hex": {"features": found}}, {})
+    assert "What is lost" not in page
+
+
+def test_only_cad_models_have_features(run, found):
+    assert numbers_of.numbers(run.hexes, run.surface) is None
+    assert features({"hex": {"features": None}}, {}) == "" == features({}, {})
+    assert "features" not in makers(run)
+
+
+def test_the_picture_marks_what_is_lost(cut):
+    scene = lost_features(cut.hexes, cut.surface)
+    assert len(scene) == 6  # two views of the model, curves that are kept, and lost ones
+    model, kept, lost = scene[:3]
+    top = cut.surface.region == 6
+    assert (model.colours[top] == rgb((LOST_FACE,))).all()
+    assert (model.colours[cut.surface.region == 5] == rgb((SURFACE,))).all()
+    assert (kept.line_colour, lost.line_colour) == (KEPT, WORST)
+    assert (kept.points[:, 2] == 0).all() and lost.points[:, 2].max() > 1
+    lengths = np.linalg.norm(np.diff(kept.points[kept.lines], axis=1), axis=-1)
+    assert lengths.sum() == pytest.approx(4)
+
+
+def test_the_picture_is_drawn(cut):
+    pytest.importorskip("pyvista")
+    assert draw({"features": lost_features(cut.hexes, cut.surface)})["features"][:4] == b"\x89PNG"
+
+
+def test_the_list_tells_kind_faces_distance_and_place(found):
+    page = features({"hex": {"features": found}}, {"features": b"\x89PNG"})
+    told = " ".join(" ".join(Outline(page).text).split())
+    assert "points 8 4 curves 12 8 faces 6 5" in told
+    assert "What is lost: 17 features" in told and "farther off than 0.3 % of the diagonal" in told
+    assert "point cad_face_2, cad_face_4, cad_face_6 5.774 0.1 (1, 1, 1)" in told
+    assert WORST in page and "<img" in page
