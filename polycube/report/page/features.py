@@ -9,6 +9,7 @@ from polycube.report.page.markup import (
     Pictures,
     figure,
     folded,
+    grid,
     point,
     section,
     show,
@@ -46,7 +47,7 @@ def features(report: Json, pictures: Pictures) -> str:
         f"a face with the quads. Lost is what is farther off than {limit} of the diagonal, for "
         "more than 5 % of its samples.</p>",
         table(counts),
-        figure(pictures.get("features"), "The CAD model, from both sides.", legend),
+        grid(figure(pictures.get("features"), "The CAD model, from both sides.", legend)),
         _lost(found["lost"]),
     )
 

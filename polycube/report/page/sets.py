@@ -7,7 +7,16 @@ import numpy as np
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.sets import model_areas
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page.markup import Pictures, Swatch, figure, folded, point, section, table
+from polycube.report.page.markup import (
+    Pictures,
+    Swatch,
+    figure,
+    folded,
+    grid,
+    point,
+    section,
+    table,
+)
 from polycube.report.pictures.named_sets import set_colours
 from polycube.surface.measures import diagonal
 from polycube.types import Json
@@ -46,7 +55,7 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> str:
         "sets",
         "Boundary sets",
         "<p>Supports, loads and exported files name parts of the boundary by these sets.</p>",
-        figure(pictures.get("sets"), text),
+        grid(figure(pictures.get("sets"), text)),
         table(main) if main else "",
         _cad_faces(rows, numbers, faces),
         folded(f"{len(patches)} patches of the polycube", table(patches)) if patches else "",
