@@ -24,7 +24,8 @@ class Selective:
 
     Parameters
     ----------
-    patches : auto (all but regions with creases all round), all, none
+    patches : auto (all but regions with creases all round; where features are exact, the regions at
+        whose borders hexes are nearly flat), all, none
     sharp : share of the border of two regions that must be on a crease
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
     rounds : of the registration that settles the layer
@@ -51,7 +52,7 @@ class Selective:
         from polycube.surface.fit_target import target
 
         goal = target(surface)
-        region, taken = self._taken(hexes, goal)
+        region, taken = self._taken(surface, hexes, goal)
         if not taken.any():
             return hexes
         layered = layer(hexes, region, taken, self.depth)
@@ -66,7 +67,9 @@ class Selective:
             features=features_of(self.features, surface) == "exact",
         )
 
-    def _taken(self, hexes: HexMesh, goal: Target) -> tuple[np.ndarray, np.ndarray]:
+    def _taken(
+        self, surface: TriMesh, hexes: HexMesh, goal: Target
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Regions of the quads, and which quads get a layer."""
         from polycube.fitting.creases.constraints import match
         from polycube.fitting.pillow import smooth_regions
@@ -75,4 +78,5 @@ class Selective:
         if self.patches != "auto":
             return hexes.patch, np.full(len(hexes.patch), self.patches == "all")
         problem, x = FitProblem(hexes, goal, samples=1), goal.to_unit(hexes.vertices)
-        return smooth_regions(problem, x, match(problem, x), self.sharp)
+        exact = features_of(self.features, surface) == "exact"
+        return smooth_regions(problem, x, match(problem, x), self.sharp, exact)

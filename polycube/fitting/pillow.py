@@ -34,7 +34,11 @@ def regions(problem: FitProblem, matching: Matching) -> np.ndarray:
 
 
 def smooth_regions(
-    problem: FitProblem, x: np.ndarray, matching: Matching, least: float = 0.6
+    problem: FitProblem,
+    x: np.ndarray,
+    matching: Matching,
+    least: float = 0.6,
+    by_angle: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Regions (Q,), and which quads (Q,) are in one with a border off the creases or nearly flat.
 
@@ -42,10 +46,12 @@ def smooth_regions(
     hex with an angle beyond 180 degrees.
 
     least : share of the edges between two regions that must be on a crease
+    by_angle : only a border where the hexes are nearly flat asks for a layer, on a crease or not
     """
     region = regions(problem, matching)
     borders = chains(problem, region)
-    is_sharp = borders.share(on_crease(problem, matching) & ~_is_flat(problem, x)) >= least
+    bent = ~_is_flat(problem, x)
+    is_sharp = borders.share(bent if by_angle else bent & on_crease(problem, matching)) >= least
     concave = is_sharp & (borders.share(_is_concave(problem, x)) > 0.5)
     taken = np.isin(region, borders.patches[~is_sharp])
     while True:

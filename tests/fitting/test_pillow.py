@@ -114,6 +114,28 @@ def test_regions_of_a_box_are_its_sides_and_stay_bare():
     assert len(np.unique(np.stack([problem.mesh.patch, region]), axis=1).T) == 6
 
 
+def test_by_angle_a_border_with_two_hexes_on_a_plane_stays_bare():
+    """One side of a box is two patches: off the creases, but the hexes there are square."""
+    solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+    mesh, box = cut(solid, 0.125), trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
+    halves = (mesh.patch == 4) & (mesh.vertices[mesh.quads].mean(axis=1)[:, 0] > 0.5)
+    mesh = replace(mesh, patch=np.where(halves, 6, mesh.patch))
+    goal = target(surface(box))
+    problem, x = FitProblem(mesh, goal, samples=1), goal.to_unit(mesh.vertices)
+    matching = match(problem, x)
+    assert smooth_regions(problem, x, matching)[1].sum() == 64
+    assert not smooth_regions(problem, x, matching, by_angle=True)[1].any()
+
+
+def test_by_angle_flat_hexes_get_a_layer():
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.6)
+    ball.apply_translation([0.5, 0.5, 0.5])
+    goal = target(surface(ball))
+    mesh = register_mesh(cube(), goal, rounds=10)
+    problem, x = FitProblem(mesh, goal, samples=1), goal.to_unit(mesh.vertices)
+    assert smooth_regions(problem, x, match(problem, x), by_angle=True)[1].mean() > 0.6
+
+
 def test_a_single_quad_is_no_region():
     """A path that cuts off the corner of a patch leaves the patch whole."""
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
