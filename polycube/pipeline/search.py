@@ -3,7 +3,8 @@
 A variant replaces options of some stages.  The first variant of the best structure is run in full.
 Where its mesh is not good, every variant has a short run (the options of `trial`), and the best of
 the short runs is repeated in full.  Another structure goes on only where the short run of its first
-variant is better than every mesh before.  `Acceptance` decides what is good and what is better.
+variant is better than every mesh before; where none is acceptable in the end, all variants of every
+structure have a short run.  `Acceptance` decides what is good and what is better.
 """
 
 from __future__ import annotations
@@ -218,6 +219,9 @@ def search(
             break
     leader = _leader(tried)
     leader.run_others()
+    if leader.reaches < leader.acceptance.acceptable:
+        for start in tried:
+            start.run_others()
     shorts = [(best, start) for start in tried if (best := start.best_short())]
     if shorts and leader.reaches < leader.acceptance.good:
         (_, number), start = max(shorts, key=lambda each: each[0][0])

@@ -117,15 +117,22 @@ def test_a_variant_of_the_map_gets_hexes_of_its_own():
     assert CALLS == [1.0, 4.0, 2.0]
 
 
-def searched(*starts: list[float], enough: float, settled: float = np.inf, has_rival: bool = False):
+def searched(
+    *starts: list[float],
+    enough: float,
+    settled: float = np.inf,
+    has_rival: bool = False,
+    acceptable: float = 0.0,
+):
     """Size that a search ends with, and the runs it took after the first."""
     CALLS.clear()
     stages = [Stage("meshing/optimize", Grow())]
+    judge = BySize(good=enough, acceptable=acceptable)
 
     def structures():
         for sizes in starts:
             variants = [{"meshing/optimize": {"to": to}} for to in sizes]
-            yield Variants(stages, variants, START, BySize(good=enough), trial=TRIAL)
+            yield Variants(stages, variants, START, judge, trial=TRIAL)
 
     found = search(structures(), lambda tried: tried.reaches >= settled, has_rival)
     end, path = found.finish()
@@ -170,6 +177,11 @@ def test_a_start_whose_first_trial_is_worse_has_no_other_run():
         4.0,
         [(2, True), (3, True), (4, True), (4, False)],
     )
+
+
+def test_where_no_mesh_is_acceptable_every_variant_has_a_trial():
+    found = searched([3.0, 4.0], [2.0, 9.0], enough=20, acceptable=5)
+    assert found == (9.0, [(3, True), (4, True), (2, True), (9, True), (9, False)])
 
 
 @given(st.lists(st.floats(1, 100), min_size=1, max_size=6), st.floats(1, 100))
