@@ -75,7 +75,7 @@ class Candidate:
     trajectory: np.ndarray | None = None  # (S, N, 3) x_T ... x_0 of a denoising, polycube units
     probability: float | None = None  # of the structure, in its frame, by a trained classifier
     steps: tuple[int, ...] = ()  # (S,) t of each state of the trajectory
-    family: str = "grid"  # of structures that fail alike: contexts of a grid, or free lattices
+    family: str = "grid"  # of those that fail alike: contexts of a grid, lattices, labels
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,7 @@ class LabelLattice(Structure):
     primitives : (3, 3, 3) bool voxels by name
     frames : coordinate frames tried at most
     compactness : values tried: cost of a border between labels, per diagonal of its length
+    planar : least share of the area that is planes; else nothing is proposed, bricks suit it better
     size : of the triangles that carry the coordinates, as a share of the diagonal
     least : distance that charts facing each other keep, as a share of the diagonal
     apart : knots nearer than this share of the diagonal fall together where nothing is lost
@@ -50,12 +51,13 @@ class LabelLattice(Structure):
     primitives: Mapping[str, np.ndarray]
     frames: int = 1
     compactness: Sequence[float] = (0.03, 0.005)
+    planar: float = 0.3
     size: float = 0.05
     least: float = 0.02
     apart: float = 0.03
     smoothness: float = 0.03
     kicks: int = 8
-    budget: int = 400_000
+    budget: int = 200_000
     kept: int = 3
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
@@ -73,6 +75,9 @@ class LabelLattice(Structure):
         for number, frame in enumerate(frames(surface, self.frames)):
             turned = surface.vertices @ frame.T / diagonal(surface)
             own = pieces(TriMesh(turned, surface.faces, surface.region), self.size)
+            if own.planar < self.planar:
+                logger.info("labels: %.0f %% of the area is planes", 100 * own.planar)
+                continue
             place = frame * diagonal(surface)  # from the frame to the part: row vectors times this
             made += self._in_frame(own, place, genus(surface), brick, number)
         return sorted(made, key=lambda candidate: candidate.cost)
@@ -135,4 +140,4 @@ class LabelLattice(Structure):
             self.smoothness,
         )
         key = structure_key(polycube, np.eye(3), number)
-        return Candidate("labels", polycube, rough_map, cost, key, family="lattice")
+        return Candidate("labels", polycube, rough_map, cost, key, family="labels")

@@ -31,6 +31,7 @@ class Pieces:
     piece: np.ndarray  # (F,) from 0
     face: np.ndarray  # (P,) region of each piece
     side: np.ndarray  # (P, 2) on which side of the two cuts of its face a piece lies; 0 where uncut
+    planar: float  # share of the area that is planes
 
     @property
     def normals(self) -> np.ndarray:
@@ -76,7 +77,9 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
     alike = (keys[first] == keys[second]).all(axis=1)
     piece = connected(first[alike], second[alike], len(faces))
     _, where = np.unique(piece, return_index=True)
-    return Pieces(fine, piece, part[where], side[where])
+    areas = face_areas(fine)
+    planar = float(areas[is_plane[part]].sum() / areas.sum())
+    return Pieces(fine, piece, part[where], side[where], planar)
 
 
 def _ways(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

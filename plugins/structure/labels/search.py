@@ -11,7 +11,7 @@ from .energy import BACKWARDS, PERPENDICULAR, Problem
 from .pieces import Pieces
 
 TINY = 1e-9
-USUAL = 60  # pieces
+USUAL = 200  # arcs
 KICKED = 3  # groups
 
 
@@ -64,14 +64,14 @@ def labellings(
     """Different labellings without faults, the cheapest first; else the best one found.
 
     kicks : random changes of a labelling without faults from which the search starts again
-    budget : evaluations of the energy at most; fewer where there are many pieces
+    budget : evaluations of the energy at most; fewer where there are many arcs
     """
     found: dict[bytes, Labelling] = {}
     own = groups(pieces, problem)
     label = problem.misfit.argmin(axis=1).astype(np.int64)
     sign = np.full(2 * (int(pieces.face.max()) + 1), -1, np.int64)
     best: tuple[Labelling, np.ndarray] | None = None
-    left = budget // (1 + len(pieces.face) // USUAL)
+    left = budget // (1 + len(problem.pieces) // USUAL)
     while left > 0 and kicks >= 0:
         if best is not None:
             label, sign = _kicked(problem, own, best[0].label, best[1], generator)
