@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+MOST = 800  # pieces that are searched
+
 
 @register("structure", "labels")
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,6 +79,9 @@ class LabelLattice(Structure):
             own = pieces(TriMesh(turned, surface.faces, surface.region), self.size)
             if own.planar < self.planar:
                 logger.info("labels: %.0f %% of the area is planes", 100 * own.planar)
+                continue
+            if len(own.face) > MOST:
+                logger.info("labels: %d pieces are too many", len(own.face))
                 continue
             place = frame * diagonal(surface)  # from the frame to the part: row vectors times this
             made += self._in_frame(own, place, genus(surface), brick, number)

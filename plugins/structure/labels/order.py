@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from scipy.optimize import nnls
@@ -14,7 +16,17 @@ from .pieces import Pieces
 RAYS = 6  # from each chart, each way
 STEEP = 0.3  # of a border's direction outwards along an axis, at least, to look along it
 
-Pair = tuple[int, int, int, float]  # axis, lower group, upper group, distance between them
+Seen = tuple[int, int, int, float]  # axis, lower group, upper group, distance between them
+
+
+class Pair(NamedTuple):
+    """Two groups of vertices that face each other along an axis."""
+
+    axis: int
+    low: int
+    high: int
+    distance: float  # the least between them
+    weight: float  # sum of the distances over which they were seen
 
 
 def pairs(pieces: Pieces, charts: Charts) -> list[Pair]:
@@ -28,13 +40,13 @@ def pairs(pieces: Pieces, charts: Charts) -> list[Pair]:
         if low != high:
             seen.setdefault((axis, low, high), []).append(distance)
     return [
-        (axis, low, high, min(distances))
+        Pair(axis, low, high, min(distances), sum(distances))
         for (axis, low, high), distances in sorted(seen.items())
         if sum(distances) > sum(seen.get((axis, high, low), []))
     ]
 
 
-def _along(pieces: Pieces, charts: Charts) -> list[Pair]:
+def _along(pieces: Pieces, charts: Charts) -> list[Seen]:
     """Pairs of borders and creases of one chart, seen along the axes of its plane."""
     half, across = chart_ends(pieces, charts)
     vertices = pieces.surface.vertices
@@ -91,7 +103,7 @@ def _facing(
     return found
 
 
-def _through(pieces: Pieces, charts: Charts) -> list[Pair]:
+def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
     """Pairs of charts with opposite labels, through the solid and through the air."""
     surface = pieces.surface
     corners = surface.vertices[surface.faces]

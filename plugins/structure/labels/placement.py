@@ -16,6 +16,8 @@ from .quantization import quantized
 
 logger = logging.getLogger(__name__)
 
+SEEN = 0.1  # sum of the distances, in diagonals, below which a pair of charts is hardly seen
+
 
 @dataclass(frozen=True, eq=False)
 class Placement:
@@ -56,7 +58,7 @@ def _placed(
             return None
         place = pieces.surface.vertices[:, axis]
         fields.append(field(matrix, place, charts.group[axis], charts.number[axis]))
-        values = _constants(fields[axis], [pair for pair in order if pair[0] == axis], least)
+        values = _constants(fields[axis], [pair for pair in order if pair.axis == axis], least)
         if values is None:
             logger.info("labels: no values along %s keep the charts in order", "xyz"[axis])
             return None
@@ -75,8 +77,16 @@ def _placed(
 
 
 def _constants(field: Field, order: list[Pair], least: float) -> np.ndarray | None:
-    """Values of the groups that keep their order, nearest to those of least energy; else None."""
-    low = np.array([pair[1] for pair in order], int)
-    high = np.array([pair[2] for pair in order], int)
-    distance = np.minimum(least, np.array([pair[3] for pair in order]) / 2)
-    return spaced(field.form, field.constants, low, high, distance)
+    """Values of the groups that keep their order, nearest to those of least energy; else None.
+
+    Where not all pairs can be kept, those that are hardly seen are given up.
+    """
+    for weight in (0.0, SEEN, 5 * SEEN):
+        kept = [pair for pair in order if pair.weight >= weight]
+        low = np.array([pair.low for pair in kept], int)
+        high = np.array([pair.high for pair in kept], int)
+        distance = np.minimum(least, np.array([pair.distance for pair in kept]) / 2)
+        values = spaced(field.form, field.constants, low, high, distance)
+        if values is not None:
+            return values
+    return None

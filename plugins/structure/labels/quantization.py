@@ -10,6 +10,8 @@ from .charts import Charts
 from .lattice import Bricks, bricks
 from .order import Pair
 
+LEAST, WORK = 4, 400_000  # trials at most: the first, and triangles placed for those beyond
+HOPELESS = 20  # defect with which no knots are tried
 SAME = 1e-4  # values nearer than this are one knot from the start
 
 
@@ -24,13 +26,15 @@ def quantized(
 ) -> Bricks | None:
     """Bricks with few knots: neighbours nearer than `apart` fall together where nothing is lost.
 
-    Pairs of groups that face each other keep two knots.
+    Pairs of groups that face each other keep two knots.  The trials are limited by the number of
+    triangles.
     """
-    held = {(axis, min(a, b), max(a, b)) for axis, a, b, _ in pairs}
+    held = {(pair.axis, pair.low, pair.high) for pair in pairs}
     index = [_ranks(values, SAME) for values in constants]
     best = bricks(surface, charts, fields, constants, index, genus)
-    if best is None:
-        return None
+    if best is None or best.defect > HOPELESS:
+        return best
+    left = LEAST + WORK // len(surface.faces)
     tried: set[tuple[int, bytes]] = set()
     while True:
         gaps = sorted(
@@ -46,6 +50,9 @@ def quantized(
             tried.add((axis, new.tobytes()))
             if _breaks(new, axis, held):
                 continue
+            if left == 0:
+                return best
+            left -= 1
             trial = [new if a == axis else best.index[a] for a in range(3)]
             found = bricks(surface, charts, fields, constants, trial, genus)
             if found is not None and found.faults <= best.faults:
