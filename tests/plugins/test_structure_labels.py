@@ -205,6 +205,17 @@ def test_a_round_hole_has_four_charts():
     assert len(np.unique(boundary(first.polycube).patch)) == 10
 
 
+def test_a_low_step_and_a_thin_wall_keep_their_bricks():
+    """Both are nearer than `apart`: without its own knot the step's face would be lost."""
+    points = [(0, 0), (2, 0), (4, 0), (4, 3), (2, 3), (2, 3.05), (0, 3.05)]
+    surface = prism((points, [(0, 1, 4, 5, 6), (1, 2, 3, 4)]))
+    step, *_ = proposed(surface)
+    assert step.polycube.occupancy.sum() == 3
+    thin = [(0, 0), (4, 0), (4, 3), (3.9, 3), (3.9, 1), (0, 1)]
+    wall, *_ = proposed(prism((thin, [(0, 1, 4, 5), (1, 2, 3, 4)])))
+    assert wall.polycube.occupancy.sum() == 3  # 0.1 thick, but its sides face each other
+
+
 def test_smooth_parts_can_be_left_to_others():
     assert proposed(torus()) == []
     assert len(proposed(prism(RAMP), planar=1.0)) > 0

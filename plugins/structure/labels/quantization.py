@@ -34,6 +34,12 @@ def quantized(
     best = bricks(surface, charts, fields, constants, index, genus)
     if best is None or best.defect > HOPELESS:
         return best
+    for near in apart / 2.0 ** np.arange(3):
+        index = [_clusters(constants[axis], axis, near, held) for axis in range(3)]
+        found = bricks(surface, charts, fields, constants, index, genus)
+        if found is not None and found.faults <= best.faults:
+            best = found
+            break
     left = LEAST + WORK // len(surface.faces)
     tried: set[tuple[int, bytes]] = set()
     while True:
@@ -68,6 +74,21 @@ def _ranks(values: np.ndarray, near: float) -> np.ndarray:
     rank = np.zeros(len(values), int)
     rank[order] = np.cumsum(np.append(0, np.diff(values[order]) > near))
     return rank
+
+
+def _clusters(
+    values: np.ndarray, axis: int, near: float, held: set[tuple[int, int, int]]
+) -> np.ndarray:
+    """Number of the knot of each value: neighbours within `near` are one where no pair is held."""
+    index, knot = np.zeros(len(values), int), 0
+    members: list[int] = []
+    for group in np.argsort(values, kind="stable").tolist():
+        is_near = all(abs(values[group] - values[other]) < near for other in members[:1])
+        if not is_near or any((axis, other, group) in held for other in members):
+            members, knot = [], knot + 1
+        members.append(group)
+        index[group] = knot
+    return index
 
 
 def _breaks(index: np.ndarray, axis: int, held: set[tuple[int, int, int]]) -> bool:
