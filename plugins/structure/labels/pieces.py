@@ -36,10 +36,7 @@ class Pieces:
     @property
     def normals(self) -> np.ndarray:
         """(P, 3) unit mean normals."""
-        total = np.zeros((len(self.face), 3))
-        areas = face_areas(self.surface)
-        np.add.at(total, self.piece, face_normals(self.surface) * areas[:, None])
-        return total / np.maximum(np.linalg.norm(total, axis=1), 1e-30)[:, None]
+        return _mean(self.piece, face_normals(self.surface), face_areas(self.surface))
 
 
 def pieces(surface: TriMesh, size: float) -> Pieces:
@@ -55,10 +52,7 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
     part = part[origin]
     fine = TriMesh(vertices, faces, part)
     side = np.zeros((len(faces), 2), int)
-    areas, normals = face_areas(fine), face_normals(fine)
-    mean = np.zeros((part.max() + 1, 3))
-    np.add.at(mean, part, normals * areas[:, None])
-    mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-30)[:, None]
+    mean = _mean(part, face_normals(fine), face_areas(fine))
     for number in np.flatnonzero(is_plane & (np.abs(mean).max(axis=1) < SLANTED)):
         for turn, way in enumerate(_ways(mean[number])):
             own = vertices[np.unique(faces[part == number])] @ way
@@ -117,9 +111,14 @@ def faces_of_part(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
 
 def _planes(face: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> np.ndarray:
     """Which faces have normals that are all alike."""
-    mean = np.zeros((face.max() + 1, 3))
-    np.add.at(mean, face, normals * areas[:, None])
-    mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-30)[:, None]
+    mean = _mean(face, normals, areas)
     low = np.ones(len(mean))
     np.minimum.at(low, face, np.einsum("fd,fd->f", normals, mean[face]))
     return low > BENT
+
+
+def _mean(part: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """(N, 3) unit mean normal of each part (F,) of triangles."""
+    total = np.zeros((part.max() + 1, 3))
+    np.add.at(total, part, normals * areas[:, None])
+    return total / np.maximum(np.linalg.norm(total, axis=1), 1e-30)[:, None]

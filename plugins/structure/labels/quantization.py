@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from polycube.types import TriMesh
@@ -40,32 +42,33 @@ def quantized(
         if found is not None and found.faults <= best.faults:
             best = found
             break
-    left = LEAST + WORK // len(surface.faces)
     tried: set[tuple[int, bytes]] = set()
-    while True:
-        gaps = sorted(
-            (float(gap), axis, k)
-            for axis in range(3)
-            for k, gap in enumerate(np.diff(best.knots[axis]))
-            if gap < apart
-        )
-        for _, axis, k in gaps:
-            new = np.where(best.index[axis] > k, best.index[axis] - 1, best.index[axis])
-            if (axis, new.tobytes()) in tried:
-                continue
-            tried.add((axis, new.tobytes()))
-            if _breaks(new, axis, held):
-                continue
-            if left == 0:
-                return best
-            left -= 1
-            trial = [new if a == axis else best.index[a] for a in range(3)]
-            found = bricks(surface, charts, fields, constants, trial, genus)
-            if found is not None and found.faults <= best.faults:
-                best = found
-                break
-        else:
-            return best
+    for _ in range(LEAST + WORK // len(surface.faces)):
+        trial = next(_merges(best, apart, held, tried), None)
+        if trial is None:
+            break
+        found = bricks(surface, charts, fields, constants, trial, genus)
+        if found is not None and found.faults <= best.faults:
+            best = found
+    return best
+
+
+def _merges(
+    best: Bricks, apart: float, held: set[tuple[int, int, int]], tried: set[tuple[int, bytes]]
+) -> Iterator[list[np.ndarray]]:
+    """Knots of the groups with two neighbours in one, the nearest first; each way once."""
+    gaps = sorted(
+        (float(gap), axis, k)
+        for axis in range(3)
+        for k, gap in enumerate(np.diff(best.knots[axis]))
+        if gap < apart
+    )
+    for _, axis, k in gaps:
+        new = np.where(best.index[axis] > k, best.index[axis] - 1, best.index[axis])
+        if (axis, new.tobytes()) in tried or _breaks(new, axis, held):
+            continue
+        tried.add((axis, new.tobytes()))
+        yield [new if a == axis else best.index[a] for a in range(3)]
 
 
 def _ranks(values: np.ndarray, near: float) -> np.ndarray:
