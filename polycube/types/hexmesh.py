@@ -73,3 +73,8 @@ class Verdict:
     def is_valid(self) -> bool:
         """Whether the mesh may be used at all."""
         return not self.failures
+
+    def __str__(self) -> str:
+        if self.failures:
+            return f"not valid: {'; '.join(self.failures)}"
+        return "; ".join(["valid", *self.warnings])

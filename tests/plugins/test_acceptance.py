@@ -34,12 +34,14 @@ def test_an_exact_mesh_is_valid_and_good(mesh, surface):
     found = JUDGE(mesh, surface)
     assert found.is_valid and not found.warnings
     assert found.reaches == pytest.approx(1) and found.key == pytest.approx((0, 0, 0, 0, 0.7))
+    assert str(found) == "valid"
 
 
 def test_an_inverted_mesh_is_not_valid_and_worse_than_any_valid_one(mesh, surface):
     inverted = moved(mesh, mesh.vertices * [-1, 1, 1])
     found = JUDGE(inverted, surface)
     assert "scaled Jacobian is -1.000; it must be above 0" in found.failures[0]
+    assert str(found).startswith("not valid: the smallest scaled Jacobian is -1.000")
     far = moved(mesh, mesh.vertices * 3)
     assert JUDGE(far, surface).key > found.key and not JUDGE(far, surface).is_valid
 
