@@ -14,6 +14,7 @@ from polycube.registry import register
 from polycube.types import HexMesh, TriMesh, Verdict
 
 if TYPE_CHECKING:
+    from polycube.hexmesh.feature_distances import Feature
     from polycube.hexmesh.inspection import Inspection
 
 CRITERIA = ("validity", "features", "distances", "scaled_jacobian")
@@ -174,7 +175,7 @@ class Standard(Acceptance):
                     f"the largest distance, {found.largest:.2%} of the diagonal at {place}, is far "
                     f"above that of 99 % of the points, {p99:.2%}: something may be missing there"
                 )
-        lost = [each for each in found.features if each.distance > self.features]
+        lost = self._off(found)
         if lost:
             worst = max(lost, key=lambda each: each.distance)
             beside = " and ".join(f"cad_face_{face}" for face in worst.faces)
@@ -191,8 +192,11 @@ class Standard(Acceptance):
         """Number of points, curves and faces that a CAD part loses; creases of others are one."""
         if not len(found.surface.region):
             return int(found.creases > self.features)
-        off = [each for each in found.features if each.distance > self.features]
-        return len(found.lost_faces) + len(off)
+        return len(found.lost_faces) + len(self._off(found))
+
+    def _off(self, found: Inspection) -> list[Feature]:
+        """Points, curves and faces of a CAD part that are off the mesh."""
+        return [each for each in found.features if each.distance > self.features]
 
     def _is_far(self, found: Inspection) -> bool:
         """Whether distances or volume are off."""

@@ -53,12 +53,12 @@ class Register:
             return hexes
         goal = target(surface)
         exact = features_of(self.features, surface) == "exact"
-        near = register_mesh(hexes, goal, self.quick, *QUICK, coverage=self.coverage)
-        if exact:
-            held = register_mesh(
-                hexes, goal, self.quick, *QUICK, coverage=self.coverage, features=True
-            )
-            near = max(held, near, key=lambda mesh: matched_curves(mesh, goal))
+        near = register_mesh(
+            hexes, goal, self.quick, *QUICK, coverage=self.coverage, features=exact
+        )
+        if exact and (found := matched_curves(near, goal)) < len(goal.features.creases):
+            free = register_mesh(hexes, goal, self.quick, *QUICK, coverage=self.coverage)
+            near = free if matched_curves(free, goal) > found else near
         return register_mesh(
             near,
             goal,

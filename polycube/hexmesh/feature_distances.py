@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import unique_rows
+from polycube.hexmesh.quality import boundary_edges
 from polycube.surface import closest
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
@@ -52,10 +52,8 @@ def feature_distances(
     """
     goal = target(surface)
     creases, corners = goal.features.creases, goal.features.corners
-    x = goal.to_unit(mesh.vertices)
-    sides = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
-    edges = _tree(x[unique_rows(np.sort(sides, axis=1))[0]])
-    vertices = _tree(x[np.unique(mesh.quads)][:, None])
+    edges = _tree(boundary_edges(mesh, goal))
+    vertices = _tree(goal.to_unit(mesh.vertices)[np.unique(mesh.quads)][:, None])
     found = []
     at: dict[int, list[int]] = {}
     for number, crease in enumerate(creases):

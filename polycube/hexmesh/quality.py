@@ -134,6 +134,10 @@ def creases_to_edges(mesh: HexMesh, surface: TriMesh) -> float:
     A fraction of the diagonal; 0 where the surface has no creases.
     """
     goal = target(surface)
+    return off_creases(goal, boundary_edges(mesh, goal))
+
+
+def boundary_edges(mesh: HexMesh, goal: Target) -> np.ndarray:
+    """(E, 2, 3) ends of the edges of the boundary quads, at unit scale."""
     sides = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
-    edges = goal.to_unit(mesh.vertices)[unique_rows(np.sort(sides, axis=1))[0]]
-    return off_creases(goal, edges)
+    return goal.to_unit(mesh.vertices)[unique_rows(np.sort(sides, axis=1))[0]]
