@@ -168,7 +168,7 @@ def test_parts_with_known_bricks(outline, shape, full):
     assert is_manifold(polycube) and genus(polycube) == measures.genus(surface)
     patches = len(np.unique(boundary(polycube).patch))
     assert patches == len(np.unique(surface.region))  # each face is one patch
-    assert corner_gap(first, surface) < 0.02
+    assert corner_gap(first, surface) < 0.001
 
 
 @pytest.mark.parametrize("outline", [GROOVE, NOTCH, TRIANGLE])
@@ -184,7 +184,7 @@ def test_a_turned_part_has_the_same_bricks():
     turned = TriMesh(surface.vertices @ TURNED.T * 30 + [5, -7, 100], surface.faces)
     first, *_ = proposed(turned)
     assert sorted(first.polycube.occupancy.shape) == [1, 2, 2]
-    assert corner_gap(first, turned) < 0.02
+    assert corner_gap(first, turned) < 0.001
 
 
 def test_the_same_part_gives_the_same_candidates():

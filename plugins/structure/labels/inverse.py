@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity, kron, vstack
+from scipy.sparse import csr_matrix, diags, identity, kron, vstack
 from scipy.sparse.linalg import splu
 
 from polycube.structure.rough_map import weights
-from polycube.types import PerAxis, RoughMap
+from polycube.surface import closest
+from polycube.surface.measures import face_normals
+from polycube.types import PerAxis, RoughMap, TriMesh
 
 SPACING = 0.08  # of the control planes, in diagonals
 MOST = 4  # control intervals between two knots
 MIXED = 0.5  # weight of mixed differences against second ones
+ON = 1e-4  # distance from the surface, in bricks, of control positions that are on it
+EXACT = 100.0  # weight of these against the mean over the surface
 LEAST = 1e-10  # pull to the middle, which settles what no point and no neighbour sees
 
 
 def fitted(
-    knots: list[np.ndarray], placed: np.ndarray, points: np.ndarray, smoothness: float
+    knots: list[np.ndarray],
+    placed: TriMesh,
+    points: np.ndarray,
+    smoothness: float,
 ) -> RoughMap:
     """Least squares for the control positions, with second and mixed differences kept small.
 
     knots : (K,) places along the axes, by whose distances differences are divided
-    placed : (N, 3) in numbers of knots
-    points : (N, 3) in the part
+    placed : the surface in numbers of knots
+    points : (N, 3) its vertices in the part
     """
     u, v, w = (_control(line) for line in knots)
     pairs = zip((u, v, w), knots, strict=True)
@@ -30,13 +37,29 @@ def fitted(
     shape = (len(x), len(y), len(z))
     size = int(np.prod(shape))
     bending = _differences(shape, (x, y, z))
-    matrix = weights((u, v, w), placed)
+    matrix = weights((u, v, w), placed.vertices)
+    node, goal = _on_surface((u, v, w), placed, points)
     middle = points.mean(axis=0)
     normal = matrix.T @ matrix / len(points) + smoothness / size * (bending.T @ bending)
-    normal = normal + LEAST * identity(size)
+    pull = np.full(size, LEAST)
+    pull[node] += EXACT / size
+    goals = np.zeros((size, 3))
+    goals[node] = EXACT / size * (goal - middle)
+    normal = normal + diags(pull)
     solver = splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    positions = solver.solve(matrix.T @ (points - middle) / len(points)) + middle
+    positions = solver.solve(matrix.T @ (points - middle) / len(points) + goals) + middle
     return RoughMap(u, v, w, positions.reshape(*shape, 3))
+
+
+def _on_surface(
+    lines: PerAxis, placed: TriMesh, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Control positions (M,) that lie on the placed surface, and where they are in the part."""
+    lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    tree = closest.tree(placed.vertices[placed.faces], face_normals(placed))
+    nearest, face, share = closest.closest(tree, lattice)
+    on = np.linalg.norm(nearest - lattice, axis=1) < ON
+    return np.flatnonzero(on), np.einsum("nk,nkd->nd", share, points[placed.faces[face]])[on]
 
 
 def _control(knots: np.ndarray) -> np.ndarray:

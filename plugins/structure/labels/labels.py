@@ -140,7 +140,7 @@ class LabelLattice(Structure):
         polycube = Polycube(full, x, y, z, full.shape, context)
         rough_map = fitted(
             placement.bricks.knots,
-            placement.placed,
+            TriMesh(placement.placed, pieces.surface.faces),
             pieces.surface.vertices @ place,
             self.smoothness,
         )
