@@ -41,7 +41,7 @@ class Polish:
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes, better; never with a worse score than before."""
-        from polycube.fitting.polish import EXACT, KEEP, polish
+        from polycube.fitting.polish import polish
         from polycube.surface.fit_target import target
 
         kept = features_of(self.features, surface)
@@ -49,7 +49,7 @@ class Polish:
             hexes,
             target(surface),
             features=kept == "exact" or (kept == "soft" and not self.release),
-            keep=EXACT if kept == "exact" else KEEP,
+            exact=kept == "exact",
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,

@@ -47,15 +47,20 @@ class Selective:
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The hexes with the layer, or the same mesh where no patch wants one."""
+        from polycube.fitting.flat_corners import without_flat_corners
         from polycube.fitting.pillow import layer
         from polycube.fitting.registration import register_mesh
         from polycube.surface.fit_target import target
 
         goal = target(surface)
+        exact = features_of(self.features, surface) == "exact"
+        whole = hexes
+        if exact and self.patches == "auto":
+            hexes = without_flat_corners(hexes, goal)
         region, taken = self._taken(surface, hexes, goal)
-        if not taken.any():
-            return hexes
-        layered = layer(hexes, region, taken, self.depth)
+        layered = layer(hexes, region, taken, self.depth) if taken.any() else hexes
+        if layered is whole:
+            return whole
         return register_mesh(
             layered,
             goal,
@@ -64,7 +69,7 @@ class Selective:
             alpha=(0.04, 0.04),
             weight=(3.0, 20.0),
             slack=(0.1, 0.05),
-            features=features_of(self.features, surface) == "exact",
+            features=exact,
         )
 
     def _taken(

@@ -14,7 +14,8 @@ import numpy as np
 from polycube.fitting.creases.constraints import Matching, chains, match, on_crease
 from polycube.fitting.creases.routing import boundary_valence
 from polycube.fitting.problem import FitProblem
-from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges, unique_rows
+from polycube.fitting.sheets import label_of, middles
+from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
@@ -106,16 +107,16 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
     depth : share of the way to the middle of the adjacent hexes (bare quads at a rim)
     """
     quads, owner = exposed(mesh.hexes)
-    patch = _label_of(quads, mesh.quads, mesh.patch)
-    region, wanted = (_label_of(quads, mesh.quads, label) for label in (region, taken))
+    patch = label_of(quads, mesh.quads, mesh.patch)
+    region, wanted = (label_of(quads, mesh.quads, label) for label in (region, taken))
     covered = _covered(quads, region, wanted.astype(bool))
     below = quads[covered]
     moved = np.unique(below)
     twin = np.full(len(mesh.vertices), -1)
     twin[moved] = len(mesh.vertices) + np.arange(len(moved))
-    inwards = _mean_middle(mesh.hexes, mesh.vertices)
+    inwards = middles(mesh.hexes, mesh.vertices)
     rim = np.intersect1d(moved, quads[~covered])  # stays on the quads left bare
-    inwards[rim] = _mean_middle(quads[~covered], mesh.vertices)[rim]
+    inwards[rim] = middles(quads[~covered], mesh.vertices)[rim]
     old = mesh.vertices.copy()
     old[moved] += depth * (inwards[moved] - old[moved])
     hexes = np.vstack([mesh.hexes, np.hstack([below, twin[below]])])
@@ -130,7 +131,7 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
         np.vstack([old, mesh.vertices[moved]]),
         hexes,
         outside,
-        _label_of(outside, table, number),
+        label_of(outside, table, number),
         cell,
     )
 
@@ -153,19 +154,3 @@ def _rim(quads: np.ndarray, covered: np.ndarray) -> tuple[np.ndarray, np.ndarray
     rim = inside[:, 0] != inside[:, 1]
     other = np.where(inside[rim, 0], pair[rim, 1], pair[rim, 0])
     return sides[rim], other
-
-
-def _label_of(quads: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
-    """(Q,) label of the known quad with the same vertices."""
-    _, number, _ = unique_rows(np.sort(np.vstack([known, quads]), axis=1))
-    table = np.zeros(number.max() + 1, np.int64)
-    table[number[: len(known)]] = label
-    return table[number[len(known) :]]
-
-
-def _mean_middle(cells: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    """(V, 3) mean of the middles of the cells at each vertex; zero where there is none."""
-    corners, n = cells.ravel(), len(vertices)
-    middle = np.repeat(vertices[cells].mean(axis=1), cells.shape[1], axis=0)
-    total = np.stack([np.bincount(corners, m, minlength=n) for m in middle.T], axis=1)
-    return total / np.maximum(np.bincount(corners, minlength=n), 1)[:, None]

@@ -28,7 +28,7 @@ from polycube.types import HexMesh
 logger = logging.getLogger(__name__)
 
 KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which soft features give way, pass by pass
-EXACT = (0.15,)  # and exact ones: a mesh below it is of no use
+EXACT = (0.02,)
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
 PATIENCE = 8  # rounds without a better mesh that end a phase
 BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first local round and in the last
@@ -44,6 +44,7 @@ def polish(
     target: Target,
     *,
     features: bool = True,
+    exact: bool = False,
     keep: Sequence[float] = KEEP,
     soft_rounds: int = 8,
     hard_rounds: int = 4,
@@ -54,7 +55,8 @@ def polish(
     """The best mesh found, in model units; never one with a worse score than the one given.
 
     features : also move vertices onto the curves of the surface
-    keep : scaled Jacobians below which they give way, pass by pass
+    exact : they do not give way
+    keep : scaled Jacobians below which they give way otherwise, pass by pass
     soft_rounds, hard_rounds, local_rounds : of matching and descent, at most
     crease_rounds : that bring creases back, at most
     samples : points of the surface that look for the mesh
@@ -62,8 +64,10 @@ def polish(
     problem = FitProblem(mesh, target, samples)
     x = _untangled(problem, target.to_unit(mesh.vertices))
     matching = match(problem, x) if features else no_features()
+    matching = replace(matching, exact=exact)
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
-    for least in keep if matching.routes else keep[:1]:
+    passes = EXACT if exact else keep
+    for least in passes if matching.routes else passes[:1]:
         best = _soft(problem, x, matching, best, soft_rounds, least)
         best = _hard(problem, matching, best, hard_rounds)
         if best.score > GOOD:
@@ -99,7 +103,7 @@ def _soft(
 ) -> State:
     """Best snapped state of rounds that hold the boundary by springs, weakly below `keep`."""
     jacobian = problem.scaled_jacobian(x)
-    trust = np.where(problem.touching(jacobian < 0.2), 0.1, 1.0)
+    trust = np.where(problem.touching(jacobian < min(0.2, keep)), 0.1, 1.0)
     hold = np.ones(len(x))
     found = rounds // 3  # round of the best
     for k, step in enumerate(np.linspace(0, 1, rounds)):

@@ -14,6 +14,8 @@ from polycube.fitting.springs import Springs
 
 OFF = 20.0  # scaled Jacobian that a diagonal off the surface is worth
 COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)
+EXACT = 200.0  # scaled Jacobian that a diagonal off exact features is worth, beyond:
+ALLOWED = 0.0025  # of the diagonal
 GOOD = 0.6  # scaled Jacobian above which the surface pulls with weight 1
 
 
@@ -25,11 +27,13 @@ class State:
     jacobian: float  # smallest
     residual: float  # largest distance of a boundary vertex from its goal
     trust: np.ndarray  # (V,) weight of features and coverage
+    strayed: float = 0.0  # largest distance beyond ALLOWED of a vertex that exact features hold
 
     @property
     def score(self) -> float:
         """Larger is better."""
-        return self.jacobian - OFF * self.residual - INVALID * (self.jacobian <= 0)
+        off = OFF * self.residual + EXACT * self.strayed
+        return self.jacobian - off - INVALID * (self.jacobian <= 0)
 
 
 def goals_of(problem: FitProblem, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
@@ -39,12 +43,17 @@ def goals_of(problem: FitProblem, x: np.ndarray, matching: Matching, trust: np.n
 
 def state_of(problem: FitProblem, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
     """The mesh as it is."""
-    return _measured(problem, x, at.place(problem, x), trust)
+    return _measured(problem, x, at, at.place(problem, x), trust)
 
 
-def _measured(problem: FitProblem, x: np.ndarray, goal: np.ndarray, trust: np.ndarray) -> State:
-    gap = np.linalg.norm((goal - x)[problem.outer], axis=1)
-    return State(x, float(problem.scaled_jacobian(x).min()), float(gap.max()), trust)
+def _measured(
+    problem: FitProblem, x: np.ndarray, at: Goals, goal: np.ndarray, trust: np.ndarray
+) -> State:
+    gap = np.linalg.norm(goal - x, axis=1)
+    held = np.append(at.curve, at.corner) if at.exact else np.zeros(0, np.int64)
+    strayed = max(0.0, gap[held].max(initial=0.0) - ALLOWED)
+    jacobian = float(problem.scaled_jacobian(x).min())
+    return State(x, jacobian, float(gap[problem.outer].max()), trust, float(strayed))
 
 
 def snap(problem: FitProblem, x: np.ndarray, at: Goals, least: float, trust: np.ndarray) -> State:
@@ -61,7 +70,7 @@ def snap(problem: FitProblem, x: np.ndarray, at: Goals, least: float, trust: np.
         if not share[vertex].any():
             break
         share[vertex] *= 0.5 if attempt < 6 else 0.0
-    return _measured(problem, y, goal, trust)
+    return _measured(problem, y, at, goal, trust)
 
 
 def cover_of(problem: FitProblem, state: State, strength: float) -> tuple[Springs, float]:

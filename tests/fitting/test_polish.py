@@ -112,3 +112,9 @@ def test_snap_backs_off_where_a_hex_would_suffer():
     assert state.jacobian >= least
     assert state.residual > 0.1
     assert state.score < state.jacobian
+
+
+def test_a_state_on_exact_features_beats_better_hexes_off_them():
+    x, trust = np.zeros((1, 3)), np.ones(1)
+    on, off = State(x, 0.05, 0.0, trust), State(x, 0.6, 0.006, trust, strayed=0.0035)
+    assert on.score > off.score

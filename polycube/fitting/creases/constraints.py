@@ -20,6 +20,7 @@ from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
 
+NEAR = 0.04  # length that a whole turn of the normal is worth, in diagonals, for vertices near
 FREE = 1.0  # square difference of normals (60 degrees) at which a vertex is on its side
 
 
@@ -43,6 +44,7 @@ class Matching:
     routes: tuple[Route, ...]
     corner: np.ndarray  # (P,) vertices
     corner_goal: np.ndarray  # (P, 3)
+    exact: bool = False  # whether a mesh that leaves them is no good
 
     @property
     def sides(self) -> np.ndarray:
@@ -80,6 +82,7 @@ class Goals:
     direction: np.ndarray  # (C, 3) of the crease
     corner: np.ndarray  # (P,) vertices with a corner
     corner_goal: np.ndarray  # (P, 3)
+    exact: bool = False
 
     def place(self, problem: FitProblem, x: np.ndarray) -> np.ndarray:
         """Positions (V, 3) with all boundary vertices at their goals."""
@@ -152,7 +155,13 @@ def goals(
     free = used[curve] & ~np.isin(curve, matching.corner)
     here = used[matching.corner]
     corner, goal = matching.corner[here], matching.corner_goal[here]
-    return Goals(foot, facing, curve[free], curve_foot[free], direction[free], corner, goal)
+    found = curve[free], curve_foot[free], direction[free]
+    return Goals(foot, facing, *found, corner, goal, matching.exact)
+
+
+def on_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
+    """(V, 3) positions with the boundary on the surface, and what is matched on its curves."""
+    return goals(problem, x, matching, NEAR, np.ones(len(x), bool)).place(problem, x)
 
 
 def along_curves(x: np.ndarray, matching: Matching, weight: np.ndarray) -> list[Springs]:

@@ -1,0 +1,88 @@
+"""Cure corners of boundary quads that curves of the surface pull flat.
+
+Where a curve turns on the polycube and not on the part, a quad between it and the face beside it
+has an angle of 180 degrees, and its hex a scaled Jacobian of zero.  A triangular pocket has such a
+quad on its floor, a round one four.  A sheet round the hexes under the face puts two quads there.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from polycube.fitting.creases.constraints import Matching, match, on_crease, on_goals
+from polycube.fitting.creases.routing import boundary_valence
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.sheets import has_sheet, with_sheet
+from polycube.hexmesh.connectivity import quad_sides
+from polycube.surface.fit_target import Target
+from polycube.types import HexMesh
+
+logger = logging.getLogger(__name__)
+
+FLAT = np.deg2rad(150)  # angle of a quad beyond which the scaled Jacobian of its hex is below 0.5
+ROUNDS = 4  # of sheets at most: those that touch come one after the other
+
+
+def without_flat_corners(mesh: HexMesh, target: Target) -> HexMesh:
+    """The mesh with sheets of hexes under the faces where quads have flat corners; else the same.
+
+    mesh : fitted, with its boundary near the target, in model units
+    """
+    for _ in range(ROUNDS):
+        problem = FitProblem(mesh, target, samples=1)
+        sets = _sets(problem, target.to_unit(mesh.vertices))
+        inside = np.zeros(len(mesh.hexes), bool)
+        used = np.zeros(len(mesh.vertices), bool)
+        for hexes in sets:
+            own = np.zeros(len(mesh.hexes), bool)
+            own[hexes] = True
+            if not used[mesh.hexes[own]].any() and has_sheet(mesh, own):
+                inside |= own
+                used[mesh.hexes[own]] = True
+        if not inside.any():
+            break
+        before = len(mesh.hexes)
+        mesh = with_sheet(mesh, inside)
+        logger.info("flat corners: a sheet of %d hexes", len(mesh.hexes) - before)
+    return mesh
+
+
+def _sets(problem: FitProblem, x: np.ndarray) -> list[np.ndarray]:
+    """Hexes to shrink: under each face that has a flat corner, less those at its other corners."""
+    matching = match(problem, x)
+    part = problem.parts(~on_crease(problem, matching))
+    flat, sharp = corners(problem, x, matching)
+    owner, _ = quad_sides(problem.mesh)
+    return [np.unique(owner[(part == number) & ~sharp]) for number in np.unique(part[flat])]
+
+
+def corners(
+    problem: FitProblem, x: np.ndarray, matching: Matching
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which quads (Q,) have a corner between two edges on curves: a flat one, or only others.
+
+    Flat are those beyond FLAT between edges of the polycube with two hexes or more each: with one,
+    the layer of `pillow` is the cure.
+    """
+    placed = on_goals(problem, x, matching)
+    quads = problem.quads
+    onward = placed[np.roll(quads, -1, axis=1)] - placed[quads]
+    back = -np.roll(onward, 1, axis=1)
+    cosine = np.einsum("qkd,qkd->qk", onward, back)
+    cosine /= np.linalg.norm(onward, axis=2) * np.linalg.norm(back, axis=2) + 1e-30
+    key = np.array([len(x), 1])
+    sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2) @ key  # (Q, 4)
+    on = on_crease(problem, matching)
+    patch = problem.mesh.patch[problem.side_quads]
+    wide = on & (patch[:, 0] != patch[:, 1]) & (boundary_valence(problem) > 1)
+
+    def between(marked: np.ndarray) -> np.ndarray:
+        """(Q, 4) corners between two of the marked sides."""
+        is_marked = np.isin(sides, problem.sides[marked] @ key)
+        return is_marked & np.roll(is_marked, 1, axis=1)
+
+    is_flat = cosine < np.cos(FLAT)
+    flat = (between(wide) & is_flat).any(axis=1)
+    return flat, (between(on) & ~is_flat).any(axis=1) & ~flat

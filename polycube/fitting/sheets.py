@@ -1,0 +1,97 @@
+"""A sheet of hexes round a set of hexes, which shrinks to make room (pillowing).
+
+Mitchell and Tautges 1995, "Pillowing doublets: refining a mesh to ensure that faces share at most
+one edge".  The sheet lies between the set and all other hexes and ends at the boundary.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.hexmesh.connectivity import (
+    FACES,
+    exposed,
+    hex_mesh,
+    neighbours,
+    quad_edges,
+    unique_rows,
+)
+from polycube.types import HexMesh
+
+
+def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
+    """Whether a sheet round some hexes (H,) would be a surface: no edge, no vertex pinches it."""
+    faces = mesh.hexes[:, FACES].reshape(-1, 4)[_faces_between(mesh.hexes, inside)]
+    if len(faces) == 0:
+        return False
+    sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    ends, _, count = unique_rows(sides)
+    at_vertex = np.bincount(ends.ravel(), minlength=len(mesh.vertices))
+    fans = at_vertex - np.bincount(faces.ravel(), minlength=len(mesh.vertices))
+    return bool((count <= 2).all() and (fans <= 1).all())
+
+
+def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh:
+    """The mesh with a sheet of hexes round some of its hexes.
+
+    Vertices between the set and the others stay where they are; those of the set move inwards.
+    Boundary quads of the sheet get the patch of the quad of the set beside them.
+
+    Parameters
+    ----------
+    mesh : (V,) vertices, (H,) hexes
+    inside : (H,) bool, the set; see `has_sheet`
+    depth : share of the way that vertices of the set move to the middles of its hexes, or on the
+        boundary of its quads
+    """
+    between = _faces_between(mesh.hexes, inside)
+    outer = mesh.hexes[:, FACES].reshape(-1, 4)[between]
+    moved = np.unique(outer)
+    twin = np.arange(len(mesh.vertices))
+    twin[moved] = len(mesh.vertices) + np.arange(len(moved))
+    quads, owner = exposed(mesh.hexes)
+    own = inside[owner]
+    place = middles(mesh.hexes[inside], mesh.vertices)
+    on_rim = np.intersect1d(moved, quads[own])
+    place[on_rim] = middles(quads[own], mesh.vertices)[on_rim]
+    shrunk = mesh.vertices[moved] + depth * (place[moved] - mesh.vertices[moved])
+    hexes = np.where(inside[:, None], twin[mesh.hexes], mesh.hexes)
+    hexes = np.vstack([hexes, np.hstack([twin[outer], outer])])
+    sides, pair = quad_edges(quads)
+    mixed = own[pair[:, 0]] != own[pair[:, 1]]
+    rim = sides[mixed]
+    beside = np.where(own[pair[mixed, 0]], pair[mixed, 0], pair[mixed, 1])
+    patch = label_of(quads, mesh.quads, mesh.patch)
+    shown = np.where(own[:, None], twin[quads], quads)
+    table = np.vstack([shown, np.hstack([rim, twin[rim][:, ::-1]])])
+    outside, _ = exposed(hexes)
+    return hex_mesh(
+        np.vstack([mesh.vertices, shrunk]),
+        hexes,
+        outside,
+        label_of(outside, table, np.append(patch, patch[beside])),
+        np.append(mesh.cell, mesh.cell[between // 6]),
+    )
+
+
+def _faces_between(hexes: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Faces of hexes inside, as numbers 6 hex + local face, across which hexes are outside."""
+    first, second = neighbours(hexes)
+    mixed = inside[first // 6] != inside[second // 6]
+    return np.where(inside[first[mixed] // 6], first[mixed], second[mixed])
+
+
+def label_of(quads: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
+    """(Q,) label of the known quad with the same vertices; 0 where there is none."""
+    _, number, _ = unique_rows(np.sort(np.vstack([known, quads]), axis=1))
+    table = np.zeros(number.max() + 1, np.int64)
+    table[number[: len(known)]] = label
+    return table[number[len(known) :]]
+
+
+def middles(cells: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+    """(V, 3) mean of the middles of the cells at each vertex; zero where there is none."""
+    corners, n = cells.ravel(), len(vertices)
+    middle = np.repeat(vertices[cells].mean(axis=1), cells.shape[1], axis=0)
+    total = np.stack([np.bincount(corners, m, minlength=n) for m in middle.T], axis=1)
+    return total / np.maximum(np.bincount(corners, minlength=n), 1)[:, None]

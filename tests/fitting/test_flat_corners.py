@@ -1,0 +1,66 @@
+"""Flat corners of boundary quads, and sheets that cure them."""
+
+import numpy as np
+import pytest
+
+from polycube.fitting.creases.constraints import match
+from polycube.fitting.flat_corners import corners, without_flat_corners
+from polycube.fitting.polish import polish
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.registration import register_mesh
+from polycube.hexmesh import connectivity as hexes
+from polycube.hexmesh import template
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.registry import build
+from polycube.surface.fit_target import Target, target
+from polycube.types import HexMesh, TriMesh
+from tests.fixtures.machined import BLOCK, pocketed, prism
+from tests.fixtures.polycubes import PRIMITIVES
+
+
+def fitted(surface: TriMesh, size: float = 0.5) -> HexMesh:
+    """Hexes of a polycube from labels, registered with the curves held."""
+    propose = build("structure", {"plugin": "labels"}, grid=(2, 1, 1), primitives=PRIMITIVES)
+    best = propose(surface, ())[0]
+    counts = template.counts(best.polycube, best.rough_map, size)
+    start = template.mesh(best.polycube, best.rough_map, counts)
+    return register_mesh(start, target(surface), features=True)
+
+
+def flat_quads(mesh: HexMesh, goal: Target) -> np.ndarray:
+    """Middles (N, 3) of the quads with a flat corner."""
+    problem, x = FitProblem(mesh, goal, 1), goal.to_unit(mesh.vertices)
+    flat, _ = corners(problem, x, match(problem, x))
+    return mesh.vertices[mesh.quads[flat]].mean(axis=1)
+
+
+@pytest.fixture(scope="module")
+def pocket() -> tuple[TriMesh, HexMesh]:
+    surface = pocketed()
+    return surface, fitted(surface)
+
+
+def test_the_floor_of_a_triangular_pocket_has_one_flat_corner(pocket):
+    surface, mesh = pocket
+    found = flat_quads(mesh, target(surface))
+    assert len(found) == 1
+    assert found[0, 2] == pytest.approx(1, abs=0.05)
+
+
+def test_a_sheet_cures_it_and_keeps_all_features(pocket):
+    surface, mesh = pocket
+    goal = target(surface)
+    cured = without_flat_corners(mesh, goal)
+    hexes.check_conforming(cured)
+    assert len(flat_quads(cured, goal)) == 0
+    poor, good = (polish(each, goal, exact=True) for each in (mesh, cured))
+    assert scaled_jacobian(poor.vertices, poor.hexes).min() < 0.35
+    assert scaled_jacobian(good.vertices, good.hexes).min() > 0.45
+    assert max(feature.distance for feature in inspect(good, surface).features) < 0.003
+
+
+def test_a_block_has_none_and_stays_the_same():
+    block = prism(BLOCK)
+    mesh = fitted(block)
+    assert without_flat_corners(mesh, target(block)) is mesh
