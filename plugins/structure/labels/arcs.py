@@ -27,6 +27,7 @@ class Arcs:
     turn: np.ndarray  # (A,) 1 convex, -1 concave, 0 within a plane
     cut: np.ndarray  # (A,) 2 face + 0 or 1 of the cut of a plane that the arc lies on, or -1
     is_crease: np.ndarray  # (A,) bool
+    inside: np.ndarray  # (A,) mean angle of the solid
     start: np.ndarray  # (N + 1,) first entry of each fan
     arc: np.ndarray  # (M,) arc of each entry
     side: np.ndarray  # (M,) side of the sector that follows the entry, and its piece
@@ -60,7 +61,15 @@ def arcs(pieces: Pieces) -> Arcs:
     half_arc[first], half_arc[second] = 2 * arc, 2 * arc + 1
     start, around = _fans(faces, half_arc, np.flatnonzero(count > 2))
     return Arcs(
-        sides, length, turn, _cuts(pieces, sides), bend < CREASE, start, around // 2, around % 2
+        sides,
+        length,
+        turn,
+        _cuts(pieces, sides),
+        bend < CREASE,
+        np.pi - mean,
+        start,
+        around // 2,
+        around % 2,
     )
 
 

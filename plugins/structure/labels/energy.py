@@ -21,16 +21,22 @@ FAULT = 0.03  # cost of a fault
 BACK = 0.1  # cost of a label that a piece does not look the way of
 PERPENDICULAR, BACKWARDS = 0.95, 1.05  # 1 - the cosine from which a piece does not, or looks back
 CUT = 0.004  # cost of a border across a plane
+ANGLE = 0.01  # cost of hexes with an angle of 0 or 180 degrees at a border
+WELL = 0.6  # sine of their angle from which it costs nothing
 CREASED = 0.1  # share of a border's cost that it costs on a crease
 
 
 class Problem(NamedTuple):
-    """Arrays of the energy; `weight` is the cost of each arc between two labels."""
+    """Arrays of the energy.
+
+    `weight` is the cost of each arc between two labels, `joined` of each between equal ones.
+    """
 
     misfit: np.ndarray  # (P, 6)
     lean: np.ndarray  # (P, 6) mean of 1 - the cosine between the normals and each label
     pieces: np.ndarray  # (A, 2)
     weight: np.ndarray  # (A,)
+    joined: np.ndarray  # (A,)
     length: np.ndarray  # (A,)
     turn: np.ndarray  # (A,)
     cut: np.ndarray  # (A,)
@@ -51,11 +57,13 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
     misfit = misfit + 0.02 * np.sqrt(share) * mean**2 + BACK * (mean > PERPENDICULAR)
     weight = compactness * arcs.length * np.where(arcs.is_crease, CREASED, 1.0)
     weight = weight + CUT * (arcs.turn == 0)
+    weight = weight + _narrow(arcs.inside / np.where(arcs.turn > 0, 1, 3)) * (arcs.turn != 0)
     return Problem(
         misfit,
         mean,
         arcs.pieces,
         weight,
+        _narrow(arcs.inside / 2),
         arcs.length,
         arcs.turn,
         arcs.cut,
@@ -63,6 +71,11 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
         arcs.arc,
         arcs.side,
     )
+
+
+def _narrow(angle: np.ndarray) -> np.ndarray:
+    """Cost of hexes with these angles at an arc."""
+    return ANGLE * np.maximum(0.0, 1 - np.sin(angle) / WELL)
 
 
 @njit(cache=True)
@@ -84,6 +97,7 @@ def energy(
         one, other = p.pieces[a, 0], p.pieces[a, 1]
         if label[one] == label[other]:
             _join(chart, one, other)
+            cost += p.joined[a]
             continue
         cost += p.weight[a]
         if label[one] // 2 == label[other] // 2:
