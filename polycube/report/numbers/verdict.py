@@ -131,6 +131,21 @@ def _volume(report: Json) -> list[Tile]:
     return [Tile(f"{100 * error:.2f} %", "volume error", f"limit {100 * limit:g} %", mark)]
 
 
+def _features(report: Json) -> list[Tile]:
+    """Points, curves and faces of a CAD model that the mesh keeps."""
+    found = report.get("hex", {}).get("features")
+    if not found:
+        return []
+    counts = {kind: found[kind] for kind in ("points", "curves", "faces")}
+    kept = {kind: each["all"] - each["lost"] for kind, each in counts.items()}
+    total = sum(each["all"] for each in counts.values())
+    note = ", ".join(f"{kept[kind]} of {each['all']} {kind}" for kind, each in counts.items())
+    limit = f"within {100 * found['tolerance']:g} % of the diagonal"
+    mark = GOOD if sum(kept.values()) == total else DOUBTFUL
+    value = f"{sum(kept.values())} of {total}"
+    return [Tile(value, "CAD features kept", f"{note}; {limit}", mark)]
+
+
 def _spline(report: Json) -> list[Tile]:
     numbers = report.get("spline", {})
     if "surface_to_spline_p99" not in numbers:
@@ -151,7 +166,7 @@ def _solution(report: Json) -> list[Tile]:
     ]
 
 
-TILES = (_worst, _count, _distance, _volume, _spline, _solution)
+TILES = (_worst, _features, _count, _distance, _volume, _spline, _solution)
 
 
 def length_unit(report: Json) -> str:

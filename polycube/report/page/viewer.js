@@ -79,8 +79,11 @@
     if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${H.toLocaleString("en")} hexes${range}`;
     return count < H;
   }
-  const buffers = { triangles: gl.createBuffer(), lines: gl.createBuffer(), ghost: gl.createBuffer() };
-  const counts = { triangles: 0, lines: 0, ghost: 0 };
+  const buffers = {}, counts = {};
+  for (const name of ["triangles", "lines", "ghost", "lost"]) {
+    buffers[name] = gl.createBuffer();
+    counts[name] = 0;
+  }
   function fill(name, data, size) {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);
     gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
@@ -124,11 +127,11 @@
   const program = gl.createProgram();
   gl.attachShader(program, shader(gl.VERTEX_SHADER, `
     attribute vec3 place, normal, tint; uniform mat3 turn; uniform vec2 scale, shift;
-    uniform float plain; varying vec3 shown;
+    uniform float plain; uniform vec3 ink; varying vec3 shown;
     void main() {
       vec3 p = turn * place, n = turn * normal;
       float light = 0.5 + 0.45 * max(n.z, 0.0) + 0.25 * max(dot(n, vec3(-0.35, 0.8, 0.45)), 0.0);
-      shown = mix(tint * light, vec3(0.10, 0.14, 0.18), plain);
+      shown = mix(tint * light, ink, plain);
       gl_Position = vec4(p.xy * scale + shift, -0.4 * p.z - 0.002 * plain, 1.0);
     }`));
   gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `
@@ -158,7 +161,7 @@
     gl.uniformMatrix3fv(uniform("turn"), false, columns);
     gl.uniform2fv(uniform("scale"), fit);
     gl.uniform2fv(uniform("shift"), shift);
-    const show = (name, kind, plain, ghost) => {
+    const show = (name, kind, plain, ghost, ink = [0.1, 0.14, 0.18]) => {
       gl.bindBuffer(gl.ARRAY_BUFFER, buffers[name]);
       ["place", "normal", "tint"].forEach((each, i) => {
         gl.enableVertexAttribArray(attribute(each));
@@ -166,6 +169,7 @@
       });
       gl.uniform1f(uniform("plain"), plain);
       gl.uniform1f(uniform("ghost"), ghost);
+      gl.uniform3fv(uniform("ink"), ink);
       gl.drawArrays(kind, 0, counts[name]);
     };
     show("triangles", gl.TRIANGLES, 0, 0);
@@ -176,6 +180,14 @@
       show("ghost", gl.TRIANGLES, 0, 1);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
+    }
+    if (counts.lost && control("lost").checked) { // seen through the part, and two pixels wide
+      gl.disable(gl.DEPTH_TEST);
+      for (const step of [-1, 1]) {
+        gl.uniform2fv(uniform("shift"), [shift[0] + step / size[0], shift[1] + step / size[1]]);
+        show("lost", gl.LINES, 1, 0, [0.85, 0.1, 0.1]);
+      }
+      gl.enable(gl.DEPTH_TEST);
     }
   }
 
@@ -279,6 +291,7 @@
     build();
   }));
   control("edges").addEventListener("input", draw);
+  if (control("lost")) control("lost").addEventListener("input", draw);
   control("home").addEventListener("click", () => { home(); all(); build(); });
   self.addEventListener("resize", draw);
   self.addEventListener("beforeprint", () =>
@@ -287,5 +300,6 @@
   const outside = [];
   for (let f = 0; f < 6 * H; f++) if (beyond[f] < 0) outside.push(f);
   fill("ghost", polygons(outside), 9);
+  fill("lost", new Float32Array(given.lost), 3);
   build();
 })();

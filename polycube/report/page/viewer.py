@@ -16,6 +16,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.page.markup import gradient, show, swatches
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
+from polycube.report.pictures.features import lost_segments
 from polycube.report.pictures.named_sets import memberships, quad_colours, set_colours
 from polycube.report.pictures.render import view
 from polycube.types import HexMesh, Json, TriMesh
@@ -51,6 +52,7 @@ def viewer(
         mesh.cell.astype("<i4"),
         on_faces(mesh, number).astype("<i4"),
     )
+    lost = (lost_lines(mesh, surface) - (low + high) / 2) / size
     packed = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
     names, primitive = _primitives(mesh, context)
     data = {
@@ -68,19 +70,29 @@ def viewer(
         "farthest": float(max(distance.max(), 0)),
         "cells": rgb(CELLS).tolist(),
         "sets": sets,
+        "lost": lost.astype("<f4").ravel().tolist(),
         "set_colours": rgb(tuple(quad_colours(mesh)[first].tolist())).tolist(),
         "names": names,
         "primitive": primitive,
         "data": base64.b64encode(packed).decode(),
     }
+    box = '<label class="lost"><input name="lost" type="checkbox" checked> lost features</label>'
     legends = _legends(mesh, data, surface is not None)
     choices = "".join(f'<option value="{key}">{title}</option>' for key, (title, _) in legends)
     return Template((_HERE / "viewer.html").read_text(encoding="utf-8")).substitute(
         data=json.dumps(data).replace("<", "\\u003c"),
         script=(_HERE / "viewer.js").read_text(encoding="utf-8"),
         choices=choices,
+        lost=box if len(lost) else "",
         legends="".join(f'<div data-colour="{key}">{bar}</div>' for key, (_, bar) in legends),
     )
+
+
+def lost_lines(mesh: HexMesh, surface: TriMesh | None) -> np.ndarray:
+    """(N, 2, 3) lines that mark the features of a CAD model that are lost; none without one."""
+    if surface is None or not len(surface.region):
+        return np.zeros((0, 2, 3))
+    return lost_segments(mesh, surface)
 
 
 def _legends(mesh: HexMesh, data: Json, has_distance: bool) -> list[tuple[str, tuple[str, str]]]:

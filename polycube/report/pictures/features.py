@@ -17,29 +17,46 @@ CROSS = 0.012  # of the diagonal: half the width of the mark at a lost point
 
 
 def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
-    """The model from both sides; lost faces, curves and points are marked.
+    """The model from both sides; lost faces, curves and points are marked."""
+    gone = [each for each in inspect(mesh, surface).features if is_lost(each)]
+    faces = [each.faces[0] for each in gone if each.kind == "face"]
+    is_lost_face = np.isin(surface.region, faces).astype(int)
+    colours = rgb((SURFACE, LOST_FACE))[is_lost_face]
+    scene = [Layer(surface.vertices, surface.faces, colours, smooth=True)]
+    for chains, colour in zip(_chains(mesh, surface), (KEPT, WORST), strict=True):
+        if chains:
+            scene.append(_lines(chains, colour))
+    return from_both_sides(scene)
+
+
+def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(N, 2, 3) lines along lost curves and round lost faces, and crosses at lost points."""
+    found = inspect(mesh, surface).features
+    faces = {each.faces[0] for each in found if each.kind == "face" and is_lost(each)}
+    goal = target(surface)
+    round_faces = [
+        goal.to_model(crease.points)
+        for crease in goal.features.creases
+        if faces.intersection(crease.faces)
+    ]
+    chains = [*_chains(mesh, surface)[1], *round_faces]
+    pairs = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains]
+    return np.concatenate([np.zeros((0, 2, 3)), *pairs])
+
+
+def _chains(mesh: HexMesh, surface: TriMesh) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Points (N, 3) along each curve that is kept, and along each that is lost or at lost points.
 
     The curves of `Inspection.features` are the creases of the target, in their order.
     """
     found = inspect(mesh, surface).features
-    gone = [each for each in found if is_lost(each)]
-    faces = [each.faces[0] for each in gone if each.kind == "face"]
-    is_lost_face = np.isin(surface.region, faces).astype(int)
-    colours = rgb((SURFACE, LOST_FACE))[is_lost_face]
     goal = target(surface)
     curves = [each for each in found if each.kind == "curve"]
-    scene = [Layer(surface.vertices, surface.faces, colours, smooth=True)]
-    for is_gone, colour in ((False, KEPT), (True, WORST)):
-        chains = [
-            goal.to_model(crease.points)
-            for crease, each in zip(goal.features.creases, curves, strict=True)
-            if is_lost(each) == is_gone
-        ]
-        if is_gone:
-            chains += [_cross(each, goal.scale) for each in gone if each.kind == "point"]
-        if chains:
-            scene.append(_lines(chains, colour))
-    return from_both_sides(scene)
+    kept, lost = [], []
+    for crease, each in zip(goal.features.creases, curves, strict=True):
+        (lost if is_lost(each) else kept).append(goal.to_model(crease.points))
+    points = [each for each in found if each.kind == "point" and is_lost(each)]
+    return kept, lost + [_cross(each, goal.scale) for each in points]
 
 
 def _lines(chains: list[np.ndarray], colour: str) -> Layer:

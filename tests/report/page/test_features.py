@@ -6,9 +6,11 @@ import pytest
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.pipeline.state import RunState
 from polycube.report.numbers import features as numbers_of
+from polycube.report.numbers.verdict import verdict
 from polycube.report.page.features import features
+from polycube.report.page.viewer import viewer
 from polycube.report.pictures.colours import KEPT, LOST_FACE, SURFACE, WORST, rgb
-from polycube.report.pictures.features import lost_features
+from polycube.report.pictures.features import lost_features, lost_segments
 from polycube.report.pictures.pictures import draw, makers
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
@@ -64,6 +66,25 @@ def test_the_picture_marks_what_is_lost(cut):
     assert (kept.points[:, 2] == 0).all() and lost.points[:, 2].max() > 1
     lengths = np.linalg.norm(np.diff(kept.points[kept.lines], axis=1), axis=-1)
     assert lengths.sum() == pytest.approx(4)
+
+
+def test_the_3d_view_marks_what_is_lost(cut):
+    lines = lost_segments(cut.hexes, cut.surface)
+    assert lines[..., 2].max() > 1  # the crosses at the corners of the top reach beyond it
+    assert "lost features" in viewer(cut.hexes, cut.surface)
+    same = hex_box((4, 4, 4))
+    assert len(lost_segments(same, cut.surface)) == 0
+    assert "lost features" not in viewer(same, cut.surface)
+
+
+def test_the_first_screen_counts_what_is_kept(found):
+    page = " ".join(Outline(verdict({"hex": {"features": found}})).text)
+    assert "9 of 26" in page and "4 of 8 points, 4 of 12 curves, 1 of 6 faces" in page
+    all_kept = {**found, **{f"{k}s": {"all": 5, "lost": 0} for k in ("point", "curve", "face")}}
+    tile = verdict({"hex": {"features": all_kept}})
+    assert 'tile good"><span>CAD features kept' in tile and "15 of 15" in tile
+    assert 'tile doubtful"><span>CAD features kept' in verdict({"hex": {"features": found}})
+    assert "CAD features" not in verdict({"hex": {"features": None}})
 
 
 def test_the_picture_is_drawn(cut):
