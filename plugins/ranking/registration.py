@@ -24,7 +24,8 @@ class Registration:
 
     Structures whose genus is not the surface's never rank.  The score adds distances in per cent
     of the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, the
-    polycube's corners, and the cost that the proposal itself gave; smaller is better.
+    polycube's corners, curves of a CAD part without a path on the mesh's edges, and the cost that
+    the proposal itself gave; smaller is better.
 
     Parameters
     ----------
@@ -32,6 +33,7 @@ class Registration:
     rounds, iterations, samples : of the short registration
     trust : score per unit of a candidate's cost above the cheapest of its proposal
     corner : score per corner beyond a box's eight: hexes are skewed there unless the part has one
+    lost : score for all curves of a CAD part together; those without a path count by their share
     limit : candidates registered of each proposal, the cheapest
     """
 
@@ -41,6 +43,7 @@ class Registration:
     samples: int = 1500
     trust: float = 15.0
     corner: float = 0.03
+    lost: float = 5.0
     limit: int = 12
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
@@ -62,7 +65,7 @@ class Registration:
 
     def _judged(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
         """A candidate with its score and its coarse mesh."""
-        from polycube.fitting.registration import register_mesh, short_quality
+        from polycube.fitting.registration import matched_curves, register_mesh, short_quality
         from polycube.hexmesh.template import counts, mesh
         from polycube.structure.lattice import boundary, corners
         from polycube.structure.rough_map import identity_map
@@ -71,10 +74,15 @@ class Registration:
         parts = counts(polycube, candidate.rough_map, self.size * goal.scale)
         positions = mesh(polycube, identity_map(polycube), parts).vertices
         coarse = mesh(polycube, candidate.rough_map, parts)
-        hexes = register_mesh(coarse, goal, self.rounds, self.iterations, self.samples)
+        exact = goal.features.n_faces > 0
+        effort = self.rounds, self.iterations, self.samples
+        hexes = register_mesh(coarse, goal, *effort, features=exact)
         quality = short_quality(hexes, goal)
         score = judge(quality) + self.trust * (candidate.cost - cheapest)
         score += self.corner * (len(corners(boundary(polycube))) - 8)
+        if exact:
+            number = len(goal.features.creases)
+            score += self.lost * (1 - matched_curves(hexes, goal) / max(number, 1))
         return Ranked(candidate, score, asdict(quality), hexes, positions)
 
 

@@ -58,13 +58,21 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
     The best, the best of the other family, then the best of each other kind, as long as the score
-    is within twice the best's.  Where one family fits badly, the other is the better guess.
+    is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
+    equal structures that rank close the one from labels is taken, whose rough map is exact.
     """
     seen, choices = set(), []
     for index, entry in enumerate(ranked):
         if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
             seen.add(entry.candidate.key)
-            choices.append(index)
+            same = (
+                i
+                for i, other in enumerate(ranked)
+                if other.candidate.key == entry.candidate.key
+                and other.candidate.family == "labels"
+                and other.score <= CLOSE * entry.score
+            )
+            choices.append(next(same, index))
     family = _family(ranked[choices[0]])
     first = choices[:1] + [i for i in choices if _family(ranked[i]) != family][:1]
     return [*first, *(i for i in choices if i not in first)][:tries]

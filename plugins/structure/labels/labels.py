@@ -37,7 +37,8 @@ class LabelLattice(Structure):
     primitives : (3, 3, 3) bool voxels by name
     frames : coordinate frames tried at most
     compactness : values tried: cost of a border between labels, per diagonal of its length
-    planar : least share of the area that is planes; else nothing is proposed, bricks suit it better
+    planar : least share of the area of triangles alone that is planes; else nothing is proposed,
+        bricks suit it better
     size : of the triangles that carry the coordinates, as a share of the diagonal
     least : distance that charts facing each other keep, as a share of the diagonal
     apart : knots nearer than this share of the diagonal fall together where nothing is lost
@@ -77,7 +78,7 @@ class LabelLattice(Structure):
         for number, frame in enumerate(frames(surface, self.frames)):
             turned = surface.vertices @ frame.T / diagonal(surface)
             own = pieces(TriMesh(turned, surface.faces, surface.region), self.size)
-            if own.planar < self.planar:
+            if own.planar < self.planar and not len(surface.region):
                 logger.info("labels: %.0f %% of the area is planes", 100 * own.planar)
                 continue
             if len(own.face) > MOST:
