@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from polycube.surface.fit_target import Target
 
 PATCHES = ("auto", "all", "none")
+SHEETS = ("polycube", "all", "none")
 
 
 @register("meshing/pillow", "selective")
@@ -26,6 +27,8 @@ class Selective:
     ----------
     patches : auto (all but regions with creases all round; where features are exact, the regions at
         whose borders hexes are nearly flat), all, none
+    sheets : under the faces with flat corners, where features are exact: polycube (corners of the
+        polycube), all (also where a curve's path turns inside a patch) or none
     sharp : share of the border of two regions that must be on a crease
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
     rounds : of the registration that settles the layer
@@ -34,6 +37,7 @@ class Selective:
     """
 
     patches: str = "auto"
+    sheets: str = "polycube"
     sharp: float = 0.6
     depth: float = 0.5
     rounds: int = 10
@@ -44,6 +48,8 @@ class Selective:
         check_features(self.features)
         if self.patches not in PATCHES:
             raise ValueError(f"patches must be {', '.join(PATCHES)}; got {self.patches!r}")
+        if self.sheets not in SHEETS:
+            raise ValueError(f"sheets must be {', '.join(SHEETS)}; got {self.sheets!r}")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The hexes with the layer, or the same mesh where no patch wants one."""
@@ -55,8 +61,8 @@ class Selective:
         goal = target(surface)
         exact = features_of(self.features, surface) == "exact"
         whole = hexes
-        if exact and self.patches == "auto":
-            hexes = without_flat_corners(hexes, goal)
+        if exact and self.patches == "auto" and self.sheets != "none":
+            hexes = without_flat_corners(hexes, goal, self.sheets == "all")
         region, taken = self._taken(surface, hexes, goal)
         layered = layer(hexes, region, taken, self.depth) if taken.any() else hexes
         if layered is whole:

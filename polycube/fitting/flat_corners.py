@@ -8,6 +8,7 @@ quad on its floor, a round one four.  A sheet round the hexes under the face put
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,67 +23,81 @@ from polycube.types import HexMesh
 logger = logging.getLogger(__name__)
 
 FLAT = np.deg2rad(150)  # angle of a quad beyond which the scaled Jacobian of its hex is below 0.5
-ROUNDS = 4  # of sheets at most: those that touch come one after the other
+ROUNDS = 6  # of sheets at most: those that touch come one after the other
 
 
-def without_flat_corners(mesh: HexMesh, target: Target) -> HexMesh:
+def without_flat_corners(mesh: HexMesh, target: Target, anywhere: bool = False) -> HexMesh:
     """The mesh with sheets of hexes under the faces where quads have flat corners; else the same.
 
     mesh : fitted, with its boundary near the target, in model units
+    anywhere : also where a path of a curve turns inside a patch of the polycube
     """
     for _ in range(ROUNDS):
         problem = FitProblem(mesh, target, samples=1)
-        sets = _sets(problem, target.to_unit(mesh.vertices))
-        inside = np.zeros(len(mesh.hexes), bool)
-        used = np.zeros(len(mesh.vertices), bool)
-        for hexes in sets:
-            own = np.zeros(len(mesh.hexes), bool)
-            own[hexes] = True
-            if not used[mesh.hexes[own]].any() and has_sheet(mesh, own):
-                inside |= own
-                used[mesh.hexes[own]] = True
+        x = target.to_unit(mesh.vertices)
+        matching = match(problem, x)
+        placed = on_goals(problem, x, matching)
+        inside = _disjoint(mesh, _sets(problem, placed, matching, anywhere))
         if not inside.any():
             break
         before = len(mesh.hexes)
-        mesh = with_sheet(mesh, inside)
+        # vertices on their curves: there the paths are found again
+        mesh = with_sheet(replace(mesh, vertices=target.to_model(placed)), inside)
         logger.info("flat corners: a sheet of %d hexes", len(mesh.hexes) - before)
     return mesh
 
 
-def _sets(problem: FitProblem, x: np.ndarray) -> list[np.ndarray]:
+def _disjoint(mesh: HexMesh, sets: list[np.ndarray]) -> np.ndarray:
+    """(H,) hexes of the sets that may have a sheet, and do not touch one before."""
+    inside = np.zeros(len(mesh.hexes), bool)
+    used = np.zeros(len(mesh.vertices), bool)
+    for hexes in sets:
+        own = np.zeros(len(mesh.hexes), bool)
+        own[hexes] = True
+        if not used[mesh.hexes[own]].any() and has_sheet(mesh, own):
+            inside |= own
+            used[mesh.hexes[own]] = True
+    return inside
+
+
+def _sets(
+    problem: FitProblem, placed: np.ndarray, matching: Matching, anywhere: bool
+) -> list[np.ndarray]:
     """Hexes to shrink: under each face that has a flat corner, less those at its other corners."""
-    matching = match(problem, x)
     part = problem.parts(~on_crease(problem, matching))
-    flat, sharp = corners(problem, x, matching)
+    flat, sharp = corners(problem, placed, matching, anywhere)
     owner, _ = quad_sides(problem.mesh)
     return [np.unique(owner[(part == number) & ~sharp]) for number in np.unique(part[flat])]
 
 
 def corners(
-    problem: FitProblem, x: np.ndarray, matching: Matching
+    problem: FitProblem, placed: np.ndarray, matching: Matching, anywhere: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which quads (Q,) have a corner between two edges on curves: a flat one, or only others.
+    """Which quads (Q,) have a flat corner, and which others have one at a corner of the surface.
 
-    Flat are those beyond FLAT between edges of the polycube with two hexes or more each: with one,
-    the layer of `pillow` is the cure.
+    A flat corner has an angle beyond FLAT between edges of the polycube that lie on curves and
+    have two hexes or more each: with one, the layer of `pillow` is the cure.
+
+    placed : (V, 3) with the boundary on the surface and its curves
+    anywhere : also between other edges that lie on curves
     """
-    placed = on_goals(problem, x, matching)
     quads = problem.quads
     onward = placed[np.roll(quads, -1, axis=1)] - placed[quads]
     back = -np.roll(onward, 1, axis=1)
     cosine = np.einsum("qkd,qkd->qk", onward, back)
     cosine /= np.linalg.norm(onward, axis=2) * np.linalg.norm(back, axis=2) + 1e-30
-    key = np.array([len(x), 1])
+    key = np.array([len(placed), 1])
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2) @ key  # (Q, 4)
-    on = on_crease(problem, matching)
-    patch = problem.mesh.patch[problem.side_quads]
-    wide = on & (patch[:, 0] != patch[:, 1]) & (boundary_valence(problem) > 1)
 
     def between(marked: np.ndarray) -> np.ndarray:
         """(Q, 4) corners between two of the marked sides."""
         is_marked = np.isin(sides, problem.sides[marked] @ key)
         return is_marked & np.roll(is_marked, 1, axis=1)
 
+    on = on_crease(problem, matching)
     is_flat = cosine < np.cos(FLAT)
+    patch = problem.mesh.patch[problem.side_quads]
+    wide = on & (boundary_valence(problem) > 1) & (anywhere | (patch[:, 0] != patch[:, 1]))
     flat = (between(wide) & is_flat).any(axis=1)
-    return flat, (between(on) & ~is_flat).any(axis=1) & ~flat
+    ends = between(on) & np.isin(quads, matching.corner) & ~is_flat
+    return flat, ends.any(axis=1) & ~flat

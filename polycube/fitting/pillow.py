@@ -51,8 +51,9 @@ def smooth_regions(
     """
     region = regions(problem, matching)
     borders = chains(problem, region)
-    bent = ~_is_flat(problem, x)
-    is_sharp = borders.share(bent if by_angle else bent & on_crease(problem, matching)) >= least
+    on = on_crease(problem, matching)
+    flat = _is_flat(problem, x, on if by_angle else np.ones(len(on), bool))
+    is_sharp = borders.share(~flat if by_angle else ~flat & on) >= least
     concave = is_sharp & (borders.share(_is_concave(problem, x)) > 0.5)
     taken = np.isin(region, borders.patches[~is_sharp])
     while True:
@@ -71,8 +72,11 @@ def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndar
     return np.unique(mesh.patch[taken])
 
 
-def _is_flat(problem: FitProblem, x: np.ndarray) -> np.ndarray:
-    """(E,) whether the hexes at a boundary edge have an angle there beyond FLAT each."""
+def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.ndarray:
+    """(E,) whether the hexes at a boundary edge have an angle there beyond FLAT each.
+
+    is_sharp : (E,) which edges have the angle that is seen; at the others the surface is smooth
+    """
     _, normals = problem.normals(x)
     a, b = normals[problem.side_quads[:, 0]], normals[problem.side_quads[:, 1]]
     turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ed,ed->e", a, b))
@@ -80,7 +84,7 @@ def _is_flat(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     across = middle[problem.side_quads[:, 1]] - middle[problem.side_quads[:, 0]]
     convex = np.einsum("ed,ed->e", b - a, across) > 0
     inside = np.where(convex, np.pi - turn, np.pi + turn)
-    return inside > FLAT * boundary_valence(problem)
+    return np.where(is_sharp, inside, np.pi) > FLAT * boundary_valence(problem)
 
 
 def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.creases.constraints import match
+from polycube.errors import BadOption
+from polycube.fitting.creases.constraints import match, on_goals
 from polycube.fitting.flat_corners import corners, without_flat_corners
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
@@ -31,7 +32,8 @@ def fitted(surface: TriMesh, size: float = 0.5) -> HexMesh:
 def flat_quads(mesh: HexMesh, goal: Target) -> np.ndarray:
     """Middles (N, 3) of the quads with a flat corner."""
     problem, x = FitProblem(mesh, goal, 1), goal.to_unit(mesh.vertices)
-    flat, _ = corners(problem, x, match(problem, x))
+    matching = match(problem, x)
+    flat, _ = corners(problem, on_goals(problem, x, matching), matching)
     return mesh.vertices[mesh.quads[flat]].mean(axis=1)
 
 
@@ -64,3 +66,16 @@ def test_a_block_has_none_and_stays_the_same():
     block = prism(BLOCK)
     mesh = fitted(block)
     assert without_flat_corners(mesh, target(block)) is mesh
+
+
+def test_sheets_are_an_option_of_the_pillow(pocket):
+    surface, mesh = pocket
+    made = {
+        name: build("meshing/pillow", {"plugin": "selective", "sheets": name})(surface, mesh)
+        for name in ("polycube", "none")
+    }
+    assert len(made["polycube"].hexes) > len(made["none"].hexes)
+    soft = build("meshing/pillow", {"plugin": "selective", "features": "soft", "patches": "none"})
+    assert soft(surface, mesh) is mesh
+    with pytest.raises(BadOption, match="sheets must be polycube, all, none"):
+        build("meshing/pillow", {"plugin": "selective", "sheets": "some"})
