@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Matching, match, no_features
+from polycube.fitting.creases.constraints import Matching, held_exactly, match, no_features
 from polycube.fitting.creases.recovery import regain
 from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import raise_worst
@@ -64,7 +64,8 @@ def polish(
     problem = FitProblem(mesh, target, samples)
     x = _untangled(problem, target.to_unit(mesh.vertices))
     matching = match(problem, x) if features else no_features()
-    matching = replace(matching, exact=exact)
+    if exact:
+        matching = held_exactly(matching, len(x))
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
     passes = EXACT if exact else keep
     for least in passes if matching.routes else passes[:1]:

@@ -14,8 +14,7 @@ from polycube.fitting.springs import Springs
 
 OFF = 20.0  # scaled Jacobian that a diagonal off the surface is worth
 COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)
-EXACT = 200.0  # scaled Jacobian that a diagonal off exact features is worth, beyond:
-ALLOWED = 0.0025  # of the diagonal
+EXACT = 200.0  # scaled Jacobian that a diagonal off exact features is worth, beyond what is allowed
 GOOD = 0.6  # scaled Jacobian above which the surface pulls with weight 1
 
 
@@ -27,7 +26,7 @@ class State:
     jacobian: float  # smallest
     residual: float  # largest distance of a boundary vertex from its goal
     trust: np.ndarray  # (V,) weight of features and coverage
-    strayed: float = 0.0  # largest distance beyond ALLOWED of a vertex that exact features hold
+    strayed: float = 0.0  # largest distance of a vertex from exact features, beyond what is allowed
 
     @property
     def score(self) -> float:
@@ -50,10 +49,12 @@ def _measured(
     problem: FitProblem, x: np.ndarray, at: Goals, goal: np.ndarray, trust: np.ndarray
 ) -> State:
     gap = np.linalg.norm(goal - x, axis=1)
-    held = np.append(at.curve, at.corner) if at.exact else np.zeros(0, np.int64)
-    strayed = max(0.0, gap[held].max(initial=0.0) - ALLOWED)
+    held = np.append(at.curve, at.corner)
+    strayed = 0.0
+    if at.allowed is not None:
+        strayed = float((gap - at.allowed)[held].max(initial=0.0))
     jacobian = float(problem.scaled_jacobian(x).min())
-    return State(x, jacobian, float(gap[problem.outer].max()), trust, float(strayed))
+    return State(x, jacobian, float(gap[problem.outer].max()), trust, strayed)
 
 
 def snap(problem: FitProblem, x: np.ndarray, at: Goals, least: float, trust: np.ndarray) -> State:

@@ -6,7 +6,7 @@ closer than a fifth of an even spacing, so that edges cannot fold; corners stay.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,8 @@ from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
 
 NEAR = 0.04  # length that a whole turn of the normal is worth, in diagonals, for vertices near
+ALLOWED = 0.0025  # distance from exact features, in diagonals, that is no loss, at straight ones;
+NEAREST = 0.0005  # and at curved ones at least
 FREE = 1.0  # square difference of normals (60 degrees) at which a vertex is on its side
 
 
@@ -44,7 +46,7 @@ class Matching:
     routes: tuple[Route, ...]
     corner: np.ndarray  # (P,) vertices
     corner_goal: np.ndarray  # (P, 3)
-    exact: bool = False  # whether a mesh that leaves them is no good
+    allowed: np.ndarray | None = None  # (V,) distance from them that is no loss; None: any
 
     @property
     def sides(self) -> np.ndarray:
@@ -82,7 +84,7 @@ class Goals:
     direction: np.ndarray  # (C, 3) of the crease
     corner: np.ndarray  # (P,) vertices with a corner
     corner_goal: np.ndarray  # (P, 3)
-    exact: bool = False
+    allowed: np.ndarray | None = None  # (V,) as in the matching
 
     def place(self, problem: FitProblem, x: np.ndarray) -> np.ndarray:
         """Positions (V, 3) with all boundary vertices at their goals."""
@@ -140,6 +142,18 @@ def on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
     return np.isin(problem.sides @ key, matching.sides @ key)
 
 
+def held_exactly(matching: Matching, n_vertices: int) -> Matching:
+    """The same with distances of the vertices (V,) from the features that are no loss.
+
+    What edges between vertices on a curve cut short is taken from them.
+    """
+    allowed = np.full(n_vertices, ALLOWED)
+    for route in matching.routes:
+        left = max(ALLOWED - route.sagitta, NEAREST)
+        allowed[route.vertices] = np.minimum(allowed[route.vertices], left)
+    return replace(matching, allowed=allowed)
+
+
 def no_features() -> Matching:
     """A matching of nothing."""
     return Matching((), np.zeros(0, np.int64), np.zeros((0, 3)))
@@ -156,7 +170,7 @@ def goals(
     here = used[matching.corner]
     corner, goal = matching.corner[here], matching.corner_goal[here]
     found = curve[free], curve_foot[free], direction[free]
-    return Goals(foot, facing, *found, corner, goal, matching.exact)
+    return Goals(foot, facing, *found, corner, goal, matching.allowed)
 
 
 def on_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:

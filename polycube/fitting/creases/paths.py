@@ -50,6 +50,16 @@ class Route:
         sides = np.stack([self.vertices, onward], axis=1)
         return sides if self.crease.is_loop else sides[:-1]
 
+    @property
+    def sagitta(self) -> float:
+        """Largest distance of the crease from as many chords of equal length as there are edges."""
+        arc = np.linspace(0, self.crease.length, len(self.sides) + 1)
+        places = self.crease.at(arc)[0]
+        if self.crease.is_loop:
+            places[-1] = places[0]
+        middle = (places[1:] + places[:-1]) / 2
+        return float(self.crease.nearest(middle)[1].max())
+
 
 def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: Net) -> np.ndarray:
     """(C,) vertex for each corner of the surface, no vertex twice; -1 where none suits."""

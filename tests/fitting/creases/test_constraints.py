@@ -8,7 +8,15 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.fitting.creases.constraints import Matching, chains, goals, match, no_features, spread
+from polycube.fitting.creases.constraints import (
+    Matching,
+    chains,
+    goals,
+    held_exactly,
+    match,
+    no_features,
+    spread,
+)
 from polycube.fitting.creases.paths import Route
 from polycube.fitting.problem import FitProblem
 from polycube.structure.lattice import boundary, edges
@@ -51,6 +59,21 @@ def test_share_of_marked_edges():
     marked = np.zeros(len(problem.sides), bool)
     marked[found.side[found.number == 3][:1]] = True
     assert found.share(marked).tolist() == [0.25 * (k == 3) for k in range(12)]
+
+
+def test_less_is_allowed_off_a_curve_that_edges_cut_short():
+    line = Crease(np.array([[0.0, 0, 0], [1, 0, 0]]), np.array([0.0, 1.0]), np.ones(1), (0, 1))
+    loop = circle(720)
+    size = loop.length / (2 * np.pi)  # its radius
+    found = [Route(line, np.arange(5)), Route(loop, np.arange(5, 25))]
+    assert found[0].sagitta == pytest.approx(0, abs=1e-12)
+    assert found[1].sagitta == pytest.approx(size * (1 - np.cos(np.pi / 20)), rel=1e-3)
+    small = Route(replace(loop, points=0.1 * loop.points, arc=0.1 * loop.arc), np.arange(25, 45))
+    matching = Matching((*found, small), np.zeros(0, int), np.zeros((0, 3)))
+    allowed = held_exactly(matching, 50).allowed
+    assert (allowed[:5] == allowed[45:]).all() and allowed[0] == 0.0025
+    assert (allowed[5:25] == 0.0005).all()
+    assert allowed[25:45] == pytest.approx(0.0025 - small.sagitta)
 
 
 def test_a_ball_has_nothing_to_match():
