@@ -125,7 +125,7 @@ class Map(Protocol):
 class Subdivide(Protocol):
     """Cut the polycube into hexes and place them."""
 
-    def finer_options(self, times: float, diagonal: float) -> Mapping[str, object] | None:
+    def finer_options(self, times: float) -> Mapping[str, object] | None:
         """Options that make the hexes so many times smaller; None where their number is fixed."""
 
     def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:

@@ -11,7 +11,12 @@ import numpy as np
 
 from polycube.errors import MeshingError
 from polycube.hexmesh import sizing
-from polycube.hexmesh.settings import MeshingSettings
+from polycube.hexmesh.settings import (
+    MeshingSettings,
+    check_features,
+    curvature_of,
+    features_of,
+)
 from polycube.registry import register, setting
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 
@@ -36,12 +41,15 @@ class Template:
     size : wanted edge length, in the units of the model or as a share of the diagonal
     level : 2^level parts of every lattice interval instead, as in the paper; null: by size
     regions : boxes with finer hexes: [{box: [x, y, z, X, Y, Z], size: 1%}]
-    curvature : chord error on curved surfaces above which there are more parts; null: never
-    finer : the size is divided by this; variants of the search change it
+    curvature : chord error on curved surfaces above which there are more parts; auto: 0.3%, or 0.2%
+        where features are exact; null: never
+    finer : the size is divided by this, and the chord error by its square where it is above 1;
+        variants of the search change it
     coarse : size from which finer hexes are placed by registered coarser ones
     least : parts of a lattice interval at least
     across : parts along each axis of the whole lattice at least
     max_hexes : limit before pillowing; a size that needs more hexes is refused
+    features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
     """
 
     size: float | str = setting("meshing.size", MeshingSettings.size)
@@ -53,6 +61,7 @@ class Template:
     least: int = 2
     across: int = 4
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
+    features: str = setting("meshing.features", MeshingSettings.features)
 
     def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
         """Conforming hexes, still off the surface; `patch` names the polycube's faces.
@@ -69,29 +78,27 @@ class Template:
         parts = self._parts(polycube, rough_map, size)
         self._afford(sizing.number_of_hexes(polycube, parts), polycube, rough_map, size)
         coarse = sizing.length(self.coarse, unit)
-        placed = cascade(polycube, rough_map, target(surface), size, coarse)
+        exact = features_of(self.features, surface) == "exact"
+        placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
         if self.curvature is not None and self.level is None:
             few = self._counts(polycube, rough_map, max(size, coarse))
-            parts = self._curved(polycube, placed, target(surface), parts, few)
+            parts = self._curved(polycube, placed, target(surface), parts, few, exact)
         if not self.regions:
             return mesh(polycube, placed, parts)
         boxes = [sizing.box_of(region, unit) for region in self.regions]
         if placed is rough_map:  # the boxes are in the model: the map must know where that is
             few = self._counts(polycube, rough_map, coarse)
-            placed = registered_map(polycube, rough_map, target(surface), few)
+            placed = registered_map(polycube, rough_map, target(surface), few, exact)
         lines = sizing.graded(polycube, placed, parts, boxes)
         fine = sizing.counts_of(polycube, lines)
         self._afford(sizing.number_of_hexes(polycube, fine), polycube, rough_map, size)
         return mesh_between(polycube, placed, lines)
 
-    def finer_options(self, times: float, diagonal: float) -> dict[str, object] | None:
+    def finer_options(self, times: float) -> dict[str, object] | None:
         """Options for a size so many times finer, and as many more hexes where it curves."""
         if self.level is not None:
             return None
-        options: dict[str, object] = {"finer": times * self.finer}
-        if self.curvature is not None:
-            options["curvature"] = sizing.length(self.curvature, diagonal) / times**2
-        return options
+        return {"finer": times * self.finer}
 
     def _curved(
         self,
@@ -100,15 +107,18 @@ class Template:
         goal: Target,
         parts: sizing.Counts,
         few: sizing.Counts,
+        exact: bool,
     ) -> sizing.Counts:
         """More parts where the surface curves, seen by a mesh of a few parts; within max_hexes."""
         from polycube.fitting.registration import register_mesh
         from polycube.hexmesh import curvature_sizing as chords
         from polycube.hexmesh.template import mesh
 
-        near = register_mesh(mesh(polycube, placed, few), goal, *QUICK)
+        near = register_mesh(mesh(polycube, placed, few), goal, *QUICK, features=exact)
         gap = chords.gaps(polycube, near, few, goal)
-        wanted = sizing.length(self.curvature, goal.scale) / goal.scale
+        assert self.curvature is not None
+        asked = sizing.length(curvature_of(self.curvature, exact), goal.scale)
+        wanted = asked / goal.scale / max(1.0, self.finer) ** 2
         more = chords.finer(polycube, parts, few, gap, wanted)
         number, old = (sizing.number_of_hexes(polycube, n) for n in (more, parts))
         if number == old or number > self.max_hexes:
@@ -158,8 +168,9 @@ class Template:
         return f"size {1.005 * high:.3g} would do" + " without regions" * bool(self.regions)
 
     def __post_init__(self) -> None:
+        check_features(self.features)
         for name in ("size", "coarse", "curvature"):
-            if name != "curvature" or self.curvature is not None:
+            if name != "curvature" or self.curvature not in (None, "auto"):
                 sizing.check_length(name, getattr(self, name))
         for name in ("finer", "least", "across", "max_hexes"):
             if getattr(self, name) <= 0:

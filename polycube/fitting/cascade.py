@@ -17,16 +17,22 @@ RATIO = 1.4  # between the sizes of a mesh and of the next coarser one
 
 
 def cascade(
-    polycube: Polycube, rough_map: RoughMap, target: Target, size: float, coarse: float
+    polycube: Polycube,
+    rough_map: RoughMap,
+    target: Target,
+    size: float,
+    coarse: float,
+    features: bool = False,
 ) -> RoughMap:
     """The rough map registered at sizes from `coarse` down, the last one coarser than `size`.
 
     size, coarse : lengths in model units; the map given is returned where size is near to coarse
+    features : hold the curves of the surface meanwhile
     """
     placed = rough_map
     for level in range(round(np.log(coarse / size) / np.log(RATIO))):
         parts = counts(polycube, rough_map, coarse / RATIO**level)
-        placed = registered_map(polycube, placed, target, parts)
+        placed = registered_map(polycube, placed, target, parts, features)
     return placed
 
 
@@ -35,11 +41,11 @@ def registered_map(
     rough_map: RoughMap,
     target: Target,
     parts: PerAxis,
+    features: bool = False,
 ) -> RoughMap:
     """Where the polycube lies after a registration of hexes with so many parts per interval."""
-    coarse = register_mesh(
-        mesh(polycube, rough_map, parts), target, rounds=15, iterations=15, samples=1500
-    )
+    start = mesh(polycube, rough_map, parts)
+    coarse = register_mesh(start, target, rounds=15, iterations=15, samples=1500, features=features)
     places = mesh(polycube, identity_map(polycube), parts).vertices
     lines = grid_lines(polycube, parts)
     lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)

@@ -24,7 +24,7 @@ class MeshingSettings:
     regions : boxes with finer hexes, [{box: [x, y, z, X, Y, Z], size: 1%}]; whole slabs of hexes
         become finer
     curvature : chord error on curved surfaces above which the number of hexes is raised, at most
-        doubled; null: never
+        doubled; auto: 0.3%, or 0.2% where features are exact; null: never
     deviation : refine until 99 % of the points of mesh and surface are within this distance of the
         other; null: do not refine
     max_hexes : limit before pillowing; a size that needs more hexes is refused
@@ -36,13 +36,18 @@ class MeshingSettings:
     size: float | str = "5%"
     level: int | None = None
     regions: Sequence[object] = ()
-    curvature: float | str | None = "0.3%"
+    curvature: float | str | None = "auto"
     deviation: float | str | None = None
     max_hexes: int = 100_000
     features: str = "auto"
 
     def __post_init__(self) -> None:
         check_features(self.features)
+
+
+def curvature_of(asked: float | str, exact: bool) -> float | str:
+    """The chord error that was asked for, with auto resolved."""
+    return ("0.2%" if exact else "0.3%") if asked == "auto" else asked
 
 
 def check_features(asked: str) -> None:

@@ -193,7 +193,12 @@ class Run:
             return tried.reaches >= limit and not tried.taken().verdict.warnings
 
         first = settled_at(ranked, choices, choices[0], self.acceptance)
-        found = search(starts(), is_settled, has_rival=first > self.acceptance.acceptable)
+        found = search(
+            starts(),
+            is_settled,
+            has_rival=first > self.acceptance.acceptable,
+            improve=partial(keep_features, least=self.acceptance.acceptable),
+        )
         keep_features(found)
         meet_deviation(found, self.bundle.get("deviation"))
         return self._finish(found, stages)

@@ -190,6 +190,7 @@ def search(
     starts: Iterable[Variants],
     is_settled: Callable[[Variants], bool],
     has_rival: bool = False,
+    improve: Callable[[Variants], object] = lambda first: None,
 ) -> Variants:
     """Find the structure with the best mesh.
 
@@ -198,6 +199,7 @@ def search(
     starts : one for each structure, the most promising first
     is_settled : whether the mesh of a structure is such that no other needs to be tried
     has_rival : compare the second structure before the other variants of the first
+    improve : called after the first run of all; it may run more
 
     Raises
     ------
@@ -209,6 +211,7 @@ def search(
         reached = max((each.best for each in tried), default=WORST)
         if not tried:
             start.run(0)
+            improve(start)
         elif start.run(0, short=True) is None or start.best <= reached:
             tried.append(start)
             continue

@@ -10,8 +10,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 
+import numpy as np
+
 from polycube.fitting.merit import least_jacobian
 from polycube.hexmesh import sizing
+from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.inspection import inspect
 from polycube.kinds import Subdivide
 from polycube.pipeline.search import Attempt, Variants
@@ -22,26 +25,38 @@ logger = logging.getLogger(__name__)
 FINEST = 1.9  # times as fine; beyond, refinement makes about as many hexes
 MARGIN = 1.05  # finer than h^2 says
 TRIES = 2
-STEP = 1.4  # times as fine: hexes for features that are lost
+STEP = 1.4  # times as fine at most, at a time: hexes for features that are lost
 
 
-def keep_features(found: Variants) -> None:
+def keep_features(found: Variants, least: float = -np.inf) -> None:
     """While the mesh loses features of a CAD part, try finer ones; the best of all is taken.
 
     Parameters
     ----------
     found : the result of the search
+    least : scaled Jacobian below which a mesh is not worth a finer one
     """
-    unit = diagonal(found.start.surface)
-    for _ in range(TRIES):
-        name, lost = found.chosen, found.taken().verdict.lost
-        options = _options(found, STEP, unit) if lost else None
+    for _ in range(TRIES if found.attempts else 0):
+        name, taken = found.chosen, found.taken()
+        lost = taken.verdict.lost
+        if not lost or _jacobian(taken) < least:
+            return
+        times = _times(taken)
+        options = _options(found, times)
         if options is None:
             return
-        logger.info("features: %d are lost, trying a size %.1f times as fine", lost, STEP)
+        logger.info("features: %d are lost, trying a size %.2f times as fine", lost, times)
         found.run_again({"meshing/subdivide": options})
         if found.chosen == name:
             return
+
+
+def _times(taken: Attempt) -> float:
+    """How much finer hexes should be for the features that are lost: by h^2, STEP at most."""
+    assert taken.state.hexes is not None
+    found = inspect(taken.state.hexes, taken.state.surface).features
+    farthest = max((each.distance for each in found), default=np.inf)
+    return float(np.clip(MARGIN * (farthest / TOLERANCE) ** 0.5, MARGIN, STEP))
 
 
 def meet_deviation(found: Variants, deviation: float | str | None) -> None:
@@ -66,7 +81,7 @@ def meet_deviation(found: Variants, deviation: float | str | None) -> None:
     times, apart = 1.0, _apart(coarse)
     for _ in range(TRIES if apart > wanted else 0):
         times *= MARGIN * (apart / wanted) ** 0.5
-        options = _options(found, times, unit)
+        options = _options(found, times)
         if options is None:
             return
         if times > FINEST:
@@ -89,10 +104,10 @@ def meet_deviation(found: Variants, deviation: float | str | None) -> None:
         logger.info("deviation: not met, the mesh before is kept")
 
 
-def _options(found: Variants, times: float, unit: float) -> Mapping[str, object] | None:
+def _options(found: Variants, times: float) -> Mapping[str, object] | None:
     """Of the subdivision, for hexes so many times smaller; None where it does not offer that."""
     subdivide = found.plugin("meshing/subdivide")
-    return subdivide.finer_options(times, unit) if isinstance(subdivide, Subdivide) else None
+    return subdivide.finer_options(times) if isinstance(subdivide, Subdivide) else None
 
 
 def _is_kept(finer: Attempt, coarse: Attempt) -> bool:

@@ -168,6 +168,23 @@ def test_another_start_goes_on_where_its_first_trial_is_better(settled, has_riva
     assert found == (expected, calls)
 
 
+def test_the_first_run_of_all_is_improved_before_others_follow():
+    improved = []
+
+    def improve(first: Variants) -> None:
+        improved.append(list(first.attempts))
+        first.run_again({"meshing/optimize": {"to": 6.0}})
+
+    stages = [Stage("meshing/optimize", Grow())]
+    starts = [
+        Variants(stages, [{"meshing/optimize": {"to": to}}], START, BySize(good=5.0), trial=TRIAL)
+        for to in (2.0, 4.0)
+    ]
+    found = search(starts, lambda tried: False, improve=improve)
+    assert improved == [[(0, False)]] and found is starts[0]
+    assert size(found.finish()[0]) == 6.0
+
+
 def test_a_start_whose_first_trial_is_worse_has_no_other_run():
     assert searched([3.0, 4.0], [2.0, 9.0], enough=20) == (
         4.0,

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from polycube.errors import MeshingError
-from polycube.hexmesh import sizing
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.template import mesh
 from polycube.pipeline.search import Variants
@@ -43,7 +42,6 @@ class Cut:
     """Stands for the subdivision: `parts` times finer; where that is more than one, perhaps bad."""
 
     parts: int = 4
-    curvature: float | str | None = None
     finer: float = 1.0
     level: int | None = None
     turn: float = 0.0
@@ -59,14 +57,9 @@ class Cut:
             found, vertices=found.vertices @ np.array([[1, 0, 0], [0, 1, 0], [self.turn, 0, 1]])
         )
 
-    def finer_options(self, times: float, diagonal: float) -> dict[str, object] | None:
+    def finer_options(self, times: float) -> dict[str, object] | None:
         """As the template's."""
-        if self.level is not None:
-            return None
-        options: dict[str, object] = {"finer": times * self.finer}
-        if self.curvature is not None:
-            options["curvature"] = sizing.length(self.curvature, diagonal) / times**2
-        return options
+        return None if self.level is not None else {"finer": times * self.finer}
 
 
 def found_by(surface: TriMesh, **options: object) -> Variants:
@@ -102,14 +95,13 @@ def test_the_size_that_meets_it_makes_fewer_hexes_than_refinement(surface, times
 
 
 def test_a_length_in_model_units_and_the_variants_own_factor(surface):
-    found = found_by(surface, parts=3, finer=4 / 3, curvature="0.4%")
+    found = found_by(surface, parts=3, finer=4 / 3)
     unit = np.linalg.norm(np.ptp(surface.vertices, axis=0))
     wanted = apart(found) / 2
     meet_deviation(found, wanted * unit)
     assert apart(found) <= wanted
     plugin = found.plugin("meshing/subdivide")
     assert plugin.finer == pytest.approx(4 / 3 * 1.05 * 2**0.5)
-    assert plugin.curvature == pytest.approx(0.004 * unit / (1.05 * 2**0.5) ** 2)
 
 
 @pytest.mark.parametrize(
@@ -175,6 +167,33 @@ def test_lost_features_ask_for_smaller_hexes(surface, least, most, expected):
     found.run(0)
     keep_features(found)
     assert len(found.finish()[0].hexes.hexes) == expected**3
+
+
+def test_a_poor_mesh_is_not_worth_a_finer_one(surface):
+    found = Variants(
+        [Stage("meshing/subdivide", Cut())], [{}], RunState(surface), Losing(least=1000)
+    )
+    keep_features(found, least=0.4)  # nothing has run yet
+    found.run(0)
+    keep_features(found, least=0.99)
+    assert list(found.attempts) == [(0, False)]
+    keep_features(found, least=0.1)
+    assert len(found.attempts) > 1
+
+
+def test_a_chord_error_a_little_too_large_asks_for_hexes_a_little_smaller():
+    """Of a CAD face that is 0.4 % off where 0.3 % is kept: by the root of 4/3, and a margin."""
+    fine, mesh = barrel(32), barrel(4)
+    used, quads = np.unique(fine.quads, return_inverse=True)
+    quads = quads.reshape(-1, 4)
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    whole = TriMesh(fine.vertices[used], faces, np.tile(fine.patch + 1, 2))
+    found = Variants([Stage("meshing/subdivide", Cut())], [{}], RunState(whole), Losing(least=65))
+    found.run(0)
+    farthest = max(each.distance for each in inspect(mesh, whole).features)
+    keep_features(found)
+    times = min(1.05 * (farthest / 0.003) ** 0.5, 1.4)
+    assert found.plugin("meshing/subdivide").finer == pytest.approx(times)
 
 
 def test_where_smaller_hexes_keep_no_more_the_mesh_stays(surface):

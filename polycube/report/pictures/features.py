@@ -52,7 +52,8 @@ def _chains(mesh: HexMesh, surface: TriMesh) -> tuple[list[np.ndarray], list[np.
     found = inspect(mesh, surface).features
     goal = target(surface)
     curves = [each for each in found if each.kind == "curve"]
-    kept, lost = [], []
+    kept: list[np.ndarray] = []
+    lost: list[np.ndarray] = []
     for crease, each in zip(goal.features.creases, curves, strict=True):
         (lost if is_lost(each) else kept).append(goal.to_model(crease.points))
     points = [each for each in found if each.kind == "point" and is_lost(each)]

@@ -1,5 +1,7 @@
 """The stages of the morph backend, one after the other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -157,6 +159,21 @@ def test_curvature_asks_for_more_round_the_cylinder_and_none_along_it(cylinder, 
     assert len(few(cylinder, *_bar()).hexes) == len(plain.hexes)
     level = [stage("subdivide", level=2, curvature=c)(cylinder, *_bar()) for c in (None, "0.1%")]
     assert len(level[0].hexes) == len(level[1].hexes)
+
+
+def test_chords_are_shorter_round_cad_faces_and_for_a_finer_size(cylinder):
+    cad = replace(cylinder, region=np.ones(len(cylinder.faces), int))
+
+    def number(surface: TriMesh, size: str = "10%", **options: object) -> int:
+        return len(stage("subdivide", size=size, **options)(surface, *_bar()).hexes)
+
+    assert number(cylinder) == number(cylinder, curvature="0.3%")
+    assert number(cad) == number(cad, curvature="0.2%") > number(cad, curvature="2%")
+    assert number(cad, features="off") == number(cad, features="off", curvature="0.3%")
+    finer = stage("subdivide", size="10%").finer_options(1.4)
+    assert finer == {"finer": 1.4}
+    asked = number(cylinder, finer=1.4, curvature="0.3%")
+    assert asked == number(cylinder, size=f"{10 / 1.4}%", curvature=f"{0.3 / 1.4**2}%")
 
 
 def test_refine_until_the_deviation_is_met_or_says_why_not(cylinder, caplog):
