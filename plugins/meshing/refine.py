@@ -6,7 +6,7 @@ import logging
 from dataclasses import dataclass, replace
 
 from polycube.hexmesh import sizing
-from polycube.hexmesh.settings import MeshingSettings, check_features
+from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 
@@ -50,7 +50,8 @@ class Split:
             elif done >= max(self.most, self.times):
                 stop = f"{done} refinements are the most allowed"
             else:
-                finer = refine(hexes, surface, self.features != "off", wanted or REACH)
+                kept = features_of(self.features, surface)
+                finer = refine(hexes, surface, kept != "off", wanted or REACH, kept == "exact")
                 stop = "no mesh of eight times the hexes keeps its quality" * (finer is hexes)
                 hexes, done = finer, done + 1
             if stop:

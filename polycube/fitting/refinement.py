@@ -23,7 +23,8 @@ from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import pull
 from polycube.hexmesh.connectivity import edges
-from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.feature_distances import TOLERANCE
+from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.hexmesh.octree import split
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
@@ -56,21 +57,29 @@ RECIPES = (
 )
 
 
-def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float = REACH) -> HexMesh:
+def refine(
+    mesh: HexMesh,
+    surface: TriMesh,
+    features: bool = True,
+    reach: float = REACH,
+    exact: bool = False,
+) -> HexMesh:
     """The mesh with every hex in eight, or the same mesh where none keeps its quality.
 
-    It must come nearer to the surface with a scaled Jacobian of at least 0.41 (or 0.9 of the
-    mesh's own where that is less) and miss no more limits.  A second recipe is tried where the
-    first is not good or misses the reach; the best of those within it is kept.
+    It must come nearer to the surface, or be within the reach, with a scaled Jacobian of at least
+    0.41 (or 0.9 of the mesh's own where that is less), miss no more limits and lose no more
+    features of a CAD part.  A second recipe is tried where the first is not good or misses the
+    reach; the best of those within it is kept.
 
     features : also keep sharp polycube edges on sharp edges of the surface
     reach : distance that 99 % of the surface should be within, in diagonals
+    exact : the features do not give way
     """
     before = inspect(mesh, surface)
     least = least_jacobian(before.scaled_jacobian)
     best, fine = None, split(mesh)
-    for recipe in RECIPES:
-        for way, tried in _tries(fine, target(surface), recipe, features, least):
+    for recipe in RECIPES[:1] if exact else RECIPES:
+        for way, tried in _tries(fine, target(surface), recipe, features, least, exact):
             found = inspect(tried, surface)
             apart, value = found.deviation.to_mesh.p99, merit(found)
             logger.info(
@@ -81,8 +90,9 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
                 100 * apart,
                 100 * found.deviation.vertices,
             )
-            passes = found.scaled_jacobian >= least and apart + 1e-9 < before.deviation.to_mesh.p99
-            sound = misses(found) <= misses(before)
+            is_near = apart <= reach or apart + 1e-9 < before.deviation.to_mesh.p99
+            passes = found.scaled_jacobian >= least and is_near
+            sound = misses(found) <= misses(before) and _lost(found) <= _lost(before)
             worth = apart <= reach, value - FAR * max(0.0, apart - reach)
             if passes and sound and (best is None or worth > best[0]):
                 best = worth, tried
@@ -94,8 +104,13 @@ def refine(mesh: HexMesh, surface: TriMesh, features: bool = True, reach: float 
     return best[1]
 
 
+def _lost(found: Inspection) -> int:
+    """Features of a CAD part that the mesh loses."""
+    return sum(feature.distance > TOLERANCE for feature in found.features)
+
+
 def _tries(
-    fine: HexMesh, goal: Target, recipe: Recipe, features: bool, least: float
+    fine: HexMesh, goal: Target, recipe: Recipe, features: bool, least: float, exact: bool
 ) -> Iterator[tuple[str, HexMesh]]:
     """Meshes by a recipe: as it is fitted, then with its worst hex raised."""
     use = recipe.features and features
@@ -108,7 +123,9 @@ def _tries(
     fitted = replace(fine, vertices=goal.to_model(x))
     yield recipe.name, fitted
     samples = len(problem.points)
-    raised = polish(fitted, goal, features=use, soft_rounds=0, hard_rounds=10, samples=samples)
+    raised = polish(
+        fitted, goal, features=use, exact=exact, soft_rounds=0, hard_rounds=10, samples=samples
+    )
     x = advance(
         problem, x, goal.to_unit(raised.vertices), least
     )  # it may give quality for closeness

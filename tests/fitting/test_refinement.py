@@ -17,6 +17,7 @@ from polycube.hexmesh.template import mesh
 from polycube.structure.rough_map import affine_map
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Polycube, TriMesh
+from tests.fixtures.machined import BLOCK, prism
 
 
 @pytest.fixture(scope="module")
@@ -51,12 +52,22 @@ def test_a_ball_comes_nearer(coarse, sphere):
     assert inspect(fine, sphere).scaled_jacobian >= 0.9 * worst
 
 
-def test_where_no_finer_mesh_is_nearer_the_mesh_is_the_same():
-    """A box of hexes on the same box."""
+def test_a_mesh_that_lies_on_its_part_is_refined_too():
+    """A box of hexes on the same box, whose faces are those of a CAD model."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     block = mesh(cube, affine_map(cube, np.eye(3), np.zeros(3)), ([3], [3], [3]))
-    solid = trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
-    assert refinement.refine(block, TriMesh(solid.vertices, solid.faces)) is block
+    solid = prism(BLOCK)
+    part = TriMesh(solid.vertices / [4, 3, 2], solid.faces, solid.region)
+    fine = refinement.refine(block, part, exact=True)
+    assert len(fine.hexes) == 8 * 27
+    found = inspect(fine, part)
+    assert found.scaled_jacobian == pytest.approx(1, abs=1e-3)
+    assert max(feature.distance for feature in found.features) < 1e-3
+
+
+def test_where_no_finer_mesh_keeps_the_quality_the_mesh_is_the_same(coarse, sphere, monkeypatch):
+    monkeypatch.setattr(refinement, "least_jacobian", lambda coarse: 1.0)
+    assert refinement.refine(coarse, sphere) is coarse
 
 
 def test_harmonic_displacements(coarse, sphere):
