@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MOST = 800  # pieces that are searched
+FEW = 150  # the same of a CAD part with few planes, whose lattices are large
 
 
 @register("structure", "labels")
@@ -37,8 +38,8 @@ class LabelLattice(Structure):
     primitives : (3, 3, 3) bool voxels by name
     frames : coordinate frames tried at most
     compactness : values tried: cost of a border between labels, per diagonal of its length
-    planar : least share of the area of triangles alone that is planes; else nothing is proposed,
-        bricks suit it better
+    planar : share of the area that is planes below which nothing is proposed for triangles alone,
+        nor for a CAD part of many faces
     size : of the triangles that carry the coordinates, as a share of the diagonal
     least : distance that charts facing each other keep, as a share of the diagonal
     apart : knots nearer than this share of the diagonal fall together where nothing is lost
@@ -78,10 +79,12 @@ class LabelLattice(Structure):
         for number, frame in enumerate(frames(surface, self.frames)):
             turned = surface.vertices @ frame.T / diagonal(surface)
             own = pieces(TriMesh(turned, surface.faces, surface.region), self.size)
-            if own.planar < self.planar and not len(surface.region):
+            is_cad = len(surface.region) > 0
+            most = MOST if own.planar >= self.planar else FEW if is_cad else 0
+            if most == 0:
                 logger.info("labels: %.0f %% of the area is planes", 100 * own.planar)
                 continue
-            if len(own.face) > MOST:
+            if len(own.face) > most:
                 logger.info("labels: %d pieces are too many", len(own.face))
                 continue
             place = frame * diagonal(surface)  # from the frame to the part: row vectors times this
