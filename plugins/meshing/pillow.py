@@ -27,8 +27,8 @@ class Selective:
     ----------
     patches : auto (all but regions with creases all round; where features are exact, the regions at
         whose borders hexes are nearly flat), all, none
-    sheets : under the faces with flat corners, where features are exact: polycube (corners of the
-        polycube), all (also where a curve's path turns inside a patch) or none
+    sheets : with patches=auto and exact features, under the faces with flat corners: polycube
+        (corners of the polycube), all (also where a curve's path turns inside a patch) or none
     sharp : share of the border of two regions that must be on a crease
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
     rounds : of the registration that settles the layer

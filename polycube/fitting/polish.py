@@ -28,7 +28,7 @@ from polycube.types import HexMesh
 logger = logging.getLogger(__name__)
 
 KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which soft features give way, pass by pass
-EXACT = (0.02,)
+INVERTING = (0.02,)  # below which exact ones do: hexes that are about to be inverted
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
 PATIENCE = 8  # rounds without a better mesh that end a phase
 BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first local round and in the last
@@ -67,7 +67,7 @@ def polish(
     if exact:
         matching = held_exactly(matching, len(x))
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
-    passes = EXACT if exact else keep
+    passes = INVERTING if exact else keep
     for least in passes if matching.routes else passes[:1]:
         best = _soft(problem, x, matching, best, soft_rounds, least)
         best = _hard(problem, matching, best, hard_rounds)

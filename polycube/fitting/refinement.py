@@ -23,7 +23,6 @@ from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import pull
 from polycube.hexmesh.connectivity import edges
-from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.hexmesh.octree import split
 from polycube.surface.fit_target import Target, target
@@ -106,7 +105,7 @@ def refine(
 
 def _lost(found: Inspection) -> int:
     """Features of a CAD part that the mesh loses."""
-    return sum(feature.distance > TOLERANCE for feature in found.features)
+    return sum(feature.is_lost for feature in found.features)
 
 
 def _tries(

@@ -14,7 +14,7 @@ from polycube.fitting.springs import Springs
 
 OFF = 20.0  # scaled Jacobian that a diagonal off the surface is worth
 COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)
-EXACT = 200.0  # scaled Jacobian that a diagonal off exact features is worth, beyond what is allowed
+STRAYED = 200.0  # the same off exact features, beyond what is allowed
 GOOD = 0.6  # scaled Jacobian above which the surface pulls with weight 1
 
 
@@ -31,7 +31,7 @@ class State:
     @property
     def score(self) -> float:
         """Larger is better."""
-        off = OFF * self.residual + EXACT * self.strayed
+        off = OFF * self.residual + STRAYED * self.strayed
         return self.jacobian - off - INVALID * (self.jacobian <= 0)
 
 

@@ -38,6 +38,11 @@ class Feature:
     place: tuple[float, ...]
     distance: float
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether it is farther from the mesh than `TOLERANCE`."""
+        return self.distance > TOLERANCE
+
 
 def feature_distances(
     mesh: HexMesh, surface: TriMesh, nearest: Mapping[int, np.ndarray]

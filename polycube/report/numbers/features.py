@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from polycube.hexmesh.feature_distances import TOLERANCE, Feature
+from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.inspection import inspect
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json, TriMesh
@@ -19,7 +19,7 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
     found = inspect(mesh, surface).features
     if not found:
         return None
-    lost = sorted((each for each in found if is_lost(each)), key=lambda each: -each.distance)
+    lost = sorted((each for each in found if each.is_lost), key=lambda each: -each.distance)
     size = diagonal(surface)
     return {
         "tolerance": TOLERANCE,
@@ -41,8 +41,3 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
             for each in lost
         ],
     }
-
-
-def is_lost(feature: Feature) -> bool:
-    """Whether a feature is farther from the mesh than the tolerance."""
-    return feature.distance > TOLERANCE

@@ -6,7 +6,6 @@ import numpy as np
 
 from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
-from polycube.report.numbers.features import is_lost
 from polycube.report.pictures.colours import KEPT, LOST_FACE, SURFACE, WORST, rgb
 from polycube.report.pictures.render import Layer, Scene, from_both_sides
 from polycube.surface.fit_target import target
@@ -18,7 +17,7 @@ CROSS = 0.012  # of the diagonal: half the width of the mark at a lost point
 
 def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
     """The model from both sides; lost faces, curves and points are marked."""
-    gone = [each for each in inspect(mesh, surface).features if is_lost(each)]
+    gone = [each for each in inspect(mesh, surface).features if each.is_lost]
     faces = [each.faces[0] for each in gone if each.kind == "face"]
     is_lost_face = np.isin(surface.region, faces).astype(int)
     colours = rgb((SURFACE, LOST_FACE))[is_lost_face]
@@ -32,7 +31,7 @@ def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
 def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     """(N, 2, 3) lines along lost curves and round lost faces, and crosses at lost points."""
     found = inspect(mesh, surface).features
-    faces = {each.faces[0] for each in found if each.kind == "face" and is_lost(each)}
+    faces = {each.faces[0] for each in found if each.kind == "face" and each.is_lost}
     goal = target(surface)
     round_faces = [
         goal.to_model(crease.points)
@@ -55,8 +54,8 @@ def _chains(mesh: HexMesh, surface: TriMesh) -> tuple[list[np.ndarray], list[np.
     kept: list[np.ndarray] = []
     lost: list[np.ndarray] = []
     for crease, each in zip(goal.features.creases, curves, strict=True):
-        (lost if is_lost(each) else kept).append(goal.to_model(crease.points))
-    points = [each for each in found if each.kind == "point" and is_lost(each)]
+        (lost if each.is_lost else kept).append(goal.to_model(crease.points))
+    points = [each for each in found if each.kind == "point" and each.is_lost]
     return kept, lost + [_cross(each, goal.scale) for each in points]
 
 
