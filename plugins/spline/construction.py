@@ -8,15 +8,17 @@ import numpy as np
 
 from polycube.analysis.boundary_sets import place_of, quads_of
 from polycube.errors import InputError
+from polycube.hexmesh.cad_faces import kept_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
+from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
+from polycube.spline.spaces.cad_creases import cad_corners, cad_creases
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     edges_between,
     is_among,
-    kinks,
     single_hex_edges,
     union,
 )
@@ -64,7 +66,7 @@ def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
     """The spline that costs least of those with all creases, the harmless ones, and all with
     straight hexes; each is made only where those before are not good.
     """
-    harmless, creases = sharpened(options, hexes), _creases(options, hexes)
+    harmless, creases = sharpened(options, hexes, surface), _creases(options, hexes, surface)
 
     def trial(name: str, sharp: Sharp) -> Trial:
         spline = _solid(options, surface, hexes, sharp)
@@ -91,29 +93,36 @@ def _solid(options: SplineOptions, surface: TriMesh, hexes: HexMesh, sharp: Shar
     singular = len(extraordinary_edges(hexes)[0])
     space = options.space(hexes, sharp)
     plain = refined_spline(space, options.refine, surface, singular)
-    return fit_to_surface(options.fit, plain, surface)
+    on = kept_faces(hexes, surface)[quads_of_spline(plain, hexes)]
+    return fit_to_surface(options.fit, plain, surface, on)
 
 
-def sharpened(options: SplineOptions, hexes: HexMesh) -> Sharp:
+def sharpened(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None = None) -> Sharp:
     """Sharp edges and corners, of creases the harmless ones.
+
+    surface : of a CAD model, whose creases these are; others are found by angle
 
     Raises InputError for edges that are given and are not on the boundary.
     """
-    found = _creases(options, hexes)
+    found = _creases(options, hexes, surface)
     if options.sharp == "auto":
         return found.harmless()
     sharp = union(found.forced, found.borders)
     if options.sharp == "none":
         return Sharp(sharp, found.folds(sharp))
     sharp = union(sharp, _given(options, hexes))
-    return Sharp(sharp, union(found.folds(sharp), kinks(hexes, sharp, found.angle)))
+    return Sharp(sharp, union(found.folds(sharp), found.kinks(sharp)))
 
 
-def _creases(options: SplineOptions, hexes: HexMesh) -> Creases:
+def _creases(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) -> Creases:
     forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
     held = (border(hexes, quads_of(hexes, place_of(item))) for item in options.held)
     borders = union(NO_EDGES, *held)
-    return Creases(hexes, forced, np.radians(options.angle), options.single_hex_edges, borders)
+    angle, fold = np.radians(options.angle), options.single_hex_edges
+    if surface is None or not len(surface.region):
+        return Creases(hexes, forced, angle, fold, borders)
+    found = cad_creases(hexes, surface, np.radians(options.cad_angle))
+    return Creases(hexes, forced, angle, fold, borders, found, cad_corners(hexes, surface))
 
 
 def _given(options: SplineOptions, hexes: HexMesh) -> np.ndarray:

@@ -39,6 +39,8 @@ class SplineOptions(ABC):
         vertices
     angle : in degrees; an edge between boundary faces above it is a crease, and a kink of a crease
         above it a corner
+    cad_angle : in degrees; a curve between two faces of a CAD model is a crease where they turn by
+        more, and nothing else is
     single_hex_edges : whether boundary edges of a single hex are sharp too; smooth, det J is 0
         there
     held : places whose borders are sharp where det J allows it: those that the analysis holds
@@ -48,6 +50,7 @@ class SplineOptions(ABC):
 
     sharp: str | list[list[int]] = "auto"
     angle: float = 45.0
+    cad_angle: float = 10.0
     single_hex_edges: bool = True
     held: Sequence[object] = setting("analysis.fixed", ())
     refine: Refinement = field(default_factory=Refinement)
@@ -56,8 +59,9 @@ class SplineOptions(ABC):
     def __post_init__(self) -> None:
         from polycube.analysis.boundary_sets import check_place, place_of
 
-        if not 0 < self.angle < 180:
-            raise ValueError(f"angle must lie in (0, 180) degrees; got {self.angle}")
+        for name in ("angle", "cad_angle"):
+            if not 0 < getattr(self, name) < 180:
+                raise ValueError(f"{name} must lie in (0, 180) degrees; got {getattr(self, name)}")
         if not isinstance(self.sharp, str):
             if not all(np.shape(edge) == (2,) for edge in self.sharp):
                 raise ValueError(f"sharp edges must be pairs of vertices; got {self.sharp}")

@@ -23,11 +23,12 @@ class Volumetric(SplineOptions):
 
         return constructed(self, surface, hexes)
 
-    def sharpened(self, hexes: HexMesh) -> Sharp:
+    def sharpened(self, hexes: HexMesh, surface: TriMesh | None = None) -> Sharp:
         """Sharp edges and corners, of creases the harmless ones.
 
+        surface : of a CAD model, whose creases these are; others are found by angle
         Raises InputError for edges that are given and are not on the boundary.
         """
         from .construction import sharpened
 
-        return sharpened(self, hexes)
+        return sharpened(self, hexes, surface)

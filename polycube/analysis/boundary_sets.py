@@ -18,10 +18,8 @@ from polycube.hexmesh.named_sets import (
     set_name,
     sets_of_quads,
 )
-from polycube.spline.element_faces import FACES
+from polycube.spline.boundary import corner_nodes
 from polycube.types import HexMesh, Spline
-
-CORNERS = [0, 3, 15, 12]  # of the 16 nodes of a face, in a circle
 
 
 def faces_of(spline: Spline, where: object) -> np.ndarray:
@@ -32,7 +30,7 @@ def faces_of(spline: Spline, where: object) -> np.ndarray:
     Raises InputError naming the sets there are.
     """
     if isinstance(where, Mapping):
-        return _within((spline.extraction @ spline.control)[_corner_nodes(spline)], where)
+        return _within((spline.extraction @ spline.control)[corner_nodes(spline)], where)
     return _named(spline.sets or sets_of_sides(spline), where)
 
 
@@ -45,7 +43,7 @@ def quads_of(mesh: HexMesh, where: object) -> np.ndarray:
 
 def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
     """The sets that the boundary of a spline has by itself, its faces taken for quads."""
-    corners = _corner_nodes(spline)
+    corners = corner_nodes(spline)
     return sets_of_quads(spline.extraction @ spline.control, corners, spline.patch)
 
 
@@ -111,9 +109,3 @@ def _within(corners: np.ndarray, where: Mapping[str, object]) -> np.ndarray:
             f"{' '.join(f'{x:.4g}' for x in low)} to {' '.join(f'{x:.4g}' for x in high)}"
         )
     return found
-
-
-def _corner_nodes(spline: Spline) -> np.ndarray:
-    """(F, 4) Bezier nodes at the corners of the sides."""
-    element, side = spline.sides.T
-    return spline.nodes[element[:, None], FACES[side][:, CORNERS]]

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.hexmesh.face_groups import cad_ends_and_holes
-from polycube.hexmesh.named_sets import boundary_sets, patch_sets
+from polycube.hexmesh.named_sets import boundary_sets, cad_faces, patch_sets
 from polycube.surface.cad_curves import bounded_faces
 from polycube.surface.fit_target import target
 from polycube.surface.measures import twins
@@ -25,6 +25,7 @@ logger = logging.getLogger(__name__)
 
 BORDER = 0.2  # of a quad: what a side between two faces costs where no curve is
 SMOOTH = np.cos(np.radians(30))  # between the normals of quads, where the mesh has no edge
+SPREAD = 0.003  # of the diagonal: how much farther than the surface the face of a quad may be
 TINY = 1e-9
 ALPHA = 0.04  # of the diagonal: how far a normal that is the other way counts
 NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2, 5 / 6)])
@@ -73,12 +74,8 @@ def _cad_sets(region: np.ndarray, surface: TriMesh) -> dict[str, np.ndarray]:
 def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
     """CAD face of each boundary quad (Q,), and the share of its points that are on it (Q,)."""
     goal = target(surface)
-    u, v = NINTHS.T
-    shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 9)
     corners = goal.to_unit(mesh.vertices)[mesh.quads]
-    points = np.einsum("kg,qkd->qgd", shape, corners).reshape(-1, 3)
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    points, normals = _ninths(corners)
     _, face = goal.closest(points, np.repeat(normals, len(NINTHS), axis=0), ALPHA)
     found = surface.region[face].reshape(-1, len(NINTHS))
     bounded = bounded_faces(goal, surface.region, corners, normals)
@@ -86,6 +83,30 @@ def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarra
     is_smooth = np.einsum("qd,qkd->qk", normals, normals[across // 4]) > SMOOTH
     region = _with_short_borders(found, bounded, across, corners, is_smooth)
     return region, (found == region[:, None]).mean(axis=1)
+
+
+def kept_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(Q,) number of the CAD face that all of each boundary quad is near; 0 without sets of CAD
+    faces, and for quads that spread over several.
+    """
+    goal, face = target(surface), cad_faces(mesh)
+    points, normals = _ninths(goal.to_unit(mesh.vertices)[mesh.quads])
+    facing = np.repeat(normals, len(NINTHS), axis=0)
+    off = [
+        np.linalg.norm(points - goal.closest(points, facing, ALPHA, cad_face=chart)[0], axis=1)
+        for chart in (np.repeat(face, len(NINTHS)), None)
+    ]
+    is_near = (off[0] - off[1] < SPREAD).reshape(-1, len(NINTHS)).all(axis=1)
+    return np.where(is_near, face, 0)
+
+
+def _ninths(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of the ninths (9 Q, 3) and unit normals (Q, 3) of quads with corners (Q, 4, 3)."""
+    u, v = NINTHS.T
+    shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 9)
+    points = np.einsum("kg,qkd->qgd", shape, corners).reshape(-1, 3)
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    return points, normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-300)
 
 
 def _with_short_borders(

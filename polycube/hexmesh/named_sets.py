@@ -37,12 +37,27 @@ def patch_sets(patch: np.ndarray) -> dict[str, np.ndarray]:
 
 def sets_of_spline(spline: Spline, mesh: HexMesh) -> dict[str, np.ndarray]:
     """Numbers of the sides (N,) of a spline that came from the quads of each set of its mesh."""
+    quad = quads_of_spline(spline, mesh)
+    return {name: np.flatnonzero(np.isin(quad, own)) for name, own in mesh.sets.items()}
+
+
+def quads_of_spline(spline: Spline, mesh: HexMesh) -> np.ndarray:
+    """Boundary quad of the mesh that each side of its spline came from (S,)."""
     owner, side = quad_sides(mesh)
     quad = np.full((len(mesh.hexes), 6), -1)
     quad[owner, side] = np.arange(len(owner))
     element, face = spline.sides.T
-    from_quad = quad[spline.element_hex[element], face]
-    return {name: np.flatnonzero(np.isin(from_quad, own)) for name, own in mesh.sets.items()}
+    return quad[spline.element_hex[element], face]
+
+
+def cad_faces(mesh: HexMesh) -> np.ndarray:
+    """Number of the CAD face of each boundary quad (Q,), by the sets `cad_face_n`; 0 without."""
+    found = np.zeros(len(mesh.quads), np.int64)
+    for name, own in mesh.sets.items():
+        number = re.fullmatch(r"cad_face_(\d+)", name)
+        if number:
+            found[own] = int(number[1])
+    return found
 
 
 def listed(sets: Sets) -> str:

@@ -33,6 +33,11 @@ def boundary_nodes(spline: Elements) -> np.ndarray:
     return spline.nodes[element[:, None], FACES[side]]
 
 
+def corner_nodes(spline: Elements) -> np.ndarray:
+    """(Q, 4) Bezier nodes at the corners of the boundary faces, counter-clockwise from outside."""
+    return boundary_nodes(spline)[:, [0, 3, 15, 12]]
+
+
 def sampling(
     spline: Elements, u: np.ndarray, v: np.ndarray, faces: np.ndarray | None = None
 ) -> tuple[csr_matrix, csr_matrix, csr_matrix]:

@@ -29,8 +29,12 @@ WORTH = 0.001  # distance, in diagonals, that half the least scaled det J is wor
 FIRST = 0.2  # share of the floor that is wanted as long as an element is not positive
 
 
-def fit_to_surface(options: Fit, spline: Spline, surface: TriMesh) -> Spline:
+def fit_to_surface(
+    options: Fit, spline: Spline, surface: TriMesh, cad_face: np.ndarray | None = None
+) -> Spline:
     """The spline with its control points moved; least scaled det J no lower, or the floor's.
+
+    cad_face : (S,) number of the CAD face that each side is on; 0 for any
 
     A spline that is certified to be positive comes back as it is rather than without that.
     """
@@ -38,7 +42,8 @@ def fit_to_surface(options: Fit, spline: Spline, surface: TriMesh) -> Spline:
         return spline
     goal = target(surface)
     unit = replace(spline, control=goal.to_unit(spline.control))
-    matcher, graph = Matcher(unit, goal), laplacian(unit)
+    on = np.zeros(len(spline.sides), np.int64) if cad_face is None else cad_face
+    matcher, graph = Matcher(unit, goal, on), laplacian(unit)
     touched, places = _on_boundary(matcher, graph, options.iterations)
     if np.abs(places - unit.control[touched]).max() < EXACT:
         return spline

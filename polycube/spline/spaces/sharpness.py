@@ -41,8 +41,17 @@ class Sharp(NamedTuple):
 
 
 class Creases:
-    """The creases of a mesh by angle and the borders (B, 2) of what an analysis holds, beside edges
-    (S, 2) that are sharp anyhow.
+    """The creases of a mesh and the borders of what an analysis holds.
+
+    Parameters
+    ----------
+    hexes : the mesh
+    forced : (S, 2) edges that are sharp anyhow
+    angle : in radians; a crease that turns by more has a corner there
+    fold : whether a crease that turns within a face has a corner there
+    borders : (B, 2) edges round what an analysis holds
+    found : (C, 2) creases; without it, the edges at which the boundary turns by more than `angle`
+    corners : (P,) the vertices that may be corners of a crease that turns; without it, all
     """
 
     def __init__(
@@ -52,17 +61,23 @@ class Creases:
         angle: float,
         fold: bool,
         borders: np.ndarray = NO_EDGES,
+        found: np.ndarray | None = None,
+        corners: np.ndarray | None = None,
     ) -> None:
         self.hexes, self.forced, self.angle, self.fold = hexes, forced, angle, fold
-        self.borders = borders
-        self.found = union(creases(hexes, angle), borders)
+        self.borders, self._corners = borders, corners
+        self.found = union(creases(hexes, angle) if found is None else found, borders)
 
     def all_but(self, blunt: np.ndarray) -> Sharp:
         """All creases without ends in the smooth surface, but those that meet `blunt` vertices."""
         kept = self.found[~np.isin(self.found, blunt).any(axis=1)]
         edges = union(self.forced, without_dead_ends(union(self.forced, kept)))
-        tips = np.setdiff1d(kinks(self.hexes, edges, self.angle), blunt)
-        return Sharp(edges, union(self.folds(edges), tips))
+        return Sharp(edges, union(self.folds(edges), np.setdiff1d(self.kinks(edges), blunt)))
+
+    def kinks(self, edges: np.ndarray) -> np.ndarray:
+        """(P,) vertices where curves of edges turn, of those that may be corners."""
+        found = kinks(self.hexes, edges, self.angle)
+        return found if self._corners is None else np.intersect1d(found, self._corners)
 
     def harmless(self) -> Sharp:
         """As many creases and kinks as leave det J of the spline alone that is not fitted."""
