@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from polycube.surface.features import Crease, Features
 from polycube.surface.filtered_normals import broad_turns
 from polycube.surface.measures import half_edges, twins
+from polycube.surface.plane_edges import between_planes
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(46)  # least angle between the normals at a sharp edge
@@ -42,10 +43,10 @@ def features(surface: TriMesh, normals: np.ndarray) -> Features:
     surface : with its CAD faces as `region`, if it has any
     normals : (F, 3)
     """
-    sides, inside, faces = _curve_edges(surface, normals)
+    sides, inside, faces, is_plain = _curve_edges(surface, normals)
     points = surface.vertices
     is_border = faces[:, 0] != faces[:, 1]
-    is_broad = is_border | (broad_turns(surface, normals, sides, BROAD) > STILL)
+    is_broad = is_border | is_plain | (broad_turns(surface, normals, sides, BROAD) > STILL)
     is_broad |= _in_steps(points, sides, is_broad)
     folds = sides[~is_broad]
     kept = _without_noise(points, sides, is_broad, is_border)
@@ -63,12 +64,13 @@ def features(surface: TriMesh, normals: np.ndarray) -> Features:
 
 def _curve_edges(
     surface: TriMesh, normals: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges between CAD faces and sharp edges.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Edges between CAD faces, sharp edges, and edges between planes.
 
     Returns
     -------
-    ends (S, 2), angle of the solid there (S,) and the CAD faces on both sides (S, 2), ascending
+    ends (S, 2), angle of the solid there (S,), the CAD faces on both sides (S, 2), ascending, and
+    which are between planes at less than a sharp angle (S,)
     """
     first, second = twins(surface.faces)
     a, b = normals[first // 3], normals[second // 3]
@@ -76,11 +78,15 @@ def _curve_edges(
     has_area = (np.abs(a).sum(axis=1) > 0) & (np.abs(b).sum(axis=1) > 0)
     region = surface.region if len(surface.region) else np.zeros(len(surface.faces), np.int64)
     faces = np.sort(np.stack([region[first // 3], region[second // 3]], axis=1), axis=1)
-    found = (has_area & (turn > SHARP)) | (faces[:, 0] != faces[:, 1])
+    is_plain = np.zeros(len(turn), bool)
+    if not len(surface.region):
+        is_plain = between_planes(surface, normals, np.stack([first, second], axis=1) // 3, SHARP)
+    found = (has_area & (turn > SHARP)) | (faces[:, 0] != faces[:, 1]) | is_plain
     sides = half_edges(surface.faces)[first[found]]
     along = surface.vertices[sides[:, 1]] - surface.vertices[sides[:, 0]]
     convex = np.einsum("nd,nd->n", np.cross(a[found], b[found]), along) > 0
-    return sides, np.where(convex, np.pi - turn[found], np.pi + turn[found]), faces[found]
+    inside = np.where(convex, np.pi - turn[found], np.pi + turn[found])
+    return sides, inside, faces[found], is_plain[found]
 
 
 def _in_steps(points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray) -> np.ndarray:

@@ -1,0 +1,87 @@
+"""Edges at which two planes of a surface meet at a small angle: of chamfers, wedges and draft.
+
+Below the angle at which any edge is sharp, an edge may as well be one of a round part's facets.
+Facets follow each other: three edges in a row, parallel and turning alike, are a bend's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.surface.measures import connected, face_areas
+from polycube.types import TriMesh
+
+FLAT = np.cos(np.radians(1))  # of two normals in one plane
+LEAST = np.radians(36)  # turn between two planes that may be an edge
+LARGE = 8e-3  # share of the area that a plane has at least
+MACHINED = 0.5  # share of the area that such planes have at least, or no edge is found
+ALIKE = 0.3  # relative difference of the turns of a bend's edges
+PARALLEL = np.cos(np.radians(20))  # of their directions
+
+
+def between_planes(
+    surface: TriMesh, normals: np.ndarray, pairs: np.ndarray, most: float
+) -> np.ndarray:
+    """Find the edges between two planes, less those of facets.
+
+    Parameters
+    ----------
+    surface : any
+    normals : (F, 3) unit normals of its triangles
+    pairs : (E, 2) triangles at each edge
+    most : turn, in radians, above which an edge needs no such test
+
+    Returns
+    -------
+    (E,) bool
+    """
+    cosine = np.einsum("ed,ed->e", normals[pairs[:, 0]], normals[pairs[:, 1]])
+    plane = connected(*pairs[cosine > FLAT].T, len(normals))
+    areas = face_areas(surface)
+    share = np.bincount(plane, areas) / areas.sum()
+    is_large = share >= LARGE
+    found = np.zeros(len(pairs), bool)
+    if share[is_large].sum() < MACHINED:
+        return found
+    turn = np.arccos(np.clip(cosine, -1, 1))
+    beside = plane[pairs]
+    weak = (turn > LEAST / 2) & (turn <= most) & (beside[:, 0] != beside[:, 1])
+    weak &= is_large[beside].all(axis=1)
+    sides, index = np.unique(np.sort(beside[weak], axis=1), axis=0, return_inverse=True)
+    _, at = np.unique(index, return_index=True)
+    axis = np.cross(*normals[pairs[weak][at]].transpose(1, 0, 2))
+    axis[(beside[weak][at] != sides).any(axis=1)] *= -1  # from the first of `sides` to the second
+    found[weak] = ~_in_bends(sides, axis)[index.ravel()]
+    return found & (turn > LEAST)
+
+
+def _in_bends(sides: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """(S,) borders of planes that are one of three or more in a row that turn alike.
+
+    sides : (S, 2) planes
+    axis : (S, 3) product of their normals: the axis of the turn, as long as its sine
+    """
+    turn = np.linalg.norm(axis, axis=1)
+    along = axis / turn[:, None]
+    after: list[list[int]] = [[] for _ in sides]  # borders that go on, on either side
+    count = np.zeros((len(sides), 2), np.int64)
+    by_plane: dict[int, list[tuple[int, int]]] = {}
+    for border, pair in enumerate(sides.tolist()):
+        for end, plane in enumerate(pair):
+            by_plane.setdefault(plane, []).append((border, end))
+    for borders in by_plane.values():
+        for a, enda in borders:
+            for b, endb in borders:
+                sign = 1 if enda != endb else -1  # both turn the same way, walking through
+                if (
+                    a != b
+                    and sign * (along[a] @ along[b]) > PARALLEL
+                    and abs(turn[a] - turn[b]) < ALIKE * max(turn[a], turn[b])
+                ):
+                    after[a].append(b)
+                    count[a, enda] += 1
+    middle = (count > 0).all(axis=1)  # one on each side
+    found = middle.copy()
+    for border in np.flatnonzero(middle):
+        found[after[border]] = True
+    return found
