@@ -13,6 +13,7 @@ import numpy as np
 
 from polycube.hexmesh.quality import boundary_edges
 from polycube.surface import closest
+from polycube.surface.curve_shapes import shape_of
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
@@ -28,12 +29,14 @@ class Feature:
     Parameters
     ----------
     kind : point, curve or face
+    shape : of a curve line, circle or curve; of a face plane, cylinder ...; of a point ""
     faces : CAD faces that it is, or lies between
     place : a point of it, in model units
     distance : that 95 % of its samples keep, as a fraction of the diagonal
     """
 
     kind: str
+    shape: str
     faces: tuple[int, ...]
     place: tuple[float, ...]
     distance: float
@@ -66,22 +69,26 @@ def feature_distances(
             at.setdefault(end, []).append(number)
         places = crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
         middle = goal.to_model(places[len(places) // 2])
-        found.append(_feature("curve", crease.faces, middle, closest.distance(edges, places)))
+        gaps = closest.distance(edges, places)
+        found.append(_feature("curve", shape_of(crease.points), crease.faces, middle, gaps))
     for end, own in at.items():
         if len(own) >= 3:
             faces = sorted({face for number in own for face in creases[number].faces})
             gap = closest.distance(vertices, corners[[end]])
-            found.append(_feature("point", faces, goal.to_model(corners[end]), gap))
+            found.append(_feature("point", "", faces, goal.to_model(corners[end]), gap))
     for face, gaps in nearest.items():
         own = surface.faces[surface.region == face]
         middle = surface.vertices[own[len(own) // 2]].mean(axis=0)
-        found.append(_feature("face", [face], middle, gaps))
+        shape = surface.region_shapes[face - 1] if surface.region_shapes else ""
+        found.append(_feature("face", shape, [face], middle, gaps))
     return found
 
 
-def _feature(kind: str, faces: Sequence[int], place: np.ndarray, gaps: np.ndarray) -> Feature:
+def _feature(
+    kind: str, shape: str, faces: Sequence[int], place: np.ndarray, gaps: np.ndarray
+) -> Feature:
     distance = float(np.percentile(gaps, MOST)) if len(gaps) else 0.0
-    return Feature(kind, tuple(faces), tuple(place.tolist()), distance)
+    return Feature(kind, shape, tuple(faces), tuple(place.tolist()), distance)
 
 
 def _tree(points: np.ndarray) -> closest.Tree:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import re
 import subprocess
 import sys
 import tempfile
@@ -86,10 +87,13 @@ def _regions(surface: TriMesh, found: dict[str, np.ndarray], path: Path) -> TriM
     middles = found["vertices"][found["faces"]].mean(axis=1) / unit
     nearest = cKDTree(middles).query(surface.vertices[surface.faces].mean(axis=1))[1]
     corners = np.split(found["corners"] / unit, np.cumsum(found["n_corners"])[:-1])
-    names = face_names(path, found["face_kind"].tolist(), corners)
+    kinds = found["face_kind"].tolist()
+    names = face_names(path, kinds, corners)
     if not any(names):
         names = tuple(found["face_name"].tolist())
-    return replace(surface, region=found["cad_face"][nearest], region_names=names)
+    shapes = tuple(re.sub(" [Ss]urface$", "", kind).lower() for kind in kinds)
+    region = found["cad_face"][nearest]
+    return replace(surface, region=region, region_names=names, region_shapes=shapes)
 
 
 def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:

@@ -36,7 +36,8 @@ def between_planes(
     (E,) bool
     """
     cosine = np.einsum("ed,ed->e", normals[pairs[:, 0]], normals[pairs[:, 1]])
-    plane = connected(*pairs[cosine > FLAT].T, len(normals))
+    first, second = pairs[cosine > FLAT].T
+    plane = connected(first, second, len(normals))
     areas = face_areas(surface)
     share = np.bincount(plane, areas) / areas.sum()
     is_large = share >= LARGE
@@ -82,6 +83,6 @@ def _in_bends(sides: np.ndarray, axis: np.ndarray) -> np.ndarray:
                     count[a, enda] += 1
     middle = (count > 0).all(axis=1)  # one on each side
     found = middle.copy()
-    for border in np.flatnonzero(middle):
+    for border in np.flatnonzero(middle).tolist():
         found[after[border]] = True
     return found

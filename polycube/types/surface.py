@@ -19,6 +19,7 @@ class TriMesh:
         default_factory=lambda: np.zeros(0)
     )  # (F,) CAD face, from 1, or none
     region_names: tuple[str, ...] = ()  # of these faces, in their order; "" where it has no name
+    region_shapes: tuple[str, ...] = ()  # of these faces: plane, cylinder, cone, sphere ...
 
     def __post_init__(self) -> None:
         freeze(

@@ -14,6 +14,7 @@ def test_a_mesh_of_the_part_keeps_all():
     kinds = [each.kind for each in found]
     assert [kinds.count(kind) for kind in ("point", "curve", "face")] == [10, 15, 7]
     assert max(each.distance for each in found) < 1e-12
+    assert {each.shape for each in found if each.kind == "curve"} == {"line"}
 
 
 def test_a_curve_across_the_middle_of_quads_is_lost():

@@ -60,6 +60,7 @@ def test_triangles_know_their_face(step):
     surface, _ = read_surface(step)
     assert sorted(np.unique(surface.region)) == [1, 2, 3, 4, 5, 6, 7]
     assert surface.region_names == ("",) * 7
+    assert sorted(surface.region_shapes) == ["cylinder"] + ["plane"] * 6
     off = []
     for face in range(1, 8):
         points = surface.vertices[surface.faces[surface.region == face]].reshape(-1, 3)

@@ -33,7 +33,9 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
         "lost": [
             {
                 "kind": each.kind,
+                "shape": each.shape,
                 "faces": [f"cad_face_{face}" for face in each.faces],
+                "names": [_name(surface, face) for face in each.faces],
                 "at": list(each.place),
                 "distance": each.distance,
                 "length": each.distance * size,
@@ -41,3 +43,8 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
             for each in lost
         ],
     }
+
+
+def _name(surface: TriMesh, face: int) -> str:
+    """What the file calls a CAD face; "" where it has no name."""
+    return surface.region_names[face - 1] if surface.region_names else ""

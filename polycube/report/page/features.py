@@ -59,8 +59,11 @@ def _lost(features: list[Json]) -> str:
     digits = 4 - int(np.log10(size))
     rows = [
         {
-            "kind": each["kind"],
-            "of": ", ".join(each["faces"]),
+            "kind": f"{each['kind']}, {each['shape']}" if each["shape"] else each["kind"],
+            "of": ", ".join(
+                f"{face} ({name})" if name else face
+                for face, name in zip(each["faces"], each["names"], strict=True)
+            ),
             "distance, % of the diagonal": 100 * each["distance"],
             "model units": each["length"],
             "at": point(each["at"], digits),
