@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,8 +27,8 @@ class Selective:
     ----------
     patches : auto (all but regions with creases all round; where features are exact, the regions at
         whose borders hexes are nearly flat), all, none
-    sheets : with patches=auto and exact features, under the faces with flat corners: polycube
-        (corners of the polycube), all (also where a curve's path turns inside a patch) or none
+    sheets : where features are exact, under the faces with flat corners: all, polycube (those at
+        corners of the polycube, with patches=auto) or none
     sharp : share of the border of two regions that must be on a crease
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
     rounds : of the registration that settles the layer
@@ -55,18 +55,28 @@ class Selective:
         """The hexes with the layer, or the same mesh where no patch wants one."""
         from polycube.fitting.flat_corners import without_flat_corners
         from polycube.fitting.pillow import layer
-        from polycube.fitting.registration import register_mesh
         from polycube.surface.fit_target import target
 
         goal = target(surface)
         exact = features_of(self.features, surface) == "exact"
         whole = hexes
         if exact and self.patches == "auto" and self.sheets != "none":
-            hexes = without_flat_corners(hexes, goal, self.sheets == "all")
+            # paths may change once more: coarse structures have few, and gain by it
+            hexes = replace(without_flat_corners(hexes, goal, self.sheets == "all"), paths={})
         region, taken = self._taken(surface, hexes, goal)
         layered = layer(hexes, region, taken, self.depth) if taken.any() else hexes
-        if layered is whole:
+        if len(layered.hexes) == len(whole.hexes):
             return whole
+        settled = self._settled(layered, goal, exact)
+        if not exact or (self.patches, self.sheets) != ("all", "all"):
+            return settled
+        cured = without_flat_corners(settled, goal, anywhere=True)
+        return settled if cured is settled else self._settled(cured, goal, exact)
+
+    def _settled(self, layered: HexMesh, goal: Target, exact: bool) -> HexMesh:
+        """A mesh with new layers, registered."""
+        from polycube.fitting.registration import register_mesh
+
         return register_mesh(
             layered,
             goal,

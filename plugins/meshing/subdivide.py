@@ -79,7 +79,9 @@ class Template:
         self._afford(sizing.number_of_hexes(polycube, parts), polycube, rough_map, size)
         coarse = sizing.length(self.coarse, unit)
         exact = features_of(self.features, surface) == "exact"
-        placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
+        placed = rough_map  # a lattice that is not cut has nothing coarser
+        if self.level != 0:
+            placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
         if self.curvature is not None and self.level is None:
             few = self._counts(polycube, rough_map, max(size, coarse))
             parts = self._curved(polycube, placed, target(surface), parts, few, exact)

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from polycube.registry import register
 from polycube.types import Candidate, Ranked, TriMesh
 
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
     from polycube.surface.fit_target import Target
 
 logger = logging.getLogger(__name__)
+
+COLUMNS = ("to_surface", "to_mesh", "min_jacobian", "volume_ratio")
 
 
 @register("ranking", "registration")
@@ -25,7 +29,8 @@ class Registration:
     Structures whose genus is not the surface's never rank.  The score adds distances in per cent
     of the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, the
     polycube's corners, curves of a CAD part without a path on the mesh's edges, and the cost that
-    the proposal itself gave; smaller is better.
+    the proposal itself gave; smaller is better.  Overlays rank last, as they are: they have many
+    more hexes, and are for parts that nothing coarser fits.
 
     Parameters
     ----------
@@ -56,10 +61,12 @@ class Registration:
         distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
         fitting = [c for c in distinct if is_manifold(c.polycube) and genus(c.polycube) == wanted]
         ranked = []
-        for proposal in dict.fromkeys(c.proposal for c in fitting):
-            ours = sorted((c for c in fitting if c.proposal == proposal), key=lambda c: c.cost)
+        coarse = [c for c in fitting if c.family != "overlay"]
+        for proposal in dict.fromkeys(c.proposal for c in coarse):
+            ours = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)
             ranked += [self._judged(c, goal, ours[0].cost) for c in ours[: self.limit]]
         ranked.sort(key=lambda entry: entry.score)
+        ranked += [_unregistered(c) for c in fitting if c.family == "overlay"]
         _log(ranked)
         return ranked
 
@@ -86,6 +93,17 @@ class Registration:
         return Ranked(candidate, score, asdict(quality), hexes, positions)
 
 
+def _unregistered(candidate: Candidate) -> Ranked:
+    """A candidate with its lattice for hexes, and a score above all others."""
+    from polycube.hexmesh.template import mesh
+    from polycube.structure.rough_map import identity_map
+
+    polycube = candidate.polycube
+    x, y, z = (np.ones(n, np.int64) for n in polycube.occupancy.shape)
+    positions = mesh(polycube, identity_map(polycube), (x, y, z)).vertices
+    return Ranked(candidate, np.inf, {}, mesh(polycube, candidate.rough_map, (x, y, z)), positions)
+
+
 def judge(quality: ShortQuality) -> float:
     """Score of a mesh after a short registration; smaller is better."""
     return (
@@ -106,7 +124,7 @@ def _log(ranked: list[Ranked]) -> None:
         "ranking: score, distance to surface, to mesh [% of diagonal], min Jacobian, volume"
     )
     for entry in ranked:
-        n = entry.numbers
+        n = {key: entry.numbers.get(key, np.nan) for key in COLUMNS}
         logger.info(
             "  %6.2f %6.2f %6.2f %7.3f %6.3f  %-9s %s",
             entry.score,

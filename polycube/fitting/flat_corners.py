@@ -29,6 +29,8 @@ ROUNDS = 6  # of sheets at most: those that touch come one after the other
 def without_flat_corners(mesh: HexMesh, target: Target, anywhere: bool = False) -> HexMesh:
     """The mesh with sheets of hexes under the faces where quads have flat corners; else the same.
 
+    A mesh with sheets keeps the paths of the curves that they were made for.
+
     mesh : fitted, with its boundary near the target, in model units
     anywhere : also where a path of a curve turns inside a patch of the polycube
     """
@@ -43,8 +45,15 @@ def without_flat_corners(mesh: HexMesh, target: Target, anywhere: bool = False) 
         before = len(mesh.hexes)
         # vertices on their curves: there the paths are found again
         mesh = with_sheet(replace(mesh, vertices=target.to_model(placed)), inside)
+        mesh = replace(mesh, paths=_numbered(matching, target))
         logger.info("flat corners: a sheet of %d hexes", len(mesh.hexes) - before)
     return mesh
+
+
+def _numbered(matching: Matching, target: Target) -> dict[str, np.ndarray]:
+    """Paths by the numbers of their curves."""
+    number = {id(crease): str(k) for k, crease in enumerate(target.features.creases)}
+    return {number[id(route.crease)]: route.vertices for route in matching.routes}
 
 
 def _disjoint(mesh: HexMesh, sets: list[np.ndarray]) -> np.ndarray:

@@ -15,6 +15,7 @@ from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.face_groups import ENDS, ends_and_holes
 from polycube.types import HexMesh, Spline
 
+MANY = 500  # patches that no user means
 Sets = Mapping[str, np.ndarray]  # numbers of boundary faces (N,) by name
 
 
@@ -31,7 +32,12 @@ def sets_of_quads(
 
 
 def patch_sets(patch: np.ndarray) -> dict[str, np.ndarray]:
-    """Numbers of the boundary quads of each patch (Q,), as `patch_0` ..."""
+    """Numbers of the boundary quads of each patch (Q,), as `patch_0` ...
+
+    None where there are more than `MANY`: a lattice as fine as the hexes has one at every step.
+    """
+    if patch.max(initial=0) >= MANY:
+        return {}
     return {f"patch_{n}": np.flatnonzero(patch == n) for n in np.unique(patch).tolist()}
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.kinds import Acceptance
+from polycube.pipeline.search import Variants
 from polycube.pipeline.state import RunState
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
@@ -17,6 +18,7 @@ from polycube.types import Candidate, Polycube, Ranked
 logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
+OVERLAY = "overlay"  # family of the lattices as fine as the hexes
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -59,10 +61,14 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
 
     The best, the best of the other family, then the best of each other kind, as long as the score
     is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
-    equal structures that rank close the one from labels is taken, whose rough map is exact.
+    equal structures that rank close the one from labels is taken, whose rough map is exact.  The
+    overlays come after all others, whatever `tries` is.
     """
+    overlays = [i for i, entry in enumerate(ranked) if _family(entry) == OVERLAY]
+    if len(overlays) == len(ranked):
+        return overlays
     seen, choices = set(), []
-    for index, entry in enumerate(ranked):
+    for index, entry in enumerate(ranked[: len(ranked) - len(overlays)]):
         if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
             seen.add(entry.candidate.key)
             same = (
@@ -75,7 +81,7 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
             choices.append(next(same, index))
     family = _family(ranked[choices[0]])
     first = choices[:1] + [i for i in choices if _family(ranked[i]) != family][:1]
-    return [*first, *(i for i in choices if i not in first)][:tries]
+    return [*[*first, *(i for i in choices if i not in first)][:tries], *overlays]
 
 
 def settled_at(
@@ -88,9 +94,24 @@ def settled_at(
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
     is_close = any(
-        entry.score <= CLOSE * now.score and _family(entry) != _family(now) for entry in later
+        entry.score <= CLOSE * now.score and _family(entry) not in (_family(now), OVERLAY)
+        for entry in later
     )
     return acceptance.excellent if is_close else acceptance.acceptable
+
+
+def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
+    """Whether a structure has no use after those made: an overlay where a mesh misses nothing, and
+    a finer overlay where one is valid and keeps all features.
+    """
+    meshed = [each for each in made if each.attempts]
+    if _family(entry) != OVERLAY or not meshed:
+        return False
+    best = max(meshed, key=lambda each: each.best).taken().verdict
+    is_finer = any(
+        each.start.ranked[each.start.chosen].candidate.family == OVERLAY for each in made
+    )
+    return best.is_valid and not best.lost if is_finer else best.reaches >= 0
 
 
 def _family(entry: Ranked) -> str:

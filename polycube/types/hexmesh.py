@@ -26,6 +26,8 @@ class HexMesh:
     that each came from; `cell` is the grid cell of each hex and `primitives` the primitive in each
     grid cell (all computed by `hexmesh.connectivity.hex_mesh`).  `warnings` name requests that
     could not be met.  `sets` name parts of the boundary (`hexmesh.named_sets.boundary_sets`).
+    `paths` are the vertices on curves of the surface, by the number of the curve, where later
+    stages are to keep them there.
     """
 
     vertices: np.ndarray  # (V, 3)
@@ -36,6 +38,7 @@ class HexMesh:
     primitives: tuple[str | None, ...] = ()  # of each grid cell; empty where it is not known
     warnings: tuple[str, ...] = ()  # a sentence each
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # quads (N,) by name
+    paths: Mapping[str, np.ndarray] = field(default_factory=dict)  # vertices (N,) in order
 
     def __post_init__(self) -> None:
         freeze(

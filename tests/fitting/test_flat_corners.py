@@ -79,3 +79,18 @@ def test_sheets_are_an_option_of_the_pillow(pocket):
     assert soft(surface, mesh) is mesh
     with pytest.raises(BadOption, match="sheets must be polycube, all, none"):
         build("meshing/pillow", {"plugin": "selective", "sheets": "some"})
+
+
+def test_paths_are_kept_through_sheets_and_registration(pocket):
+    surface, mesh = pocket
+    goal = target(surface)
+    cured = without_flat_corners(mesh, goal)
+    assert cured.paths
+    settled = register_mesh(cured, goal, features=True)
+    problem = FitProblem(settled, goal, 1)
+    routes = match(problem, goal.to_unit(settled.vertices)).routes
+    number = {id(crease): str(k) for k, crease in enumerate(goal.features.creases)}
+    found = {number[id(route.crease)]: route.vertices.tolist() for route in routes}
+    assert found.items() >= {k: path.tolist() for k, path in cured.paths.items()}.items()
+    edges = {tuple(edge) for edge in np.sort(problem.sides, axis=1).tolist()}
+    assert {tuple(sorted(e)) for route in routes for e in route.sides.tolist()} <= edges

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from polycube.pipeline.choices import choose, settled_at, worth_meshing
+from polycube.pipeline.choices import choose, is_needless, settled_at, worth_meshing
 from polycube.pipeline.state import RunState
 from polycube.plugins.acceptance.standard import Standard
 from polycube.structure.lattice import collapse, lattice
@@ -15,7 +15,13 @@ from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.polycubes import PRIMITIVES, TWO, part
 
 ACCEPTANCE = Standard()
-FAMILY = {"slices": "grid", "diffusion": "grid", "boxes": "grid", "bricks": "lattice"}
+FAMILY = {
+    "slices": "grid",
+    "diffusion": "grid",
+    "boxes": "grid",
+    "bricks": "lattice",
+    "overlay": "overlay",
+}
 
 
 @pytest.mark.parametrize(
@@ -24,6 +30,8 @@ FAMILY = {"slices": "grid", "diffusion": "grid", "boxes": "grid", "bricks": "lat
         ([("slices", "a", 1), ("slices", "b", 2), ("bricks", "c", 3)], [0, 2, 1]),
         ([("bricks", "a", 1), ("bricks", "a", 1), ("diffusion", "b", 2)], [0, 2]),
         ([("slices", "a", 1), ("bricks", "c", 4.5), ("slices", "b", 4)], [0, 2]),
+        ([*(("slices", key, 1) for key in "abcd"), ("overlay", "e", 1)], [0, 1, 2, 4]),
+        ([("overlay", "a", np.inf), ("overlay", "b", np.inf)], [0, 1]),
     ],
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
@@ -42,6 +50,7 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
         ([("slices", 5.0), ("bricks", 5.8)], ACCEPTANCE.acceptable),
         ([("slices", 5.0), ("diffusion", 5.1)], ACCEPTANCE.acceptable),
         ([("bricks", 5.0)], ACCEPTANCE.acceptable),
+        ([("bricks", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
     ],
 )
 def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
@@ -70,3 +79,32 @@ def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():
     )
     second = choose(first, 1, PRIMITIVES)
     assert second.chosen == 1 and second.trajectory is None and second.steps == ()
+
+
+@pytest.mark.parametrize(
+    ("before", "reaches", "lost", "expected"),
+    [
+        ([], 0.0, 0, False),
+        (["labels"], 0.3, 0, True),
+        (["labels"], -np.inf, 0, False),  # a poor hex
+        (["labels", "overlay"], -np.inf, 0, True),
+        (["labels", "overlay"], -np.inf, 2, False),
+    ],
+)
+def test_an_overlay_is_for_meshes_that_miss_something(before, reaches, lost, expected):
+    def entry(family):
+        return SimpleNamespace(candidate=SimpleNamespace(family=family))
+
+    verdict = SimpleNamespace(is_valid=True, lost=lost, reaches=reaches)
+    taken = SimpleNamespace(verdict=verdict)
+    made = [
+        SimpleNamespace(
+            start=SimpleNamespace(ranked=[entry(family)], chosen=0),
+            attempts={(0, False): taken},
+            best=(0.0,),
+            taken=lambda: taken,
+        )
+        for family in before
+    ]
+    assert is_needless(entry("overlay"), made) == expected
+    assert not is_needless(entry("labels"), made)

@@ -51,6 +51,17 @@ def test_positions_are_those_of_the_vertices_before_registration():
     np.testing.assert_array_equal(entry.hexes.hexes, expected.hexes)
 
 
+def test_overlays_come_last_and_are_not_registered():
+    surface = part(("cube", "cube"), SCALE)
+    poor = candidate(("cube", "cube"), SCALE * 0.3, cost=50.0)
+    fine = replace(candidate(("cube", "cube")), family="overlay")
+    ranked = rank(surface, [fine, poor], rounds=1)
+    assert [entry.candidate for entry in ranked] == [poor, fine]
+    lattice_hexes = ranked[1].hexes
+    assert len(lattice_hexes.hexes) == fine.polycube.occupancy.sum()
+    assert np.ptp(lattice_hexes.vertices, axis=0) == pytest.approx(np.diag(SCALE) * [2, 1, 1])
+
+
 def test_cost_counts_within_a_proposal_and_only_the_cheapest_are_tried():
     surface = part(("cube", "cube"), SCALE)
     costs = [0.3, 0.1, 0.2]

@@ -8,49 +8,23 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from scipy.ndimage import label
 
+from polycube.structure.windows import TABLE, windows
 from polycube.types import PerAxis
 
 FLIPS = 400  # at most
 
 
-def _table() -> np.ndarray:
-    """(256, 3) of each 2 x 2 x 2 window: 8 times its share of the Euler number; 1 if pinched; 1 if
-    the boundary has a corner there, as in any window that is alike along no axis."""
-    table = np.zeros((256, 3), np.int64)
-    for code in range(256):
-        window = np.array([code >> bit & 1 for bit in range(8)], bool).reshape(2, 2, 2)
-        edges = sum(window.take(s, axis).any() for axis in range(3) for s in range(2))
-        faces = sum(window.any(axis=axis).sum() for axis in range(3))
-        table[code, 0] = 8 * window.any() - 4 * edges + 2 * faces - window.sum()
-        table[code, 1] = any(label(part)[1] > 1 for part in (window, ~window))
-        table[code, 2] = all((window.take(0, a) != window.take(1, a)).any() for a in range(3))
-    return table
-
-
-TABLE = _table()
-
-
-def _windows(solid: np.ndarray) -> np.ndarray:
-    """Code of the 2 x 2 x 2 bricks around each lattice point: bit 4a + 2b + c of brick a, b, c."""
-    codes = np.zeros(np.array(solid.shape) - 1, np.int64)
-    for bit, (a, b, c) in enumerate(np.ndindex(2, 2, 2)):
-        nx, ny, nz = codes.shape
-        codes |= solid[a : nx + a, b : ny + b, c : nz + c].astype(np.int64) << bit
-    return codes
-
-
 def defect(full: np.ndarray, genus: int) -> int:
     """How far bricks are from one manifold solid of a genus; 0 where they are one."""
     solid = np.pad(full, 1)
-    total, bad, _ = TABLE[_windows(solid)].sum(axis=(0, 1, 2))
+    total, bad, _ = TABLE[windows(solid)].sum(axis=(0, 1, 2))
     return _defect(solid, genus, total, bad)
 
 
 def corners(full: np.ndarray) -> int:
     """Lattice points where at least three faces of the bricks' boundary meet."""
-    return int(TABLE[_windows(np.pad(full, 1)), 2].sum())
+    return int(TABLE[windows(np.pad(full, 1)), 2].sum())
 
 
 @njit(cache=True)
@@ -86,7 +60,10 @@ def _pieces(solid: np.ndarray, value: bool) -> int:
 
 @njit(cache=True)
 def _defect(solid: np.ndarray, genus: int, total: int, bad: int) -> int:
-    """Pinched points, further pieces, voids, and handles too many or too few; see `_table`."""
+    """Pinched points, further pieces, voids, and handles too many or too few.
+
+    total, bad : sums of the first two columns of `polycube.structure.windows.TABLE`
+    """
     pieces, outside = _pieces(solid, True), _pieces(solid, False)
     if pieces == 0:
         return 1000
@@ -122,7 +99,7 @@ def _flip(
 ) -> tuple[int, int]:
     """Flip a brick and the windows that see it, in place; what that adds to the table's sums.
 
-    table : (256, 3) see `_table`
+    table : (256, 3) see `polycube.structure.windows`
     """
     solid[i, j, k] = not solid[i, j, k]
     total, bad = 0, 0
@@ -246,5 +223,5 @@ def mend(
     gain, areas : as for `minimum_cut`; limit : energy that flipping one run of bricks may add
     """
     solid = np.pad(full, 1)
-    is_right = _mended(solid, gain, areas, genus, limit, _windows(solid), TABLE)
+    is_right = _mended(solid, gain, areas, genus, limit, windows(solid), TABLE)
     return solid[1:-1, 1:-1, 1:-1] if is_right else None

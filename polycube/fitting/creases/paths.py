@@ -106,8 +106,9 @@ def find_routes(
 ) -> tuple[list[Route], np.ndarray, np.ndarray]:
     """Paths of the creases that have a good one; no two share a vertex, except at corners.
 
-    The cheapest goes first.  Where a path blocks the way of another crease, that one goes first in
-    a new attempt; the attempt with the most paths counts.
+    Paths that the mesh has already are kept.  Of the others the cheapest goes first.  Where a path
+    blocks the way of another crease, that one goes first in a new attempt; the attempt with the
+    most paths counts.
 
     Returns
     -------
@@ -115,9 +116,21 @@ def find_routes(
     """
     mesh = net(problem, x)
     placed = place_corners(features, problem, x, mesh)
+    kept = [Route(features.creases[int(k)], path) for k, path in problem.mesh.paths.items()]
     taken = np.zeros(len(x), bool)
+    for route in kept:
+        taken[route.vertices] = True
+    placed[taken[placed]] = -1
+    for route in kept:
+        if not route.crease.is_loop:
+            placed[list(route.crease.ends)] = route.vertices[[0, -1]]
     taken[placed[placed >= 0]] = True
-    creases = [c for c in features.creases if c.is_loop or (placed[list(c.ends)] >= 0).all()]
+    known = {id(route.crease) for route in kept}
+    creases = [
+        c
+        for c in features.creases
+        if id(c) not in known and (c.is_loop or (placed[list(c.ends)] >= 0).all())
+    ]
     fields = {id(c): field(c, problem, x, mesh) for c in creases}
     alone = [cheapest(c, fields[id(c)], x, placed, taken) for c in creases]
     possible = [k for k in range(len(creases)) if _is_good(creases[k], *alone[k], x, mesh)]
@@ -138,6 +151,7 @@ def find_routes(
         if not blocked:
             break
         order = blocked + [k for k in order if k not in blocked]
+    routes = kept + routes
     ends = np.unique([end for r in routes for end in r.crease.ends if end >= 0]).astype(np.int64)
     lost = len(features.creases) - len(routes)
     if features.creases:

@@ -1,0 +1,1 @@
+"""Lattices as fine as the hexes, overlaid on the part."""

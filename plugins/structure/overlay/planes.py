@@ -1,0 +1,55 @@
+"""Lattice planes of one axis: on the planar faces of the part, evenly spaced between them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from polycube.surface.measures import face_areas, face_normals
+from polycube.types import TriMesh
+
+ALONG = np.cos(np.radians(2))  # of a normal and the axis that its plane is perpendicular to
+SAME = 0.05  # of a cell: planes nearer than this are one
+NEAREST = 0.6  # of a cell: the least distance of two planes
+LEAST = 0.25  # of the area of a cell's side that a plane has at least
+
+
+def planes(surface: TriMesh, axis: int, size: float) -> np.ndarray:
+    """Coordinates of the lattice planes perpendicular to an axis.
+
+    Planar faces have one each, the larger first, where no other is near.
+
+    Parameters
+    ----------
+    surface : in the frame of the lattice
+    size : wanted distance of two planes
+
+    Returns
+    -------
+    (N,) ascending, from the lowest point of the surface to the highest
+    """
+    heights = surface.vertices[:, axis]
+    kept = [float(heights.min()), float(heights.max())]
+    places, areas = _faces(surface, axis, SAME * size)
+    for number in np.argsort(-areas, kind="stable"):
+        gap = min(abs(places[number] - other) for other in kept)
+        if areas[number] >= LEAST * size**2 and gap >= NEAREST * size:
+            kept.append(float(places[number]))
+    kept.sort()
+    parts = [max(1, round((b - a) / size)) for a, b in pairwise(kept)]
+    ends = zip(pairwise(kept), parts, strict=True)
+    fine = [np.linspace(a, b, n, endpoint=False) for (a, b), n in ends]
+    return np.concatenate([*fine, kept[-1:]])
+
+
+def _faces(surface: TriMesh, axis: int, near: float) -> tuple[np.ndarray, np.ndarray]:
+    """Heights and areas of the planes perpendicular to the axis."""
+    flat = abs(face_normals(surface)[:, axis]) > ALONG
+    height = surface.vertices[surface.faces[flat], axis].mean(axis=1)
+    area = face_areas(surface)[flat]
+    order = np.argsort(height)
+    height, area = height[order], area[order]
+    group = np.cumsum(np.append(0, np.diff(height) > near)) if len(height) else np.zeros(0, int)
+    total = np.bincount(group, area)
+    return np.bincount(group, area * height) / np.maximum(total, 1e-300), total

@@ -1,0 +1,91 @@
+"""Full cells of a lattice, flipped until they make one manifold solid without voids."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import label
+
+from polycube.structure.windows import TABLE, windows
+
+ROUNDS = 20
+
+
+def manifold(share: np.ndarray, least: float) -> np.ndarray:
+    """Cells of which a least share is solid, with as few others as make them one manifold solid.
+
+    Parameters
+    ----------
+    share : (X, Y, Z) of each cell that is solid
+    least : share from which a cell is full
+
+    Returns
+    -------
+    (X, Y, Z) bool
+    """
+    full = share >= least
+    for _ in range(ROUNDS):
+        # first the pinches, so that blocks that touch along an edge grow together
+        solid, weight = np.pad(full, 1), np.pad(np.abs(share - least), 1, constant_values=2.0)
+        _mend(solid, windows(solid), weight, TABLE)
+        mended = solid[1:-1, 1:-1, 1:-1]
+        full = _without_voids(_largest(mended))
+        if (full == mended).all():
+            break
+    return full
+
+
+def _largest(full: np.ndarray) -> np.ndarray:
+    piece, number = label(full)
+    return full if number < 2 else piece == 1 + np.bincount(piece.ravel())[1:].argmax()
+
+
+def _without_voids(full: np.ndarray) -> np.ndarray:
+    piece, number = label(~np.pad(full, 1))
+    return full if number < 2 else (piece != piece[0, 0, 0])[1:-1, 1:-1, 1:-1]
+
+
+@njit(cache=True)
+def _mend(solid: np.ndarray, codes: np.ndarray, weight: np.ndarray, table: np.ndarray) -> None:
+    """Flip cells in place until no lattice point is pinched.
+
+    The cell that mends most pinched points for its weight is flipped; where none mends any, all
+    cells round a pinched point are filled for good.  A weight above 1 is that of a cell that stays
+    as it is.
+    """
+    while True:
+        bad = np.argwhere(table[codes.ravel(), 1].reshape(codes.shape) > 0)
+        if len(bad) == 0:
+            return
+        for n in range(len(bad)):
+            a, b, c = bad[n]
+            if table[codes[a, b, c], 1] == 0:
+                continue
+            best, chosen = 0.0, -1
+            for bit in range(8):
+                i, j, k = a + (bit >> 2), b + (bit >> 1 & 1), c + (bit & 1)
+                if weight[i, j, k] > 1:
+                    continue
+                gain = -_flip(solid, codes, i, j, k, table)
+                _flip(solid, codes, i, j, k, table)
+                if gain / (0.05 + weight[i, j, k]) > best:
+                    best, chosen = gain / (0.05 + weight[i, j, k]), bit
+            for bit in range(8):
+                i, j, k = a + (bit >> 2), b + (bit >> 1 & 1), c + (bit & 1)
+                if bit == chosen or (chosen < 0 and weight[i, j, k] <= 1 and not solid[i, j, k]):
+                    _flip(solid, codes, i, j, k, table)
+                    if chosen < 0:
+                        weight[i, j, k] = 2.0
+
+
+@njit(cache=True)
+def _flip(solid: np.ndarray, codes: np.ndarray, i: int, j: int, k: int, table: np.ndarray) -> int:
+    """Flip a cell and the windows that see it; how many more are pinched."""
+    solid[i, j, k] = not solid[i, j, k]
+    bad = 0
+    for bit in range(8):
+        a, b, c = i - (bit >> 2), j - (bit >> 1 & 1), k - (bit & 1)
+        new = codes[a, b, c] ^ (1 << bit)
+        bad += table[new, 1] - table[codes[a, b, c], 1]
+        codes[a, b, c] = new
+    return bad

@@ -1,0 +1,32 @@
+"""What the 2 x 2 x 2 cells round each point of a lattice say of a solid's topology."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import label
+
+
+def _table() -> np.ndarray:
+    """(256, 3) of each 2 x 2 x 2 window: 8 times its share of the Euler number; 1 if pinched; 1 if
+    the boundary has a corner there, as in any window that is alike along no axis."""
+    table = np.zeros((256, 3), np.int64)
+    for code in range(256):
+        window = np.array([code >> bit & 1 for bit in range(8)], bool).reshape(2, 2, 2)
+        edges = sum(window.take(s, axis).any() for axis in range(3) for s in range(2))
+        faces = sum(window.any(axis=axis).sum() for axis in range(3))
+        table[code, 0] = 8 * window.any() - 4 * edges + 2 * faces - window.sum()
+        table[code, 1] = any(label(part)[1] > 1 for part in (window, ~window))
+        table[code, 2] = all((window.take(0, a) != window.take(1, a)).any() for a in range(3))
+    return table
+
+
+TABLE = _table()
+
+
+def windows(solid: np.ndarray) -> np.ndarray:
+    """Code of the 2 x 2 x 2 bricks around each lattice point: bit 4a + 2b + c of brick a, b, c."""
+    codes = np.zeros(np.array(solid.shape) - 1, np.int64)
+    for bit, (a, b, c) in enumerate(np.ndindex(2, 2, 2)):
+        nx, ny, nz = codes.shape
+        codes |= solid[a : nx + a, b : ny + b, c : nz + c].astype(np.int64) << bit
+    return codes

@@ -1,0 +1,122 @@
+"""Lattices as fine as the hexes: planes, topology, and whole parts."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import label
+from scipy.spatial.transform import Rotation
+
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.template import mesh
+from polycube.io.hex_meshes import boundary
+from polycube.plugins.structure.overlay.planes import planes
+from polycube.plugins.structure.overlay.topology import manifold
+from polycube.registry import build
+from polycube.structure.lattice import genus, is_manifold
+from polycube.structure.windows import TABLE, windows
+from polycube.surface.measures import diagonal, volume
+from polycube.types import Polycube, TriMesh
+from tests.fixtures.machined import pocketed
+from tests.fixtures.polycubes import PRIMITIVES, part
+from tests.fixtures.surfaces import box, joined, torus
+
+
+def overlay(surface, **options):
+    plugin = build(
+        "structure", {"plugin": "overlay", **options}, grid=(1, 1, 1), primitives=PRIMITIVES
+    )
+    return plugin(surface, ())
+
+
+def solid(full):
+    return Polycube(full, *(np.arange(n + 1.0) for n in full.shape), (1, 1, 1), ("cube",))
+
+
+def test_planes_are_on_the_faces_and_even_between_them():
+    step = joined(box(high=(1, 1, 0.31)), box((2, 0, 0), (3, 1, 1)))
+    found = planes(step, 2, 0.1)
+    assert found == pytest.approx([0, 0.31 / 3, 0.62 / 3, *np.linspace(0.31, 1, 8)])
+
+
+def test_of_two_faces_that_are_near_the_larger_has_a_plane():
+    near = joined(box(high=(1, 1, 0.51)), box((2, 0, 0), (4, 1, 0.55)), box((5, 0, 0), (6, 1, 1)))
+    found = planes(near, 2, 0.1)
+    assert 0.55 in found.round(12)
+    assert 0.51 not in found.round(12)
+    assert np.diff(found).min() > 0.06
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 10**6), least=st.floats(0.2, 0.8))
+def test_random_cells_become_one_manifold_solid_without_voids(seed, least):
+    share = np.random.default_rng(seed).random((5, 6, 4))
+    full = manifold(share, least)
+    assert full.any()
+    assert label(full)[1] == 1
+    assert label(~np.pad(full, 1))[1] == 1
+    assert not TABLE[windows(np.pad(full, 1)), 1].any()
+    assert is_manifold(solid(full))
+
+
+def test_a_manifold_solid_stays_as_it_is():
+    share = np.zeros((4, 4, 2))
+    share[:3, :2] = 1
+    assert (manifold(share, 0.5) == (share > 0)).all()
+
+
+@pytest.mark.parametrize("doubtful", [(1, 2), (2, 1)])
+def test_where_two_blocks_touch_along_an_edge_the_most_doubtful_cells_are_flipped(doubtful):
+    share = np.zeros((4, 4, 2))
+    share[:2, :2] = share[2:, 2:] = 1
+    share[doubtful] = 0.45
+    full = manifold(share, 0.5)
+    assert full[doubtful].all()
+    assert full.sum() == (share > 0.4).sum()
+
+
+@pytest.mark.parametrize("turn", [[0, 0, 0], [0.4, -0.7, 1.1]])
+def test_the_lattice_of_a_turned_part_has_its_genus_place_and_volume(turn):
+    frame = Rotation.from_rotvec(turn).as_matrix() @ np.diag([20.0, 15.0, 11.0])
+    surface = part(("hole_y", "hole_z"), frame)
+    coarse, fine = overlay(surface, size="8%")
+    for made, size in ((coarse, 0.04), (fine, 0.08 / 3.3)):
+        assert (made.family, genus(made.polycube)) == ("overlay", 2)
+        lattice = mesh(
+            made.polycube, made.rough_map, [np.ones(n, int) for n in made.polycube.occupancy.shape]
+        )
+        assert volume(boundary(lattice)) == pytest.approx(volume(surface), rel=0.02)
+        length = np.diff(made.rough_map.positions[:, 0, 0], axis=0)
+        assert np.linalg.norm(length, axis=1).max() < 1.5 * size * diagonal(surface)
+
+
+def test_a_hole_smaller_than_a_cell_makes_the_lattice_finer():
+    ring = torus()
+    thick = TriMesh(ring.vertices * [1, 1, 3], ring.faces)
+    [coarse] = overlay(thick, size="70%", finer=[1.0], steps=[1.0, 2.0, 4.0])
+    assert genus(coarse.polycube) == 1
+
+
+def test_too_many_cells_are_no_candidate():
+    assert len(overlay(torus(), size="10%", max_hexes=300)) < 2
+
+
+@pytest.mark.parametrize("sheets", ["all", "none"])
+def test_a_pocketed_block_keeps_its_features(sheets):
+    surface = pocketed()
+    made = overlay(surface, size="10%", finer=[2.0])[0]
+    hexes = build("meshing/subdivide", {"plugin": "template", "level": 0})(
+        surface, made.polycube, made.rough_map
+    )
+    hexes = build("meshing/smooth", {"plugin": "register"})(surface, hexes)
+    hexes = build("meshing/pillow", {"plugin": "selective", "patches": "all", "sheets": sheets})(
+        surface, hexes
+    )
+    paths = hexes.paths
+    assert (len(paths) > 0) == (sheets == "all")
+    hexes = build("meshing/optimize", {"plugin": "polish"})(surface, hexes)
+    assert hexes.paths.keys() == paths.keys()
+    found = inspect(hexes, surface)
+    assert found.scaled_jacobian > (0.3 if sheets == "all" else 0.1)
+    assert not any(each.is_lost for each in found.features)
+    assert not len(found.crossings)
