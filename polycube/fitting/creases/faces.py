@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from polycube.fitting.problem import FitProblem
+from polycube.surface.coincident import covered
 from polycube.surface.features import Crease
 
 NORMAL = 0.04  # length that a whole turn of the normal is worth, in diagonals
@@ -47,7 +48,7 @@ def quad_faces(
     share = votes.max(axis=1) / np.maximum(votes.sum(axis=1), 1e-300)
     found = {id(crease) for crease in matched}
     is_open = np.zeros(region.max() + 1, bool)
-    for crease in features.creases:
-        if id(crease) not in found:
+    for crease, is_double in zip(features.creases, covered(features), strict=True):
+        if id(crease) not in found and not is_double:
             is_open[list(crease.faces)] = True
     return np.where(is_open[face] | (share <= MOST), 0, face)[part]

@@ -25,6 +25,7 @@ from polycube.fitting.creases.routing import (
 )
 from polycube.fitting.problem import FitProblem
 from polycube.surface import arc_length as sliding
+from polycube.surface.coincident import covered, merged
 from polycube.surface.features import Crease, Features
 
 logger = logging.getLogger(__name__)
@@ -62,14 +63,20 @@ class Route:
 
 
 def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: Net) -> np.ndarray:
-    """(C,) vertex for each corner of the surface, no vertex twice; -1 where none suits."""
-    corners = features.corners
+    """(C,) vertex for each corner of the surface; -1 where none suits.
+
+    No vertex is taken twice, but by corners that lie on each other.
+    """
+    stands_for = merged(features)
+    alone = np.flatnonzero(stands_for == np.arange(len(stands_for)))
+    corners = features.corners[alone]
     gap = np.linalg.norm(x[problem.outer][None] - corners[:, None], axis=2)  # (C, B)
     near = gap < REACH * mesh.size[problem.outer]
     cost = np.full(gap.shape, 1e6)
     order = np.argsort(mesh.start, kind="stable")
     first = np.searchsorted(mesh.start[order], np.arange(len(x) + 1))
-    ways = _ways(features)
+    every = _ways(features)
+    ways = [every[c] for c in alone]
     for c, b in np.argwhere(near):
         leaving = order[first[problem.outer[b]] : first[problem.outer[b] + 1]]
         cost[c, b] = (gap[c, b] / mesh.size[problem.outer[b]]) ** 2
@@ -78,12 +85,12 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
             inside = np.array([angle for _, angle in ways[c]])[:, None]
             crowded = crowding(inside, mesh.hexes[leaving][None])
             cost[c, b] += (ASKEW * (1 - away) + CROWDED * crowded).min(axis=1).mean()
-    alone = np.full((len(corners), len(corners)), NOT_MATCHED)
-    row, column = linear_sum_assignment(np.hstack([np.minimum(cost, 1e6), alone]))
-    found = np.full(len(corners), -1)
+    nowhere = np.full((len(corners), len(corners)), NOT_MATCHED)
+    row, column = linear_sum_assignment(np.hstack([np.minimum(cost, 1e6), nowhere]))
+    found = np.full(len(stands_for), -1)
     real = column < len(problem.outer)
-    found[row[real]] = problem.outer[column[real]]
-    return found
+    found[alone[row[real]]] = problem.outer[column[real]]
+    return found[stands_for]
 
 
 def _ways(features: Features) -> list[list[tuple[np.ndarray, float]]]:
@@ -106,9 +113,9 @@ def find_routes(
 ) -> tuple[list[Route], np.ndarray, np.ndarray]:
     """Paths of the creases that have a good one; no two share a vertex, except at corners.
 
-    Paths that the mesh has already are kept.  Of the others the cheapest goes first.  Where a path
-    blocks the way of another crease, that one goes first in a new attempt; the attempt with the
-    most paths counts.
+    Paths that the mesh has already are kept, and curves that lie on others have none.  Of the
+    others the cheapest goes first.  Where a path blocks the way of another crease, that one goes
+    first in a new attempt; the attempt with the most paths counts.
 
     Returns
     -------
@@ -128,8 +135,8 @@ def find_routes(
     known = {id(route.crease) for route in kept}
     creases = [
         c
-        for c in features.creases
-        if id(c) not in known and (c.is_loop or (placed[list(c.ends)] >= 0).all())
+        for c, is_double in zip(features.creases, covered(features), strict=True)
+        if not is_double and id(c) not in known and (c.is_loop or (placed[list(c.ends)] >= 0).all())
     ]
     fields = {id(c): field(c, problem, x, mesh) for c in creases}
     alone = [cheapest(c, fields[id(c)], x, placed, taken) for c in creases]
@@ -153,9 +160,10 @@ def find_routes(
         order = blocked + [k for k in order if k not in blocked]
     routes = kept + routes
     ends = np.unique([end for r in routes for end in r.crease.ends if end >= 0]).astype(np.int64)
-    lost = len(features.creases) - len(routes)
+    ends = ends[np.unique(placed[ends], return_index=True)[1]]
     if features.creases:
-        logger.info("features: %d of %d creases on mesh edges", len(routes), lost + len(routes))
+        wanted = len(features.creases) - int(covered(features).sum())
+        logger.info("features: %d of %d creases on mesh edges", len(routes), wanted)
     return routes, ends, placed[ends]
 
 
