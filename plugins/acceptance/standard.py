@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 CRITERIA = ("validity", "features", "distances", "scaled_jacobian")
 CERTIFY = ("corners", "everywhere")
+DOUBLED = 0.02  # scaled Jacobian that twice as many hexes must gain
 
 
 @register("acceptance", "standard")
@@ -28,8 +29,9 @@ class Standard(Acceptance):
 
     Each criterion is met or missed; features of a CAD part are counted.  Of two meshes the better
     one meets the first criterion in which they differ, or loses fewer features; where they differ
-    in none, the merit of the fitting stages decides (`polycube.fitting.merit`).  Lengths are shares
-    of the bounding-box diagonal unless another unit is named.
+    in none, the merit of the fitting stages decides (`polycube.fitting.merit`), less 0.02 for each
+    doubling of the number of hexes.  Lengths are shares of the bounding-box diagonal unless another
+    unit is named.
 
     Parameters
     ----------
@@ -97,7 +99,10 @@ class Standard(Acceptance):
         return Verdict(
             failures=failures,
             warnings=() if failures else tuple(self._warnings(found)),
-            key=(*(float(levels[name]) for name in self.order), merit(found)),
+            key=(
+                *(float(levels[name]) for name in self.order),
+                merit(found) - DOUBLED * float(np.log2(len(hexes.hexes))),
+            ),
             reaches=-inf if any(levels.values()) else found.scaled_jacobian,
             lost=lost if len(surface.region) else 0,
         )

@@ -12,7 +12,7 @@ import numpy as np
 
 from polycube.surface.features import Features
 
-NEAR = 0.0015  # of the diagonal: half of what a curve may be off
+NEAR = 0.001  # of the diagonal: a third of what a curve may be off
 STEP = 0.004  # between the samples of a curve
 
 
