@@ -2,8 +2,9 @@
 
 Nine points of every quad, one in the middle of each ninth, take the face of the nearest triangle
 whose normal suits, and sides that lie on a curve between two faces say which of them the quad is on
-(`polycube.surface.cad_curves`).  Where mesh edges follow the curves, each face so becomes a set of
-whole quads with exactly its border; elsewhere the border is the shortest that suits the points.
+(`polycube.surface.curves.cad_curves`).  Where mesh edges follow the curves, each face so becomes a
+set of whole quads with exactly its border; elsewhere the border is the shortest that suits the
+points.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from polycube.hexmesh.face_groups import cad_ends_and_holes
 from polycube.hexmesh.named_sets import boundary_sets, cad_faces, patch_sets
-from polycube.surface.cad_curves import bounded_faces
+from polycube.surface.curves.cad_curves import bounded_faces
 from polycube.surface.fit_target import target
 from polycube.surface.measures import twins
 from polycube.types import HexMesh, TriMesh

@@ -13,7 +13,6 @@ import numpy as np
 
 from polycube.hexmesh.quality import boundary_edges
 from polycube.surface import closest
-from polycube.surface.curve_shapes import shape_of
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
@@ -70,7 +69,7 @@ def feature_distances(
         places = crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
         middle = goal.to_model(places[len(places) // 2])
         gaps = closest.distance(edges, places)
-        found.append(_feature("curve", shape_of(crease.points), crease.faces, middle, gaps))
+        found.append(_feature("curve", crease.shape, crease.faces, middle, gaps))
     for end, own in at.items():
         if len(own) >= 3:
             faces = sorted({face for number in own for face in creases[number].faces})

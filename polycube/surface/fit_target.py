@@ -12,8 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from polycube.surface import closest
-from polycube.surface.creases import features
-from polycube.surface.features import Features
+from polycube.surface.curves.creases import features
+from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
 from polycube.surface.measures import diagonal, face_areas, face_normals
 from polycube.surface.samples import spread

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.surface import arc_length as sliding
-from polycube.surface.features import Crease
+from polycube.surface.curves.features import Crease
 from tests.fixtures.surfaces import circle
 
 

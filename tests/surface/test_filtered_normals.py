@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.surface import filtered_normals as broad
-from polycube.surface.creases import features
+from polycube.surface.curves.creases import features
 from polycube.surface.filtered_normals import broad_turns, steady_normals
 from polycube.surface.fit_target import target
 from polycube.surface.measures import face_normals

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from polycube.fitting.problem import FitProblem
-from polycube.surface.coincident import covered
-from polycube.surface.features import Crease
+from polycube.surface.curves.coincident import covered
+from polycube.surface.curves.features import Crease
 
 NORMAL = 0.04  # length that a whole turn of the normal is worth, in diagonals
 MOST = 0.5  # share of the area of a part that its CAD face must have

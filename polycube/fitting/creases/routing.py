@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import edge_valence
-from polycube.surface.creases import Crease
+from polycube.surface.curves.creases import Crease
 
 REACH = 2.0  # farthest vertex, in local sizes
 AWAY, ASKEW, CROWDED = 4.0, 2.0, 1.0  # costs: square distance, 1 - cos, angle of a hex off 90

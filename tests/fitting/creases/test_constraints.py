@@ -20,7 +20,7 @@ from polycube.fitting.creases.constraints import (
 from polycube.fitting.creases.paths import Route
 from polycube.fitting.problem import FitProblem
 from polycube.structure.lattice import boundary, edges
-from polycube.surface.features import Crease
+from polycube.surface.curves.features import Crease
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
 from tests.fixtures.polycubes import cut, ring

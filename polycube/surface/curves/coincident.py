@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.surface.features import Features
+from polycube.surface.curves.features import Features
 
 NEAR = 0.001  # of the diagonal: a third of what a curve may be off
 STEP = 0.004  # between the samples of a curve

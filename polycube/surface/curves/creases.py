@@ -19,10 +19,10 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from polycube.surface.features import Crease, Features
+from polycube.surface.curves.features import Crease, Features
+from polycube.surface.curves.plane_edges import between_planes
 from polycube.surface.filtered_normals import broad_turns
 from polycube.surface.measures import half_edges, twins
-from polycube.surface.plane_edges import between_planes
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(46)  # least angle between the normals at a sharp edge

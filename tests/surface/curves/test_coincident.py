@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from polycube.surface.coincident import NEAR, covered, merged
-from polycube.surface.features import Crease, Features
+from polycube.surface.curves.coincident import NEAR, covered, merged
+from polycube.surface.curves.features import Crease, Features
 
 
 def line(start, end, ends=(0, 1)):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from polycube.surface.curve_shapes import shape_of
+from polycube.surface.curves.features import shape_of
 
 T = np.linspace(0, 1, 30)
 

@@ -6,8 +6,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.surface.creases import _without_noise, features
-from polycube.surface.features import Crease
+from polycube.surface.curves.creases import _without_noise, features
+from polycube.surface.curves.features import Crease
 from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, circle, halved_box, joined, torus

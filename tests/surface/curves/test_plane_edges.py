@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from polycube.surface.creases import features
+from polycube.surface.curves.creases import features
 from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
 

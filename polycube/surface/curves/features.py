@@ -1,7 +1,7 @@
 """The features of a surface: its curves and the points where they end.
 
 Of a CAD model they are the curves between two of its faces, tangent ones too; of triangles alone
-the edges at which the surface turns (`polycube.surface.creases` finds both).
+the edges at which the surface turns (`polycube.surface.curves.creases` finds both).
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.surface import arc_length as sliding
+
+EXACT = 1e-5  # of a curve's extent: how far its points may be off its shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +29,11 @@ class Crease:
     def length(self) -> float:
         """Of the whole crease."""
         return float(self.arc[-1])
+
+    @property
+    def shape(self) -> str:
+        """Of the whole crease: see `shape_of`."""
+        return shape_of(self.points)
 
     @property
     def is_loop(self) -> bool:
@@ -75,3 +82,29 @@ class Features:
     is_fixed: np.ndarray
     noise: np.ndarray
     n_faces: int = 0
+
+
+def shape_of(points: np.ndarray) -> str:
+    """Name the shape of a polyline.
+
+    Parameters
+    ----------
+    points : (N, 3), at least 2; of a circle they lie on it
+
+    Returns
+    -------
+    "line", "circle" (an arc of one or the whole) or "curve"
+    """
+    middle = points - points.mean(axis=0)
+    extent, axes = np.linalg.svd(middle, full_matrices=False)[1:]
+    across = abs(middle @ axes.T).max(axis=0)
+    if across[1:].max(initial=0) <= EXACT * extent[0]:
+        return "line"
+    if len(points) < 5 or across[2] > EXACT * extent[0]:
+        return "curve"
+    flat = middle @ axes[:2].T
+    square = (flat**2).sum(axis=1)  # |p - c|^2 = r^2 is linear in c and r^2 - |c|^2
+    solved = np.linalg.lstsq(np.column_stack([2 * flat, np.ones(len(flat))]), square, rcond=None)[0]
+    radius = np.sqrt(solved[2] + solved[:2] @ solved[:2])
+    off = abs(np.linalg.norm(flat - solved[:2], axis=1) - radius).max()
+    return "circle" if off <= EXACT * extent[0] else "curve"

@@ -1,0 +1,1 @@
+"""The curves of a surface: creases, borders of CAD faces, and where they end."""
