@@ -107,11 +107,10 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     meshed = [each for each in made if each.attempts]
     if _family(entry) != OVERLAY or not meshed:
         return False
+    overlays = [e for e in meshed if _family(e.start.ranked[e.start.chosen]) == OVERLAY]
+    verdicts = [each.taken().verdict for each in overlays]
     best = max(meshed, key=lambda each: each.best).taken().verdict
-    is_finer = any(
-        each.start.ranked[each.start.chosen].candidate.family == OVERLAY for each in made
-    )
-    return best.is_valid and not best.lost if is_finer else best.reaches >= 0
+    return best.reaches >= 0 or any(v.is_valid and not v.lost for v in verdicts)
 
 
 def _family(entry: Ranked) -> str:

@@ -82,29 +82,30 @@ def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():
 
 
 @pytest.mark.parametrize(
-    ("before", "reaches", "lost", "expected"),
+    ("made", "expected"),
     [
-        ([], 0.0, 0, False),
-        (["labels"], 0.3, 0, True),
-        (["labels"], -np.inf, 0, False),  # a poor hex
-        (["labels", "overlay"], -np.inf, 0, True),
-        (["labels", "overlay"], -np.inf, 2, False),
+        ([], False),
+        ([("labels", 0.3, 0)], True),
+        ([("labels", -np.inf, 0)], False),  # a poor hex
+        ([("labels", -np.inf, 0), ("overlay", -np.inf, 0)], True),
+        ([("labels", -np.inf, 0), ("overlay", -np.inf, 2)], False),
+        ([("labels", 0.3, 0), ("overlay", -np.inf, 2)], True),
     ],
 )
-def test_an_overlay_is_for_meshes_that_miss_something(before, reaches, lost, expected):
+def test_an_overlay_is_for_meshes_that_miss_something(made, expected):
     def entry(family):
         return SimpleNamespace(candidate=SimpleNamespace(family=family))
 
-    verdict = SimpleNamespace(is_valid=True, lost=lost, reaches=reaches)
-    taken = SimpleNamespace(verdict=verdict)
-    made = [
-        SimpleNamespace(
+    def variants(family, reaches, lost):
+        verdict = SimpleNamespace(is_valid=True, lost=lost, reaches=reaches)
+        taken = SimpleNamespace(verdict=verdict)
+        return SimpleNamespace(
             start=SimpleNamespace(ranked=[entry(family)], chosen=0),
             attempts={(0, False): taken},
-            best=(0.0,),
+            best=(-lost, reaches),
             taken=lambda: taken,
         )
-        for family in before
-    ]
-    assert is_needless(entry("overlay"), made) == expected
-    assert not is_needless(entry("labels"), made)
+
+    before = [variants(*each) for each in made]
+    assert is_needless(entry("overlay"), before) == expected
+    assert not is_needless(entry("labels"), before)
