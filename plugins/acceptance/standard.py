@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 CRITERIA = ("validity", "features", "distances", "scaled_jacobian")
 CERTIFY = ("corners", "everywhere")
-DOUBLED = 0.02  # scaled Jacobian that twice as many hexes must gain
+DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
 
 
 @register("acceptance", "standard")
@@ -29,7 +29,7 @@ class Standard(Acceptance):
 
     Each criterion is met or missed; features of a CAD part are counted.  Of two meshes the better
     one meets the first criterion in which they differ, or loses fewer features; where they differ
-    in none, the merit of the fitting stages decides (`polycube.fitting.merit`), less 0.02 for each
+    in none, the merit of the fitting stages decides (`polycube.fitting.merit`), less 0.01 for each
     doubling of the number of hexes.  Lengths are shares of the bounding-box diagonal unless another
     unit is named.
 

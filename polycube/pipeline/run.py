@@ -184,6 +184,9 @@ class Run:
         def starts() -> Iterator[Variants]:
             made: list[Variants] = []
             for index in choices:
+                if ranked[index].candidate.family == OVERLAY:
+                    for each in made:  # coarse structures have all their variants first
+                        each.run_others()
                 if is_needless(ranked[index], made):
                     break
                 same = index == state.chosen

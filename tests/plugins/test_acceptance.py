@@ -33,7 +33,7 @@ def moved(mesh: HexMesh, vertices: np.ndarray) -> HexMesh:
 def test_an_exact_mesh_is_valid_and_good(mesh, surface):
     found = JUDGE(mesh, surface)
     assert found.is_valid and not found.warnings
-    crowd = 0.02 * np.log2(len(mesh.hexes))
+    crowd = 0.01 * np.log2(len(mesh.hexes))
     assert found.reaches == pytest.approx(1)
     assert found.key == pytest.approx((0, 0, 0, 0, 0.7 - crowd))
     assert str(found) == "valid"
