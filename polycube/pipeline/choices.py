@@ -101,8 +101,11 @@ def settled_at(
 
 
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
-    """Whether a structure has no use after those made: an overlay where a mesh misses nothing, and
-    a finer overlay where one is valid and keeps all features.
+    """Whether a structure has no use after those made.
+
+    An overlay has none where a mesh misses nothing, and a finer one where one is valid and keeps
+    all features.  Curves of triangles alone are found by angle, and no reason for so many hexes:
+    for these an overlay has none where any mesh is valid.
     """
     meshed = [each for each in made if each.attempts]
     if _family(entry) != OVERLAY or not meshed:
@@ -110,6 +113,8 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     overlays = [e for e in meshed if _family(e.start.ranked[e.start.chosen]) == OVERLAY]
     verdicts = [each.taken().verdict for each in overlays]
     best = max(meshed, key=lambda each: each.best).taken().verdict
+    if not len(meshed[0].start.surface.region):
+        return best.is_valid
     return best.reaches >= 0 or any(v.is_valid and not v.lost for v in verdicts)
 
 

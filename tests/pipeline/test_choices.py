@@ -82,17 +82,18 @@ def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():
 
 
 @pytest.mark.parametrize(
-    ("made", "expected"),
+    ("made", "is_cad", "expected"),
     [
-        ([], False),
-        ([("labels", 0.3, 0)], True),
-        ([("labels", -np.inf, 0)], False),  # a poor hex
-        ([("labels", -np.inf, 0), ("overlay", -np.inf, 0)], True),
-        ([("labels", -np.inf, 0), ("overlay", -np.inf, 2)], False),
-        ([("labels", 0.3, 0), ("overlay", -np.inf, 2)], True),
+        ([], True, False),
+        ([("labels", 0.3, 0)], True, True),
+        ([("labels", -np.inf, 0)], True, False),  # a poor hex
+        ([("labels", -np.inf, 0)], False, True),
+        ([("labels", -np.inf, 0), ("overlay", -np.inf, 0)], True, True),
+        ([("labels", -np.inf, 0), ("overlay", -np.inf, 2)], True, False),
+        ([("labels", 0.3, 0), ("overlay", -np.inf, 2)], True, True),
     ],
 )
-def test_an_overlay_is_for_meshes_that_miss_something(made, expected):
+def test_an_overlay_is_for_meshes_that_miss_something(made, is_cad, expected):
     def entry(family):
         return SimpleNamespace(candidate=SimpleNamespace(family=family))
 
@@ -100,7 +101,9 @@ def test_an_overlay_is_for_meshes_that_miss_something(made, expected):
         verdict = SimpleNamespace(is_valid=True, lost=lost, reaches=reaches)
         taken = SimpleNamespace(verdict=verdict)
         return SimpleNamespace(
-            start=SimpleNamespace(ranked=[entry(family)], chosen=0),
+            start=SimpleNamespace(
+                ranked=[entry(family)], chosen=0, surface=SimpleNamespace(region=[1] * is_cad)
+            ),
             attempts={(0, False): taken},
             best=(-lost, reaches),
             taken=lambda: taken,
