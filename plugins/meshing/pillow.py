@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,8 +61,7 @@ class Selective:
         exact = features_of(self.features, surface) == "exact"
         whole = hexes
         if exact and self.patches == "auto" and self.sheets != "none":
-            # paths may change once more: coarse structures have few, and gain by it
-            hexes = replace(without_flat_corners(hexes, goal, self.sheets == "all"), paths={})
+            hexes = without_flat_corners(hexes, goal, self.sheets == "all")
         region, taken = self._taken(surface, hexes, goal)
         layered = layer(hexes, region, taken, self.depth) if taken.any() else hexes
         if len(layered.hexes) == len(whole.hexes):
@@ -70,7 +69,7 @@ class Selective:
         settled = self._settled(layered, goal, exact)
         if not exact or (self.patches, self.sheets) != ("all", "all"):
             return settled
-        cured = without_flat_corners(settled, goal, anywhere=True)
+        cured = without_flat_corners(settled, goal, anywhere=True, keep_paths=True)
         return settled if cured is settled else self._settled(cured, goal, exact)
 
     def _settled(self, layered: HexMesh, goal: Target, exact: bool) -> HexMesh:

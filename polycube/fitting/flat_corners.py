@@ -26,13 +26,15 @@ FLAT = np.deg2rad(150)  # angle of a quad beyond which the scaled Jacobian of it
 ROUNDS = 6  # of sheets at most: those that touch come one after the other
 
 
-def without_flat_corners(mesh: HexMesh, target: Target, anywhere: bool = False) -> HexMesh:
+def without_flat_corners(
+    mesh: HexMesh, target: Target, anywhere: bool = False, keep_paths: bool = False
+) -> HexMesh:
     """The mesh with sheets of hexes under the faces where quads have flat corners; else the same.
-
-    A mesh with sheets keeps the paths of the curves that they were made for.
 
     mesh : fitted, with its boundary near the target, in model units
     anywhere : also where a path of a curve turns inside a patch of the polycube
+    keep_paths : the mesh carries the paths of the curves that the sheets are made for; else they
+        are found anew each time, and may turn elsewhere
     """
     for _ in range(ROUNDS):
         problem = FitProblem(mesh, target, samples=1)
@@ -45,7 +47,8 @@ def without_flat_corners(mesh: HexMesh, target: Target, anywhere: bool = False) 
         before = len(mesh.hexes)
         # vertices on their curves: there the paths are found again
         mesh = with_sheet(replace(mesh, vertices=target.to_model(placed)), inside)
-        mesh = replace(mesh, paths=_numbered(matching, target))
+        if keep_paths:
+            mesh = replace(mesh, paths=_numbered(matching, target))
         logger.info("flat corners: a sheet of %d hexes", len(mesh.hexes) - before)
     return mesh
 

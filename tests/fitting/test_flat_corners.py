@@ -84,7 +84,8 @@ def test_sheets_are_an_option_of_the_pillow(pocket):
 def test_paths_are_kept_through_sheets_and_registration(pocket):
     surface, mesh = pocket
     goal = target(surface)
-    cured = without_flat_corners(mesh, goal)
+    assert not without_flat_corners(mesh, goal).paths
+    cured = without_flat_corners(mesh, goal, keep_paths=True)
     assert cured.paths
     settled = register_mesh(cured, goal, features=True)
     problem = FitProblem(settled, goal, 1)
