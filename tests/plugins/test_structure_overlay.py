@@ -101,6 +101,11 @@ def test_too_many_cells_are_no_candidate():
     assert len(overlay(torus(), size="10%", max_hexes=300)) < 2
 
 
+@pytest.mark.parametrize("size", ["0.01%", "1e-6%"])
+def test_cells_far_too_small_are_refused_before_they_are_made(size):
+    assert overlay(torus(), size=size) == []
+
+
 @pytest.mark.parametrize("sheets", ["all", "none"])
 def test_a_pocketed_block_keeps_its_features(sheets):
     surface = pocketed()

@@ -17,6 +17,7 @@ from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 logger = logging.getLogger(__name__)
 
 SAMPLES = 4  # of a cell along each axis
+MOST_CELLS = 2_000_000  # full or not: their samples take 130 MB
 
 
 @register("structure", "overlay")
@@ -25,19 +26,17 @@ class Overlay(Structure):
     """Fill the cells of a lattice that lie in the part.
 
     Topology is always that of the part: cells are flipped, or the lattice is finer.  Hexes are as
-    large as the cells, so the structure has many more of them than a coarse polycube, and room for
-    features that this has no place for.
+    large as the cells: many more than on a coarse polycube, and room for more features.
 
     Parameters
     ----------
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
     size : of the hexes, in the units of the part or as a share of the diagonal
-    finer : times by which cells are smaller than that; one candidate each, while there is more
-        room for features to gain
+    finer : times by which cells are smaller than that; one candidate each
     steps : by which they are smaller yet until the topology is right
     least : shares of a cell that must be solid for it to be full, tried in this order
-    max_hexes : limit of the full cells
+    max_hexes : full cells at most; a lattice that needs more is not proposed
     """
 
     any_grid = True
@@ -78,10 +77,14 @@ class Overlay(Structure):
         wanted = measures.genus(surface)
         turned = TriMesh(surface.vertices @ frame.T, surface.faces)
         for step in self.steps:
-            x, y, z = (planes(turned, axis, size / step) for axis in range(3))
-            share = _solid_shares(turned, x, y, z)
-            if share.sum() > self.max_hexes:
+            if measures.volume(surface) > self.max_hexes * (size / step) ** 3:
+                logger.info("overlay: more than %d cells of size %.4g", self.max_hexes, size / step)
                 return None
+            x, y, z = (planes(turned, axis, size / step) for axis in range(3))
+            if len(x) * len(y) * len(z) > MOST_CELLS:
+                logger.info("overlay: too many cells of size %.4g round the part", size / step)
+                return None
+            share = _solid_shares(turned, x, y, z)
             for least in self.least:
                 full = manifold(share, least)
                 polycube = _polycube(full, brick)
