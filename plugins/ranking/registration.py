@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.registry import register
-from polycube.types import Candidate, Ranked, TriMesh
+from polycube.types import OVERLAY, Candidate, Ranked, TriMesh
 
 if TYPE_CHECKING:
     from polycube.fitting.registration import ShortQuality
@@ -61,12 +61,12 @@ class Registration:
         distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
         fitting = [c for c in distinct if is_manifold(c.polycube) and genus(c.polycube) == wanted]
         ranked = []
-        coarse = [c for c in fitting if c.family != "overlay"]
+        coarse = [c for c in fitting if c.family != OVERLAY]
         for proposal in dict.fromkeys(c.proposal for c in coarse):
             ours = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)
             ranked += [self._judged(c, goal, ours[0].cost) for c in ours[: self.limit]]
         ranked.sort(key=lambda entry: entry.score)
-        ranked += [_unregistered(c) for c in fitting if c.family == "overlay"]
+        ranked += [_unregistered(c) for c in fitting if c.family == OVERLAY]
         _log(ranked)
         return ranked
 

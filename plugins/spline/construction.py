@@ -66,10 +66,11 @@ def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
     """The spline that costs least of those with all creases, the harmless ones, and all with
     straight hexes; each is made only where those before are not good.
     """
-    harmless, creases = sharpened(options, hexes, surface), _creases(options, hexes, surface)
+    creases, on = _creases(options, hexes, surface), kept_faces(hexes, surface)
+    harmless = _sharp(options, hexes, creases)
 
     def trial(name: str, sharp: Sharp) -> Trial:
-        spline = _solid(options, surface, hexes, sharp)
+        spline = _solid(options, surface, hexes, sharp, on)
         return Trial.of(name, spline, sharp, surface, options.fit.floor, creases.lost(sharp))
 
     if options.fit.iterations == 0:
@@ -89,12 +90,14 @@ def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
     return best
 
 
-def _solid(options: SplineOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp) -> Spline:
+def _solid(
+    options: SplineOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
+) -> Spline:
+    """A spline fitted to the surface; cad_face : (Q,) of the quads of the mesh, 0 for any."""
     singular = len(extraordinary_edges(hexes)[0])
     space = options.space(hexes, sharp)
     plain = refined_spline(space, options.refine, surface, singular)
-    on = kept_faces(hexes, surface)[quads_of_spline(plain, hexes)]
-    return fit_to_surface(options.fit, plain, surface, on)
+    return fit_to_surface(options.fit, plain, surface, cad_face[quads_of_spline(plain, hexes)])
 
 
 def sharpened(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None = None) -> Sharp:
@@ -104,7 +107,11 @@ def sharpened(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None = 
 
     Raises InputError for edges that are given and are not on the boundary.
     """
-    found = _creases(options, hexes, surface)
+    return _sharp(options, hexes, _creases(options, hexes, surface))
+
+
+def _sharp(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:
+    """What the options ask for, of the creases found."""
     if options.sharp == "auto":
         return found.harmless()
     sharp = union(found.forced, found.borders)

@@ -5,20 +5,20 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from polycube.kinds import Acceptance
-from polycube.pipeline.search import Variants
+from polycube.pipeline.search import Options, Variants
 from polycube.pipeline.state import RunState
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
-from polycube.types import Candidate, Polycube, Ranked
+from polycube.types import OVERLAY, Candidate, Polycube, Ranked
 
 logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
-OVERLAY = "overlay"  # family of the lattices as fine as the hexes
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -64,7 +64,7 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     equal structures that rank close the one from labels is taken, whose rough map is exact.  The
     overlays come after all others, whatever `tries` is.
     """
-    overlays = [i for i, entry in enumerate(ranked) if _family(entry) == OVERLAY]
+    overlays = [i for i, entry in enumerate(ranked) if is_overlay(entry)]
     if len(overlays) == len(ranked):
         return overlays
     seen, choices = set(), []
@@ -94,8 +94,9 @@ def settled_at(
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
     is_close = any(
-        entry.score <= CLOSE * now.score and _family(entry) not in (_family(now), OVERLAY)
+        entry.score <= CLOSE * now.score and _family(entry) != _family(now)
         for entry in later
+        if not is_overlay(entry)
     )
     return acceptance.excellent if is_close else acceptance.acceptable
 
@@ -108,14 +109,25 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     for these an overlay has none where any mesh is valid.
     """
     meshed = [each for each in made if each.attempts]
-    if _family(entry) != OVERLAY or not meshed:
+    if not is_overlay(entry) or not meshed:
         return False
-    overlays = [e for e in meshed if _family(e.start.ranked[e.start.chosen]) == OVERLAY]
+    overlays = [e for e in meshed if is_overlay(e.start.ranked[e.start.chosen])]
     verdicts = [each.taken().verdict for each in overlays]
     best = max(meshed, key=lambda each: each.best).taken().verdict
     if not len(meshed[0].start.surface.region):
         return best.is_valid
     return best.reaches >= 0 or any(v.is_valid and not v.lost for v in verdicts)
+
+
+def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]:
+    """The variants for a structure: those of the meshing bundle, or its own for overlays."""
+    is_fine = bool(start.ranked) and is_overlay(start.ranked[start.chosen])
+    return bundle.get("overlay" if is_fine else "portfolio") or bundle["portfolio"]
+
+
+def is_overlay(entry: Ranked) -> bool:
+    """Whether the structure is a lattice as fine as the hexes."""
+    return _family(entry) == OVERLAY
 
 
 def _family(entry: Ranked) -> str:

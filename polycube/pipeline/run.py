@@ -15,12 +15,19 @@ from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Ranking
-from polycube.pipeline.choices import OVERLAY, choose, is_needless, settled_at, worth_meshing
+from polycube.pipeline.choices import (
+    choose,
+    is_needless,
+    is_overlay,
+    settled_at,
+    variants_of,
+    worth_meshing,
+)
 from polycube.pipeline.deadline import Deadline, TimeIsUp
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import explain_none, propose
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
-from polycube.pipeline.search import Options, Variants, search
+from polycube.pipeline.search import Variants, search
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.size_search import keep_features, meet_deviation
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
@@ -184,7 +191,7 @@ class Run:
         def starts() -> Iterator[Variants]:
             made: list[Variants] = []
             for index in choices:
-                if ranked[index].candidate.family == OVERLAY:
+                if is_overlay(ranked[index]):
                     for each in made:  # coarse structures have all their variants first
                         each.run_others()
                 if is_needless(ranked[index], made):
@@ -214,19 +221,13 @@ class Run:
         """The variants of the bundle, on one structure."""
         return Variants(
             stages,
-            list(self._portfolio(start)),
+            list(variants_of(self.bundle, start)),
             start,
             self.acceptance,
             self.clock,
             self.deadline,
             self.bundle.get("trial") or {},
         )
-
-    def _portfolio(self, start: RunState) -> Sequence[Options]:
-        """The variants for the family of the structure: those of the bundle, or for overlays."""
-        chosen = start.ranked[start.chosen].candidate if start.ranked else None
-        own = "overlay" if chosen is not None and chosen.family == OVERLAY else "portfolio"
-        return self.bundle.get(own) or self.bundle["portfolio"]
 
     def _finish(self, found: Variants, stages: Sequence[Stage]) -> RunState:
         """Run the last stages, and keep what each stage of the best run gave."""

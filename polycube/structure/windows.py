@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from scipy.ndimage import label
 
 
@@ -30,3 +31,25 @@ def windows(solid: np.ndarray) -> np.ndarray:
         nx, ny, nz = codes.shape
         codes |= solid[a : nx + a, b : ny + b, c : nz + c].astype(np.int64) << bit
     return codes
+
+
+@njit(cache=True)
+def flip(
+    solid: np.ndarray, codes: np.ndarray, i: int, j: int, k: int, table: np.ndarray
+) -> tuple[int, int]:
+    """Flip a cell and the windows that see it, in place; what that adds to the table's sums.
+
+    solid : with an empty layer round it
+    codes : its `windows`
+    table : `TABLE`
+    """
+    solid[i, j, k] = not solid[i, j, k]
+    total, bad = 0, 0
+    for bit in range(8):
+        a, b, c = i - (bit >> 2), j - (bit >> 1 & 1), k - (bit & 1)
+        code = codes[a, b, c]
+        new = code ^ (1 << bit)
+        codes[a, b, c] = new
+        total += table[new, 0] - table[code, 0]
+        bad += table[new, 1] - table[code, 1]
+    return total, bad

@@ -10,6 +10,7 @@ from polycube.types.hexmesh import HexMesh, Ranked, Verdict
 from polycube.types.plain import Json
 from polycube.types.polycube import (
     AXES,
+    OVERLAY,
     Candidate,
     Labels,
     Parametrization,
@@ -23,6 +24,7 @@ from polycube.types.surface import Frame, PointImage, TriMesh
 
 __all__ = [
     "AXES",
+    "OVERLAY",
     "Candidate",
     "Deformation",
     "ElementFunctions",

@@ -9,6 +9,7 @@ import numpy as np
 from polycube.types.checks import freeze
 
 PerAxis = tuple[np.ndarray, np.ndarray, np.ndarray]  # one array for each of x, y and z
+OVERLAY = "overlay"  # family of the lattices as fine as the hexes
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # the axis labels 0..5
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from polycube.structure.windows import TABLE, windows
+from polycube.structure.windows import TABLE, flip, windows
 from polycube.types import PerAxis
 
 FLIPS = 400  # at most
@@ -94,31 +94,11 @@ def _change(
 
 
 @njit(cache=True)
-def _flip(
-    solid: np.ndarray, codes: np.ndarray, i: int, j: int, k: int, table: np.ndarray
-) -> tuple[int, int]:
-    """Flip a brick and the windows that see it, in place; what that adds to the table's sums.
-
-    table : (256, 3) see `polycube.structure.windows`
-    """
-    solid[i, j, k] = not solid[i, j, k]
-    total, bad = 0, 0
-    for bit in range(8):
-        a, b, c = i - (bit >> 2), j - (bit >> 1 & 1), k - (bit & 1)
-        code = codes[a, b, c]
-        new = code ^ (1 << bit)
-        codes[a, b, c] = new
-        total += table[new, 0] - table[code, 0]
-        bad += table[new, 1] - table[code, 1]
-    return total, bad
-
-
-@njit(cache=True)
 def _flip_run(solid: np.ndarray, codes: np.ndarray, run: np.ndarray, table: np.ndarray) -> None:
     """Flip a run of bricks (axis, i, j, k, length) in place."""
     at = run[1:4].copy()
     for _ in range(run[4]):
-        _flip(solid, codes, at[0], at[1], at[2], table)
+        flip(solid, codes, at[0], at[1], at[2], table)
         at[run[0]] += 1
 
 
@@ -148,7 +128,7 @@ def _runs(
                     while at[axis] < shape[axis] - 1 and solid[at[0], at[1], at[2]] == value:
                         x, y, z = at[0], at[1], at[2]
                         change += _change(solid, gain, areas, x, y, z)
-                        more = _flip(solid, codes, x, y, z, table)
+                        more = flip(solid, codes, x, y, z, table)
                         total, bad = total + more[0], bad + more[1]
                         at[axis] += 1
                         length += 1
@@ -159,7 +139,7 @@ def _runs(
                             n += 1
                     for _ in range(length):
                         at[axis] -= 1
-                        _flip(solid, codes, at[0], at[1], at[2], table)
+                        flip(solid, codes, at[0], at[1], at[2], table)
     return runs[:n], changes[:n], effects[:n]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from polycube.hexmesh.settings import MeshingSettings
 from polycube.kinds import Structure
 from polycube.registry import register, setting
-from polycube.types import Candidate, Polycube, RoughMap, TriMesh
+from polycube.types import OVERLAY, Candidate, Polycube, RoughMap, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -100,7 +100,7 @@ class Overlay(Structure):
                     corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
                     rough_map = RoughMap(*polycube.knots, corners @ frame)
                     key = f"overlay {sha256(full.tobytes()).hexdigest()}"
-                    return Candidate("overlay", polycube, rough_map, 0.0, key, family="overlay")
+                    return Candidate("overlay", polycube, rough_map, 0.0, key, family=OVERLAY)
         return None
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import label
 
-from polycube.structure.windows import TABLE, windows
+from polycube.structure.windows import TABLE, flip, windows
 
 ROUNDS = 20
 
@@ -66,26 +66,13 @@ def _mend(solid: np.ndarray, codes: np.ndarray, weight: np.ndarray, table: np.nd
                 i, j, k = a + (bit >> 2), b + (bit >> 1 & 1), c + (bit & 1)
                 if weight[i, j, k] > 1:
                     continue
-                gain = -_flip(solid, codes, i, j, k, table)
-                _flip(solid, codes, i, j, k, table)
+                gain = -flip(solid, codes, i, j, k, table)[1]
+                flip(solid, codes, i, j, k, table)
                 if gain / (0.05 + weight[i, j, k]) > best:
                     best, chosen = gain / (0.05 + weight[i, j, k]), bit
             for bit in range(8):
                 i, j, k = a + (bit >> 2), b + (bit >> 1 & 1), c + (bit & 1)
                 if bit == chosen or (chosen < 0 and weight[i, j, k] <= 1 and not solid[i, j, k]):
-                    _flip(solid, codes, i, j, k, table)
+                    flip(solid, codes, i, j, k, table)
                     if chosen < 0:
                         weight[i, j, k] = 2.0
-
-
-@njit(cache=True)
-def _flip(solid: np.ndarray, codes: np.ndarray, i: int, j: int, k: int, table: np.ndarray) -> int:
-    """Flip a cell and the windows that see it; how many more are pinched."""
-    solid[i, j, k] = not solid[i, j, k]
-    bad = 0
-    for bit in range(8):
-        a, b, c = i - (bit >> 2), j - (bit >> 1 & 1), k - (bit & 1)
-        new = codes[a, b, c] ^ (1 << bit)
-        bad += table[new, 1] - table[codes[a, b, c], 1]
-        codes[a, b, c] = new
-    return bad
