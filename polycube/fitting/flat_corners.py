@@ -3,6 +3,8 @@
 Where a curve turns on the polycube and not on the part, a quad between it and the face beside it
 has an angle of 180 degrees, and its hex a scaled Jacobian of zero.  A triangular pocket has such a
 quad on its floor, a round one four.  A sheet round the hexes under the face puts two quads there.
+Where one corner alone is flat, a sheet round the quadrant behind it does so and leaves one quad at
+each of the other corners, which a sheet under the face would halve.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import numpy as np
 from polycube.fitting.creases.constraints import Matching, match, on_crease, on_goals
 from polycube.fitting.creases.routing import boundary_valence
 from polycube.fitting.problem import FitProblem
+from polycube.fitting.quadrants import quadrant
 from polycube.fitting.sheets import has_sheet, with_sheet
 from polycube.hexmesh.connectivity import quad_sides
 from polycube.surface.fit_target import Target
@@ -41,7 +44,8 @@ def without_flat_corners(
         x = target.to_unit(mesh.vertices)
         matching = match(problem, x)
         placed = on_goals(problem, x, matching)
-        inside = _disjoint(mesh, _sets(problem, placed, matching, anywhere))
+        sets = _sets(problem, placed, matching, anywhere, not keep_paths)
+        inside = _disjoint(mesh, sets)
         if not inside.any():
             break
         before = len(mesh.hexes)
@@ -60,12 +64,10 @@ def _numbered(matching: Matching, target: Target) -> dict[str, np.ndarray]:
 
 
 def _disjoint(mesh: HexMesh, sets: list[np.ndarray]) -> np.ndarray:
-    """(H,) hexes of the sets that may have a sheet, and do not touch one before."""
+    """(H,) hexes of the sets (H,) that may have a sheet, and do not touch one before."""
     inside = np.zeros(len(mesh.hexes), bool)
     used = np.zeros(len(mesh.vertices), bool)
-    for hexes in sets:
-        own = np.zeros(len(mesh.hexes), bool)
-        own[hexes] = True
+    for own in sets:
         if not used[mesh.hexes[own]].any() and has_sheet(mesh, own):
             inside |= own
             used[mesh.hexes[own]] = True
@@ -73,19 +75,36 @@ def _disjoint(mesh: HexMesh, sets: list[np.ndarray]) -> np.ndarray:
 
 
 def _sets(
-    problem: FitProblem, placed: np.ndarray, matching: Matching, anywhere: bool
+    problem: FitProblem,
+    placed: np.ndarray,
+    matching: Matching,
+    anywhere: bool,
+    may_cross: bool,
 ) -> list[np.ndarray]:
-    """Hexes to shrink: under each face that has a flat corner, less those at its other corners."""
-    part = problem.parts(~on_crease(problem, matching))
+    """Hexes (H,) to shrink: under each face that has a flat corner, less those at its others.
+
+    may_cross : sheets may cross paths; then a face with one flat corner has the quadrant behind it
+    """
+    mesh, part = problem.mesh, problem.parts(~on_crease(problem, matching))
     flat, sharp = corners(problem, placed, matching, anywhere)
-    owner, _ = quad_sides(problem.mesh)
-    return [np.unique(owner[(part == number) & ~sharp]) for number in np.unique(part[flat])]
+    owner, face = quad_sides(mesh)
+    sets = []
+    for number in np.unique(part[flat.any(axis=1)]):
+        own = part == number
+        sets.append(np.isin(np.arange(len(mesh.hexes)), owner[own & ~sharp]))
+        quads, local = np.nonzero(flat & own[:, None])
+        if may_cross and len(quads) == 1:
+            corner = problem.quads[quads[0], local[0]]
+            behind = quadrant(mesh, owner[quads[0]], face[quads[0]], corner)
+            if behind is not None and has_sheet(mesh, behind):
+                sets[-1] = behind
+    return sets
 
 
 def corners(
     problem: FitProblem, placed: np.ndarray, matching: Matching, anywhere: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which quads (Q,) have a flat corner, and which others have one at a corner of the surface.
+    """Flat corners of quads (Q, 4), and which others (Q,) have one at a corner of the surface.
 
     A flat corner has an angle beyond FLAT between edges of the polycube that lie on curves and
     have two hexes or more each: with one, the layer of `pillow` is the cure.
@@ -110,6 +129,6 @@ def corners(
     is_flat = cosine < np.cos(FLAT)
     patch = problem.mesh.patch[problem.side_quads]
     wide = on & (boundary_valence(problem) > 1) & (anywhere | (patch[:, 0] != patch[:, 1]))
-    flat = (between(wide) & is_flat).any(axis=1)
+    flat = between(wide) & is_flat
     ends = between(on) & np.isin(quads, matching.corner) & ~is_flat
-    return flat, ends.any(axis=1) & ~flat
+    return flat, ends.any(axis=1) & ~flat.any(axis=1)
