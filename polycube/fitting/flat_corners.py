@@ -83,17 +83,19 @@ def _sets(
 ) -> list[np.ndarray]:
     """Hexes (H,) to shrink: under each face that has a flat corner, less those at its others.
 
-    may_cross : sheets may cross paths; then a face with one flat corner has the quadrant behind it
+    may_cross : sheets may cross paths; then a face with one flat corner, and that at a corner of
+        the polycube, has the quadrant behind it
     """
     mesh, part = problem.mesh, problem.parts(~on_crease(problem, matching))
     flat, sharp = corners(problem, placed, matching, anywhere)
+    of_polycube, _ = corners(problem, placed, matching) if anywhere else (flat, sharp)
     owner, face = quad_sides(mesh)
     sets = []
     for number in np.unique(part[flat.any(axis=1)]):
         own = part == number
         sets.append(np.isin(np.arange(len(mesh.hexes)), owner[own & ~sharp]))
         quads, local = np.nonzero(flat & own[:, None])
-        if may_cross and len(quads) == 1:
+        if may_cross and len(quads) == 1 and of_polycube[quads[0], local[0]]:
             corner = problem.quads[quads[0], local[0]]
             behind = quadrant(mesh, owner[quads[0]], face[quads[0]], corner)
             if behind is not None and has_sheet(mesh, behind):
