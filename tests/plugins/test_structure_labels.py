@@ -8,8 +8,10 @@ from polycube.plugins.structure.labels.arcs import arcs
 from polycube.plugins.structure.labels.charts import charts
 from polycube.plugins.structure.labels.energy import energy, problem
 from polycube.plugins.structure.labels.fields import field, stiffness
+from polycube.plugins.structure.labels.inverse import CONTROLS, controls
 from polycube.plugins.structure.labels.order import pairs, spaced
 from polycube.plugins.structure.labels.pieces import DIRECTIONS, pieces
+from polycube.plugins.structure.labels.rays import first_hit, strips
 from polycube.plugins.structure.labels.refinement import cut, refined
 from polycube.registry import build
 from polycube.structure.lattice import boundary, corners, genus, is_manifold
@@ -137,6 +139,34 @@ def test_charts_that_face_each_other_are_pairs():
     assert found.keys() == expected.keys()
     for name, distance in expected.items():
         assert found[name] == pytest.approx(distance)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_rays_meet_in_their_strip_what_they_meet_among_all_triangles(axis):
+    ring = torus()
+    corners = ring.vertices[ring.faces]
+    everything = 0.0, np.inf, np.arange(len(corners)), np.array([0, len(corners)])
+    middle = corners.mean(axis=1)
+    hits = 0
+    for face in range(0, len(corners), 7):
+        for way in (1.0, -1.0):
+            ray = middle[face], axis, way, face
+            found = first_hit(corners, *strips(corners[..., (axis + 1) % 3]), *ray)
+            assert found == first_hit(corners, *everything, *ray)
+            hits += found[0] >= 0
+    assert hits > 50
+
+
+def test_a_lattice_with_too_many_bricks_is_not_proposed():
+    assert proposed(bored(), bricks=7) == []
+    assert proposed(bored(), bricks=9) != []
+
+
+@pytest.mark.parametrize("knots", [3, 8, 24])
+def test_control_planes_are_at_all_knots_and_not_too_many(knots):
+    lines = controls([np.linspace(0, 1, knots)] * 3)
+    assert all(np.isin(np.arange(knots), line).all() for line in lines)
+    assert np.prod([len(line) for line in lines]) <= CONTROLS
 
 
 def test_values_keep_their_distance():

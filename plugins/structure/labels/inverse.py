@@ -13,6 +13,7 @@ from polycube.types import PerAxis, RoughMap, TriMesh
 
 SPACING = 0.08  # of the control planes, in diagonals
 MOST = 4  # control intervals between two knots
+CONTROLS = 20_000  # control positions at most: their factorization takes seconds
 MIXED = 0.5  # weight of mixed differences against second ones
 ON = 1e-4  # distance from the surface, in bricks, of control positions that are on it
 EXACT = 100.0  # weight of these against the mean over the surface
@@ -31,7 +32,7 @@ def fitted(
     placed : the surface in numbers of knots
     points : (N, 3) its vertices in the part
     """
-    u, v, w = (_control(line) for line in knots)
+    u, v, w = controls(knots)
     pairs = zip((u, v, w), knots, strict=True)
     x, y, z = (np.interp(line, np.arange(len(k)), k) for line, k in pairs)
     shape = (len(x), len(y), len(z))
@@ -62,9 +63,18 @@ def _on_surface(
     return np.flatnonzero(on), np.einsum("nk,nkd->nd", share, points[placed.faces[face]])[on]
 
 
-def _control(knots: np.ndarray) -> np.ndarray:
-    """Control planes in numbers of knots: at each knot, and between those that are far apart."""
-    parts = np.clip(np.round(np.diff(knots) / SPACING), 1, MOST).astype(int)
+def controls(knots: list[np.ndarray]) -> PerAxis:
+    """Control planes of each axis in numbers of knots, as many as there may be."""
+    for most in range(MOST, 0, -1):
+        x, y, z = (_control(line, most) for line in knots)
+        if len(x) * len(y) * len(z) <= CONTROLS:
+            break
+    return x, y, z
+
+
+def _control(knots: np.ndarray, most: int) -> np.ndarray:
+    """Control planes: at each knot, and between those that are far apart."""
+    parts = np.clip(np.round(np.diff(knots) / SPACING), 1, most).astype(int)
     inner = [k + np.arange(count) / count for k, count in enumerate(parts)]
     return np.append(np.concatenate(inner), float(len(parts)))
 

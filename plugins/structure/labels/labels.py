@@ -47,6 +47,7 @@ class LabelLattice(Structure):
     kicks : restarts of the search for labels when it has found some without faults
     budget : evaluations of the labels' energy at most, for each frame and compactness
     kept : candidates for each frame at most
+    bricks : of a lattice at most, full or not; one with more is not coarse
     """
 
     any_grid = True
@@ -63,6 +64,7 @@ class LabelLattice(Structure):
     kicks: int = 8
     budget: int = 200_000
     kept: int = 3
+    bricks: int = 15_000
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first; none where no labels without faults are found."""
@@ -102,6 +104,9 @@ class LabelLattice(Structure):
             if len(found) == self.kept:
                 break
             own = placement(pieces, entry.label, genus, self.least, self.apart)
+            if own is not None and own.bricks.full.size > self.bricks:
+                logger.info("labels: %d bricks, full or not, are too many", own.bricks.full.size)
+                break
             if own is not None:
                 made = self._candidate(pieces, own, entry.cost, place, brick, number)
                 found.setdefault(made.key, made)

@@ -12,6 +12,7 @@ from polycube.surface.measures import face_areas, face_normals, half_edges
 
 from .charts import Charts, chart_ends
 from .pieces import Pieces
+from .rays import first_hit, strips
 
 RAYS = 6  # from each chart, each way
 STEEP = 0.3  # of a border's direction outwards along an axis, at least, to look along it
@@ -108,6 +109,7 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
     surface = pieces.surface
     corners = surface.vertices[surface.faces]
     middle, areas = corners.mean(axis=1), face_areas(surface)
+    sorted_ = [strips(corners[..., (axis + 1) % 3]) for axis in range(3)]
     result = []
     for chart, label in enumerate(charts.chart_label):
         mine = np.flatnonzero(charts.chart == chart)
@@ -116,7 +118,7 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
         axis = int(label) // 2
         for way in (1.0, -1.0):
             for face in chosen.tolist():
-                hit, distance = _hit(corners, middle[face], axis, way, face)
+                hit, distance = first_hit(corners, *sorted_[axis], middle[face], axis, way, face)
                 if hit < 0 or charts.label[hit] != label ^ 1:
                     continue
                 own = int(charts.chart_group[chart])
@@ -124,34 +126,6 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
                 pair = (own, other) if way > 0 else (other, own)
                 result.append((axis, *pair, distance))
     return result
-
-
-@njit(cache=True)
-def _hit(
-    corners: np.ndarray, origin: np.ndarray, axis: int, way: float, skip: int
-) -> tuple[int, float]:
-    """First triangle along an axis from a point, and how far it is; -1 where there is none."""
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    best, at = np.inf, -1
-    for t in range(len(corners)):
-        if t == skip:
-            continue
-        ax, ay = corners[t, 0, u] - origin[u], corners[t, 0, v] - origin[v]
-        bx, by = corners[t, 1, u] - origin[u], corners[t, 1, v] - origin[v]
-        cx, cy = corners[t, 2, u] - origin[u], corners[t, 2, v] - origin[v]
-        a, b, c = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
-        if not ((a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0)):
-            continue
-        total = a + b + c
-        if abs(total) < 1e-18:
-            continue
-        height = (
-            a * corners[t, 0, axis] + b * corners[t, 1, axis] + c * corners[t, 2, axis]
-        ) / total
-        distance = (height - origin[axis]) * way
-        if 1e-9 < distance < best:
-            best, at = distance, t
-    return at, best
 
 
 def spaced(
