@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import QuotedString
 from hydra.errors import HydraException
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
@@ -77,7 +78,8 @@ def _sweep(argument: str) -> list[str]:
         [override] = OverridesParser.create().parse_overrides([argument])
     except HydraException:
         return []  # Hydra will say what is wrong with it
-    return list(map(str, override.sweep_iterator())) if override.is_sweep_override() else []
+    values = override.sweep_iterator() if override.is_sweep_override() else ()
+    return [value.text if isinstance(value, QuotedString) else str(value) for value in values]
 
 
 def _files(value: str) -> list[str]:
