@@ -58,7 +58,7 @@ def expanded(arguments: list[str]) -> list[str]:
         paths = _files(value) if key == "mesh" and value else []
         if paths:
             several = True
-            _check_names(paths)
+            check_names(paths)
             argument = "mesh=" + ",".join(map(quote, paths))
         elif is_setting and key != "mesh" and not _sweep(argument):
             single.append(key.lstrip("+~"))
@@ -99,7 +99,8 @@ def _files(value: str) -> list[str]:
     return _sweep(f"mesh={value}")
 
 
-def _check_names(paths: list[str]) -> None:
+def check_names(paths: list[str]) -> None:
+    """Raise InputError where two parts have the same name, which is that of their folder."""
     for name, count in Counter(map(part_name, paths)).items():
         if count > 1:
             same = [path for path in paths if part_name(path) == name]
