@@ -2,6 +2,7 @@
 # make test    tests that are not slow                   make test MARK=  for all
 # make train   train the denoiser                        make train ARGS=experiment=smoke
 # make gallery docs/gallery.md with its pictures, from the parts that the program makes itself
+# make bench   a page on a folder of CAD parts      make bench PARTS=parts SUBSET=24 BEFORE=outputs/bench/1a2b3c4
 # make lint    format and lint, changing nothing
 # make types   check the types
 # make doctor  what of this machine can be used
@@ -13,6 +14,9 @@ MESH ?= example:rod
 OUTPUT ?= outputs/demo
 MARK ?= not slow
 ARGS ?=
+PARTS ?=
+SUBSET ?=
+BEFORE ?=
 
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip install
@@ -23,7 +27,7 @@ CODE := polycube plugins tests train.py infer.py
 export MPLBACKEND := Agg
 export PYVISTA_OFF_SCREEN := true
 
-.PHONY: demo test train gallery lint types doctor
+.PHONY: demo test train gallery bench lint types doctor
 
 demo: $(READY)
 	$(RUN) infer.py mesh=$(MESH) output_dir=$(OUTPUT) $(ARGS)
@@ -40,6 +44,17 @@ EXAMPLES := $(EXAMPLES),example:eight,example:key,example:barrel,example:cup
 gallery: $(READY)
 	$(RUN) infer.py -m mesh=$(EXAMPLES) output_dir=outputs/gallery
 	$(RUN) -m polycube.cli.gallery docs outputs/gallery/*
+
+# a folder per commit; what is not committed counts by its difference from the commit
+CHANGES = $(shell git diff --quiet HEAD || git diff HEAD | git hash-object --stdin | cut -c 1-7)
+BENCH = outputs/bench/$(shell git rev-parse --short HEAD)$(addprefix -dirty-,$(CHANGES))
+bench: $(READY)
+	@if [ -d "$(PARTS)" ]; then \
+		$(RUN) -m polycube.cli.benchmark $(BENCH) $(if $(BEFORE),"$(BEFORE)") --parts "$(PARTS)" \
+			$(addprefix --subset ,$(SUBSET)) --settings $(ARGS); \
+	else \
+		echo "PARTS names no folder of CAD parts, so the benchmark is skipped"; \
+	fi
 
 lint: $(READY)
 	$(RUN) -m ruff format --check $(CODE)

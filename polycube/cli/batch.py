@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import QuotedString
 from hydra.errors import HydraException
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
@@ -57,7 +58,7 @@ def expanded(arguments: list[str]) -> list[str]:
         paths = _files(value) if key == "mesh" and value else []
         if paths:
             several = True
-            _check_names(paths)
+            check_names(paths)
             argument = "mesh=" + ",".join(map(quote, paths))
         elif is_setting and key != "mesh" and not _sweep(argument):
             single.append(key.lstrip("+~"))
@@ -77,7 +78,8 @@ def _sweep(argument: str) -> list[str]:
         [override] = OverridesParser.create().parse_overrides([argument])
     except HydraException:
         return []  # Hydra will say what is wrong with it
-    return list(map(str, override.sweep_iterator())) if override.is_sweep_override() else []
+    values = override.sweep_iterator() if override.is_sweep_override() else ()
+    return [value.text if isinstance(value, QuotedString) else str(value) for value in values]
 
 
 def _files(value: str) -> list[str]:
@@ -97,7 +99,8 @@ def _files(value: str) -> list[str]:
     return _sweep(f"mesh={value}")
 
 
-def _check_names(paths: list[str]) -> None:
+def check_names(paths: list[str]) -> None:
+    """Raise InputError where two parts have the same name, which is that of their folder."""
     for name, count in Counter(map(part_name, paths)).items():
         if count > 1:
             same = [path for path in paths if part_name(path) == name]

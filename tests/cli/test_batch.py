@@ -34,6 +34,7 @@ def test_one_part_stays_one_run(parts):
     [
         ("parts", "'parts/a.obj','parts/b.stl'"),
         ("parts/*.stl", "'parts/b.stl'"),
+        ("'parts/a.obj','parts/b.stl'", "'parts/a.obj','parts/b.stl'"),
         ("parts/[ab].*", "'parts/a.obj','parts/b.stl'"),
         ("example:rod,parts/b.stl", "'example:rod','parts/b.stl'"),
     ],

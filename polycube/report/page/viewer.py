@@ -52,7 +52,8 @@ def viewer(
         mesh.cell.astype("<i4"),
         on_faces(mesh, number).astype("<i4"),
     )
-    lost = (lost_lines(mesh, surface) - (low + high) / 2) / size
+    segments = np.zeros((0, 2, 3)) if surface is None else lost_segments(mesh, surface)
+    lost = (segments - (low + high) / 2) / size
     packed = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
     names, primitive = _primitives(mesh, context)
     data = {
@@ -86,13 +87,6 @@ def viewer(
         lost=box if len(lost) else "",
         legends="".join(f'<div data-colour="{key}">{bar}</div>' for key, (_, bar) in legends),
     )
-
-
-def lost_lines(mesh: HexMesh, surface: TriMesh | None) -> np.ndarray:
-    """(N, 2, 3) lines that mark the features of a CAD model that are lost; none without one."""
-    if surface is None or not len(surface.region):
-        return np.zeros((0, 2, 3))
-    return lost_segments(mesh, surface)
 
 
 def _legends(mesh: HexMesh, data: Json, has_distance: bool) -> list[tuple[str, tuple[str, str]]]:

@@ -6,8 +6,9 @@ import numpy as np
 
 from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
-from polycube.report.pictures.colours import KEPT, LOST_FACE, SURFACE, WORST, rgb
-from polycube.report.pictures.render import Layer, Scene, from_both_sides
+from polycube.report.pictures.colours import KEPT, LOST, LOST_FACE, SURFACE, WORST, rgb
+from polycube.report.pictures.render import Layer, Scene, from_both_sides, view
+from polycube.surface import measures
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
@@ -28,8 +29,23 @@ def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
     return from_both_sides(scene)
 
 
+def lost_on_mesh(mesh: HexMesh, surface: TriMesh) -> Scene:
+    """The boundary of the hex mesh, and through it what is lost of the model in red."""
+    scene = [Layer(mesh.vertices, mesh.quads, rgb((SURFACE,) * len(mesh.quads)), outlined=True)]
+    segments = lost_segments(mesh, surface)
+    if len(segments):
+        before = measures.diagonal(surface) * view()[2]  # nearer to the eye than all of the mesh
+        scene.append(_lines(list(segments + before), LOST))
+    return scene
+
+
 def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(N, 2, 3) lines along lost curves and round lost faces, and crosses at lost points."""
+    """(N, 2, 3) lines along lost curves and round lost faces, and crosses at lost points.
+
+    None without CAD faces.
+    """
+    if not len(surface.region):
+        return np.zeros((0, 2, 3))
     found = inspect(mesh, surface).features
     faces = {each.faces[0] for each in found if each.kind == "face" and each.is_lost}
     goal = target(surface)

@@ -9,9 +9,10 @@ from polycube.report.numbers import features as numbers_of
 from polycube.report.numbers.verdict import verdict
 from polycube.report.page.features import features
 from polycube.report.page.viewer import viewer
-from polycube.report.pictures.colours import KEPT, LOST_FACE, SURFACE, WORST, rgb
-from polycube.report.pictures.features import lost_features, lost_segments
+from polycube.report.pictures.colours import KEPT, LOST, LOST_FACE, SURFACE, WORST, rgb
+from polycube.report.pictures.features import lost_features, lost_on_mesh, lost_segments
 from polycube.report.pictures.pictures import draw, makers
+from polycube.report.pictures.render import view
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
 
@@ -66,6 +67,17 @@ def test_the_picture_marks_what_is_lost(cut):
     assert (kept.points[:, 2] == 0).all() and lost.points[:, 2].max() > 1
     lengths = np.linalg.norm(np.diff(kept.points[kept.lines], axis=1), axis=-1)
     assert lengths.sum() == pytest.approx(4)
+
+
+def test_what_is_lost_is_drawn_before_the_mesh(cut, run):
+    mesh, lost = lost_on_mesh(cut.hexes, cut.surface)
+    assert lost.line_colour == LOST and len(lost.lines) == len(
+        lost_segments(cut.hexes, cut.surface)
+    )
+    towards = view()[2]
+    assert (lost.points @ towards).min() > (mesh.points @ towards).max()
+    assert len(lost_on_mesh(hex_box((4, 4, 4)), cut.surface)) == 1
+    assert len(lost_on_mesh(run.hexes, run.surface)) == 1  # no CAD model
 
 
 def test_the_3d_view_marks_what_is_lost(cut):
