@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass, replace
 
-from polycube.hexmesh import sizing
+from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.errors import MeshingError
-from polycube.hexmesh import sizing
+from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.settings import (
     MeshingSettings,
     check_features,
@@ -50,6 +50,8 @@ class Template:
     across : parts along each axis of the whole lattice at least
     max_hexes : limit before pillowing; a size that needs more hexes is refused
     features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
+    coarsen : with level 0, hexes twice as large as the lattice's where no detail needs small ones
+    across_wall, around_hole : hexes through a wall and round a hole that `coarsen` leaves
     """
 
     size: float | str = setting("meshing.size", MeshingSettings.size)
@@ -62,6 +64,9 @@ class Template:
     across: int = 4
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
     features: str = setting("meshing.features", MeshingSettings.features)
+    coarsen: bool = False
+    across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
+    around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
 
     def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
         """Conforming hexes, still off the surface; `patch` names the polycube's faces.
@@ -69,10 +74,18 @@ class Template:
         Raises MeshingError where more than `max_hexes` are asked for.
         """
         from polycube.fitting.cascade import cascade, registered_map
-        from polycube.hexmesh.template import mesh, mesh_between
+        from polycube.hexmesh.generation.template import mesh, mesh_between
         from polycube.surface.fit_target import target
         from polycube.surface.measures import diagonal
 
+        if self.coarsen and self.level == 0:
+            from polycube.hexmesh.generation.graded_template import graded_mesh
+
+            boxes = [sizing.box_of(region, diagonal(surface)) for region in self.regions]
+            number = self.across_wall, self.around_hole
+            found = graded_mesh(polycube, rough_map, target(surface), *number, boxes)
+            if found is not None:
+                return found
         unit = diagonal(surface)
         size = sizing.length(self.size, unit) / self.finer
         parts = self._parts(polycube, rough_map, size)
@@ -113,8 +126,8 @@ class Template:
     ) -> sizing.Counts:
         """More parts where the surface curves, seen by a mesh of a few parts; within max_hexes."""
         from polycube.fitting.registration import register_mesh
-        from polycube.hexmesh import curvature_sizing as chords
-        from polycube.hexmesh.template import mesh
+        from polycube.hexmesh.generation import curvature_sizing as chords
+        from polycube.hexmesh.generation.template import mesh
 
         near = register_mesh(mesh(polycube, placed, few), goal, *QUICK, features=exact)
         gap = chords.gaps(polycube, near, few, goal)
@@ -135,7 +148,7 @@ class Template:
         return self._counts(polycube, rough_map, size)
 
     def _counts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
-        from polycube.hexmesh.template import counts
+        from polycube.hexmesh.generation.template import counts
 
         return counts(polycube, rough_map, size, self.least, self.across)
 

@@ -73,7 +73,7 @@ class Registration:
     def _judged(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
         """A candidate with its score and its coarse mesh."""
         from polycube.fitting.registration import matched_curves, register_mesh, short_quality
-        from polycube.hexmesh.template import counts, mesh
+        from polycube.hexmesh.generation.template import counts, mesh
         from polycube.structure.lattice import boundary, corners
         from polycube.structure.rough_map import identity_map
 
@@ -95,7 +95,7 @@ class Registration:
 
 def _unregistered(candidate: Candidate) -> Ranked:
     """A candidate with its lattice for hexes, and a score above all others."""
-    from polycube.hexmesh.template import mesh
+    from polycube.hexmesh.generation.template import mesh
     from polycube.structure.rough_map import identity_map
 
     polycube = candidate.polycube

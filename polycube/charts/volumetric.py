@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from polycube.charts.harmonic import extend
 from polycube.charts.mapped_surface import Sheet
 from polycube.hexmesh.connectivity import PLACES
-from polycube.hexmesh.template import grid_lines, interval_lengths, mesh
+from polycube.hexmesh.generation.template import grid_lines, interval_lengths, mesh
 from polycube.structure.lattice import Boundary
 from polycube.structure.rough_map import evaluate, identity_map
 from polycube.surface import closest

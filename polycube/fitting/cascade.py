@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.fitting.registration import register_mesh
-from polycube.hexmesh.template import counts, grid_lines, mesh
+from polycube.hexmesh.generation.template import counts, grid_lines, mesh
 from polycube.structure.rough_map import evaluate, identity_map
 from polycube.surface.fit_target import Target
 from polycube.types import PerAxis, Polycube, RoughMap

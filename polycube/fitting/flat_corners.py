@@ -18,8 +18,8 @@ from polycube.fitting.creases.constraints import Matching, match, on_crease, on_
 from polycube.fitting.creases.routing import boundary_valence
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.quadrants import quadrant
-from polycube.fitting.sheets import has_sheet, with_sheet
 from polycube.hexmesh.connectivity import quad_sides
+from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 

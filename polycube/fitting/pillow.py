@@ -14,8 +14,8 @@ import numpy as np
 from polycube.fitting.creases.constraints import Matching, chains, match, on_crease
 from polycube.fitting.creases.routing import boundary_valence
 from polycube.fitting.problem import FitProblem
-from polycube.fitting.sheets import label_of, middles
 from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges
+from polycube.hexmesh.generation.sheets import label_of, middles
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 

@@ -1,4 +1,4 @@
-"""Hex meshes: connectivity, templates, sizes, quality, certificates and named sets.
+"""Hex meshes: connectivity, generation, quality, certificates and named sets.
 
 Imports structure, surface and below.
 """

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from polycube.types import TriMesh
 
+MOST_HEXES = 100  # through a wall, round a hole
 FEATURES = ("auto", "exact", "soft", "off")
 
 
@@ -28,6 +29,8 @@ class MeshingSettings:
     deviation : refine until 99 % of the points of mesh and surface are within this distance of the
         other; null: do not refine
     max_hexes : limit before pillowing; a size that needs more hexes is refused
+    across_wall : hexes through every wall, where the structure is an overlay
+    around_hole : hexes round every hole, where the structure is an overlay
     features : exact (the curves of the surface lie on edges of the mesh from the first stage on and
         are not given up for the shape of the hexes), soft (they are where hexes would suffer), off,
         or auto: exact for CAD faces, soft for triangles alone
@@ -39,10 +42,17 @@ class MeshingSettings:
     curvature: float | str | None = "auto"
     deviation: float | str | None = None
     max_hexes: int = 100_000
+    across_wall: float = 2
+    around_hole: float = 8
     features: str = "auto"
 
     def __post_init__(self) -> None:
         check_features(self.features)
+        for name in ("across_wall", "around_hole"):
+            if not 1 <= getattr(self, name) <= MOST_HEXES:
+                raise ValueError(
+                    f"{name} must be a number from 1 to {MOST_HEXES}; got {getattr(self, name)}"
+                )
 
 
 def curvature_of(asked: float | str, exact: bool) -> float | str:

@@ -104,19 +104,16 @@ def settled_at(
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     """Whether a structure has no use after those made.
 
-    An overlay has none where a mesh misses nothing, and a finer one where one is valid and keeps
-    all features.  Curves of triangles alone are found by angle, and no reason for so many hexes:
-    for these an overlay has none where any mesh is valid.
+    An overlay has none where a mesh misses nothing.  Curves of triangles alone are found by angle,
+    and no reason for so many hexes: for these an overlay has none where any mesh is valid.
     """
     meshed = [each for each in made if each.attempts]
     if not is_overlay(entry) or not meshed:
         return False
-    overlays = [e for e in meshed if is_overlay(e.start.ranked[e.start.chosen])]
-    verdicts = [each.taken().verdict for each in overlays]
     best = max(meshed, key=lambda each: each.best).taken().verdict
     if not len(meshed[0].start.surface.region):
         return best.is_valid
-    return best.reaches >= 0 or any(v.is_valid and not v.lost for v in verdicts)
+    return best.reaches >= 0
 
 
 def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]:

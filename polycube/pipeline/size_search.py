@@ -13,8 +13,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from polycube.fitting.merit import least_jacobian
-from polycube.hexmesh import sizing
 from polycube.hexmesh.feature_distances import TOLERANCE
+from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.inspection import inspect
 from polycube.kinds import Subdivide
 from polycube.pipeline.search import Attempt, Variants

@@ -24,8 +24,10 @@ STEP = 0.5  # of the radius: how far the centre moves at a time
 STEPS = 100  # at a corner of three faces, three of them make the radius half as large again
 
 
-def thickness(surface: TriMesh, points: np.ndarray) -> np.ndarray:
-    """Measure the thickness of a solid at points of its surface.
+def thickness(
+    surface: TriMesh, points: np.ndarray, outside: bool = False, most: float = np.inf
+) -> np.ndarray:
+    """Measure the thickness of a solid at points of its surface, or the room outside it.
 
     Parameters
     ----------
@@ -33,6 +35,10 @@ def thickness(surface: TriMesh, points: np.ndarray) -> np.ndarray:
         Closed surface of the solid.
     points : (N, 3) array
         Points on the surface or near it, in the surface's coordinates.
+    outside : bool
+        Whether the sphere grows out of the solid: the width of a slot, the diameter of a hole.
+    most : float
+        Diameter, in the surface's units, at which a sphere stops growing; it is its answer.
 
     Returns
     -------
@@ -45,7 +51,8 @@ def thickness(surface: TriMesh, points: np.ndarray) -> np.ndarray:
     inside = goal.surface.vertices[goal.surface.faces[face]].mean(axis=1) - foot
     length = np.linalg.norm(inside, axis=1, keepdims=True)
     foot = foot + inside * np.minimum(1, START / np.maximum(length, 1e-30))  # off edges and corners
-    centre, before = foot - START * goal.normals[face], foot
+    way = START if outside else -START
+    centre, before = foot + way * goal.normals[face], foot
     found, active = np.ones(len(points)), np.arange(len(points))
     for _ in range(STEPS):
         foot, face = goal.closest(centre, guess=face)
@@ -57,6 +64,7 @@ def thickness(surface: TriMesh, points: np.ndarray) -> np.ndarray:
         )
         stopped = cosine < OPPOSITE
         found[active[stopped]] = np.linalg.norm(foot - before, axis=1)[stopped]
+        stopped |= 2 * radius * goal.scale > most
         active, face, before = active[~stopped], face[~stopped], foot[~stopped]
         centre = (centre + STEP * away)[~stopped]
     return goal.scale * np.where(found > 0, np.minimum(found, 1), 1)

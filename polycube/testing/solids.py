@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from polycube.hexmesh.template import counts, mesh
+from polycube.hexmesh.generation.template import counts, mesh
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map
 from polycube.types import Candidate, HexMesh, Polycube, RoughMap, TriMesh

@@ -10,8 +10,8 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.hexmesh import quality
 from polycube.hexmesh.connectivity import check_conforming, genus
+from polycube.hexmesh.generation.template import counts, mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.hexmesh.template import counts, mesh
 from polycube.structure import lattice
 from polycube.structure.projection import project_onto
 from polycube.structure.rough_map import evaluate

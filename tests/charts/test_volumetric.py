@@ -5,9 +5,9 @@ from polycube.charts.charts import flatten
 from polycube.charts.segmentation import segment
 from polycube.charts.volumetric import chart_map, lattice_weights
 from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.quality import deviation
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.hexmesh.template import mesh
 from polycube.structure.rough_map import affine_map, evaluate
 from polycube.surface.closest import distance
 from polycube.surface.fit_target import target

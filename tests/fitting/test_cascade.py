@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 from polycube.fitting.cascade import cascade, registered_map
+from polycube.hexmesh.generation.template import counts, grid_lines, mesh
 from polycube.hexmesh.quality import deviation
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.hexmesh.template import counts, grid_lines, mesh
 from polycube.structure.rough_map import affine_map, evaluate, identity_map
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh

@@ -10,7 +10,7 @@ from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import register_mesh
 from polycube.hexmesh import connectivity as hexes
-from polycube.hexmesh import template
+from polycube.hexmesh.generation import template
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.registry import build

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from polycube.fitting.quadrants import quadrant
-from polycube.fitting.sheets import has_sheet, with_sheet
 from polycube.hexmesh.connectivity import (
     check_conforming,
     extraordinary_edges,
     hex_mesh,
     quad_sides,
 )
+from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
 from polycube.types import HexMesh
 from tests.fixtures.hexmeshes import unit_cubes
 

@@ -9,11 +9,11 @@ import trimesh
 from polycube.fitting import refinement
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh import connectivity as hexes
+from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import deviation
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.hexmesh.template import mesh
 from polycube.structure.rough_map import affine_map
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Polycube, TriMesh

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh import connectivity as hexes
-from polycube.hexmesh import template
+from polycube.hexmesh.generation import template
 from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian

@@ -88,7 +88,7 @@ def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():
         ([("labels", 0.3, 0)], True, True),
         ([("labels", -np.inf, 0)], True, False),  # a poor hex
         ([("labels", -np.inf, 0)], False, True),
-        ([("labels", -np.inf, 0), ("overlay", -np.inf, 0)], True, True),
+        ([("labels", -np.inf, 0), ("overlay", -np.inf, 0)], True, False),
         ([("labels", -np.inf, 0), ("overlay", -np.inf, 2)], True, False),
         ([("labels", 0.3, 0), ("overlay", -np.inf, 2)], True, True),
     ],

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from polycube.errors import MeshingError
+from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
-from polycube.hexmesh.template import mesh
 from polycube.pipeline.search import Variants
 from polycube.pipeline.size_search import keep_features, meet_deviation
 from polycube.pipeline.stages import Stage

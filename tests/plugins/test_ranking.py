@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.registration import ShortQuality
-from polycube.hexmesh.template import counts, mesh
+from polycube.hexmesh.generation.template import counts, mesh
 from polycube.plugins.ranking.registration import Registration, judge
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map, identity_map

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.ndimage import label
 from scipy.spatial.transform import Rotation
 
+from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
-from polycube.hexmesh.template import mesh
 from polycube.io.hex_meshes import boundary
 from polycube.plugins.structure.overlay.planes import planes
 from polycube.plugins.structure.overlay.topology import manifold
@@ -33,16 +33,24 @@ def solid(full):
     return Polycube(full, *(np.arange(n + 1.0) for n in full.shape), (1, 1, 1), ("cube",))
 
 
-def test_planes_are_on_the_faces_and_even_between_them():
-    step = joined(box(high=(1, 1, 0.31)), box((2, 0, 0), (3, 1, 1)))
+def test_planes_of_blocks_are_on_the_faces_and_even_between_them():
+    step = joined(box(high=(1, 1, 0.4)), box((2, 0, 0), (3, 1, 1)))
     found = planes(step, 2, 0.1)
-    assert found == pytest.approx([0, 0.31 / 3, 0.62 / 3, *np.linspace(0.31, 1, 8)])
+    assert found[::2] == pytest.approx([0, 0.2, 0.4, 0.6, 0.8, 1])
+    assert found[1::2] == pytest.approx([0.1, 0.3, 0.5, 0.7, 0.9])
 
 
-def test_of_two_faces_that_are_near_the_larger_has_a_plane():
+def test_the_plane_within_a_block_goes_to_a_face_there():
+    step = joined(box(high=(1, 1, 0.4)), box((2, 0, 0), (3, 1, 1)), box((4, 0, 0), (4.5, 1, 0.52)))
+    found = planes(step, 2, 0.1)
+    assert 0.52 in found.round(12)[1::2]
+    assert len(found) == 11
+
+
+def test_of_two_faces_that_are_near_the_larger_has_a_plane_of_blocks():
     near = joined(box(high=(1, 1, 0.51)), box((2, 0, 0), (4, 1, 0.55)), box((5, 0, 0), (6, 1, 1)))
     found = planes(near, 2, 0.1)
-    assert 0.55 in found.round(12)
+    assert 0.55 in found.round(12)[::2]
     assert 0.51 not in found.round(12)
     assert np.diff(found).min() > 0.06
 
@@ -93,7 +101,7 @@ def test_the_lattice_of_a_turned_part_has_its_genus_place_and_volume(turn):
 def test_a_hole_smaller_than_a_cell_makes_the_lattice_finer():
     ring = torus()
     thick = TriMesh(ring.vertices * [1, 1, 3], ring.faces)
-    [coarse] = overlay(thick, size="70%", finer=[1.0], steps=[1.0, 2.0, 4.0])
+    [coarse] = overlay(thick, size="70%", finer=[1.0], finest=1.0, steps=[1.0, 2.0, 4.0])
     assert genus(coarse.polycube) == 1
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from polycube.hexmesh.template import counts, mesh
+from polycube.hexmesh.generation.template import counts, mesh
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.parametrization import pull_back, unit_normals
 from polycube.structure.rough_map import affine_map, identity_map

@@ -16,6 +16,7 @@ from polycube.types import OVERLAY, Candidate, Polycube, RoughMap, TriMesh
 
 logger = logging.getLogger(__name__)
 
+SMALLER = 0.87  # ratio of cells that makes one more candidate worth while
 SAMPLES = 4  # of a cell along each axis
 MOST_CELLS = 2_000_000  # full or not: their samples take 130 MB
 
@@ -34,6 +35,8 @@ class Overlay(Structure):
     primitives : (3, 3, 3) bool voxels by name
     size : of the hexes, in the units of the part or as a share of the diagonal
     finer : times by which cells are smaller than that; one candidate each
+    finest : the same of one more candidate at most, as fine as walls and holes want
+    across_wall, around_hole : hexes that these want
     steps : by which they are smaller yet until the topology is right
     least : shares of a cell that must be solid for it to be full, tried in this order
     max_hexes : full cells at most; a lattice that needs more is not proposed
@@ -45,13 +48,16 @@ class Overlay(Structure):
     primitives: Mapping[str, np.ndarray]
     size: float | str = setting("meshing.size", MeshingSettings.size)
     finer: Sequence[float] = (2.0, 3.3)
+    finest: float = 5.0
+    across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
+    around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
     steps: Sequence[float] = (1.0, 1.15, 1.3, 1.6, 2.0)
     least: Sequence[float] = (0.5, 0.35, 0.65)
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, the coarsest first; none where no lattice has the topology of the part."""
-        from polycube.hexmesh import sizing
+        from polycube.hexmesh.generation import sizing
         from polycube.surface.frames import frames
         from polycube.surface.measures import diagonal
 
@@ -61,8 +67,19 @@ class Overlay(Structure):
             return []
         frame = frames(surface, 1)[0]
         size = sizing.length(self.size, diagonal(surface))
-        made = (self._candidate(surface, frame, size / finer, brick) for finer in self.finer)
+        made = (self._candidate(surface, frame, cell, brick) for cell in self._cells(surface, size))
         return [candidate for candidate in made if candidate is not None]
+
+    def _cells(self, surface: TriMesh, size: float) -> list[float]:
+        """Sizes of the cells of the candidates, the largest first."""
+        from polycube.surface.feature_size import detail_size
+        from polycube.surface.fit_target import target
+
+        goal = target(surface)
+        cells = sorted((size / finer for finer in self.finer), reverse=True)
+        wanted = detail_size(goal, self.across_wall, self.around_hole) * goal.scale
+        least = max(wanted, size / self.finest)
+        return [*cells, least] if least < SMALLER * min(cells, default=size) else cells
 
     def _candidate(
         self, surface: TriMesh, frame: np.ndarray, size: float, brick: str

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.hexmesh import sizing
-from polycube.hexmesh.template import counts, grid_lines
+from polycube.hexmesh.generation import sizing
+from polycube.hexmesh.generation.template import counts, grid_lines
 from polycube.structure.rough_map import affine_map, identity_map
 from tests.fixtures.polycubes import bar, ring
 

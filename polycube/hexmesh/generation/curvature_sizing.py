@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.hexmesh.sizing import Counts, number_of_hexes
-from polycube.hexmesh.template import mesh
+from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
+from polycube.hexmesh.generation.template import mesh
 from polycube.structure.rough_map import identity_map
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh, PerAxis, Polycube

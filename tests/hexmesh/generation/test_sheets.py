@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from polycube.fitting.sheets import has_sheet, with_sheet
 from polycube.hexmesh import connectivity as hexes
+from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.types import HexMesh, Polycube

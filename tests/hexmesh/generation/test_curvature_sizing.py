@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from polycube.hexmesh import curvature_sizing as chords
-from polycube.hexmesh import sizing
-from polycube.hexmesh.template import mesh
+from polycube.hexmesh.generation import curvature_sizing as chords
+from polycube.hexmesh.generation import sizing
+from polycube.hexmesh.generation.template import mesh
 from polycube.structure.rough_map import identity_map
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh

@@ -1,0 +1,82 @@
+"""Hex mesh of a lattice as fine as the hexes, with larger ones where no detail needs small ones."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.hexmesh.connectivity import genus
+from polycube.hexmesh.generation.graded_lattice import graded
+from polycube.hexmesh.generation.sizing import Box
+from polycube.structure import lattice
+from polycube.structure.rough_map import evaluate
+from polycube.surface.feature_size import small_details
+from polycube.surface.fit_target import Target
+from polycube.types import HexMesh, Polycube, RoughMap
+
+logger = logging.getLogger(__name__)
+
+NEAR = 2.0  # of a cell: distance from a small detail within which cells are needed
+
+
+def graded_mesh(
+    polycube: Polycube,
+    rough_map: RoughMap,
+    goal: Target,
+    across: float,
+    around: float,
+    boxes: Sequence[Box] = (),
+) -> HexMesh | None:
+    """Hexes of a polycube of which each cell is a box, twice as large away from small details.
+
+    across, around : hexes through a wall and round a hole
+    boxes : in which hexes are as small as the cells, where they ask for less than twice that
+
+    Returns None where nothing would be gained, or where the topology would change.
+    """
+    full = polycube.occupancy
+    places = goal.to_unit(evaluate(rough_map, np.argwhere(full) + 0.5))
+    steps = [np.linalg.norm(np.diff(rough_map.positions, axis=a), axis=-1).mean() for a in range(3)]
+    cell = float(np.mean(steps)) / goal.scale
+    details = small_details(goal, 2 * cell, across, around)
+    needed = np.zeros(full.shape, bool)
+    if len(details):
+        needed[full] = cKDTree(details).query(places)[0] < NEAR * cell
+    for box in boxes:
+        if box.size < 2 * cell * goal.scale:
+            needed[full] |= box.holds(goal.to_model(places))
+    mesh = graded(full, needed)
+    if mesh is None or genus(mesh) != lattice.genus(polycube):
+        logger.info("subdivide: all hexes are as small as the cells of the lattice")
+        return None
+    logger.info("subdivide: %d hexes of %d cells", len(mesh.hexes), full.sum())
+    return _named(mesh, polycube, rough_map)
+
+
+def _named(mesh: HexMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
+    """The mesh in the model, with the patches and cells of the polycube next to its own."""
+    boxes = np.argwhere(polycube.occupancy)
+    middle = mesh.vertices[mesh.hexes].mean(axis=1)
+    nearest = cKDTree(boxes + 0.5).query(middle)[1]
+    sides = lattice.boundary(polycube)
+    patch = sides.patch[
+        cKDTree(_places(sides.vertices, sides.quads)).query(_places(mesh.vertices, mesh.quads))[1]
+    ]
+    return replace(
+        mesh,
+        vertices=evaluate(rough_map, mesh.vertices),
+        patch=patch,
+        cell=np.ravel_multi_index(boxes[nearest].T, polycube.grid),
+    )
+
+
+def _places(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(Q, 6) middles of quads and their normals, for what is near and looks the same way."""
+    a, b, c, d = np.moveaxis(vertices[quads], 1, 0)
+    normal = np.cross(c - a, d - b)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    return np.hstack([(a + b + c + d) / 4, 4 * normal])

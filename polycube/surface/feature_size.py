@@ -1,0 +1,114 @@
+"""How small hexes must be for the details of a surface."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.surface.fit_target import Target
+from polycube.surface.measures import twins
+from polycube.surface.samples import spread
+from polycube.surface.thickness import thickness
+
+SAMPLES = 5_000  # on the surface
+LARGE = 0.1  # hexes, in diagonals: no larger ones are asked about
+CHORD = 0.002  # distance, in diagonals, of a curved surface from the middle of an edge
+SMOOTH = 0.5  # turn between two triangles of one smooth face at most, in radians
+SPACING, NEAR = 0.01, 0.1  # of points on curves, and of two curves that are compared
+COINCIDENT = 0.002  # curves nearer than this are one for the mesh
+RARE = 2.0, 10.0  # per cent of the samples and of the curves that may want hexes of less than
+# `detail_size`
+
+
+def detail_size(goal: Target, across: float, around: float) -> float:
+    """Edge length of hexes that are small enough for nearly all walls, holes, slots and curves.
+
+    Parameters
+    ----------
+    goal : the surface
+    across : hexes through a wall
+    around : hexes round a hole, or round a circle as wide as a slot
+
+    Returns
+    -------
+    a share of the diagonal
+    """
+    _, wanted = _on_faces(goal, across, around)
+    _, beside, curve = _on_curves(goal)
+    of_curve = np.full(len(goal.features.creases), LARGE)
+    np.minimum.at(of_curve, curve, beside)
+    return float(min(np.percentile(wanted, RARE[0]), np.percentile([*of_curve, LARGE], RARE[1])))
+
+
+def small_details(goal: Target, size: float, across: float, around: float) -> np.ndarray:
+    """Points at which hexes of a size are too large for the details of the surface.
+
+    These are walls, holes and slots, curves shorter than two hexes, and curves nearer to others
+    than two hexes.
+
+    Parameters
+    ----------
+    goal : the surface
+    size : edge length of the hexes, as a share of the diagonal
+    across, around : as in `detail_size`
+
+    Returns
+    -------
+    (N, 3) points at unit scale
+    """
+    points, wanted = _on_faces(goal, across, around)
+    beside, room, _ = _on_curves(goal)
+    return np.concatenate([points[wanted < size], beside[room < size]])
+
+
+@lru_cache(maxsize=4)
+def _on_faces(goal: Target, across: float, around: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the surface (N, 3) and the size of hexes that walls, holes and bends want there."""
+    points, face = spread(goal.surface, SAMPLES)
+    wall, room = (
+        thickness(goal.surface, points, outside, LARGE * max(across, around / np.pi))
+        for outside in (False, True)
+    )
+    bend = np.sqrt(8 * CHORD / np.maximum(_curvature(goal)[face], 1e-9))
+    return points, np.minimum(np.minimum(wall / across, room * np.pi / around), bend)
+
+
+def _curvature(goal: Target) -> np.ndarray:
+    """(F,) largest curvature of the surface at each triangle, across its smooth edges."""
+    surface = goal.surface
+    first, second = (half // 3 for half in twins(surface.faces))
+    middle = surface.vertices[surface.faces].mean(axis=1)
+    turn = np.linalg.norm(goal.normals[first] - goal.normals[second], axis=1)
+    # facets of a round face turn by less; the middles of two are as far apart as their chords
+    apart = np.linalg.norm(middle[first] - middle[second], axis=1)
+    found = np.zeros(len(surface.faces))
+    curved = np.where(turn < SMOOTH, turn / np.maximum(apart, 1e-12), 0.0)
+    np.maximum.at(found, first, curved)
+    np.maximum.at(found, second, curved)
+    return found
+
+
+@lru_cache(maxsize=4)
+def _on_curves(goal: Target) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of the curves (N, 3), the size of hexes that they want, and which curve each is of.
+
+    Half the length of a curve, and half the distance from another away from a common corner.
+    """
+    rows = [np.zeros((0, 6))]
+    for number, crease in enumerate(goal.features.creases):
+        arc = np.linspace(0, crease.length, max(3, int(crease.length / SPACING) + 1))
+        away = np.full(len(arc), np.inf) if crease.is_loop else np.minimum(arc, arc[::-1])
+        length = np.full(len(arc), LARGE if crease.is_loop else min(crease.length / 2, LARGE))
+        own = np.full(len(arc), number)
+        rows.append(np.column_stack([crease.at(arc)[0], away, length, own]))
+    table = np.concatenate(rows)
+    points, away, wanted, owner = table[:, :3], table[:, 3], table[:, 4], table[:, 5].astype(int)
+    one, two = cKDTree(points).query_pairs(NEAR, output_type="ndarray").T
+    apart = np.linalg.norm(points[one] - points[two], axis=1)
+    # two curves that meet at a corner are as near each other there as they are to it
+    free = (owner[one] != owner[two]) & (apart < 0.5 * (away[one] + away[two]))
+    for end in (one, two):
+        np.minimum.at(wanted, end[free], np.maximum(apart[free], COINCIDENT) / 2)
+    return points, wanted, owner
