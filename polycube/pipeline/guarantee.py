@@ -62,27 +62,25 @@ def last_attempt(starts: Iterable[Variants], why: str) -> RunState | None:
 
     Returns
     -------
-    None where no structure has valid hexes.  `unfitted` of the state says what is off, unless the
-    mesh lies on the surface.
+    None where no structure has valid hexes.  `unfitted` of the state says what is off, unless all
+    boundary vertices lie on the surface and the acceptance finds the mesh valid.
     """
     for start in starts:
         hexes = _unfitted(start)
         if hexes is None or not is_sound(hexes):
             continue
         logger.info("last attempt: %d hexes, fitted as far as they stay valid", len(hexes.hexes))
-        hexes = with_layer(hexes, target(start.start.surface))
+        state = _described(start, with_layer(hexes, target(start.start.surface)), why)
         for stage in start.stages:
-            start.deadline.note(replace(start.start, hexes=hexes), is_fitted=False)
-            hexes = _moved(start, stage, hexes)
-        state = replace(start.start, hexes=hexes)
+            start.deadline.note(state)
+            state = _described(start, _moved(start, stage, state), why)
         start.deadline.note(state)
-        off = _off(state)
-        return replace(state, unfitted=f"no fitted mesh is valid ({why}); {off}" if off else None)
+        return state
     return None
 
 
 def wrong_topology(state: RunState) -> str:
-    """Say that the structure has another genus than the part; empty where it has not."""
+    """Say that the mesh has another genus than the part, and how far it is off; else nothing."""
     if state.polycube is None:
         return ""
     has, wanted = lattice.genus(state.polycube), measures.genus(state.surface)
@@ -90,7 +88,7 @@ def wrong_topology(state: RunState) -> str:
         return ""
     return (
         f"the topology differs: the mesh has genus {has}, the part {wanted}, and no lattice with "
-        "the genus of the part was found"
+        f"the genus of the part was found; {_distances(state)}"
     )
 
 
@@ -117,13 +115,14 @@ def _unfitted(start: Variants) -> HexMesh | None:
     return None
 
 
-def _moved(start: Variants, stage: Stage, hexes: HexMesh) -> HexMesh:
+def _moved(start: Variants, stage: Stage, state: RunState) -> HexMesh:
     """What a stage makes of valid hexes, as far as they stay valid."""
+    hexes = state.hexes
+    assert hexes is not None
     if stage.kind not in MOVING:
         return hexes
-    state = replace(start.start, hexes=hexes)
     try:
-        fitted = start.clock.run(stage.kind, lambda: stage(state))
+        fitted = start.clock.run(stage.kind, partial(stage, state))
     except MeshingError as error:
         logger.info("last attempt: %s", error)
         return hexes
@@ -135,18 +134,33 @@ def _moved(start: Variants, stage: Stage, hexes: HexMesh) -> HexMesh:
     return kept
 
 
-def _off(state: RunState) -> str:
-    """How far the mesh is off the surface and where; empty where all its vertices are on it."""
+def _described(start: Variants, hexes: HexMesh, why: str) -> RunState:
+    """The state with these hexes, and where they do not fit, how far they are off."""
+    state = replace(start.start, hexes=hexes)
+    off = _off_surface(state)
+    if not off and start.acceptance(hexes, state.surface).is_valid:
+        return state
+    sentence = (
+        f"no fitted mesh is valid ({why}); this one is fitted in part: {off:.1%} of its boundary "
+        f"vertices are more than {NEAR:.1%} of the diagonal off the surface; {_distances(state)}"
+    )
+    return replace(state, unfitted=sentence)
+
+
+def _off_surface(state: RunState) -> float:
+    """Share of the boundary vertices that are not on the surface."""
     assert state.hexes is not None
     goal, outer = target(state.surface), np.unique(state.hexes.quads)
     places = goal.to_unit(state.hexes.vertices[outer])
-    far = np.linalg.norm(places - goal.closest(places)[0], axis=1) > NEAR
-    if not far.any():
-        return ""
+    return float((np.linalg.norm(places - goal.closest(places)[0], axis=1) > NEAR).mean())
+
+
+def _distances(state: RunState) -> str:
+    """The largest distance and that of 99 % of the points, in diagonals, and where."""
+    assert state.hexes is not None
     found = inspect(state.hexes, state.surface)
     p99 = max(found.deviation.to_surface.p99, found.deviation.to_mesh.p99)
     return (
-        f"this one is fitted in part: {far.mean():.1%} of its boundary vertices are more than "
-        f"{NEAR:.1%} of the diagonal off the surface, the largest distance is {found.largest:.2%} "
-        f"at {np.round(found.farthest_at, 3).tolist()}, that of 99 % of the points {p99:.2%}"
+        f"the largest distance is {found.largest:.2%} of the diagonal at "
+        f"{np.round(found.farthest_at, 3).tolist()}, that of 99 % of the points {p99:.2%}"
     )

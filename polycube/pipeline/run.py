@@ -165,8 +165,8 @@ class Run:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
         verdict = self.acceptance(hexes, state.surface)
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
-        before = [state.unfitted or "", wrong_topology(state)]
-        failures = [*filter(None, before), *verdict.failures]
+        first = [state.unfitted or "", wrong_topology(state)]
+        failures = [*filter(None, first), *verdict.failures]
         if not failures and self.settings.strict and verdict.warnings:
             failures = [f"strict=true: {verdict.warnings[0]}"]
         return replace(state, failure="; ".join(failures)) if failures else state
