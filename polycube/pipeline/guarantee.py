@@ -70,12 +70,13 @@ def last_attempt(starts: Iterable[Variants], why: str) -> RunState | None:
         if hexes is None or not is_sound(hexes):
             continue
         logger.info("last attempt: %d hexes, fitted as far as they stay valid", len(hexes.hexes))
-        state = _described(start, with_layer(hexes, target(start.start.surface)), why)
+        made = [_described(start, with_layer(hexes, target(start.start.surface)), why)]
+        start.deadline.note(made[0])
         for stage in start.stages:
-            start.deadline.note(state)
-            state = _described(start, _moved(start, stage, state), why)
-        start.deadline.note(state)
-        return state
+            if stage.kind in MOVING:
+                made.append(_described(start, _moved(start, stage, made[-1]), why))
+                start.deadline.note(made[-1])
+        return max(made, key=lambda state: _key(start, state))
     return None
 
 
@@ -119,8 +120,6 @@ def _moved(start: Variants, stage: Stage, state: RunState) -> HexMesh:
     """What a stage makes of valid hexes, as far as they stay valid."""
     hexes = state.hexes
     assert hexes is not None
-    if stage.kind not in MOVING:
-        return hexes
     try:
         fitted = start.clock.run(stage.kind, partial(stage, state))
     except MeshingError as error:
@@ -145,6 +144,11 @@ def _described(start: Variants, hexes: HexMesh, why: str) -> RunState:
         f"vertices are more than {NEAR:.1%} of the diagonal off the surface; {_distances(state)}"
     )
     return replace(state, unfitted=sentence)
+
+
+def _key(start: Variants, state: RunState) -> tuple[float, ...]:
+    assert state.hexes is not None
+    return start.acceptance(state.hexes, state.surface).key
 
 
 def _off_surface(state: RunState) -> float:
