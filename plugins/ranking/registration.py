@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.registry import register
-from polycube.types import OVERLAY, Candidate, Ranked, TriMesh
+from polycube.types import OVERLAY, SPARE, Candidate, Ranked, TriMesh
 
 if TYPE_CHECKING:
     from polycube.fitting.registration import ShortQuality
@@ -30,7 +30,8 @@ class Registration:
     of the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, the
     polycube's corners, curves of a CAD part without a path on the mesh's edges, and the cost that
     the proposal itself gave; smaller is better.  Overlays rank last, as they are: they have many
-    more hexes, and are for parts that nothing coarser fits.
+    more hexes, and are for parts that nothing coarser fits.  After them come spare lattices, which
+    have another genus and say so.
 
     Parameters
     ----------
@@ -52,14 +53,15 @@ class Registration:
     limit: int = 12
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
-        """Candidates of the right genus, best first; of those that share a rough map, the last."""
+        """Candidates of the right genus, best first, then spares; of one rough map the last."""
         from polycube.structure.lattice import genus, is_manifold
         from polycube.surface import measures as surfaces
         from polycube.surface.fit_target import target
 
         goal, wanted = target(surface), surfaces.genus(surface)
         distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
-        fitting = [c for c in distinct if is_manifold(c.polycube) and genus(c.polycube) == wanted]
+        solid = [c for c in distinct if is_manifold(c.polycube)]
+        fitting = [c for c in solid if genus(c.polycube) == wanted and c.family != SPARE]
         ranked = []
         coarse = [c for c in fitting if c.family != OVERLAY]
         for proposal in dict.fromkeys(c.proposal for c in coarse):
@@ -67,6 +69,7 @@ class Registration:
             ranked += [self._judged(c, goal, ours[0].cost) for c in ours[: self.limit]]
         ranked.sort(key=lambda entry: entry.score)
         ranked += [_unregistered(c) for c in fitting if c.family == OVERLAY]
+        ranked += [_unregistered(c) for c in solid if c.family == SPARE]
         _log(ranked)
         return ranked
 

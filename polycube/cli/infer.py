@@ -162,7 +162,8 @@ def _attempt(cfg: Json, level: int | None = None, is_alone: bool = False) -> tup
         kept = "the best mesh so far is kept" if report["valid"] else "there is no valid mesh yet"
         return INTERRUPTED, f"interrupted; {kept}"
     if not report["valid"]:
-        return 3, f"{report['failure']}; what was made is kept, marked invalid"
+        mark = "as fitted in part" if report.get("partly_fitted") else "invalid"
+        return 3, f"{report['failure']}; what was made is kept, marked {mark}"
     return 0, ""
 
 
@@ -176,7 +177,7 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
         logger.info(
             "%s hex mesh: %d hexes, scaled Jacobian at least %.3f (mean %.3f), "
             "within %.2f %% of the diagonal%s",
-            valid if report["valid"] else "INVALID",
+            valid if report["valid"] else _not_valid(report),
             numbers["hexes"],
             numbers["min_scaled_jacobian"],
             numbers["mean_scaled_jacobian"],
@@ -190,6 +191,10 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
         logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
     page = folder / "report.html"
     logger.info("results: %s", page if page.is_file() else folder)
+
+
+def _not_valid(report: Json) -> str:
+    return "PARTLY FITTED" if report.get("partly_fitted") else "INVALID"
 
 
 def _folder(cfg: Json) -> Path:

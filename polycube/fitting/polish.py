@@ -62,7 +62,7 @@ def polish(
     samples : points of the surface that look for the mesh
     """
     problem = FitProblem(mesh, target, samples)
-    x = _untangled(problem, target.to_unit(mesh.vertices))
+    x = untangled(problem, target.to_unit(mesh.vertices))
     matching = match(problem, x) if features else no_features()
     if exact:
         matching = held_exactly(matching, len(x))
@@ -84,7 +84,7 @@ def polish(
     return replace(mesh, vertices=target.to_model(best.x))
 
 
-def _untangled(problem: FitProblem, x: np.ndarray) -> np.ndarray:
+def untangled(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """The same positions where all hexes are valid, else moved until they are.
 
     The boundary is held at its place ever more weakly.

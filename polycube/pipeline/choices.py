@@ -14,7 +14,7 @@ from polycube.pipeline.search import Options, Variants
 from polycube.pipeline.state import RunState
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
-from polycube.types import OVERLAY, Candidate, Polycube, Ranked
+from polycube.types import OVERLAY, SPARE, Candidate, Polycube, Ranked
 
 logger = logging.getLogger(__name__)
 
@@ -62,8 +62,13 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     The best, the best of the other family, then the best of each other kind, as long as the score
     is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
     equal structures that rank close the one from labels is taken, whose rough map is exact.  The
-    overlays come after all others, whatever `tries` is.
+    overlays come after all others, whatever `tries` is.  Those of another genus than the part's are
+    meshed only where there is nothing else.
     """
+    spares = spares_of(ranked)
+    if len(spares) == len(ranked):
+        return spares
+    ranked = ranked[: len(ranked) - len(spares)]
     overlays = [i for i, entry in enumerate(ranked) if is_overlay(entry)]
     if len(overlays) == len(ranked):
         return overlays
@@ -124,7 +129,12 @@ def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]
 
 def is_overlay(entry: Ranked) -> bool:
     """Whether the structure is a lattice as fine as the hexes."""
-    return _family(entry) == OVERLAY
+    return _family(entry) in (OVERLAY, SPARE)
+
+
+def spares_of(ranked: Sequence[Ranked]) -> list[int]:
+    """Numbers of the structures of another genus than the part's; they rank last."""
+    return [i for i, entry in enumerate(ranked) if _family(entry) == SPARE]
 
 
 def _family(entry: Ranked) -> str:

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from threading import Event
 
@@ -20,10 +21,12 @@ from polycube.pipeline.choices import (
     is_needless,
     is_overlay,
     settled_at,
+    spares_of,
     variants_of,
     worth_meshing,
 )
 from polycube.pipeline.deadline import Deadline, TimeIsUp
+from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import explain_none, propose
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
@@ -162,7 +165,8 @@ class Run:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
         verdict = self.acceptance(hexes, state.surface)
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
-        failures = list(verdict.failures)
+        first = [state.unfitted or "", wrong_topology(state)]
+        failures = [*filter(None, first), *verdict.failures]
         if not failures and self.settings.strict and verdict.warnings:
             failures = [f"strict=true: {verdict.warnings[0]}"]
         return replace(state, failure="; ".join(failures)) if failures else state
@@ -188,8 +192,9 @@ class Run:
         tries = self.settings.tries
         choices = [state.chosen] if kept else worth_meshing(ranked, tries)
 
+        made: list[Variants] = []
+
         def starts() -> Iterator[Variants]:
-            made: list[Variants] = []
             for index in choices:
                 if is_overlay(ranked[index]):
                     for each in made:  # coarse structures have all their variants first
@@ -215,7 +220,16 @@ class Run:
         )
         keep_features(found)
         meet_deviation(found, self.bundle.get("deviation"))
+        if not is_usable(found):
+            spares = (self._spare(state, index, stages) for index in spares_of(ranked))
+            last = last_attempt(chain(in_order(made, found), spares), found.why)
+            if last is not None:
+                return self._kept(last)
         return self._finish(found, stages)
+
+    def _spare(self, state: RunState, index: int, stages: Sequence[Stage]) -> Variants:
+        """A structure of another genus, for the last attempt."""
+        return self.variants(choose(state, index, self.primitives), stages)
 
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
         """The variants of the bundle, on one structure."""
@@ -254,11 +268,15 @@ class Run:
             raise KeyboardInterrupt
         stopped = f"{why}; this is the best valid mesh until then"
         logger.warning("warning: %s", stopped)
-        self.keep_start(best)
+        return replace(self._kept(best), stopped=stopped)
+
+    def _kept(self, state: RunState) -> RunState:
+        """A state whose hexes stand for the results of all stages that gave none; kept so."""
+        self.keep_start(state)
         for stage in self.meshing:
-            value = getattr(best, KINDS[stage.kind].gives)
-            self._save(stage.kind, best.hexes if value is None else value)
-        return replace(best, stopped=stopped)
+            value = getattr(state, KINDS[stage.kind].gives)
+            self._save(stage.kind, state.hexes if value is None else value)
+        return state
 
     def check_places(self, hexes: HexMesh) -> None:
         """Raise InputError for a place that an analysis needs and the boundary has not."""

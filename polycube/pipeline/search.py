@@ -142,6 +142,13 @@ class Variants:
         """The best run, or the preferred one."""
         return self.attempts[self.chosen]
 
+    @property
+    def why(self) -> str:
+        """Why the mesh taken is not valid, or why there is none."""
+        if self.attempts:
+            return "; ".join(self.taken().verdict.failures)
+        return "; ".join({str(each): 0 for each in self._attempts.values()})
+
     def finish(self) -> tuple[RunState, tuple[object, ...]]:
         """Final state and the results of the stages on the way; the last stages run here, once."""
         taken = self.taken()

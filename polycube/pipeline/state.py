@@ -41,6 +41,7 @@ class RunState:
     labels : of the surface, by the faces of the polycube
     hexes, spline, solution : the results
     verdict : of the acceptance, on the hexes
+    unfitted : why the hexes are fitted only in part, and how far they are off
     failure : why there is no valid result
     stopped : why meshing ended early, with the best valid mesh until then
     interrupted : whether a user ended the run
@@ -65,6 +66,7 @@ class RunState:
     spline: Spline | None = None
     solution: Solution | None = None
     verdict: Verdict | None = None
+    unfitted: str | None = None
     failure: str | None = None
     stopped: str | None = None
     interrupted: bool = False

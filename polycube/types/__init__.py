@@ -11,6 +11,7 @@ from polycube.types.plain import Json
 from polycube.types.polycube import (
     AXES,
     OVERLAY,
+    SPARE,
     Candidate,
     Labels,
     Parametrization,
@@ -25,6 +26,7 @@ from polycube.types.surface import Frame, PointImage, TriMesh
 __all__ = [
     "AXES",
     "OVERLAY",
+    "SPARE",
     "Candidate",
     "Deformation",
     "ElementFunctions",

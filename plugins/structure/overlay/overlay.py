@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import product
 
 import numpy as np
 
 from polycube.hexmesh.settings import MeshingSettings
 from polycube.kinds import Structure
 from polycube.registry import register, setting
-from polycube.types import OVERLAY, Candidate, Polycube, RoughMap, TriMesh
+from polycube.types import OVERLAY, SPARE, Candidate, Polycube, RoughMap, TriMesh
 
 logger = logging.getLogger(__name__)
 
 SMALLER = 0.87  # ratio of cells that makes one more candidate worth while
 SAMPLES = 4  # of a cell along each axis
+COVERED = 0.8  # of the solid that a lattice must hold; one with less misses parts of it
 MOST_CELLS = 2_000_000  # full or not: their samples take 130 MB
+Wrong = tuple[bool, int]  # whether parts are missing, and the difference of the genus
 
 
 @register("structure", "overlay")
@@ -26,8 +29,9 @@ MOST_CELLS = 2_000_000  # full or not: their samples take 130 MB
 class Overlay(Structure):
     """Fill the cells of a lattice that lie in the part.
 
-    Topology is always that of the part: cells are flipped, or the lattice is finer.  Hexes are as
-    large as the cells: many more than on a coarse polycube, and room for more features.
+    Topology is that of the part: cells are flipped, or the lattice is finer.  Where no lattice has
+    it, the one whose genus is nearest is a spare.  Hexes are as large as the cells: many more than
+    on a coarse polycube, and room for more features.
 
     Parameters
     ----------
@@ -39,6 +43,7 @@ class Overlay(Structure):
     across_wall, around_hole : hexes that these want
     steps : by which they are smaller yet until the topology is right
     least : shares of a cell that must be solid for it to be full, tried in this order
+    thin : the same where none of these gives the right topology; a thin sheet fills no cell
     max_hexes : full cells at most; a lattice that needs more is not proposed
     """
 
@@ -53,10 +58,11 @@ class Overlay(Structure):
     around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
     steps: Sequence[float] = (1.0, 1.15, 1.3, 1.6, 2.0)
     least: Sequence[float] = (0.5, 0.35, 0.65)
+    thin: Sequence[float] = (0.2, 0.05)
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, the coarsest first; none where no lattice has the topology of the part."""
+        """Candidates, the coarsest first; one spare where no lattice has the right topology."""
         from polycube.hexmesh.generation import sizing
         from polycube.surface.frames import frames
         from polycube.surface.measures import diagonal
@@ -67,8 +73,17 @@ class Overlay(Structure):
             return []
         frame = frames(surface, 1)[0]
         size = sizing.length(self.size, diagonal(surface))
-        made = (self._candidate(surface, frame, cell, brick) for cell in self._cells(surface, size))
-        return [candidate for candidate in made if candidate is not None]
+        found = [
+            _first(self._lattices(surface, frame, cell, brick))
+            for cell in self._cells(surface, size)
+        ]
+        made = [each for each in found if each is not None]
+        right = [candidate for wrong, candidate in made if not any(wrong)]
+        if right or not made:
+            return right
+        (_, off), nearest = min(made, key=lambda each: each[0])
+        logger.info("overlay: no lattice is right; the genus of the nearest is %d off", off)
+        return [replace(nearest, family=SPARE)]
 
     def _cells(self, surface: TriMesh, size: float) -> list[float]:
         """Sizes of the cells of the candidates, the largest first."""
@@ -81,10 +96,10 @@ class Overlay(Structure):
         least = max(wanted, size / self.finest)
         return [*cells, least] if least < SMALLER * min(cells, default=size) else cells
 
-    def _candidate(
+    def _lattices(
         self, surface: TriMesh, frame: np.ndarray, size: float, brick: str
-    ) -> Candidate | None:
-        """The first lattice of about that size whose topology is right."""
+    ) -> Iterator[tuple[Wrong, Candidate]]:
+        """Lattices of about that size, each after what is wrong with it."""
         from polycube.structure.lattice import genus
         from polycube.surface import measures
 
@@ -93,32 +108,44 @@ class Overlay(Structure):
 
         wanted = measures.genus(surface)
         turned = TriMesh(surface.vertices @ frame.T, surface.faces)
-        for step in self.steps:
+        for shares, step in product((self.least, self.thin), self.steps):
             if measures.volume(surface) > self.max_hexes * (size / step) ** 3:
                 logger.info("overlay: more than %d cells of size %.4g", self.max_hexes, size / step)
-                return None
+                continue
             x, y, z = (planes(turned, axis, size / step) for axis in range(3))
             if len(x) * len(y) * len(z) > MOST_CELLS:
                 logger.info("overlay: too many cells of size %.4g round the part", size / step)
-                return None
+                continue
             share = _solid_shares(turned, x, y, z)
-            for least in self.least:
-                full = manifold(share, least)
+            for full in (manifold(share, least) for least in shares):
+                if not full.any():
+                    continue
                 polycube = _polycube(full, brick)
-                found = genus(polycube)
+                found, number = genus(polycube), full.sum()
                 logger.info(
                     "overlay: %d full cells of size %.4g, genus %d of %d",
-                    full.sum(),
+                    number,
                     size / step,
                     found,
                     wanted,
                 )
-                if found == wanted:
-                    corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
-                    rough_map = RoughMap(*polycube.knots, corners @ frame)
-                    key = f"overlay {sha256(full.tobytes()).hexdigest()}"
-                    return Candidate("overlay", polycube, rough_map, 0.0, key, family=OVERLAY)
-        return None
+                corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
+                rough_map = RoughMap(*polycube.knots, corners @ frame)
+                key = f"overlay {sha256(full.tobytes()).hexdigest()}"
+                candidate = Candidate("overlay", polycube, rough_map, 0.0, key, family=OVERLAY)
+                misses = bool(share[full].sum() < COVERED * share.sum())
+                yield (misses, abs(found - wanted)), candidate
+
+
+def _first(lattices: Iterator[tuple[Wrong, Candidate]]) -> tuple[Wrong, Candidate] | None:
+    """The first lattice with nothing wrong, else the first with the least."""
+    best = None
+    for each in lattices:
+        if best is None or each[0] < best[0]:
+            best = each
+        if not any(each[0]):
+            break
+    return best
 
 
 def _solid_shares(surface: TriMesh, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -71,6 +71,8 @@ def _outcome(state: RunState, report: Numbers) -> Numbers:
     }
     if state.failure is not None:
         found["failure"] = state.failure
+    if state.unfitted is not None:
+        found["partly_fitted"] = True
     if state.stopped is not None:
         found["stopped"] = state.stopped
     if state.interrupted:

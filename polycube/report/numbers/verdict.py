@@ -40,7 +40,9 @@ def verdict(report: Json) -> str:
 
 
 def _mark(report: Json) -> str:
-    if not report.get("valid"):
+    if report.get("partly_fitted"):
+        kind, words = BAD, "Hex mesh without inverted hexes, fitted only in part"
+    elif not report.get("valid"):
         kind, words = BAD, "No valid result"
     elif reasons(report):
         kind, words = DOUBTFUL, "Valid hex mesh, to be looked at"
