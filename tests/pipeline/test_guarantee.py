@@ -21,7 +21,8 @@ from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.runs import run
 from tests.fixtures.surfaces import torus
 
-OTHER = {"finer": [1.0], "steps": [1.0], "least": [0.3], "thin": []}  # cells as large as the hole
+# cells as large as the hole
+OTHER = {"finer": [1.0], "finest": 1.0, "steps": [1.0], "least": [0.3], "thin": []}
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def variants(state: RunState, *stages: Stage) -> Variants:
 
 @pytest.fixture(scope="module")
 def ring() -> RunState:
-    return ranked(torus(), finer=[1.0])
+    return ranked(torus(), finer=[1.0], finest=1.0)
 
 
 def test_a_mesh_that_the_stages_fold_is_fitted_in_part(ring):

@@ -110,7 +110,7 @@ def test_a_thin_bent_sheet_that_fills_no_cell_has_a_lattice_that_holds_all_of_it
     sheet = surface_of(hex_box((24, 6, 1), (10.0, 5.0, 0.1)))
     bend = [[0, 0, 0.06]] * (sheet.vertices[:, :1] - 5) ** 2
     made = overlay(TriMesh(sheet.vertices + bend, sheet.faces), size="10%", steps=[1.0])
-    assert [genus(each.polycube) for each in made] == [0, 0]
+    assert [genus(each.polycube) for each in made] == [0, 0, 0]
     for each in made:
         assert each.family == "overlay"
         assert all(np.ptp(each.rough_map.positions.reshape(-1, 3), axis=0) > [9.9, 4.9, 1.3])
@@ -118,7 +118,7 @@ def test_a_thin_bent_sheet_that_fills_no_cell_has_a_lattice_that_holds_all_of_it
 
 
 def test_where_no_lattice_has_the_genus_the_nearest_is_a_spare():
-    options = {"finer": [1.0], "steps": [1.0], "least": [0.3], "thin": []}
+    options = {"finer": [1.0], "finest": 1.0, "steps": [1.0], "least": [0.3], "thin": []}
     [spare] = overlay(torus(), size="40%", **options)
     assert spare.family == "spare" and genus(spare.polycube) == 0
     assert is_manifold(spare.polycube)
