@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from polycube.errors import InputError, MeshingError
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import KINDS, Acceptance
 from polycube.pipeline.deadline import Deadline
 from polycube.pipeline.stages import Clock, Stage
@@ -27,6 +28,7 @@ logger = logging.getLogger(__name__)
 Options = Mapping[str, Mapping[str, object]]  # to replace, by stage
 Name = tuple[int, bool]  # of a run: its variant, and whether it was short
 WORST = (-float("inf"),)
+LARGE = 10_000  # hexes of a mesh whose runs take long
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +97,17 @@ class Variants:
         found = self.attempts
         return found[self.chosen].verdict.reaches if found else -float("inf")
 
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether all meshes so far are large and have inverted hexes."""
+        meshes = [each.state.hexes for each in self.attempts.values()]
+        return bool(meshes) and all(
+            mesh is not None
+            and len(mesh.hexes) > LARGE
+            and scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0
+            for mesh in meshes
+        )
+
     def run(self, number: int, short: bool = False) -> Attempt | None:
         """Run a variant, the first being 0; None where it fails."""
         name = f"{'trial of ' * short}variant {number + 1} of {len(self.variants)}"
@@ -110,9 +123,13 @@ class Variants:
         return attempt
 
     def run_others(self) -> None:
-        """Short runs of all variants that had none, the first too, until one is good."""
+        """Short runs of all variants that had none, the first too, until one is good.
+
+        Where all runs ended with inverted hexes and the meshes are large there are none: a run
+        takes long then, and another structure is the better way.
+        """
         for number in range(len(self.variants)):
-            if self.reaches >= self.acceptance.good:
+            if self.reaches >= self.acceptance.good or self.is_hopeless:
                 return
             if (number, True) not in self._attempts:
                 self.run(number, short=True)

@@ -201,6 +201,17 @@ def test_where_no_mesh_is_acceptable_every_variant_has_a_trial():
     assert found == (9.0, [(3, True), (4, True), (2, True), (9, True), (9, False)])
 
 
+@pytest.mark.parametrize(("first", "large", "runs"), [(-1.0, 0, 1), (1.0, 0, 3), (-1.0, 9, 3)])
+def test_large_meshes_with_inverted_hexes_have_no_other_variants(monkeypatch, first, large, runs):
+    monkeypatch.setattr("polycube.pipeline.search.LARGE", large)
+    options = [{"meshing/optimize": {"to": to}} for to in (first, 0.2)]
+    found = Variants([Stage("meshing/optimize", Grow())], options, START, BySize(), trial=TRIAL)
+    found.run(0)
+    found.run_others()
+    assert len(CALLS) == runs
+    assert found.is_hopeless == (runs == 1)
+
+
 @given(st.lists(st.floats(1, 100), min_size=1, max_size=6), st.floats(1, 100))
 def test_trials_that_rank_right_lose_nothing(sizes, enough):
     found, calls = searched(sizes, enough=enough)
