@@ -23,6 +23,7 @@ from polycube.pipeline.choices import (
     settled_at,
     spares_of,
     variants_of,
+    without_effect,
     worth_meshing,
 )
 from polycube.pipeline.deadline import Deadline, TimeIsUp
@@ -155,6 +156,13 @@ class Run:
             self._save(stage.kind, value)
         if first is not None:
             state = self._mesh_in_time(state, self.meshing[first:], bool(kept))
+        for name in without_effect(state, self.bundle):
+            logger.warning(
+                "warning: meshing.%s=%s has no effect on this structure, only on overlays: "
+                "structure=overlay",
+                name,
+                self.bundle[name],
+            )
         return self.finish_mesh(state)
 
     def finish_mesh(self, state: RunState) -> RunState:
