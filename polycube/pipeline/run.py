@@ -199,8 +199,7 @@ class Run:
         ranked = state.ranked
         tries = self.settings.tries
         choices = [state.chosen] if kept else worth_meshing(ranked, tries)
-
-        made: list[Variants] = []
+        made: list[Variants] = []  # of the structures so far
 
         def starts() -> Iterator[Variants]:
             for index in choices:
@@ -229,15 +228,12 @@ class Run:
         keep_features(found)
         meet_deviation(found, self.bundle.get("deviation"))
         if not is_usable(found):
-            spares = (self._spare(state, index, stages) for index in spares_of(ranked))
+            other_genus = (choose(state, i, self.primitives) for i in spares_of(ranked))
+            spares = (self.variants(start, stages) for start in other_genus)
             last = last_attempt(chain(in_order(made, found), spares), found.why)
             if last is not None:
                 return self._kept(last)
         return self._finish(found, stages)
-
-    def _spare(self, state: RunState, index: int, stages: Sequence[Stage]) -> Variants:
-        """A structure of another genus, for the last attempt."""
-        return self.variants(choose(state, index, self.primitives), stages)
 
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
         """The variants of the bundle, on one structure."""

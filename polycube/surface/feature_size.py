@@ -18,8 +18,7 @@ CHORD = 0.002  # distance, in diagonals, of a curved surface from the middle of 
 SMOOTH = 0.5  # turn between two triangles of one smooth face at most, in radians
 SPACING, NEAR = 0.01, 0.1  # of points on curves, and of two curves that are compared
 COINCIDENT = 0.002  # curves nearer than this are one for the mesh
-RARE = 2.0, 10.0  # per cent of the samples and of the curves that may want hexes of less than
-# `detail_size`
+RARE_FACES, RARE_CURVES = 2.0, 10.0  # per cent of them that may want less than `detail_size`
 
 
 def detail_size(goal: Target, across: float, around: float) -> float:
@@ -35,11 +34,12 @@ def detail_size(goal: Target, across: float, around: float) -> float:
     -------
     a share of the diagonal
     """
-    _, wanted = _on_faces(goal, across, around)
-    _, beside, curve = _on_curves(goal)
-    of_curve = np.full(len(goal.features.creases), LARGE)
-    np.minimum.at(of_curve, curve, beside)
-    return float(min(np.percentile(wanted, RARE[0]), np.percentile([*of_curve, LARGE], RARE[1])))
+    _, by_sample = _on_faces(goal, across, around)
+    _, by_point, curve = _on_curves(goal)
+    by_curve = np.full(len(goal.features.creases) + 1, LARGE)  # one more: there may be no curves
+    np.minimum.at(by_curve, curve, by_point)
+    faces, curves = np.percentile(by_sample, RARE_FACES), np.percentile(by_curve, RARE_CURVES)
+    return float(min(faces, curves))
 
 
 def small_details(goal: Target, size: float, across: float, around: float) -> np.ndarray:
@@ -58,9 +58,9 @@ def small_details(goal: Target, size: float, across: float, around: float) -> np
     -------
     (N, 3) points at unit scale
     """
-    points, wanted = _on_faces(goal, across, around)
-    beside, room, _ = _on_curves(goal)
-    return np.concatenate([points[wanted < size], beside[room < size]])
+    on_faces, by_sample = _on_faces(goal, across, around)
+    on_curves, by_point, _ = _on_curves(goal)
+    return np.concatenate([on_faces[by_sample < size], on_curves[by_point < size]])
 
 
 @lru_cache(maxsize=4)

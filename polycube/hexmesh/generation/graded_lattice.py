@@ -59,7 +59,8 @@ def planned(full: np.ndarray, needed: np.ndarray) -> Plan | None:
         cells = np.where(_cells(inner), full, _cells(share >= 0.5))
         wrong = _wrong(cells)
         if not wrong.any():
-            return Plan(fine, inner, cells) if cells.sum() and not fine[share > 0].all() else None
+            is_thin = not cells.any()  # no block is half full
+            return None if is_thin or fine[share > 0].all() else Plan(fine, inner, cells)
         more = wrong & (share > 0) & ~inner
         if not (more & ~wanted).any():
             return None

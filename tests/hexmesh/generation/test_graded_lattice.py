@@ -38,6 +38,11 @@ def test_where_all_is_needed_there_is_nothing_to_gain():
     assert graded(np.ones((8, 8, 8), bool), np.ones((8, 8, 8), bool)) is None
 
 
+def test_a_solid_of_which_no_block_is_half_full_keeps_its_cells():
+    rod = np.ones((16, 1, 1), bool)
+    assert graded(rod, np.zeros_like(rod)) is None
+
+
 def test_round_a_needed_cell_hexes_are_cells_and_far_from_it_they_are_blocks():
     full = np.ones((24, 24, 24), bool)
     mesh = graded(full, marked(full.shape, (2, 3, 2)))
