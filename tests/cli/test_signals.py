@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,14 @@ from tests.fixtures.runs import FAST, config, run, tree
 
 ROD = ("mesh=example:rod", *FAST)
 MARK = "meshing/pillow"  # signals come when this stage ends: a valid mesh is there, none is best
+
+
+@pytest.fixture(autouse=True)
+def ctrl_c_is_heard() -> Iterator[None]:
+    """In the background of a script Ctrl-C is ignored, and so by every program started there."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def test_sigterm_is_like_ctrl_c_and_is_remembered() -> None:
