@@ -56,7 +56,7 @@ class Register:
         near = register_mesh(
             hexes, goal, self.quick, *QUICK, coverage=self.coverage, features=exact
         )
-        if exact and (found := matched_curves(near, goal)) < len(goal.features.creases):
+        if exact and (found := matched_curves(near, goal)) < len(goal.followed.creases):
             free = register_mesh(hexes, goal, self.quick, *QUICK, coverage=self.coverage)
             near = free if matched_curves(free, goal) > found else near
         return register_mesh(

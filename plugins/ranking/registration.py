@@ -91,7 +91,7 @@ class Registration:
         score = judge(quality) + self.trust * (candidate.cost - cheapest)
         score += self.corner * (len(corners(boundary(polycube))) - 8)
         if exact:
-            number = len(goal.features.creases)
+            number = len(goal.followed.creases)
             score += self.lost * (1 - matched_curves(hexes, goal) / max(number, 1))
         return Ranked(candidate, score, asdict(quality), hexes, positions)
 

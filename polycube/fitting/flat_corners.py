@@ -59,7 +59,7 @@ def without_flat_corners(
 
 def _numbered(matching: Matching, target: Target) -> dict[str, np.ndarray]:
     """Paths by the numbers of their curves."""
-    number = {id(crease): str(k) for k, crease in enumerate(target.features.creases)}
+    number = {id(crease): str(k) for k, crease in enumerate(target.followed.creases)}
     return {number[id(route.crease)]: route.vertices for route in matching.routes}
 
 

@@ -34,7 +34,7 @@ class CurveMatcher:
 
     def __init__(self, spline: Spline, target: Target, cad_face: np.ndarray) -> None:
         curves: dict[tuple[int, int], list[np.ndarray]] = {}
-        for crease in target.features.creases:
+        for crease in target.followed.creases:
             curves.setdefault(crease.faces, []).append(
                 np.stack([crease.points[:-1], crease.points[1:]], axis=1)
             )

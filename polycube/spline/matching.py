@@ -57,7 +57,7 @@ class Matcher:
         self._own_face: np.ndarray | None = None
         self._points, self._normals, self._on = target.samples(SAMPLES)
         found = set(cad_face.tolist())
-        loose = (c for c in target.features.creases if not found.issuperset(c.faces))
+        loose = (c for c in target.followed.creases if not found.issuperset(c.faces))
         on = [c.at(np.arange(STEP / 2, c.length, STEP))[0] for c in loose]
         self._creases = np.concatenate([np.zeros((0, 3)), *on])
 

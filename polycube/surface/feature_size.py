@@ -36,7 +36,7 @@ def detail_size(goal: Target, across: float, around: float) -> float:
     """
     _, by_sample = _on_faces(goal, across, around)
     _, by_point, curve = _on_curves(goal)
-    by_curve = np.full(len(goal.features.creases) + 1, LARGE)  # one more: there may be no curves
+    by_curve = np.full(len(goal.followed.creases) + 1, LARGE)  # one more: there may be no curves
     np.minimum.at(by_curve, curve, by_point)
     faces, curves = np.percentile(by_sample, RARE_FACES), np.percentile(by_curve, RARE_CURVES)
     return float(min(faces, curves))
@@ -97,7 +97,7 @@ def _on_curves(goal: Target) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Half the length of a curve, and half the distance from another away from a common corner.
     """
     rows = [np.zeros((0, 6))]
-    for number, crease in enumerate(goal.features.creases):
+    for number, crease in enumerate(goal.followed.creases):
         arc = np.linspace(0, crease.length, max(3, int(crease.length / SPACING) + 1))
         away = np.full(len(arc), np.inf) if crease.is_loop else np.minimum(arc, arc[::-1])
         length = np.full(len(arc), LARGE if crease.is_loop else min(crease.length / 2, LARGE))

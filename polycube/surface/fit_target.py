@@ -13,6 +13,7 @@ import numpy as np
 
 from polycube.surface import closest
 from polycube.surface.curves.creases import features
+from polycube.surface.curves.cusps import without_cusps
 from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
 from polycube.surface.measures import diagonal, face_areas, face_normals
@@ -42,6 +43,7 @@ class Target:
     vertex_normals: np.ndarray  # (V, 3)
     tree: closest.Tree
     features: Features
+    followed: Features  # the curves that mesh edges are to follow: see `without_cusps`
     charts: Mapping[int, Chart]  # by CAD face; 0 is the whole surface; none without CAD faces
 
     def to_unit(self, points: np.ndarray) -> np.ndarray:
@@ -100,9 +102,8 @@ def target(surface: TriMesh) -> Target:
         np.add.at(by_vertex, unit.faces[:, k], weighted)
     by_vertex /= np.maximum(np.linalg.norm(by_vertex, axis=1, keepdims=True), 1e-30)
     tree = closest.tree(unit.vertices[unit.faces], normals)
-    return Target(
-        center, scale, unit, normals, by_vertex, tree, graph, _charts(unit, normals, tree)
-    )
+    charts, followed = _charts(unit, normals, tree), without_cusps(graph)
+    return Target(center, scale, unit, normals, by_vertex, tree, graph, followed, charts)
 
 
 def _charts(unit: TriMesh, normals: np.ndarray, whole: closest.Tree) -> dict[int, Chart]:

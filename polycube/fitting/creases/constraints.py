@@ -125,7 +125,7 @@ def match(problem: FitProblem, x: np.ndarray) -> Matching:
 
     From then on the problem holds the quads on the CAD faces that the paths enclose.
     """
-    features = problem.target.features
+    features = problem.target.followed
     if not features.creases:
         return no_features()
     routes, ends, vertices = find_routes(features, problem, x)
@@ -145,11 +145,11 @@ def on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
 def held_exactly(matching: Matching, n_vertices: int) -> Matching:
     """The same with distances of the vertices (V,) from the features that are no loss.
 
-    What edges between vertices on a curve cut short is taken from them.
+    What edges between vertices on a curve cut short is taken from them, and what it is off others.
     """
     allowed = np.full(n_vertices, ALLOWED)
     for route in matching.routes:
-        left = max(ALLOWED - route.sagitta, NEAREST)
+        left = max(ALLOWED - route.sagitta - route.crease.off, NEAREST)
         allowed[route.vertices] = np.minimum(allowed[route.vertices], left)
     return replace(matching, allowed=allowed)
 

@@ -34,7 +34,7 @@ def quad_faces(
     -------
     (Q,) number of the CAD face, 0 where it is not known
     """
-    features, region = problem.target.features, problem.target.surface.region
+    features, region = problem.target.followed, problem.target.surface.region
     if not features.n_faces:
         return np.zeros(len(problem.quads), np.int64)
     part = problem.parts(~on_curve)

@@ -33,7 +33,7 @@ def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
     beside = np.sort(face[quads], axis=1)
     middle = goal.to_unit(mesh.vertices)[edges].mean(axis=1)
     nearest, turn = np.full(len(edges), np.inf), np.zeros(len(edges))
-    for crease in goal.features.creases:
+    for crease in goal.followed.creases:
         own = np.flatnonzero((beside == crease.faces).all(axis=1) & (beside[:, 0] != beside[:, 1]))
         arc, off = crease.nearest(middle[own])
         own, arc, off = (part[off < nearest[own]] for part in (own, arc, off))
@@ -44,7 +44,7 @@ def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
 def cad_corners(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     """(P,) boundary vertices of a mesh that are nearest to the ends of the curves of its part."""
     goal, outside = target(surface), np.unique(mesh.quads)
-    corners = goal.features.corners
+    corners = goal.followed.corners
     if not len(corners):
         return outside[:0]
     tree = cKDTree(goal.to_unit(mesh.vertices[outside]))

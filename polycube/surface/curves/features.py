@@ -24,6 +24,7 @@ class Crease:
     inside: np.ndarray  # (N - 1,) angle of the solid at each edge, below pi where convex
     ends: tuple[int, int]  # corners; (-1, -1) for a loop
     faces: tuple[int, int] = (0, 0)  # CAD faces beside it, ascending; equal inside a face
+    off: float = 0.0  # distance from the curves that it stands for
 
     @property
     def length(self) -> float:

@@ -1,0 +1,130 @@
+"""One path of mesh edges for curves that leave a corner together.
+
+Where a face of a CAD model ends in a cusp, its two borders are nearer to each other than features
+may be off the mesh for longer than a hex.  Two paths there would make quads with an angle as small
+as the cusp's.  One path between the two curves ends in a fork instead, where they are so far apart
+that the angle is larger.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from polycube.surface.curves.features import Crease, Features
+
+OFF = 0.002  # of the diagonal: what the common path is off both curves at most
+LEAST = 0.02  # length of a common path, in diagonals: a fork nearer to its corner gains little
+MOST = 0.35  # share of a curve that it may have
+STEP = 0.0005  # between the places that are compared
+BLEND = 4 / 3  # lengths of the common path after which a curve is followed exactly again
+
+Way = tuple[int, int]  # number of a curve, and by which of its ends it leaves a corner
+
+
+def without_cusps(features: Features) -> Features:
+    """The curves that mesh edges are to follow: two that leave a corner together start as one.
+
+    Parameters
+    ----------
+    features : of a CAD model; those of triangles alone are returned as they are
+
+    Returns
+    -------
+    Features with one corner more for each cusp, the fork, and one curve more, which leads to it;
+    all others keep their numbers
+    """
+    if not features.n_faces:
+        return features
+    pairs = _pairs(features)
+    if not pairs:
+        return features
+    creases, corners = list(features.creases), list(features.corners)
+    for corner, one, two, length in pairs:
+        common, fork = _common(features, corner, one, two, length), len(corners)
+        corners.append(common.points[-1])
+        creases.append(replace(common, ends=(corner, fork)))
+        for number, end in (one, two):
+            own = _turned(creases[number]) if end else creases[number]
+            own = _from_fork(own, length, corners[fork], fork)
+            creases[number] = _turned(own) if end else own
+    is_fixed = np.append(features.is_fixed, np.ones(len(pairs), bool))
+    return replace(features, creases=tuple(creases), corners=np.array(corners), is_fixed=is_fixed)
+
+
+def _pairs(features: Features) -> list[tuple[int, Way, Way, float]]:
+    """Corners, two curves that leave each together, and how far; the longest first.
+
+    A curve is in one pair at each of its ends at most.
+    """
+    leaving: dict[int, list[Way]] = {}
+    for number, crease in enumerate(features.creases):
+        for end in (0, 1) if not crease.is_loop else ():
+            leaving.setdefault(crease.ends[end], []).append((number, end))
+    found = []
+    for corner, ways in leaving.items():
+        for one, two in combinations(ways, 2):
+            beside = [set(features.creases[number].faces) for number, _ in (one, two)]
+            if [len(beside[0] & beside[1]), len(beside[0] ^ beside[1])] == [1, 2]:
+                length = _together(features, one, two)
+                if length >= LEAST:
+                    found.append((corner, one, two, length))
+    used: set[Way] = set()
+    pairs = []
+    for pair in sorted(found, key=lambda each: -each[3]):
+        if not used & {pair[1], pair[2]}:
+            used |= {pair[1], pair[2]}
+            pairs.append(pair)
+    return pairs
+
+
+def _at(features: Features, way: Way, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places (N, 3) and inside angles (N,) of a curve at lengths (N,) from one of its ends."""
+    crease = features.creases[way[0]]
+    places, _, inside = crease.at(crease.length - arc if way[1] else arc)
+    return places, inside
+
+
+def _together(features: Features, one: Way, two: Way) -> float:
+    """Length from their common corner within which two curves are within twice `OFF`."""
+    least = min(features.creases[number].length for number, _ in (one, two))
+    arc = np.arange(0, MOST * least, STEP)
+    gap = np.linalg.norm(_at(features, one, arc)[0] - _at(features, two, arc)[0], axis=1)
+    apart = gap > 2 * OFF
+    return float(arc[apart.argmax() - 1] if apart.any() else arc[-1])
+
+
+def _common(features: Features, corner: int, one: Way, two: Way, length: float) -> Crease:
+    """The curve between two that leave a corner together, between the faces on their far sides."""
+    arc = np.linspace(0, length, 2 + int(length / STEP))
+    (first, a), (second, b) = (_at(features, way, arc) for way in (one, two))
+    beside = [set(features.creases[number].faces) for number, _ in (one, two)]
+    low, high = sorted(beside[0] ^ beside[1])
+    inside = np.clip((a + b)[1:] - np.pi, 0, 2 * np.pi)  # between the faces on the far sides
+    middle = _chain((first + second) / 2, inside, (corner, -1), (low, high))
+    return replace(middle, off=float(np.linalg.norm(first - second, axis=1).max() / 2))
+
+
+def _from_fork(crease: Crease, length: float, fork: np.ndarray, name: int) -> Crease:
+    """A curve that starts at the fork, at that length; it blends into what it was."""
+    blend = BLEND * length
+    first = int(np.searchsorted(crease.arc, blend, side="right"))
+    points = np.vstack([fork, crease.at(np.array([blend]))[0], crease.points[first:]])
+    inside = np.append(crease.inside[first - 1], crease.inside[first - 1 :])
+    return _chain(points, inside, (name, crease.ends[1]), crease.faces)
+
+
+def _turned(crease: Crease) -> Crease:
+    """The same curve from its other end."""
+    ends = crease.ends[1], crease.ends[0]
+    return _chain(crease.points[::-1], crease.inside[::-1], ends, crease.faces)
+
+
+def _chain(
+    points: np.ndarray, inside: np.ndarray, ends: tuple[int, int], faces: tuple[int, int]
+) -> Crease:
+    """A curve through points (N, 3) with the angles of the solid (N - 1,) at its edges."""
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return Crease(points, arc, inside, ends, faces)
