@@ -50,7 +50,8 @@ class Template:
     across : parts along each axis of the whole lattice at least
     max_hexes : limit before pillowing; a size that needs more hexes is refused
     features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
-    coarsen : with level 0, hexes twice as large as the lattice's where no detail needs small ones
+    coarsen : with level 0, hexes larger than the lattice's where no detail needs small ones, up to
+        about `size`
     across_wall, around_hole : hexes through a wall and round a hole that `coarsen` leaves
     """
 
@@ -82,8 +83,9 @@ class Template:
             from polycube.hexmesh.generation.graded_template import graded_mesh
 
             boxes = [sizing.box_of(region, diagonal(surface)) for region in self.regions]
+            goal, size = target(surface), sizing.length(self.size, diagonal(surface))
             number = self.across_wall, self.around_hole
-            found = graded_mesh(polycube, rough_map, target(surface), *number, boxes)
+            found = graded_mesh(polycube, rough_map, goal, size, *number, boxes)
             if found is not None:
                 return found
         unit = diagonal(surface)

@@ -74,7 +74,7 @@ class Overlay(Structure):
         frame = frames(surface, 1)[0]
         size = sizing.length(self.size, diagonal(surface))
         found = [
-            _first(self._lattices(surface, frame, cell, brick))
+            _first(self._lattices(surface, frame, size, cell, brick))
             for cell in self._cells(surface, size)
         ]
         made = [each for each in found if each is not None]
@@ -97,9 +97,13 @@ class Overlay(Structure):
         return [*cells, least] if least < SMALLER * min(cells, default=size) else cells
 
     def _lattices(
-        self, surface: TriMesh, frame: np.ndarray, size: float, brick: str
+        self, surface: TriMesh, frame: np.ndarray, size: float, cell: float, brick: str
     ) -> Iterator[tuple[Wrong, Candidate]]:
-        """Lattices of about that size, each after what is wrong with it."""
+        """Lattices of cells of about that size, each after what is wrong with it.
+
+        size : of the largest hexes that they may be joined to
+        """
+        from polycube.hexmesh.generation import sizing
         from polycube.structure.lattice import genus
         from polycube.surface import measures
 
@@ -109,12 +113,13 @@ class Overlay(Structure):
         wanted = measures.genus(surface)
         turned = TriMesh(surface.vertices @ frame.T, surface.faces)
         for shares, step in product((self.least, self.thin), self.steps):
-            if measures.volume(surface) > self.max_hexes * (size / step) ** 3:
-                logger.info("overlay: more than %d cells of size %.4g", self.max_hexes, size / step)
+            edge = cell / step
+            if measures.volume(surface) > self.max_hexes * edge**3:
+                logger.info("overlay: more than %d cells of size %.4g", self.max_hexes, edge)
                 continue
-            x, y, z = (planes(turned, axis, size / step) for axis in range(3))
+            x, y, z = (planes(turned, a, edge, sizing.doublings(size, edge)) for a in range(3))
             if len(x) * len(y) * len(z) > MOST_CELLS:
-                logger.info("overlay: too many cells of size %.4g round the part", size / step)
+                logger.info("overlay: too many cells of size %.4g round the part", edge)
                 continue
             share = _solid_shares(turned, x, y, z)
             for full in (manifold(share, least) for least in shares):
@@ -125,7 +130,7 @@ class Overlay(Structure):
                 logger.info(
                     "overlay: %d full cells of size %.4g, genus %d of %d",
                     number,
-                    size / step,
+                    edge,
                     found,
                     wanted,
                 )

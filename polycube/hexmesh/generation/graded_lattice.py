@@ -1,13 +1,16 @@
-"""Hexes of a lattice that are twice as large where small ones are not needed.
+"""Hexes of a lattice that are larger where small ones are not needed.
 
-Two cells along each axis make a block.  Where all is coarse a block is one hex.  Where some cells
-are needed, sheets of hexes round every layer of two blocks, in each of the three directions, cut
-the blocks there in half (Mitchell and Tautges 1995 insert sheets so; the closed sheets end inside
-the fine part, so that its outer blocks make the transition).
+Two cells along each axis make a block, two blocks a block of the next level.  Where all is coarse
+a block of the last level is one hex.  Where smaller ones are needed, sheets of hexes round every
+layer of two blocks, in each of the three directions, cut the blocks there in half (Mitchell and
+Tautges 1995 insert sheets so; the closed sheets end inside the fine part, so that its outer blocks
+make the transition).  The same is done with the blocks inside, down to the cells.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,20 +21,25 @@ from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
 from polycube.structure.windows import TABLE, windows
 from polycube.types import HexMesh
 
-PAIR = 4  # cells along a pair of blocks
 AROUND = np.ones((3, 3, 3), bool)
 ROUNDS = 30  # of growth of the fine part
 
 
+class Level(NamedTuple):
+    """Which blocks of one size are cut."""
+
+    fine: np.ndarray  # (X, Y, Z)
+    inner: np.ndarray  # (X, Y, Z) those whose neighbours all are: they become eight smaller ones
+
+
 class Plan(NamedTuple):
-    """What is fine and what is full, on a lattice padded to whole pairs of blocks."""
+    """What is cut and what is full, on a lattice padded to whole pairs of the largest blocks."""
 
-    fine: np.ndarray  # (X, Y, Z) blocks that are cut
-    inner: np.ndarray  # (X, Y, Z) those whose neighbours all are: their cells are full or not
-    cells: np.ndarray  # (2 X, 2 Y, 2 Z) full cells, eight alike in all other blocks
+    levels: tuple[Level, ...]  # blocks of two cells, of four ...
+    cells: np.ndarray  # (X, Y, Z) full cells, alike in each block that becomes a hex
 
 
-def graded(full: np.ndarray, needed: np.ndarray) -> HexMesh | None:
+def graded(full: np.ndarray, needed: Sequence[np.ndarray]) -> HexMesh | None:
     """Hexes of the full cells, in numbers of cells; None where they would all be small.
 
     Where blocks are coarse, those are hexes of which half is full.
@@ -39,37 +47,59 @@ def graded(full: np.ndarray, needed: np.ndarray) -> HexMesh | None:
     Parameters
     ----------
     full : (X, Y, Z) cells of a manifold solid
-    needed : (X, Y, Z) cells that must not become part of a larger hex
+    needed : for blocks of two cells, of four and so on, the cells (X, Y, Z) that must not become
+        part of one
     """
-    wide = [(PAIR, PAIR + -n % PAIR) for n in full.shape]
-    plan = planned(np.pad(full, wide), np.pad(needed, wide))
+    pair = 2 ** (len(needed) + 1)
+    wide = [(pair, pair + -n % pair) for n in full.shape]
+    plan = planned(np.pad(full, wide), [np.pad(cells, wide) for cells in needed])
     if plan is None:
         return None
     mesh = _cut(plan)
-    return None if mesh is None else _kept(mesh, plan)
+    return None if mesh is None else _kept(mesh, plan, pair)
 
 
-def planned(full: np.ndarray, needed: np.ndarray) -> Plan | None:
+def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
     """Fine blocks round the needed cells, more until no place is pinched; None where all are."""
-    share = full.reshape(_eights(full)).mean(axis=(1, 3, 5))
-    wanted = _any_of_eight(needed) & (share > 0)
+    shares, wanted = [full.astype(float)], []
+    for number, cells in enumerate(needed, 1):
+        shares.append(shares[-1].reshape(_eights(shares[-1])).mean(axis=(1, 3, 5)))
+        wanted.append(_reduced(cells, number) & (shares[-1] > 0))
     for _ in range(ROUNDS):
-        fine = _whole_pairs(binary_dilation(wanted, AROUND))
-        inner = binary_erosion(fine, AROUND)
-        cells = np.where(_cells(inner), full, _cells(share >= 0.5))
+        levels = _levels(wanted)
+        cells = shares[-1] >= 0.5
+        for share, level in zip(shares[-2::-1], levels[::-1], strict=True):
+            cells = np.where(_cells(level.inner), share >= 0.5, _cells(cells))
         wrong = _wrong(cells)
         if not wrong.any():
-            is_thin = not cells.any()  # no block is half full
-            return None if is_thin or fine[share > 0].all() else Plan(fine, inner, cells)
-        more = wrong & (share > 0) & ~inner
-        if not (more & ~wanted).any():
+            is_small = bool(levels[0].fine[shares[1] > 0].all())
+            return Plan(levels, cells) if cells.any() and not is_small else None
+        grown = False
+        cut = np.ones(wanted[-1].shape, bool)  # into blocks of this level
+        for number in range(len(levels), 0, -1):
+            fine, inner = levels[number - 1]
+            more = _reduced(wrong, number) & (shares[number] > 0) & cut & ~inner
+            grown |= bool((more & ~wanted[number - 1]).any())
+            wanted[number - 1] |= more
+            cut = _cells(inner)
+        if not grown:
             return None
-        wanted |= more
     return None
 
 
+def _levels(wanted: Sequence[np.ndarray]) -> tuple[Level, ...]:
+    """Blocks that are cut so that the wanted ones are inner, and those round smaller fine ones."""
+    levels: list[Level] = []
+    for blocks in wanted:
+        if levels:
+            blocks = blocks | _any_of_eight(binary_dilation(levels[-1].fine, AROUND))
+        fine = _whole_pairs(binary_dilation(blocks, AROUND))
+        levels.append(Level(fine, binary_erosion(fine, AROUND)))
+    return tuple(levels)
+
+
 def _wrong(cells: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) blocks at pinched places, of all pieces but the largest, and of voids."""
+    """(X, Y, Z) cells at pinched places, of all pieces but the largest, and of voids."""
     wrong = np.zeros(cells.shape, bool)
     pinched = TABLE[windows(np.pad(cells, 1)), 1] > 0
     for a, b, c in np.ndindex(2, 2, 2):
@@ -80,7 +110,7 @@ def _wrong(cells: np.ndarray) -> np.ndarray:
         if number > 1:
             largest = 1 + np.bincount(piece.ravel())[1:].argmax() if main is None else piece[main]
             wrong |= binary_dilation(some & (piece != largest), AROUND)
-    return _any_of_eight(wrong)
+    return wrong
 
 
 def _whole_pairs(blocks: np.ndarray) -> np.ndarray:
@@ -104,39 +134,73 @@ def _whole_pairs(blocks: np.ndarray) -> np.ndarray:
 
 
 def _cut(plan: Plan) -> HexMesh | None:
-    """Hexes of all blocks that are fine, beside fine ones or full; the fine ones cut by sheets."""
-    coarse = plan.cells[::2, ::2, ::2] & ~plan.inner
-    blocks = np.argwhere(binary_dilation(plan.fine, AROUND) | coarse)
+    """Hexes of all blocks that are fine, beside fine ones or full; the fine ones cut by sheets.
+
+    The `cell` of a hex says of which block it is, or is part: see `_blocks`.
+    """
+    last, top = len(plan.levels), plan.levels[-1]
+    step = 2**last
+    coarse = plan.cells[::step, ::step, ::step] & ~top.inner
+    blocks = np.argwhere(binary_dilation(top.fine, AROUND) | coarse)
     corners = blocks[:, None] + PLACES
-    shape = np.array(plan.fine.shape) + 1
+    shape = np.array(top.fine.shape) + 1
     used, hexes = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)
-    places = np.stack(np.unravel_index(used, shape), axis=1).astype(float)
-    number = np.ravel_multi_index(blocks.T, plan.fine.shape)
-    mesh = hex_mesh(places, hexes.reshape(-1, 8), cell=number)
-    for axis in range(3):
-        for parity in (0, 1):
-            block = np.unravel_index(mesh.cell, plan.fine.shape)
-            inside = plan.fine[block] & (block[axis] // 2 % 2 == parity)
-            if not inside.any():
-                continue
-            if not has_sheet(mesh, inside):
-                return None
-            mesh = with_sheet(mesh, inside, depth=1.0)
+    places = step * np.stack(np.unravel_index(used, shape), axis=1).astype(float)
+    mesh = hex_mesh(places, hexes.reshape(-1, 8), cell=_numbers(plan, last, step * blocks))
+    for number in range(last, 0, -1):
+        fine, inner = plan.levels[number - 1]
+        for axis in range(3):
+            for parity in (0, 1):
+                level, first = _blocks(plan, mesh)
+                block = tuple(first.T >> number)
+                inside = (level == number) & fine[block] & (block[axis] >> 1 & 1 == parity)
+                if not inside.any():
+                    continue
+                if not has_sheet(mesh, inside):
+                    return None
+                mesh = with_sheet(mesh, inside, depth=1.0)
+        mesh = _halved(mesh, plan, number)
     return mesh
 
 
-def _kept(mesh: HexMesh, plan: Plan) -> HexMesh:
+def _halved(mesh: HexMesh, plan: Plan, number: int) -> HexMesh:
+    """The mesh with the parts of inner blocks as blocks of the level below, in their places."""
+    level, first = _blocks(plan, mesh)
+    inner = plan.levels[number - 1].inner
+    parts = np.flatnonzero(level == number)
+    parts = parts[inner[tuple(first[parts].T >> number)]]
+    half, vertices = 2 ** (number - 1), mesh.vertices.copy()
+    corners = vertices[mesh.hexes[parts]]
+    start = half * np.floor(corners.mean(axis=1) / half)
+    vertices[mesh.hexes[parts]] = start[:, None] + half * (corners > start[:, None] + half / 2)
+    cell = mesh.cell.copy()
+    cell[parts] = _numbers(plan, number - 1, start.astype(int))
+    return replace(mesh, vertices=vertices, cell=cell)
+
+
+def _numbers(plan: Plan, level: int, first: np.ndarray) -> np.ndarray:
+    """(N,) one number for a level and the first cells (N, 3) of blocks."""
+    return level * plan.cells.size + np.ravel_multi_index(first.T, plan.cells.shape)
+
+
+def _blocks(plan: Plan, mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+    """(H,) levels and (H, 3) first cells of the blocks of hexes."""
+    level, first = np.divmod(mesh.cell, plan.cells.size)
+    return level, np.stack(np.unravel_index(first, plan.cells.shape), axis=1)
+
+
+def _kept(mesh: HexMesh, plan: Plan, pad: int) -> HexMesh:
     """The hexes of full cells and blocks, in numbers of cells of the unpadded lattice."""
-    vertices = 2 * mesh.vertices
-    cell = np.floor(vertices[mesh.hexes].mean(axis=1)).astype(int)  # (H, 3)
-    inner = plan.inner[np.unravel_index(mesh.cell, plan.fine.shape)]
-    middle = cell[inner, None] + 0.5
-    corner = cell[inner, None] + (vertices[mesh.hexes[inner]] > middle)
-    vertices[mesh.hexes[inner]] = corner
-    block = np.stack(np.unravel_index(mesh.cell, plan.fine.shape), axis=1)
-    kept = plan.cells[tuple(np.where(inner[:, None], cell, 2 * block).T)]
+    kept = plan.cells[tuple(_blocks(plan, mesh)[1].T)]
     used, hexes = np.unique(mesh.hexes[kept], return_inverse=True)
-    return hex_mesh(vertices[used] - PAIR, hexes.reshape(-1, 8))
+    return hex_mesh(mesh.vertices[used] - pad, hexes.reshape(-1, 8))
+
+
+def _reduced(cells: np.ndarray, times: int) -> np.ndarray:
+    """Whether any cell is marked of each block of that level."""
+    for _ in range(times):
+        cells = _any_of_eight(cells)
+    return cells
 
 
 def _cells(blocks: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from polycube.hexmesh.connectivity import genus
 from polycube.hexmesh.generation.graded_lattice import graded
-from polycube.hexmesh.generation.sizing import Box
+from polycube.hexmesh.generation.sizing import Box, doublings
 from polycube.structure import lattice
 from polycube.structure.rough_map import evaluate
 from polycube.surface.feature_size import small_details
@@ -20,21 +20,27 @@ from polycube.types import HexMesh, Polycube, RoughMap
 
 logger = logging.getLogger(__name__)
 
-NEAR = 2.0  # of a cell: distance from a small detail within which cells are needed
+NEAR = 1.0  # of a block: distance from a small detail within which it is cut
 
 
 def graded_mesh(
     polycube: Polycube,
     rough_map: RoughMap,
     goal: Target,
+    size: float,
     across: float,
     around: float,
     boxes: Sequence[Box] = (),
 ) -> HexMesh | None:
-    """Hexes of a polycube of which each cell is a box, twice as large away from small details.
+    """Hexes of a polycube of which each cell is a box, larger ones away from small details.
 
+    Each size is twice the one before.
+
+    Parameters
+    ----------
+    size : of the largest hexes, about, in the units of the model
     across, around : hexes through a wall and round a hole
-    boxes : in which hexes are as small as the cells, where they ask for less than twice that
+    boxes : in which hexes are as small as they ask for
 
     Returns None where nothing would be gained, or where the topology would change.
     """
@@ -42,19 +48,24 @@ def graded_mesh(
     places = goal.to_unit(evaluate(rough_map, np.argwhere(full) + 0.5))
     steps = [np.linalg.norm(np.diff(rough_map.positions, axis=a), axis=-1).mean() for a in range(3)]
     cell = float(np.mean(steps)) / goal.scale
-    details = small_details(goal, 2 * cell, across, around)
-    needed = np.zeros(full.shape, bool)
-    if len(details):
-        needed[full] = cKDTree(details).query(places)[0] < NEAR * cell
-    for box in boxes:
-        if box.size < 2 * cell * goal.scale:
-            needed[full] |= box.holds(goal.to_model(places))
-    mesh = graded(full, needed)
-    if mesh is None or genus(mesh) != lattice.genus(polycube):
-        logger.info("subdivide: all hexes are as small as the cells of the lattice")
-        return None
-    logger.info("subdivide: %d hexes of %d cells", len(mesh.hexes), full.sum())
-    return _named(mesh, polycube, rough_map)
+    needed = []
+    for number in range(1, doublings(size / goal.scale, cell) + 1):
+        block = 2**number * cell
+        details = small_details(goal, block, across, around)
+        needed.append(np.zeros(full.shape, bool))
+        if len(details):
+            needed[-1][full] = cKDTree(details).query(places)[0] < NEAR * block
+        for box in boxes:
+            if box.size < block * goal.scale:
+                needed[-1][full] |= box.holds(goal.to_model(places))
+    while needed:
+        mesh = graded(full, needed)
+        if mesh is not None and genus(mesh) == lattice.genus(polycube):
+            logger.info("subdivide: %d hexes of %d cells", len(mesh.hexes), full.sum())
+            return _named(mesh, polycube, rough_map)
+        needed.pop()
+    logger.info("subdivide: all hexes are as small as the cells of the lattice")
+    return None
 
 
 def _named(mesh: HexMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:

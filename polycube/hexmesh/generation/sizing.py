@@ -19,6 +19,7 @@ BYTES = 6_000  # at the peak of meshing, per hex before pillowing: 0.39 GiB at 9
 GROWTH = 1.5  # of neighbouring slabs next to a box of finer hexes, at most
 ALONG, ACROSS = 32, 16  # samples of a lattice interval, along the axis that is cut and across
 REGION = {"box", "size", "along"}  # keys
+ABOUT = 1.5  # times a size that the hexes of a lattice may have
 PIECES = 256  # of a lattice interval, in which lines are spread
 
 
@@ -56,6 +57,11 @@ def length(value: object, diagonal: float) -> float:
             return -1.0
         return share * diagonal if np.isfinite(share) else -1.0
     return -1.0
+
+
+def doublings(size: float, cell: float) -> int:
+    """How many times a cell of a lattice may be doubled to make a hex of about a size; 1 at least."""
+    return max(1, int(np.log2(ABOUT * size / cell)))
 
 
 def box_of(region: object, diagonal: float) -> Box:

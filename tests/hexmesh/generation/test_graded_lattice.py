@@ -27,7 +27,7 @@ def marked(shape: tuple[int, int, int], *cells: tuple[int, int, int]) -> np.ndar
 
 def test_where_nothing_is_needed_each_block_is_one_hex():
     full = np.ones((8, 4, 6), bool)
-    mesh = graded(full, np.zeros_like(full))
+    mesh = graded(full, [np.zeros_like(full)])
     assert len(mesh.hexes) == 4 * 2 * 3
     assert scaled_jacobian(mesh.vertices, mesh.hexes) == pytest.approx(1)
     assert mesh.vertices.min(axis=0).tolist() == [0, 0, 0]
@@ -35,17 +35,17 @@ def test_where_nothing_is_needed_each_block_is_one_hex():
 
 
 def test_where_all_is_needed_there_is_nothing_to_gain():
-    assert graded(np.ones((8, 8, 8), bool), np.ones((8, 8, 8), bool)) is None
+    assert graded(np.ones((8, 8, 8), bool), [np.ones((8, 8, 8), bool)]) is None
 
 
 def test_a_solid_of_which_no_block_is_half_full_keeps_its_cells():
     rod = np.ones((16, 1, 1), bool)
-    assert graded(rod, np.zeros_like(rod)) is None
+    assert graded(rod, [np.zeros_like(rod)]) is None
 
 
 def test_round_a_needed_cell_hexes_are_cells_and_far_from_it_they_are_blocks():
     full = np.ones((24, 24, 24), bool)
-    mesh = graded(full, marked(full.shape, (2, 3, 2)))
+    mesh = graded(full, [marked(full.shape, (2, 3, 2))])
     check_conforming(mesh)
     assert genus(mesh) == 0
     assert volume(mesh) == pytest.approx(24**3)
@@ -63,7 +63,7 @@ def test_a_small_hole_stays_open_where_it_is_needed():
     full[10:12, 11:13, :] = False
     round_hole = np.zeros_like(full)
     round_hole[8:14, 9:15] = True
-    mesh = graded(full, round_hole & full)
+    mesh = graded(full, [round_hole & full])
     check_conforming(mesh)
     assert genus(mesh) == 1
     assert volume(mesh) == pytest.approx(full.sum())
@@ -74,10 +74,10 @@ def test_a_pinch_that_blocks_would_make_is_cut():
     full[:8, :8] = full[8:, 8:] = False
     full[7:9, 7:9] = True  # a bridge of less than half a block on each side
     assert is_manifold(polycube(full))
-    plan = planned(np.pad(full, 4), np.zeros(np.array(full.shape) + 8, bool))
+    plan = planned(np.pad(full, 4), [np.zeros(np.array(full.shape) + 8, bool)])
     assert plan is not None
     assert plan.cells[11:13, 11:13, 4:8].all()
-    mesh = graded(full, np.zeros_like(full))
+    mesh = graded(full, [np.zeros_like(full)])
     check_conforming(mesh)
     assert genus(mesh) == 0
 
@@ -94,7 +94,7 @@ def test_random_solids_stay_conforming_and_one_piece(seed):
     needed = full & (np.linalg.norm(grid - rng.uniform(0, 20, 3), axis=-1) < 4)
     if not is_manifold(polycube(full)):
         return
-    mesh = graded(full, needed)
+    mesh = graded(full, [needed])
     if mesh is None:
         return
     check_conforming(mesh)
@@ -102,3 +102,37 @@ def test_random_solids_stay_conforming_and_one_piece(seed):
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     for cell in np.argwhere(needed) + 0.5:
         assert np.abs(middle - cell).max(axis=1).min() < 1e-9
+
+
+def test_three_sizes_from_a_cell_to_blocks_of_four():
+    full = np.ones((48, 48, 48), bool)
+    cell = marked(full.shape, (20, 20, 20))
+    mesh = graded(full, [cell, cell])
+    check_conforming(mesh)
+    assert genus(mesh) == 0
+    assert volume(mesh) == pytest.approx(48**3)
+    size = np.ptp(mesh.vertices[mesh.hexes], axis=1).max(axis=1)
+    middle = mesh.vertices[mesh.hexes].mean(axis=1)
+    assert size[((middle > 20) & (middle < 21)).all(axis=1)] == pytest.approx(1)
+    assert size[middle.max(axis=1) > 40] == pytest.approx(4)
+    assert len(mesh.hexes) < len(graded(full, [cell]).hexes) / 3
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=15, deadline=None)
+def test_any_needed_cells_of_any_block_give_a_conforming_mesh_of_three_sizes(seed):
+    generator = np.random.default_rng(seed)
+    full = np.ones(2 * generator.integers(2, 15, 3), bool)
+    small = generator.random(full.shape) < 2 / full.size
+    large = generator.random(full.shape) < 4 / full.size
+    mesh = graded(full, [small, small | large])
+    if mesh is None:
+        return
+    check_conforming(mesh)
+    assert genus(mesh) == 0
+    where = mesh.vertices[mesh.hexes]
+    low, high = where.min(axis=1), where.max(axis=1)
+    for cells, most in ((small, 1), (small | large, 2)):
+        for middle in np.argwhere(cells) + 0.5:
+            own = ((low < middle) & (high > middle)).all(axis=1)
+            assert np.ptp(where[own], axis=1).max(axis=1).min() < 1.1 * most
