@@ -77,7 +77,7 @@ def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
         grown = False
         cut = np.ones(wanted[-1].shape, bool)  # into blocks of this level
         for number in range(len(levels), 0, -1):
-            fine, inner = levels[number - 1]
+            inner = levels[number - 1].inner
             more = _reduced(wrong, number) & (shares[number] > 0) & cut & ~inner
             grown |= bool((more & ~wanted[number - 1]).any())
             wanted[number - 1] |= more
@@ -148,7 +148,7 @@ def _cut(plan: Plan) -> HexMesh | None:
     places = step * np.stack(np.unravel_index(used, shape), axis=1).astype(float)
     mesh = hex_mesh(places, hexes.reshape(-1, 8), cell=_numbers(plan, last, step * blocks))
     for number in range(last, 0, -1):
-        fine, inner = plan.levels[number - 1]
+        fine = plan.levels[number - 1].fine
         for axis in range(3):
             for parity in (0, 1):
                 level, first = _blocks(plan, mesh)

@@ -60,7 +60,7 @@ def length(value: object, diagonal: float) -> float:
 
 
 def doublings(size: float, cell: float) -> int:
-    """How many times a cell of a lattice may be doubled to make a hex of about a size; 1 at least."""
+    """How often a cell is doubled to make a hex of about a size; once at least."""
     return max(1, int(np.log2(ABOUT * size / cell)))
 
 
