@@ -50,6 +50,7 @@ class FitProblem:
         self.vertex_face = np.zeros(len(self.outer), np.int64)  # the same of the outer vertices
         self._face = np.zeros(len(self.outer), np.int64)
         self._triangle = np.zeros(len(self.points), np.int64)
+        self._trees: closest.Forest | None = None  # of the quads, where they were last
 
     def hold_on_faces(self, cad_face: np.ndarray) -> None:
         """From now on every quad (Q,) is fitted to its own CAD face alone; 0: to any."""
@@ -59,6 +60,7 @@ class FitProblem:
         np.minimum.at(low, corner, own)
         np.maximum.at(high, corner, own)
         self.vertex_face = np.where(low == high, low, 0)[self.outer].astype(np.int64)
+        self._trees = None
 
     def normals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit normals of the vertices (V, 3) and of the boundary quads (Q, 3)."""
@@ -131,18 +133,15 @@ class FitProblem:
 
         Points of a CAD face look among its own quads, where it has any.
         """
-        share = np.empty((len(self.points), 3))
         normals = np.repeat(quad_normals, 4, axis=0)
+        if self._trees is None:
+            self._trees = closest.forest(corners, normals, np.repeat(self.cad_face, 4))
+        else:
+            self._trees = closest.moved(self._trees, corners, normals)
         wanted = np.where(np.isin(self.point_face, self.cad_face), self.point_face, 0)
-        for number in np.unique(wanted).tolist():
-            here = np.flatnonzero(wanted == number)
-            own = np.flatnonzero(np.repeat(self.cad_face == number, 4) | (number == 0))
-            tree = closest.tree(corners[own], normals[own])
-            guess = np.minimum(np.searchsorted(own, self._triangle[here]), len(own) - 1)
-            _, found, share[here] = closest.closest(
-                tree, self.points[here], self.point_normals[here], alpha, guess
-            )
-            self._triangle[here] = own[found]
+        _, self._triangle, share = closest.closest_in(
+            self._trees, wanted, self.points, self.point_normals, alpha, self._triangle
+        )
         return share
 
     def relax(
