@@ -7,7 +7,7 @@ next: they save time and do not change the answer.
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numba import njit
@@ -16,7 +16,14 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from polycube.fitting import energy
 from polycube.fitting.energy import Terms
 from polycube.fitting.springs import Springs, together
-from polycube.hexmesh.connectivity import EDGES, FACES, PLACES, neighbours, quad_edges
+from polycube.hexmesh.connectivity import (
+    EDGES,
+    FACES,
+    PLACES,
+    edge_valence,
+    neighbours,
+    quad_edges,
+)
 from polycube.hexmesh.quality import triangles
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.lbfgs import descend
@@ -61,6 +68,13 @@ class FitProblem:
         np.maximum.at(high, corner, own)
         self.vertex_face = np.where(low == high, low, 0)[self.outer].astype(np.int64)
         self._trees = None
+
+    @cached_property
+    def side_valence(self) -> np.ndarray:
+        """(E,) number of hexes at each of the sides."""
+        found, count = edge_valence(self.hexes)
+        key = np.array([len(self.mesh.vertices), 1])
+        return count[np.searchsorted(found @ key, self.sides @ key)]
 
     def normals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit normals of the vertices (V, 3) and of the boundary quads (Q, 3)."""
