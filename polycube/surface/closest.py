@@ -91,15 +91,16 @@ def closest(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Closest points (N, 3), their triangles (N,) and barycentric weights (N, 3).
 
-    guess : (N,) triangles to start from (any answer is right, a good guess is fast)
+    guess : (N,) triangles to start from (any answer is right, a good guess is fast); without, each
+        point starts from the answer of the one before
     free : square difference of normals that costs nothing; with it a point on a triangle that suits
         is its own answer, without it one beyond a bend may win
-    root : (N,) nodes below which to look; the guess is of a triangle there
+    root : (N,) nodes below which to look, with guesses of triangles there
     """
     points = np.ascontiguousarray(points, np.float64)
     normals = np.zeros_like(points) if normals is None else np.ascontiguousarray(normals)
-    none = np.zeros(len(points), np.int64)
-    guess, root = (none if given is None else given for given in (guess, root))
+    guess = np.full(len(points), -1) if guess is None else guess
+    root = np.zeros(len(points), np.int64) if root is None else root
     found = side_by_side(
         [
             partial(
@@ -122,11 +123,10 @@ def closest_in(
     free: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same among the triangles of a group (N,) for each point: among all for group 0."""
-    root = trees.root[group]
+    root, some = trees.root[group], trees.some[group]
     if guess is None:
-        guess = trees.some[group]
-    else:
-        guess = np.where((trees.group[guess] == group) | (root == 0), guess, trees.some[group])
+        guess = some
+    guess = np.where((trees.group[guess] == group) | (root == 0), guess, some)
     return closest(trees.tree, points, normals, alpha, guess, free, root)
 
 
@@ -295,9 +295,10 @@ def _search(
     face = np.zeros(len(points), np.int64)
     weight = np.zeros((len(points), 3))
     stack, bounds = np.zeros(128, np.int64), np.zeros(128)
+    f = tree.order[0]
     for i in range(len(points)):
         x, n = _row(points, i), _row(normals, i)
-        f = guess[i]
+        f = guess[i] if guess[i] >= 0 else f
         best, bv, bw = _value(tree, f, x, n, square, free, np.inf)
         stack[0], bounds[0], top = root[i], 0.0, 1
         while top > 0:

@@ -59,12 +59,10 @@ class Target:
 
         cad_face : (N,) the face of the CAD model that each foot must be on; 0 for any
         """
+        how = points, normals, alpha, guess, free
         if cad_face is None:
-            cad_face = np.zeros(len(points), np.int64)
-        foot, face, _ = closest.closest_in(
-            self.trees, cad_face, points, normals, alpha, guess, free
-        )
-        return foot, face
+            return closest.closest(self.tree, *how)[:2]
+        return closest.closest_in(self.trees, cad_face, *how)[:2]
 
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """About `number` points (N, 3) spread evenly, with normals (N, 3) and CAD faces (N,)."""

@@ -39,6 +39,8 @@ def test_a_guess_changes_nothing():
     corners, points = rng.normal(size=(60, 3, 3)), rng.normal(size=(30, 3))
     tree = closest.tree(corners, np.zeros((60, 3)))
     plain = closest.closest(tree, points)
+    alone = np.vstack([closest.closest(tree, point[None])[0] for point in points])
+    assert alone == pytest.approx(plain[0])
     for _ in range(3):
         guessed = closest.closest(tree, points, guess=rng.integers(0, 60, 30))
         assert guessed[0] == pytest.approx(plain[0])
