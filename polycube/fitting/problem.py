@@ -58,6 +58,8 @@ class FitProblem:
         self._face = np.zeros(len(self.outer), np.int64)
         self._triangle = np.zeros(len(self.points), np.int64)
         self._trees: closest.Forest | None = None  # of the quads, where they were last
+        # how feet were asked for last, places and normals (B, 6) then, and the answers
+        self._last: tuple[tuple[float, float], np.ndarray, np.ndarray] | None = None
 
     def hold_on_faces(self, cad_face: np.ndarray) -> None:
         """From now on every quad (Q,) is fitted to its own CAD face alone; 0: to any."""
@@ -67,7 +69,7 @@ class FitProblem:
         np.minimum.at(low, corner, own)
         np.maximum.at(high, corner, own)
         self.vertex_face = np.where(low == high, low, 0)[self.outer].astype(np.int64)
-        self._trees = None
+        self._trees = self._last = None
 
     @cached_property
     def side_valence(self) -> np.ndarray:
@@ -109,11 +111,23 @@ class FitProblem:
     def feet(
         self, x: np.ndarray, normals: np.ndarray, alpha: float, free: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the target that suit the boundary vertices (B, 3), and its normals there."""
-        foot, self._face = self.target.closest(
-            x[self.outer], normals[self.outer], alpha, self._face, free, self.vertex_face
+        """Points of the target that suit the boundary vertices (B, 3), and its normals there.
+
+        Only what has moved since they were asked for last is looked up.
+        """
+        asked = np.hstack([x, normals])[self.outer]
+        how = alpha, free
+        if self._last is None or self._last[0] != how:
+            foot, new = np.empty((len(asked), 3)), np.arange(len(asked))
+        else:
+            _, before, foot = self._last
+            foot, new = foot.copy(), np.flatnonzero((asked != before).any(axis=1))
+        face = self._face.copy()
+        foot[new], face[new] = self.target.closest(
+            asked[new, :3], asked[new, 3:], alpha, face[new], free, self.vertex_face[new]
         )
-        return foot, self.target.normals[self._face]
+        self._face, self._last = face, (how, asked, foot)
+        return foot, self.target.normals[face]
 
     def cover(
         self,
