@@ -18,7 +18,7 @@ from polycube.numerics.threads import parts, side_by_side
 from polycube.numerics.vectors import Vector, dot, minus
 
 LEAF = 4  # triangles in a leaf
-LEAST = 1000  # points for a thread
+LEAST = 300  # points for a thread
 
 
 class Tree(NamedTuple):
