@@ -15,7 +15,6 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, match, on_crease, on_goals
-from polycube.fitting.creases.routing import boundary_valence
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.quadrants import quadrant
 from polycube.hexmesh.connectivity import quad_sides
@@ -130,7 +129,7 @@ def corners(
     on = on_crease(problem, matching)
     is_flat = cosine < np.cos(FLAT)
     patch = problem.mesh.patch[problem.side_quads]
-    wide = on & (boundary_valence(problem) > 1) & (anywhere | (patch[:, 0] != patch[:, 1]))
+    wide = on & (problem.side_valence > 1) & (anywhere | (patch[:, 0] != patch[:, 1]))
     flat = between(wide) & is_flat
     ends = between(on) & np.isin(quads, matching.corner) & ~is_flat
     return flat, ends.any(axis=1) & ~flat.any(axis=1)

@@ -12,7 +12,6 @@ import logging
 import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, chains, match, on_crease
-from polycube.fitting.creases.routing import boundary_valence
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges
 from polycube.hexmesh.generation.sheets import label_of, middles
@@ -84,7 +83,7 @@ def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.nda
     across = middle[problem.side_quads[:, 1]] - middle[problem.side_quads[:, 0]]
     convex = np.einsum("ed,ed->e", b - a, across) > 0
     inside = np.where(convex, np.pi - turn, np.pi + turn)
-    return np.where(is_sharp, inside, np.pi) > FLAT * boundary_valence(problem)
+    return np.where(is_sharp, inside, np.pi) > FLAT * problem.side_valence
 
 
 def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:

@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -61,19 +63,10 @@ def polish(
     crease_rounds : that bring creases back, at most
     samples : points of the surface that look for the mesh
     """
-    problem = FitProblem(mesh, target, samples)
-    x = untangled(problem, target.to_unit(mesh.vertices))
-    matching = match(problem, x) if features else no_features()
-    if exact:
-        matching = held_exactly(matching, len(x))
-    best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
-    passes = INVERTING if exact else keep
-    for least in passes if matching.routes else passes[:1]:
-        best = _soft(problem, x, matching, best, soft_rounds, least)
-        best = _hard(problem, matching, best, hard_rounds)
-        if best.score > GOOD:
-            break
-        x = best.x
+    passes = INVERTING if exact else tuple(keep)
+    rounds = soft_rounds, hard_rounds
+    begun, matching, best = _begun(mesh, target, features, exact, passes, rounds, samples)
+    problem = copy(begun)  # the matches of the last search are its own
     best = _local(problem, matching, best, local_rounds)
     best = regain(problem, matching, best, crease_rounds)
     logger.info(
@@ -82,6 +75,32 @@ def polish(
         100 * best.residual,
     )
     return replace(mesh, vertices=target.to_model(best.x))
+
+
+@lru_cache(maxsize=4)  # a short run and a full one of the search begin alike
+def _begun(
+    mesh: HexMesh,
+    target: Target,
+    features: bool,
+    exact: bool,
+    passes: tuple[float, ...],
+    rounds: tuple[int, int],
+    samples: int,
+) -> tuple[FitProblem, Matching, State]:
+    """Best state after the soft and the hard rounds, with what is matched on the curves."""
+    problem = FitProblem(mesh, target, samples)
+    x = untangled(problem, target.to_unit(mesh.vertices))
+    matching = match(problem, x) if features else no_features()
+    if exact:
+        matching = held_exactly(matching, len(x))
+    best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
+    for least in passes if matching.routes else passes[:1]:
+        best = _soft(problem, x, matching, best, rounds[0], least)
+        best = _hard(problem, matching, best, rounds[1])
+        if best.score > GOOD:
+            break
+        x = best.x
+    return problem, matching, best
 
 
 def untangled(problem: FitProblem, x: np.ndarray) -> np.ndarray:

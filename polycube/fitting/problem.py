@@ -7,7 +7,7 @@ next: they save time and do not change the answer.
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numba import njit
@@ -16,7 +16,14 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from polycube.fitting import energy
 from polycube.fitting.energy import Terms
 from polycube.fitting.springs import Springs, together
-from polycube.hexmesh.connectivity import EDGES, FACES, PLACES, neighbours, quad_edges
+from polycube.hexmesh.connectivity import (
+    EDGES,
+    FACES,
+    PLACES,
+    edge_valence,
+    neighbours,
+    quad_edges,
+)
 from polycube.hexmesh.quality import triangles
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.lbfgs import descend
@@ -50,6 +57,9 @@ class FitProblem:
         self.vertex_face = np.zeros(len(self.outer), np.int64)  # the same of the outer vertices
         self._face = np.zeros(len(self.outer), np.int64)
         self._triangle = np.zeros(len(self.points), np.int64)
+        self._trees: closest.Forest | None = None  # of the quads, where they were last
+        # how feet were asked for last, places and normals (B, 6) then, and the answers
+        self._last: tuple[tuple[float, float], np.ndarray, np.ndarray] | None = None
 
     def hold_on_faces(self, cad_face: np.ndarray) -> None:
         """From now on every quad (Q,) is fitted to its own CAD face alone; 0: to any."""
@@ -59,6 +69,14 @@ class FitProblem:
         np.minimum.at(low, corner, own)
         np.maximum.at(high, corner, own)
         self.vertex_face = np.where(low == high, low, 0)[self.outer].astype(np.int64)
+        self._trees = self._last = None
+
+    @cached_property
+    def side_valence(self) -> np.ndarray:
+        """(E,) number of hexes at each of the sides."""
+        found, count = edge_valence(self.hexes)
+        key = np.array([len(self.mesh.vertices), 1])
+        return count[np.searchsorted(found @ key, self.sides @ key)]
 
     def normals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit normals of the vertices (V, 3) and of the boundary quads (Q, 3)."""
@@ -93,11 +111,23 @@ class FitProblem:
     def feet(
         self, x: np.ndarray, normals: np.ndarray, alpha: float, free: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the target that suit the boundary vertices (B, 3), and its normals there."""
-        foot, self._face = self.target.closest(
-            x[self.outer], normals[self.outer], alpha, self._face, free, self.vertex_face
+        """Points of the target that suit the boundary vertices (B, 3), and its normals there.
+
+        Only what has moved since they were asked for last is looked up.
+        """
+        asked = np.hstack([x, normals])[self.outer]
+        how = alpha, free
+        if self._last is None or self._last[0] != how:
+            foot, new = np.empty((len(asked), 3)), np.arange(len(asked))
+        else:
+            _, before, foot = self._last
+            foot, new = foot.copy(), np.flatnonzero((asked != before).any(axis=1))
+        face = self._face.copy()
+        foot[new], face[new] = self.target.closest(
+            asked[new, :3], asked[new, 3:], alpha, face[new], free, self.vertex_face[new]
         )
-        return foot, self.target.normals[self._face]
+        self._face, self._last = face, (how, asked, foot)
+        return foot, self.target.normals[face]
 
     def cover(
         self,
@@ -131,18 +161,15 @@ class FitProblem:
 
         Points of a CAD face look among its own quads, where it has any.
         """
-        share = np.empty((len(self.points), 3))
         normals = np.repeat(quad_normals, 4, axis=0)
+        if self._trees is None:
+            self._trees = closest.forest(corners, normals, np.repeat(self.cad_face, 4))
+        else:
+            self._trees = closest.moved(self._trees, corners, normals)
         wanted = np.where(np.isin(self.point_face, self.cad_face), self.point_face, 0)
-        for number in np.unique(wanted).tolist():
-            here = np.flatnonzero(wanted == number)
-            own = np.flatnonzero(np.repeat(self.cad_face == number, 4) | (number == 0))
-            tree = closest.tree(corners[own], normals[own])
-            guess = np.minimum(np.searchsorted(own, self._triangle[here]), len(own) - 1)
-            _, found, share[here] = closest.closest(
-                tree, self.points[here], self.point_normals[here], alpha, guess
-            )
-            self._triangle[here] = own[found]
+        _, self._triangle, share = closest.closest_in(
+            self._trees, wanted, self.points, self.point_normals, alpha, self._triangle
+        )
         return share
 
     def relax(

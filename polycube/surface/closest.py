@@ -3,6 +3,7 @@
 Minimises |x - p|^2 + alpha^2 max(|n - n_f|^2 - free, 0) over the points p of all triangles f
 (alpha = 0: the closest point).  Boxes bound positions and normals together, so the search is exact
 for every alpha.  A triangle (a, b, b) is a segment, with its direction in the place of the normal.
+A forest has a tree of each group of triangles as well, so that each point can look in one of them.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from polycube.numerics.threads import parts, side_by_side
 from polycube.numerics.vectors import Vector, dot, minus
 
 LEAF = 4  # triangles in a leaf
-LEAST = 1000  # points for a thread
+LEAST = 300  # points for a thread
 
 
 class Tree(NamedTuple):
@@ -32,11 +33,51 @@ class Tree(NamedTuple):
     box: np.ndarray  # (M, 12) lowest positions and normals, then the highest
 
 
+class Forest(NamedTuple):
+    """Box trees of T triangles and of groups of them; group 0 stands for all."""
+
+    tree: Tree  # nodes of the tree of all, then of those of the groups, which are in `order` twice
+    group: np.ndarray  # (T,) of each triangle
+    root: np.ndarray  # (G,) first node of the tree of each group; 0 for one without triangles
+    some: np.ndarray  # (G,) a triangle of each group
+
+
 def tree(corners: np.ndarray, normals: np.ndarray) -> Tree:
     """Box tree over triangles (T, 3, 3) with normals (T, 3)."""
     corners = np.ascontiguousarray(corners, np.float64)
     normals = np.ascontiguousarray(normals, np.float64)
-    return Tree(corners, normals, *_build(corners, normals))
+    split = _build(corners, normals)
+    return Tree(corners, normals, *split, _boxes(corners, normals, *split))
+
+
+def forest(corners: np.ndarray, normals: np.ndarray, group: np.ndarray) -> Forest:
+    """Box trees over triangles (T, 3, 3) with normals (T, 3), and over the groups (T,) of them.
+
+    group : numbers from 1 on; a triangle of group 0 is in none
+    """
+    whole = tree(corners, normals)
+    splits = [(whole.order, whole.first, whole.last, whole.right)]
+    root, some = np.zeros((2, group.max(initial=0) + 1), np.int64)
+    nodes, places = len(whole.first), len(whole.order)
+    for number in np.unique(group[group > 0]).tolist():
+        own = np.flatnonzero(group == number)
+        order, first, last, right = _build(whole.corners[own], whole.normals[own])
+        root[number], some[number] = nodes, own[0]
+        right = np.where(right > 0, right + nodes, 0)
+        splits.append((own[order], first + places, last + places, right))
+        nodes, places = nodes + len(first), places + len(order)
+    order, first, last, right = (np.concatenate(each) for each in zip(*splits, strict=True))
+    box = _boxes(whole.corners, whole.normals, order, first, last, right)
+    tree_of_all = Tree(whole.corners, whole.normals, order, first, last, right, box)
+    return Forest(tree_of_all, group, root, some)
+
+
+def moved(trees: Forest, corners: np.ndarray, normals: np.ndarray) -> Forest:
+    """The same trees over triangles that have moved: exact, and quick to search if not far."""
+    corners, normals = np.ascontiguousarray(corners), np.ascontiguousarray(normals)
+    split = trees.tree[2:6]
+    boxes = _boxes(corners, normals, *split)
+    return trees._replace(tree=Tree(corners, normals, *split, boxes))
 
 
 def closest(
@@ -46,24 +87,47 @@ def closest(
     alpha: float = 0.0,
     guess: np.ndarray | None = None,
     free: float = 0.0,
+    root: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Closest points (N, 3), their triangles (N,) and barycentric weights (N, 3).
 
-    guess : (N,) triangles to start from (any answer is right, a good guess is fast)
+    guess : (N,) triangles to start from (any answer is right, a good guess is fast); without, each
+        point starts from the answer of the one before
     free : square difference of normals that costs nothing; with it a point on a triangle that suits
         is its own answer, without it one beyond a bend may win
+    root : (N,) nodes below which to look, with guesses of triangles there
     """
     points = np.ascontiguousarray(points, np.float64)
     normals = np.zeros_like(points) if normals is None else np.ascontiguousarray(normals)
-    guess = np.zeros(len(points), np.int64) if guess is None else guess
+    guess = np.full(len(points), -1) if guess is None else guess
+    root = np.zeros(len(points), np.int64) if root is None else root
     found = side_by_side(
         [
-            partial(_search, tree, points[p], normals[p], float(alpha), guess[p], float(free))
+            partial(
+                _search, tree, points[p], normals[p], float(alpha), guess[p], float(free), root[p]
+            )
             for p in parts(len(points), LEAST)
         ]
     )
     face, weight = (np.concatenate(part) for part in zip(*found, strict=True))
     return np.einsum("nk,nkd->nd", weight, tree.corners[face]), face, weight
+
+
+def closest_in(
+    trees: Forest,
+    group: np.ndarray,
+    points: np.ndarray,
+    normals: np.ndarray | None = None,
+    alpha: float = 0.0,
+    guess: np.ndarray | None = None,
+    free: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same among the triangles of a group (N,) for each point: among all for group 0."""
+    root, some = trees.root[group], trees.some[group]
+    if guess is None:
+        guess = some
+    guess = np.where((trees.group[guess] == group) | (root == 0), guess, some)
+    return closest(trees.tree, points, normals, alpha, guess, free, root)
 
 
 def distance(tree: Tree, points: np.ndarray) -> np.ndarray:
@@ -74,16 +138,15 @@ def distance(tree: Tree, points: np.ndarray) -> np.ndarray:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _build(
     corners: np.ndarray, normals: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The other fields of a `Tree`."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """`order`, `first`, `last` and `right` of a `Tree`."""
     n = len(corners)
-    box = np.zeros((n, 12))
+    centre = np.zeros((n, 6))
     for i in range(n):
         for d in range(3):
-            box[i, d] = min(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
-            box[i, 6 + d] = max(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
-            box[i, 3 + d] = box[i, 9 + d] = normals[i, d]
-    centre = box[:, :6] + box[:, 6:]
+            low = min(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
+            centre[i, d] = low + max(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
+            centre[i, 3 + d] = 2 * normals[i, d]
     extent = 0.0
     for d in range(3):
         extent = max(extent, centre[:, d].max() - centre[:, d].min())
@@ -94,7 +157,6 @@ def _build(
         np.zeros(2 * n, np.int64),
         np.zeros(2 * n, np.int64),
     )
-    bounds = np.zeros((2 * n, 12))
     begin, end, parent = np.zeros(128, np.int64), np.zeros(128, np.int64), np.zeros(128, np.int64)
     end[0], parent[0] = n, -1
     top, count = 1, 0
@@ -107,11 +169,9 @@ def _build(
             right[parent[top]] = node
         axis, widest = 0, -1.0
         for d in range(6):
-            a, b, lo, hi = np.inf, -np.inf, np.inf, -np.inf
+            lo, hi = np.inf, -np.inf
             for i in order[s:e]:
-                a, b = min(a, box[i, d]), max(b, box[i, 6 + d])
                 lo, hi = min(lo, centre[i, d]), max(hi, centre[i, d])
-            bounds[node, d], bounds[node, 6 + d] = a, b
             if hi - lo > widest:
                 axis, widest = d, hi - lo
         if e - s > LEAF:
@@ -120,7 +180,36 @@ def _build(
             begin[top], end[top], parent[top] = middle, e, node  # right: after the whole left part
             begin[top + 1], end[top + 1], parent[top + 1] = s, middle, -1
             top += 2
-    return order, first[:count], last[:count], right[:count], bounds[:count]
+    return order, first[:count], last[:count], right[:count]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _boxes(
+    corners: np.ndarray,
+    normals: np.ndarray,
+    order: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    right: np.ndarray,
+) -> np.ndarray:
+    """`box` of a `Tree`: of its triangles at a leaf, else of both children, which come later."""
+    box = np.empty((len(first), 12))
+    box[:, :6], box[:, 6:] = np.inf, -np.inf
+    for node in range(len(first) - 1, -1, -1):
+        if right[node] > 0:
+            for child in (node + 1, right[node]):
+                for d in range(6):
+                    box[node, d] = min(box[node, d], box[child, d])
+                    box[node, 6 + d] = max(box[node, 6 + d], box[child, 6 + d])
+            continue
+        for i in order[first[node] : last[node]]:
+            for d in range(3):
+                for k in range(3):
+                    box[node, d] = min(box[node, d], corners[i, k, d])
+                    box[node, 6 + d] = max(box[node, 6 + d], corners[i, k, d])
+                box[node, 3 + d] = min(box[node, 3 + d], normals[i, d])
+                box[node, 9 + d] = max(box[node, 9 + d], normals[i, d])
+    return box
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -199,17 +288,19 @@ def _search(
     alpha: float,
     guess: np.ndarray,
     free: float,
+    root: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (N,) and weights (N, 3) of the closest points."""
     square = alpha * alpha
     face = np.zeros(len(points), np.int64)
     weight = np.zeros((len(points), 3))
     stack, bounds = np.zeros(128, np.int64), np.zeros(128)
+    f = tree.order[0]
     for i in range(len(points)):
         x, n = _row(points, i), _row(normals, i)
-        f = guess[i]
+        f = guess[i] if guess[i] >= 0 else f
         best, bv, bw = _value(tree, f, x, n, square, free, np.inf)
-        stack[0], bounds[0], top = 0, 0.0, 1
+        stack[0], bounds[0], top = root[i], 0.0, 1
         while top > 0:
             top -= 1
             node = stack[top]

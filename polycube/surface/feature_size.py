@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from polycube.surface.fit_target import Target
 from polycube.surface.measures import twins
 from polycube.surface.samples import spread
-from polycube.surface.thickness import thickness
+from polycube.surface.thickness import widths
 
 SAMPLES = 5_000  # on the surface
 LARGE = 0.1  # hexes, in diagonals: no larger ones are asked about
@@ -68,7 +68,7 @@ def _on_faces(goal: Target, across: float, around: float) -> tuple[np.ndarray, n
     """Points of the surface (N, 3) and the size of hexes that walls, holes and bends want there."""
     points, face = spread(goal.surface, SAMPLES)
     wall, room = (
-        thickness(goal.surface, points, outside, LARGE * max(across, around / np.pi))
+        widths(goal, points, outside, LARGE * max(across, around / np.pi))
         for outside in (False, True)
     )
     bend = np.sqrt(8 * CHORD / np.maximum(_curvature(goal)[face], 1e-9))

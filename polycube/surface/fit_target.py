@@ -5,7 +5,6 @@ Works at unit scale (bounding box centred, diagonal 1), so that weights need no 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -24,15 +23,6 @@ STEADY = 0.025  # half a hex: radius of the mean by which noisy faces look
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
-    """Triangles of one CAD face, prepared for closest points."""
-
-    triangles: np.ndarray  # (T,) of the whole surface
-    local: np.ndarray  # (F,) place in these of each triangle of the surface; 0 for others
-    tree: closest.Tree
-
-
-@dataclass(frozen=True, eq=False)
 class Target:
     """A surface at unit scale, prepared for fitting."""
 
@@ -41,10 +31,14 @@ class Target:
     surface: TriMesh  # at unit scale
     normals: np.ndarray  # (F, 3)
     vertex_normals: np.ndarray  # (V, 3)
-    tree: closest.Tree
+    trees: closest.Forest  # of the surface and of its CAD faces
     features: Features
     followed: Features  # the curves that mesh edges are to follow: see `without_cusps`
-    charts: Mapping[int, Chart]  # by CAD face; 0 is the whole surface; none without CAD faces
+
+    @property
+    def tree(self) -> closest.Tree:
+        """Of the whole surface."""
+        return self.trees.tree
 
     def to_unit(self, points: np.ndarray) -> np.ndarray:
         """Model points at unit scale."""
@@ -67,20 +61,10 @@ class Target:
 
         cad_face : (N,) the face of the CAD model that each foot must be on; 0 for any
         """
-        if cad_face is None or not self.charts:
-            foot, face, _ = closest.closest(self.tree, points, normals, alpha, guess, free)
-            return foot, face
-        feet, faces = np.empty_like(points), np.empty(len(points), np.int64)
-        for number in np.unique(cad_face).tolist():
-            here = np.flatnonzero(cad_face == number)
-            chart = self.charts[number]
-            facing = None if normals is None else normals[here]
-            start = None if guess is None else chart.local[guess[here]]
-            feet[here], own, _ = closest.closest(
-                chart.tree, points[here], facing, alpha, start, free
-            )
-            faces[here] = chart.triangles[own]
-        return feet, faces
+        how = points, normals, alpha, guess, free
+        if cad_face is None:
+            return closest.closest(self.tree, *how)[:2]
+        return closest.closest_in(self.trees, cad_face, *how)[:2]
 
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """About `number` points (N, 3) spread evenly, with normals (N, 3) and CAD faces (N,)."""
@@ -101,24 +85,9 @@ def target(surface: TriMesh) -> Target:
     for k in range(3):
         np.add.at(by_vertex, unit.faces[:, k], weighted)
     by_vertex /= np.maximum(np.linalg.norm(by_vertex, axis=1, keepdims=True), 1e-30)
-    tree = closest.tree(unit.vertices[unit.faces], normals)
-    charts, followed = _charts(unit, normals, tree), without_cusps(graph)
-    return Target(center, scale, unit, normals, by_vertex, tree, graph, followed, charts)
-
-
-def _charts(unit: TriMesh, normals: np.ndarray, whole: closest.Tree) -> dict[int, Chart]:
-    """One for each CAD face, and the whole surface under 0."""
-    if not len(unit.region):
-        return {}
-    every = np.arange(len(unit.faces))
-    charts = {0: Chart(every, every, whole)}
-    for number in np.unique(unit.region).tolist():
-        own = np.flatnonzero(unit.region == number)
-        local = np.zeros(len(unit.faces), np.int64)
-        local[own] = np.arange(len(own))
-        tree = closest.tree(unit.vertices[unit.faces[own]], normals[own])
-        charts[number] = Chart(own, local, tree)
-    return charts
+    region = unit.region if len(unit.region) else np.zeros(len(unit.faces), np.int64)
+    trees = closest.forest(unit.vertices[unit.faces], normals, region)
+    return Target(center, scale, unit, normals, by_vertex, trees, graph, without_cusps(graph))
 
 
 @lru_cache(maxsize=16)

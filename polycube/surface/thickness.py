@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polycube.surface.fit_target import target
+from polycube.surface.fit_target import Target, target
 from polycube.types import TriMesh
 
 OPPOSITE = -0.8  # largest cosine between the directions to opposite walls
@@ -47,7 +47,14 @@ def thickness(
         plate, the wall of a tube, the diameter of a ball.  At most the diagonal.
     """
     goal = target(surface)
-    foot, face = goal.closest(goal.to_unit(points))
+    return goal.scale * widths(goal, goal.to_unit(points), outside, most / goal.scale)
+
+
+def widths(
+    goal: Target, points: np.ndarray, outside: bool = False, most: float = np.inf
+) -> np.ndarray:
+    """The same of a prepared surface; points and lengths at unit scale."""
+    foot, face = goal.closest(points)
     inside = goal.surface.vertices[goal.surface.faces[face]].mean(axis=1) - foot
     length = np.linalg.norm(inside, axis=1, keepdims=True)
     foot = foot + inside * np.minimum(1, START / np.maximum(length, 1e-30))  # off edges and corners
@@ -64,7 +71,7 @@ def thickness(
         )
         stopped = cosine < OPPOSITE
         found[active[stopped]] = np.linalg.norm(foot - before, axis=1)[stopped]
-        stopped |= 2 * radius * goal.scale > most
+        stopped |= 2 * radius > most
         active, face, before = active[~stopped], face[~stopped], foot[~stopped]
         centre = (centre + STEP * away)[~stopped]
-    return goal.scale * np.where(found > 0, np.minimum(found, 1), 1)
+    return np.where(found > 0, np.minimum(found, 1), 1)

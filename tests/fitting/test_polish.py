@@ -14,6 +14,7 @@ from polycube.fitting.snapping import State, snap
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import deviation
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.numerics.lbfgs import counted
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 from tests.fixtures.fitting import cube, sphere
@@ -90,6 +91,22 @@ def test_local_rounds_gain_and_keep_the_surface_covered():
     lost = max(0.0, after.to_mesh.p99 - before.to_mesh.p99)  # pays what polish asks for it
     assert worst(raised) - worst(plain) > module.UNCOVERED * lost
     assert after.to_mesh.p99 < 0.02
+
+
+def test_what_a_longer_run_begins_with_is_that_of_a_short_one():
+    """Soft and hard rounds are run once; what follows has the same bytes as without that."""
+    ball = sphere(3.0, 7.0)
+    start = cube(4)
+    start = register_mesh(hex_mesh(start.vertices * 3 + 7, start.hexes), target(ball), rounds=10)
+    rounds = {"soft_rounds": 3, "hard_rounds": 2}
+    alone = polish(start, target(ball), **rounds, local_rounds=8)
+    module._begun.cache_clear()
+    with counted() as first:
+        polish(start, target(ball), **rounds, local_rounds=2)
+    with counted() as second:
+        after = polish(start, target(ball), **rounds, local_rounds=8)
+    assert np.array_equal(after.vertices, alone.vertices)
+    assert 0 < second["steps"] and first["steps"] > 100 and second["steps"] < 8 * 30 + 1
 
 
 def test_a_valid_state_beats_every_other():

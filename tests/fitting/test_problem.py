@@ -42,3 +42,17 @@ def test_scaled_jacobians_in_parts_are_those_of_the_whole(problem):
         -0.3, 0.3, problem.mesh.vertices.shape
     )
     assert np.array_equal(problem.scaled_jacobian(x), scaled_jacobian(x, problem.hexes))
+
+
+def test_feet_of_what_has_moved_alone_are_those_of_all(problem):
+    rng = np.random.default_rng(4)
+    x = problem.target.to_unit(problem.mesh.vertices - 10) + 0.02 * rng.normal(
+        size=problem.mesh.vertices.shape
+    )
+    for share in (0.0, 0.01, 1.0):
+        x = x + 0.02 * rng.normal(size=x.shape) * (rng.random(len(x)) < share)[:, None]
+        normals, _ = problem.normals(x)
+        for alpha in (0.04, 0.1):
+            found = problem.feet(x, normals, alpha, 1.0)
+            again = FitProblem(problem.mesh, problem.target, 10).feet(x, normals, alpha, 1.0)
+            assert found[0] == pytest.approx(again[0], abs=1e-12)

@@ -39,6 +39,8 @@ def test_a_guess_changes_nothing():
     corners, points = rng.normal(size=(60, 3, 3)), rng.normal(size=(30, 3))
     tree = closest.tree(corners, np.zeros((60, 3)))
     plain = closest.closest(tree, points)
+    alone = np.vstack([closest.closest(tree, point[None])[0] for point in points])
+    assert alone == pytest.approx(plain[0])
     for _ in range(3):
         guessed = closest.closest(tree, points, guess=rng.integers(0, 60, 30))
         assert guessed[0] == pytest.approx(plain[0])
@@ -75,3 +77,42 @@ def test_segments_and_points_as_flat_triangles():
     assert closest.distance(tree, points) == pytest.approx([np.sqrt(2), 1, 1])
     dot = closest.tree(np.array([[b, b, b]]), np.zeros((1, 3)))
     assert closest.distance(dot, points) == pytest.approx([np.sqrt(10), np.sqrt(3.25), 1])
+
+
+def grouped(corners, normals, group, wanted, points, facing, alpha) -> np.ndarray:
+    """(N, 3) closest points, by one tree for each group."""
+    feet = np.empty_like(points)
+    for number in np.unique(wanted):
+        own = (group == number) | (number == 0) | (number not in group)
+        here = wanted == number
+        tree = closest.tree(corners[own], normals[own])
+        feet[here] = closest.closest(tree, points[here], facing[here], alpha)[0]
+    return feet
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.2])
+def test_a_forest_looks_in_the_group_of_each_point(alpha):
+    rng = np.random.default_rng(2)
+    corners, points = rng.normal(size=(90, 3, 3)), rng.normal(size=(200, 3))
+    normals, facing = rng.normal(size=(90, 3)), rng.normal(size=(200, 3))
+    group, wanted = np.array([0, 1, 2, 4])[rng.integers(0, 4, 90)], rng.integers(0, 5, 200)
+    trees = closest.forest(corners, normals, group)
+    guess = rng.integers(0, 90, 200)  # in other groups too
+    # then elsewhere, in the trees of the places before
+    for places in (corners, corners[::-1] + 0.3 * rng.normal(size=(90, 3, 3))):
+        trees = closest.moved(trees, places, normals)
+        found, face, _ = closest.closest_in(trees, wanted, points, facing, alpha, guess)
+        expected = grouped(places, normals, group, wanted, points, facing, alpha)
+        assert found == pytest.approx(expected)
+        has_own = np.isin(wanted, [1, 2, 4])
+        assert (group[face] == wanted)[has_own].all()
+
+
+def test_a_moved_forest_is_that_of_the_new_places():
+    rng = np.random.default_rng(3)
+    corners, normals = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 3))
+    far = corners + np.array([5.0, 0, 0])
+    trees = closest.moved(closest.forest(corners, normals, np.ones(50, int)), far, normals)
+    again = closest.forest(far, normals, np.ones(50, int))
+    for one, other in zip(trees.tree, again.tree, strict=True):
+        assert one == pytest.approx(other)

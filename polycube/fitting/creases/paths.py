@@ -11,7 +11,9 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
 
 from polycube.fitting.creases.routing import (
     ASKEW,
@@ -69,33 +71,34 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
     """
     stands_for = merged(features)
     alone = np.flatnonzero(stands_for == np.arange(len(stands_for)))
-    corners = features.corners[alone]
-    gap = np.linalg.norm(x[problem.outer][None] - corners[:, None], axis=2)  # (C, B)
-    near = gap < REACH * mesh.size[problem.outer]
-    cost = np.full(gap.shape, 1e6)
-    order = np.argsort(mesh.start, kind="stable")
-    first = np.searchsorted(mesh.start[order], np.arange(len(x) + 1))
-    every = _ways(features)
-    ways = [every[c] for c in alone]
-    for c, b in np.argwhere(near):
-        leaving = order[first[problem.outer[b]] : first[problem.outer[b] + 1]]
-        cost[c, b] = (gap[c, b] / mesh.size[problem.outer[b]]) ** 2
-        if ways[c]:
-            away = np.stack([way for way, _ in ways[c]]) @ mesh.run[leaving].T  # (K, leaving)
-            inside = np.array([angle for _, angle in ways[c]])[:, None]
-            crowded = crowding(inside, mesh.hexes[leaving][None])
-            cost[c, b] += (ASKEW * (1 - away) + CROWDED * crowded).min(axis=1).mean()
-    nowhere = np.full((len(corners), len(corners)), NOT_MATCHED)
-    row, column = linear_sum_assignment(np.hstack([np.minimum(cost, 1e6), nowhere]))
+    reach = REACH * mesh.size[problem.outer]
+    around = cKDTree(x[problem.outer]).query_ball_point(
+        features.corners[alone], reach.max(), return_sorted=True
+    )
+    corner = np.repeat(np.arange(len(alone)), [len(each) for each in around])
+    beside = np.concatenate([*around, []]).astype(np.int64)
+    gap = np.linalg.norm(x[problem.outer[beside]] - features.corners[alone[corner]], axis=1)
+    near = gap < reach[beside]
+    corner, beside, gap = corner[near], beside[near], gap[near]
+    vertices, column = np.unique(problem.outer[beside], return_inverse=True)
+    cost = np.full((len(alone), len(vertices) + len(alone)), 1e6)
+    cost[corner, column] = (gap / mesh.size[vertices[column]]) ** 2
+    cost[corner, column] += _misfits(
+        alone[corner], vertices[column], *_ways(features), mesh.first, mesh.run, mesh.hexes
+    )
+    cost[:, len(vertices) :] = NOT_MATCHED
+    row, column = linear_sum_assignment(np.minimum(cost, 1e6))
     found = np.full(len(stands_for), -1)
-    real = column < len(problem.outer)
-    found[alone[row[real]]] = problem.outer[column[real]]
+    real = column < len(vertices)
+    found[alone[row[real]]] = vertices[column[real]]
     return found[stands_for]
 
 
-def _ways(features: Features) -> list[list[tuple[np.ndarray, float]]]:
-    """Direction and inside angle of each crease that leaves a corner."""
-    ways: list[list[tuple[np.ndarray, float]]] = [[] for _ in features.corners]
+def _ways(features: Features) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions (K, 3) and inside angles (K,) of the creases that leave corners; those of corner c
+    begin at number c of the third.
+    """
+    rows = []
     for crease in features.creases:
         if crease.is_loop:
             continue
@@ -104,8 +107,35 @@ def _ways(features: Features) -> list[list[tuple[np.ndarray, float]]]:
             step = min(0.02, crease.length)
             to, _, inside = crease.at(np.array([arc + sign * step]))
             way = to[0] - features.corners[end]
-            ways[end].append((way / max(np.linalg.norm(way), 1e-30), float(inside[0])))
-    return ways
+            rows.append([*way / max(np.linalg.norm(way), 1e-30), inside[0], end])
+    table = np.reshape(rows, (-1, 5))
+    table = table[np.argsort(table[:, 4], kind="stable")]
+    first = np.searchsorted(table[:, 4], np.arange(len(features.corners) + 1))
+    return np.ascontiguousarray(table[:, :3]), table[:, 3].copy(), first
+
+
+@njit(cache=True)
+def _misfits(
+    corner: np.ndarray,
+    vertex: np.ndarray,
+    way: np.ndarray,
+    inside: np.ndarray,
+    first_way: np.ndarray,
+    first: np.ndarray,
+    run: np.ndarray,
+    hexes: np.ndarray,
+) -> np.ndarray:
+    """(N,) what the creases that leave each corner cost on the edges of a vertex, on average."""
+    found = np.zeros(len(corner))
+    for n in range(len(corner)):
+        ways = range(first_way[corner[n]], first_way[corner[n] + 1])
+        for k in ways:
+            least = np.inf
+            for e in range(first[vertex[n]], first[vertex[n] + 1]):
+                askew = 1 - (way[k, 0] * run[e, 0] + way[k, 1] * run[e, 1] + way[k, 2] * run[e, 2])
+                least = min(least, ASKEW * askew + CROWDED * crowding(inside[k], hexes[e]))
+            found[n] += least / len(ways)
+    return found
 
 
 def find_routes(
@@ -138,17 +168,21 @@ def find_routes(
         for c, is_double in zip(features.creases, covered(features), strict=True)
         if not is_double and id(c) not in known and (c.is_loop or (placed[list(c.ends)] >= 0).all())
     ]
-    fields = {id(c): field(c, problem, x, mesh) for c in creases}
-    alone = [cheapest(c, fields[id(c)], x, placed, taken) for c in creases]
+    fields = [field(c, problem, x, mesh) for c in creases]
+    alone = [cheapest(c, own, x, placed, taken) for c, own in zip(creases, fields, strict=True)]
     possible = [k for k in range(len(creases)) if _is_good(creases[k], *alone[k], x, mesh)]
     order = sorted(possible, key=lambda k: alone[k][1])
     routes: list[Route] = []
     for _ in range(ATTEMPTS):
         found, blocked, used = [], [], taken.copy()
         for k in order:
-            crease = creases[k]
-            path, cost = cheapest(crease, fields[id(crease)], x, placed, used)
-            if _is_good(crease, path, cost, x, mesh):
+            crease, own = creases[k], fields[k]
+            path, is_good = alone[k][0], True
+            needed = own.vertex if crease.is_loop else path[1:-1]
+            if not np.array_equal(used[needed], taken[needed]):
+                path, cost = cheapest(crease, own, x, placed, used)
+                is_good = _is_good(crease, path, cost, x, mesh)
+            if is_good:
                 found.append(Route(crease, path))
                 used[path] = True
             else:

@@ -6,15 +6,14 @@ do to the hexes round it.
 
 from __future__ import annotations
 
+from heapq import heappop, heappush
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from scipy.optimize import linear_sum_assignment
-from scipy.sparse import coo_matrix, csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from polycube.fitting.problem import FitProblem
-from polycube.hexmesh.connectivity import edge_valence
 from polycube.surface.curves.creases import Crease
 
 REACH = 2.0  # farthest vertex, in local sizes
@@ -23,8 +22,9 @@ ANCHORS = 4  # of a loop
 
 
 class Net(NamedTuple):
-    """Boundary edges as a graph, both ways."""
+    """Boundary edges as a graph, both ways, in the order of their starts."""
 
+    first: np.ndarray  # (V + 1,) the edges from vertex v on begin at first[v]
     start: np.ndarray  # (A,) vertices
     end: np.ndarray  # (A,)
     run: np.ndarray  # (A, 3) unit directions
@@ -35,28 +35,24 @@ class Net(NamedTuple):
 
 def net(problem: FitProblem, x: np.ndarray) -> Net:
     """The boundary edges of a problem at positions x."""
-    hexes = boundary_valence(problem)
     step = x[problem.sides[:, 1]] - x[problem.sides[:, 0]]
     length = np.maximum(np.linalg.norm(step, axis=1), 1e-30)
     run = step / length[:, None]
     both = np.concatenate([problem.sides, problem.sides[:, ::-1]])
+    order = np.argsort(both[:, 0], kind="stable")
+    start, end = both[order].T
     return Net(
-        both[:, 0],
-        both[:, 1],
-        np.concatenate([run, -run]),
-        np.tile(length, 2),
-        np.tile(hexes, 2),
+        np.searchsorted(start, np.arange(len(x) + 1)),
+        start,
+        end,
+        np.concatenate([run, -run])[order],
+        np.tile(length, 2)[order],
+        np.tile(problem.side_valence, 2)[order],
         problem.size(x),
     )
 
 
-def boundary_valence(problem: FitProblem) -> np.ndarray:
-    """(E,) number of hexes at each of the problem's sides."""
-    found, count = edge_valence(problem.hexes)
-    key = np.array([len(problem.mesh.vertices), 1])
-    return count[np.searchsorted(found @ key, problem.sides @ key)]
-
-
+@njit(cache=True)
 def crowding(inside: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     """How far the angle of each of the hexes at an edge would be from 90 degrees, in those."""
     return np.abs(inside / np.maximum(hexes, 1) / (np.pi / 2) - 1)
@@ -65,34 +61,54 @@ def crowding(inside: np.ndarray, hexes: np.ndarray) -> np.ndarray:
 class Field(NamedTuple):
     """Cost of the edges near a crease, on its own numbering of vertices."""
 
-    vertex: np.ndarray  # (N,)
-    graph: csr_matrix  # (N, N)
+    vertex: np.ndarray  # (N,) ascending
+    first: np.ndarray  # (N + 1,) the edges from a vertex on begin here
+    end: np.ndarray  # (A,)
+    cost: np.ndarray  # (A,)
 
 
 def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net) -> Field:
     """Edges between the vertices within reach of a crease; walking back along it costs most."""
     low, high = crease.points.min(axis=0), crease.points.max(axis=0)
-    reach = REACH * mesh.size[problem.outer]
-    box = (
-        (x[problem.outer] > low - reach[:, None]) & (x[problem.outer] < high + reach[:, None])
-    ).all(1)
-    vertex = problem.outer[box]
+    vertex = _in_box(x, problem.outer, mesh.size, low, high)
     _, gap = crease.nearest(x[vertex])
-    vertex, gap = vertex[gap < reach[box]], gap[gap < reach[box]]
-    number = np.full(len(x), -1)
-    number[vertex] = np.arange(len(vertex))
-    used = (number[mesh.start] >= 0) & (number[mesh.end] >= 0)
+    near = gap < REACH * mesh.size[vertex]
+    vertex, gap = vertex[near], gap[near]
+    degree = mesh.first[vertex + 1] - mesh.first[vertex]
+    leaving = np.arange(degree.sum()) + np.repeat(
+        mesh.first[vertex] - degree.cumsum() + degree, degree
+    )
+    one, two = np.repeat(np.arange(len(vertex)), degree), np.searchsorted(vertex, mesh.end[leaving])
+    stays = np.append(vertex, -1)[two] == mesh.end[leaving]
+    one, two, used = one[stays], two[stays], leaving[stays]
     start, end = mesh.start[used], mesh.end[used]
     arc, off = crease.nearest((x[start] + x[end]) / 2)
     _, way, inside = crease.at(arc)
     size = (mesh.size[start] + mesh.size[end]) / 2
-    square = (gap[number[start]] ** 2 + gap[number[end]] ** 2 + off**2) / 3
+    square = (gap[one] ** 2 + gap[two] ** 2 + off**2) / 3
     askew = 1 - np.einsum("nd,nd->n", way, mesh.run[used])
     each = 0.1 + AWAY * square / size**2 + ASKEW * askew
     each += CROWDED * crowding(inside, mesh.hexes[used])
-    n = len(vertex)
-    weight = each * mesh.length[used]
-    return Field(vertex, coo_matrix((weight, (number[start], number[end])), shape=(n, n)).tocsr())
+    first = np.searchsorted(one, np.arange(len(vertex) + 1))
+    return Field(vertex, first, two, each * mesh.length[used])
+
+
+@njit(cache=True)
+def _in_box(
+    x: np.ndarray, vertex: np.ndarray, size: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Those vertices that are in a box, or within `REACH` sizes of it along each axis."""
+    found = np.empty(len(vertex), np.int64)
+    count = 0
+    for v in vertex:
+        reach = REACH * size[v]
+        is_in = True
+        for d in range(3):
+            is_in &= x[v, d] > low[d] - reach and x[v, d] < high[d] + reach
+        if is_in:
+            found[count] = v
+            count += 1
+    return found[:count]
 
 
 def cheapest(
@@ -148,18 +164,40 @@ def _cycle(field: Field, anchors: np.ndarray, taken: np.ndarray) -> tuple[np.nda
 def _between(field: Field, start: int, end: int, taken: np.ndarray) -> tuple[np.ndarray, float]:
     """Cheapest path between two vertices over vertices that are not taken."""
     nothing = np.zeros(0, np.int64), np.inf
-    allowed = ~taken[field.vertex] | (field.vertex == start) | (field.vertex == end)
-    index = np.flatnonzero(allowed)
-    vertex = field.vertex[index]
-    ends = [np.flatnonzero(vertex == v) for v in (start, end)]
-    if start == end or any(len(e) == 0 for e in ends):
+    ends = np.searchsorted(field.vertex, [start, end])
+    if start == end or (np.append(field.vertex, -1)[ends] != [start, end]).any():
         return nothing
-    first, last = (int(e[0]) for e in ends)
-    graph = field.graph[index][:, index]
-    cost, before = dijkstra(graph, indices=first, return_predecessors=True)
-    if not np.isfinite(cost[last]):
-        return nothing
-    path = [last]
-    while path[-1] != first:
-        path.append(int(before[path[-1]]))
-    return vertex[path[::-1]], float(cost[last])
+    first, last = ends.tolist()
+    path, cost = _shortest(field.first, field.end, field.cost, taken[field.vertex], first, last)
+    return (field.vertex[path], cost) if np.isfinite(cost) else nothing
+
+
+@njit(cache=True)
+def _shortest(
+    first: np.ndarray,
+    end: np.ndarray,
+    cost: np.ndarray,
+    taken: np.ndarray,
+    start: int,
+    goal: int,
+) -> tuple[np.ndarray, float]:
+    """Dijkstra's shortest path over vertices (N,) that are not taken, and its cost."""
+    least = np.full(len(taken), np.inf)
+    before = np.full(len(taken), -1)
+    least[start] = 0.0
+    heap = [(0.0, start)]
+    while len(heap) > 0:
+        here, v = heappop(heap)
+        if v == goal:
+            break
+        if here > least[v]:
+            continue
+        for k in range(first[v], first[v + 1]):
+            w = end[k]
+            if here + cost[k] < least[w] and (w == goal or not taken[w]):
+                least[w], before[w] = here + cost[k], v
+                heappush(heap, (least[w], w))
+    path = [goal]
+    while before[path[-1]] >= 0:
+        path.append(before[path[-1]])
+    return np.array(path[::-1]), least[goal]

@@ -6,6 +6,8 @@ one edge".  The sheet lies between the set and all other hexes and ends at the b
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from polycube.hexmesh.connectivity import (
@@ -21,7 +23,7 @@ from polycube.types import HexMesh
 
 def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
     """Whether a sheet round some hexes (H,) would be a surface: no edge, no vertex pinches it."""
-    faces = mesh.hexes[:, FACES].reshape(-1, 4)[_faces_between(mesh.hexes, inside)]
+    faces = mesh.hexes[:, FACES].reshape(-1, 4)[_faces_between(mesh, inside)]
     if len(faces) == 0:
         return False
     sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
@@ -44,7 +46,7 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
     depth : share of the way that vertices of the set move to the middles of its hexes, or on the
         boundary of its quads
     """
-    between = _faces_between(mesh.hexes, inside)
+    between = _faces_between(mesh, inside)
     outer = mesh.hexes[:, FACES].reshape(-1, 4)[between]
     moved = np.unique(outer)
     twin = np.arange(len(mesh.vertices))
@@ -74,11 +76,16 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
     )
 
 
-def _faces_between(hexes: np.ndarray, inside: np.ndarray) -> np.ndarray:
+def _faces_between(mesh: HexMesh, inside: np.ndarray) -> np.ndarray:
     """Faces of hexes inside, as numbers 6 hex + local face, across which hexes are outside."""
-    first, second = neighbours(hexes)
+    first, second = _neighbours(mesh)
     mixed = inside[first // 6] != inside[second // 6]
     return np.where(inside[first[mixed] // 6], first[mixed], second[mixed])
+
+
+@lru_cache(maxsize=1)  # many sets of one mesh are asked about
+def _neighbours(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+    return neighbours(mesh.hexes)
 
 
 def label_of(quads: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:

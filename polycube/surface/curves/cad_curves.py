@@ -16,7 +16,11 @@ from polycube.surface.measures import half_edges, twins
 
 SHARES = np.array([0, 1 / 6, 1 / 2, 5 / 6, 1])  # of the points on a side that are compared
 OFF = np.array([0.05, 0.15, 0.15, 0.15, 0.05])  # of its length: how far they are (octagon: 0.1)
-INNER = np.s_[:, :, 1:4]  # of them; at its ends, other curves may be as near
+ALL, INNER, MIDDLE = (
+    slice(None),
+    slice(1, 4),
+    slice(2, 3),
+)  # at the ends other curves may be as near
 ALONG = 0.85  # cosine between side and curve, at least (octagon: 0.92)
 SUITS = 0.5  # cosine between the normals of quad and CAD face, at least
 
@@ -41,21 +45,27 @@ def bounded_faces(
     curves, pair = _curves(goal, region)
     if not len(curves):
         return np.zeros(corners.shape[:2], np.int64)
-    along = np.roll(corners, -1, axis=1) - corners
-    points = corners[:, :, None] + SHARES[:, None] * along[:, :, None]  # (Q, 4, 5, 3)
     segments = goal.surface.vertices[curves]
     direction = _unit(segments[:, 1] - segments[:, 0])
     tree = closest.tree(segments[:, [0, 1, 1]], direction)
-    foot, curve, _ = closest.closest(tree, points.reshape(-1, 3))
-    off = np.linalg.norm(points - foot.reshape(points.shape), axis=-1)
-    is_near = (off <= OFF * np.linalg.norm(along, axis=-1)[:, :, None]).all(axis=-1)
-    curve = curve.reshape(off.shape)[INNER]
-    cosine = np.einsum("qkd,qksd->qks", _unit(along), direction[curve])
+    start, along = corners.reshape(-1, 3), (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
+    reach = OFF * np.linalg.norm(along, axis=1)[:, None]  # (4 Q, 5)
+    side = np.arange(len(start))
+    for places in (MIDDLE, ALL):  # most sides are no longer asked about after the first
+        points = start[side, None] + SHARES[places, None] * along[side, None]
+        foot, curve, _ = closest.closest(tree, points.reshape(-1, 3))
+        off = np.linalg.norm(points - foot.reshape(points.shape), axis=-1)
+        is_near = (off <= reach[side][:, places]).all(axis=1)
+        side, curve = side[is_near], curve.reshape(off.shape)[is_near]
+    curve = curve[:, INNER]
+    cosine = np.einsum("nd,nsd->ns", _unit(along[side]), direction[curve])
     own = np.where(cosine > 0, pair[curve, 0], pair[curve, 1])  # triangle beside the quad's side
     face, beyond = region[own], np.where(cosine > 0, region[pair[curve, 1]], region[pair[curve, 0]])
-    fits = np.einsum("qd,qksd->qks", normals, goal.normals[own]) > SUITS
-    fits &= (abs(cosine) >= ALONG) & (face == face[:, :, :1]) & (beyond == beyond[:, :, :1])
-    return np.where(is_near & fits.all(axis=-1), face[:, :, 0], 0)
+    fits = np.einsum("nd,nsd->ns", normals[side // 4], goal.normals[own]) > SUITS
+    fits &= (abs(cosine) >= ALONG) & (face == face[:, :1]) & (beyond == beyond[:, :1])
+    found = np.zeros(len(start), np.int64)
+    found[side] = np.where(fits.all(axis=1), face[:, 0], 0)
+    return found.reshape(corners.shape[:2])
 
 
 def _curves(goal: Target, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
