@@ -100,17 +100,23 @@ def _levels(wanted: Sequence[np.ndarray]) -> tuple[Level, ...]:
 
 def _wrong(cells: np.ndarray) -> np.ndarray:
     """(X, Y, Z) cells at pinched places, of all pieces but the largest, and of voids."""
-    wrong = np.zeros(cells.shape, bool)
-    pinched = TABLE[windows(np.pad(cells, 1)), 1] > 0
-    for a, b, c in np.ndindex(2, 2, 2):
-        nx, ny, nz = cells.shape
-        wrong |= pinched[a : nx + a, b : ny + b, c : nz + c]
+    wrong = _pinched(cells)
     for some, main in ((cells, None), (~cells, (0, 0, 0))):
         piece, number = label(some)
         if number > 1:
             largest = 1 + np.bincount(piece.ravel())[1:].argmax() if main is None else piece[main]
             wrong |= binary_dilation(some & (piece != largest), AROUND)
     return wrong
+
+
+def _pinched(cells: np.ndarray) -> np.ndarray:
+    """(X, Y, Z) cells round edges and corners where full ones meet there alone."""
+    found = np.zeros(cells.shape, bool)
+    pinched = TABLE[windows(np.pad(cells, 1)), 1] > 0
+    for a, b, c in np.ndindex(2, 2, 2):
+        nx, ny, nz = cells.shape
+        found |= pinched[a : nx + a, b : ny + b, c : nz + c]
+    return found
 
 
 def _whole_pairs(blocks: np.ndarray) -> np.ndarray:
@@ -141,7 +147,10 @@ def _cut(plan: Plan) -> HexMesh | None:
     last, top = len(plan.levels), plan.levels[-1]
     step = 2**last
     coarse = plan.cells[::step, ::step, ::step] & ~top.inner
-    blocks = np.argwhere(binary_dilation(top.fine, AROUND) | coarse)
+    some = binary_dilation(top.fine, AROUND) | coarse
+    while (more := _pinched(some)).any():
+        some |= more
+    blocks = np.argwhere(some)
     corners = blocks[:, None] + PLACES
     shape = np.array(top.fine.shape) + 1
     used, hexes = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)

@@ -136,3 +136,11 @@ def test_any_needed_cells_of_any_block_give_a_conforming_mesh_of_three_sizes(see
         for middle in np.argwhere(cells) + 0.5:
             own = ((low < middle) & (high > middle)).all(axis=1)
             assert np.ptp(where[own], axis=1).max(axis=1).min() < 1.1 * most
+
+
+def test_blocks_round_the_fine_part_that_touch_another_leg_along_an_edge():
+    full = np.zeros((16, 16, 24), bool)
+    full[:6, :6] = full[10:, 10:] = full[:, :, 20:] = True  # two legs of an arch
+    mesh = graded(full, [marked(full.shape, (2, 2, 2))])  # up to 10 along each axis are cut
+    check_conforming(mesh)
+    assert genus(mesh) == 0
