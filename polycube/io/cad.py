@@ -51,8 +51,9 @@ class Cad:
             value = getattr(self, name)
             whole = isinstance(value, int) and not isinstance(value, bool)
             if not (whole and value >= least) and not (name == "solid" and value is None):
+                also = ", or all" if name == "solid" else ""
                 raise InputError(
-                    f"cad.{name} must be a whole number, {least} or more; got {value!r}"
+                    f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
                 )
 
 
