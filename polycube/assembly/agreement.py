@@ -13,7 +13,7 @@ from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import cad_faces
 from polycube.types import HexMesh
 
-ONE_PLACE = 1e-3  # of the shortest quad side at a vertex: vertices this near are at one place
+ONE_PLACE = 0.02  # of the shortest quad side at a vertex: vertices this near are at one place
 WHOLE = 0.99  # of the area of a contact: meshes agree where their common quads cover so much
 
 

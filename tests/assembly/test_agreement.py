@@ -80,14 +80,14 @@ def test_meshes_do_not_agree_unless_their_quads_cover_the_contact(low, counts, c
     assert meet(first, second, 8).is_whole == (common == 8)
 
 
-def test_vertices_at_one_place_but_for_rounding_are_one_and_in_the_middle():
+def test_vertices_that_are_near_are_one_and_in_the_middle():
     first, second = block([0, 0, 0], (1, 1, 1)), block([1, 0, 0], (1, 1, 1), 1)
-    near = replace(second, vertices=second.vertices + np.array([1e-4, 0, 0]))
+    near = replace(second, vertices=second.vertices + np.array([0.01, 0, 0]))
     found = meet(first, near, 1)
     assert found.is_whole
     mesh = combined({0: first, 1: near}, ["a", "b"], [(0, 1, found.vertices)])
-    assert sorted(set(mesh.vertices[:, 0])) == pytest.approx([0, 1 + 5e-5, 2 + 1e-4])
-    apart = replace(second, vertices=second.vertices + np.array([2e-3, 0, 0]))
+    assert sorted(set(mesh.vertices[:, 0])) == pytest.approx([0, 1.005, 2.01])
+    apart = replace(second, vertices=second.vertices + np.array([0.03, 0, 0]))
     assert not meet(first, apart, 1).is_whole
 
 

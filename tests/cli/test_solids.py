@@ -1,19 +1,22 @@
 """All solids of a file: a run each, identical ones meshed once, one mesh and one page."""
 
 import json
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 
+from polycube.assembly.combined import combined
 from polycube.cli.infer import _command
 from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.run import run_solids
 from polycube.config import compose
 from polycube.errors import InputError
 from polycube.io.hex_meshes import read_hexes
-from polycube.io.solids.listing import Solid
+from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from tests.fixtures import assemblies, cad_parts
 from tests.fixtures.runs import config, tree
@@ -104,6 +107,36 @@ def test_a_second_time_is_free_and_other_settings_are_not(done, cubes, capsys):
     assert all(", as before" in line for line in said[:4])
     assert said[4].startswith("3 valid, 1 refused, meshes agree at 1 of 2 contacts: ")
     assert said[5] == "error: no valid result of 1 of 4 solids: hollow"
+
+
+def again(cubes, folder):
+    """Exit code and sentence of the valid three of the cubes, whose runs are kept."""
+    words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
+    cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK])
+    return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg: (1, "it was not kept"))
+
+
+def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    assert again(cubes, folder) == (0, "") and report(folder)["valid"]
+    deck = (folder / "hex.inp").read_text()
+    assert "ELSET=primitive_left" in deck and "NAME=top_x_min" in deck
+    assert "NAME=left_x_max" not in deck  # it is inside
+    assert len(meshio.read(folder / "hex.inp").points) == 9 * 5 * 5 + 5**3
+
+
+def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
+    done, cubes, tmp_path, monkeypatch
+):
+    def mirrored(*given):
+        mesh = combined(*given)
+        return replace(mesh, vertices=-mesh.vertices)
+
+    monkeypatch.setattr("polycube.cli.solids.result.combined", mirrored)
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    code, why = again(cubes, folder)
+    assert code == 3 and why.endswith("not where they are joined")
+    assert not (folder / "hex.inp").exists()
 
 
 def test_looking_at_all_solids_writes_nothing(cubes, tmp_path, monkeypatch, capsys):

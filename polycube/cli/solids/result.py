@@ -71,12 +71,11 @@ def write_assembly(
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
     mesh = combined(meshes, [s.name for s in solids], joints) if meshes else None
     report = _report(cfg, parts, touching, mesh)
-    is_sound = all(part.row["exit"] == 0 for part in parts)
     manifest.remove(folder, [*PAGE, *(f"hex{export.suffix}" for export in exports)])
     with manifest.writing(folder) as scratch:
         if mesh is not None:
             _write_vtu(scratch / "hex.vtu", mesh)
-            for export in exports if is_sound else ():
+            for export in exports if report["valid"] else ():
                 export(mesh, scratch / "hex")
         (scratch / "report.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
     files = [name for name in manifest.files(folder) if "/" not in name]
@@ -140,18 +139,14 @@ def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | Non
 def _report(
     cfg: Json, parts: Sequence[_Part], touching: list[Json], mesh: HexMesh | None
 ) -> dict[str, Any]:
-    bad = [part.solid.name for part in parts if part.row["exit"] != 0]
     names = {part.solid.number: part.solid.name for part in parts}
     path = str(cfg["mesh"])
     report: dict[str, Any] = {
         "input": {"path": path, "solids": len(parts)},
         "solids": [_row(part, names, path) for part in parts],
         "contacts": touching,
-        "valid": not bad,
         "doubts": [
-            f"{part.solid.name}: {doubt}"
-            for part in parts
-            for doubt in part.report.get("doubts", ())
+            f"{p.solid.name}: {doubt}" for p in parts for doubt in p.report.get("doubts", ())
         ],
         "seconds": {
             part.solid.name: round(sum(part.report.get("seconds", {}).values()), 3)
@@ -159,15 +154,17 @@ def _report(
         },
         "version": __version__,
     }
-    if bad:
-        report["failure"] = (
-            f"no valid result of {len(bad)} of {len(parts)} solids: {', '.join(bad)}"
-        )
     if mesh is not None:
         report["hex"] = _numbers(parts, mesh)
-        vertices = mesh.vertices
-        report["input"]["bbox"] = [vertices.min(axis=0).tolist(), vertices.max(axis=0).tolist()]
-    return report
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        report["input"]["bbox"] = [low.tolist(), high.tolist()]
+    bad = [part.solid.name for part in parts if part.row["exit"] != 0]
+    if bad:
+        named = ", ".join(bad)
+        report["failure"] = f"no valid result of {len(bad)} of {len(parts)} solids: {named}"
+    elif mesh is not None and report["hex"]["min_scaled_jacobian"] <= 0:
+        report["failure"] = "the meshes of the solids are valid, but not where they are joined"
+    return {**report, "valid": "failure" not in report}
 
 
 def _row(part: _Part, names: Mapping[int, str], path: str) -> dict[str, Any]:

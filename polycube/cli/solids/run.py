@@ -97,7 +97,8 @@ def run_solids(
 
     Returns
     -------
-    The worst exit code of the solids, and where it is not 0, which have no valid result.
+    The worst exit code of the solids, and why it is not 0; 3 where their meshes are valid, but not
+    joined.
 
     Raises
     ------
@@ -120,7 +121,7 @@ def run_solids(
     codes = _done(cfg, folder, alone) | _done(cfg, folder, moved)
     report = write_assembly(folder, cfg, solids, codes, exports)
     sys.stderr.write(f"{summary(report)}: {folder / PAGE[0]}\n")
-    return max(codes.values()), report.get("failure", "")
+    return max(codes.values()) or (0 if report["valid"] else 3), report.get("failure", "")
 
 
 def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dict[int, int]:
