@@ -200,6 +200,19 @@ def test_a_copy_ends_as_the_solid_that_it_is_the_same_as(tmp_path):
     assert report(tmp_path / "out")["solids"][2]["says"] == "as bolt_1: no luck"
 
 
+def test_results_of_an_earlier_run_are_not_those_of_a_refused_one(done, cubes, tmp_path):
+    """The meshes are there, but this time every solid that is meshed was refused."""
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    solids = read_solids(cubes)[:3]
+    cfg = settings(tmp_path, "seed=7")
+    code, why = run_solids(cfg, solids, folder, lambda cfg, placed=None: (2, "refused"))
+    assert code == 2 and why == "no valid result of 3 of 3 solids: left, right, top"
+    rows = report(folder)["solids"]
+    assert [row["says"] for row in rows] == ["refused", "as left: refused", "refused"]
+    assert [row["hexes"] for row in rows] == [None] * 3 and report(folder)["contacts"] == []
+    assert not (folder / "hex.vtu").exists()
+
+
 def test_regions_lie_somewhere_so_every_solid_is_meshed(tmp_path):
     attempt, calls = asked()
     regions = "meshing.regions=[{box:[0,0,0,1,1,1],size:1%}]"

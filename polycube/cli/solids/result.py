@@ -29,6 +29,7 @@ from polycube.report.page.assembly import assembly_page
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json, TriMesh
 
+MADE = (0, 3)  # exit codes of runs that wrote results; other ones leave those of an earlier run
 PAGE = ("report.html", "report.json", "hex.vtu")
 
 
@@ -71,7 +72,8 @@ def write_assembly(
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
     mesh = combined(meshes, [s.name for s in solids], joints) if meshes else None
     report = _report(cfg, parts, touching, mesh)
-    manifest.remove(folder, [*PAGE, *(f"hex{export.suffix}" for export in exports)])
+    earlier = [name for name in manifest.files(folder) if name.startswith(("hex.", "report."))]
+    manifest.remove(folder, earlier)
     with manifest.writing(folder) as scratch:
         if mesh is not None:
             _write_vtu(scratch / "hex.vtu", mesh)
@@ -88,17 +90,16 @@ def write_assembly(
 def _part(folder: Path, solid: Solid, code: int, cfg: Json) -> _Part:
     run = folder / solid.name
     row: dict[str, Any] = {"exit": code, "result": VERDICT.get(code, "failed"), "says": ""}
-    report: Json = {}
     if (run / ROW).is_file():
         row |= json.loads((run / ROW).read_text(encoding="utf-8"))
-    if (run / "report.json").is_file():
-        report = json.loads((run / "report.json").read_text(encoding="utf-8"))
-    surface = load_stage(run, "read")[0] if has_stage(run, "read") else None
-    kept = [kind for kind in cfg["meshing"]["order"] if has_stage(run, kind)]
-    mesh = None
-    if surface is not None and "hex" in report:
-        mesh = with_sets(load_stage(run, kept[-1]), surface)
-    return _Part(solid, row, report, surface, mesh)
+    if code not in MADE or not (run / "report.json").is_file():
+        return _Part(solid, row, {}, None, None)
+    report = json.loads((run / "report.json").read_text(encoding="utf-8"))
+    surface = load_stage(run, "read")[0]
+    if "hex" not in report:
+        return _Part(solid, row, report, surface, None)
+    last = next(kind for kind in reversed(cfg["meshing"]["order"]) if has_stage(run, kind))
+    return _Part(solid, row, report, surface, with_sets(load_stage(run, last), surface))
 
 
 def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | None]]:

@@ -17,7 +17,7 @@ from typing import Any
 from polycube.cli import cluster
 from polycube.cli.batch import ROW, run_job
 from polycube.cli.signals import INTERRUPTED
-from polycube.cli.solids.result import PAGE, write_assembly
+from polycube.cli.solids.result import MADE, PAGE, write_assembly
 from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.io.solids.listing import Solid, read_solids
@@ -145,12 +145,13 @@ def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dic
 def _placed(attempt: Attempt, source: Placed, order: Sequence[str], cfg: Json) -> tuple[int, str]:
     """Exit code, and why it is not 0, of a solid that is identical to that of another run."""
     folder, _ = source
-    if is_meshed(folder, order):
-        return attempt(cfg, placed=source)
     row = json.loads((folder / ROW).read_text(encoding="utf-8")) if (folder / ROW).is_file() else {}
-    if row.get("exit") == 0:  # it was not to be meshed
+    code = row.get("exit", 1)
+    if code in MADE and is_meshed(folder, order):
+        return attempt(cfg, placed=source)
+    if code == 0:  # it was not to be meshed
         return attempt(cfg)
-    return row.get("exit", 1), f"as {folder.name}: {row.get('says', 'failed')}"
+    return code, f"as {folder.name}: {row.get('says', 'failed')}"
 
 
 def summary(report: Json) -> str:
