@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 SAME = 1e-5  # of the size of a solid: what lies this near is at one place
+EQUAL = 1e-4  # of a volume or a moment of inertia
 APART = 1e-3  # of the size: landmarks that give a motion are this far from a line, at least
 DISTINCT = 1e-3  # of the moment of inertia: between one and the next, where an axis is known
 AXIS, VERTEX, EDGE, FACE = range(4)  # kinds of landmark
@@ -45,11 +46,13 @@ class Landmarks:
 
     Parameters
     ----------
+    mass : (4,) volume, and principal moments of inertia
     centre : (3,) of mass
     points : (N, 3) relative to it
     keys : (N, 3) kind, size as a length, and a number of the kind of surface
     """
 
+    mass: np.ndarray
     centre: np.ndarray
     points: np.ndarray
     keys: np.ndarray
@@ -66,7 +69,7 @@ class Landmarks:
 
 
 def landmarks(
-    centre: np.ndarray, inertia: np.ndarray, points: np.ndarray, keys: np.ndarray
+    volume: float, centre: np.ndarray, inertia: np.ndarray, points: np.ndarray, keys: np.ndarray
 ) -> Landmarks:
     """Landmarks of a solid, with its principal axes as far as they are known.
 
@@ -84,7 +87,10 @@ def landmarks(
     ends = np.linalg.norm(points, axis=1).max(initial=0) * axes.T[known]
     named = np.stack([0 * moments, 0 * moments, np.arange(3)], axis=1)[known]
     return Landmarks(
-        centre, np.vstack([points, ends, -ends]), np.vstack([keys, named, named]).astype(float)
+        np.append(volume, moments),
+        centre,
+        np.vstack([points, ends, -ends]),
+        np.vstack([keys, named, named]).astype(float),
     )
 
 
@@ -96,6 +102,8 @@ def motions(first: Landmarks, second: Landmarks) -> Iterator[Motion]:
     """
     size = first.size
     if len(first.points) != len(second.points) or abs(second.size - size) > SAME * size:
+        return
+    if not np.allclose(first.mass, second.mass, rtol=EQUAL, atol=0):
         return
     own, other = first.described(size), second.described(size)
     known, there = cKDTree(own), cKDTree(other)

@@ -90,6 +90,7 @@ def _solid(gmsh: ModuleType, tag: int) -> _Solid:
         *(occ.getCenterOfMass(2, face) for face in faces),
     ]
     found = landmarks(
+        occ.getMass(3, tag),
         np.array(occ.getCenterOfMass(3, tag)),
         np.reshape(occ.getMatrixOfInertia(3, tag), (3, 3)),
         np.array(points),
