@@ -15,8 +15,10 @@ import numpy as np
 
 from polycube.config import compose
 from polycube.errors import InputError, MeshingError
+from polycube.io.solids.motions import Motion
 from polycube.pipeline.improvement import Improvement, is_improvement, read_given
 from polycube.pipeline.intake import read_part
+from polycube.pipeline.placement import Placement
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
@@ -124,6 +126,7 @@ def execute(
     read: Read | None = None,
     interrupt: Event | None = None,
     started: Callable[[Path], None] = lambda folder: None,
+    placed: tuple[Path, Motion] | None = None,
 ) -> Result:
     """Do a whole run: what `mesh` and the command line share.
 
@@ -133,6 +136,7 @@ def execute(
     read : makes the first state; None reads the files that the settings name
     interrupt : set by another thread or by a signal handler to end the run with the best mesh
     started : called with the folder when the input is known to be good
+    placed : folder of the run of an identical solid, and the motion of its mesh to this one
 
     Raises
     ------
@@ -141,9 +145,12 @@ def execute(
     KeyboardInterrupt
         Where the run was interrupted before there was a folder.
     """
-    improves = is_improvement(settings)
-    kind = Improvement if improves else Run
-    run = kind(settings, read or (read_given if improves else read_part), interrupt)
+    if placed is not None:
+        run: Run = Placement(settings, *placed, interrupt)
+    elif is_improvement(settings):
+        run = Improvement(settings, read or read_given, interrupt)
+    else:
+        run = Run(settings, read or read_part, interrupt)
     exports = [build("export", config) for config in settings.export.values()]
     if folder is not None:
         check_folder(folder, settings, run.names, exports)

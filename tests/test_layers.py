@@ -19,7 +19,7 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"examples"},
     {"structure"},
     {"hexmesh"},
-    {"fitting", "charts"},
+    {"fitting", "charts", "assembly"},
     {"spline"},
     {"analysis"},
     {"io"},

@@ -34,7 +34,7 @@ PROGRAMS = {
     ("polycube-infer",): "infer",
     ("polycube-train",): "train",
 }
-LISTS = ("mesh=",)  # of the command line, which `batch.expanded` splits: a file each
+LISTS = {"mesh=": "part.stl", "cad.solid=": "1"}  # of the command line: one of each
 FROM_OUTSIDE = "docs/plugins.md"  # composed with its package, in test_plugins_page.py
 
 
@@ -63,8 +63,8 @@ def choices(words: list[str]) -> list[list[str]]:
     words = [w for w in words if w not in ("-m", "--multirun") and not w.startswith("hydra")]
     values = []
     for word in words:
-        if word.startswith(LISTS):
-            word = word.partition("=")[0] + "=part.stl"
+        for key, one in LISTS.items():
+            word = key + one if word.startswith(key) else word
         [override] = OverridesParser.create().parse_overrides([word])
         several = override.is_sweep_override()
         key = override.get_key_element()

@@ -133,7 +133,8 @@ def begin_job(
     """Run one job of a batch, see `run_job`; where a cluster is asked for, leave it to that."""
     if not cluster.is_used(cfg["dask"]):
         return run_job(cfg, folder, overrides, job)
-    _waiting.append((run_job, (cfg, folder, overrides, job), folder.name))
+    alone = {**cfg, "dask": {**cfg["dask"], "workers": 0, "scheduler": None}}
+    _waiting.append((run_job, (alone, folder, overrides, job), folder.name))
     return 0
 
 

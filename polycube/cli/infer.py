@@ -22,6 +22,7 @@ from polycube.cli.arguments import with_mesh
 from polycube.cli.batch import begin_job, expanded
 from polycube.cli.command import refused, run_hydra
 from polycube.cli.signals import INTERRUPTED, terminable
+from polycube.cli.solids import run as solids
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.config import plain
 from polycube.errors import InputError, MeshingError
@@ -30,7 +31,12 @@ from polycube.types import Json
 logger = logging.getLogger(__name__)
 
 
-def infer(cfg: Json, level: int | None = None, is_alone: bool = False) -> Json:
+def infer(
+    cfg: Json,
+    level: int | None = None,
+    is_alone: bool = False,
+    placed: solids.Placed | None = None,
+) -> Json:
     """Do the whole run and write its folder.
 
     Parameters
@@ -38,6 +44,7 @@ def infer(cfg: Json, level: int | None = None, is_alone: bool = False) -> Json:
     cfg : as `conf/infer.yaml` composes it
     level : of messages that go to the terminal; by default `quiet` and `verbose` say which
     is_alone : the process does nothing else, see `terminal.logging_to`
+    placed : run of an identical solid to take the mesh of, see `api.execute`
 
     Returns
     -------
@@ -67,6 +74,7 @@ def infer(cfg: Json, level: int | None = None, is_alone: bool = False) -> Json:
             folder,
             interrupt=interrupt,
             started=lambda there: log_to(append_to(there, "run.log")),
+            placed=placed,
         )
         _say(result.report, folder, cfg)
     return result.report
@@ -128,8 +136,9 @@ def _command(cfg: DictConfig) -> int:
         if not given and not cfg.resume and not cfg.hex:
             raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
         is_many = hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN
-        if cluster.is_used(cfg.dask) and not is_many:
-            raise InputError("dask is for several parts, such as mesh=folder", "dask")
+        if cluster.is_used(cfg.dask) and not is_many and not solids.is_asked_for(cfg):
+            what = "dask is for several parts, such as mesh=folder or cad.solid=all"
+            raise InputError(what, "dask")
         settings = plain(cfg)
     except (InputError, OmegaConfBaseException) as error:
         return refused(error)
@@ -142,16 +151,28 @@ def _command(cfg: DictConfig) -> int:
     return code
 
 
-def _silently(cfg: Json) -> tuple[int, str]:
-    return _attempt(cfg, logging.CRITICAL)
+def _silently(cfg: Json, placed: solids.Placed | None = None) -> tuple[int, str]:
+    return _attempt(cfg, logging.CRITICAL, placed=placed)
 
 
-def _attempt(cfg: Json, level: int | None = None, is_alone: bool = False) -> tuple[int, str]:
+def _attempt(
+    cfg: Json,
+    level: int | None = None,
+    is_alone: bool = False,
+    placed: solids.Placed | None = None,
+) -> tuple[int, str]:
     """Exit code, and where it is not 0, the sentence why."""
     try:
+        if solids.is_asked_for(cfg):
+            found = solids.solids_of(cfg)
+            if found and cfg["preflight"] is not False:
+                return solids.check_solids(cfg, found, _silently)
+            if found:
+                return solids.run_solids(cfg, found, _folder(cfg), _silently)
+            cfg = solids.of_solid(cfg, None)
         if cfg["preflight"] is not False:
             return check(cfg)
-        report = infer(cfg, level, is_alone)
+        report = infer(cfg, level, is_alone, placed)
     except (InputError, OmegaConfBaseException) as error:
         return 2, " ".join(str(error).split())
     except MeshingError as error:

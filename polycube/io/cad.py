@@ -12,6 +12,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -43,12 +44,16 @@ class Cad:
     units: str | None = None  # lengths the rest of the run takes the coordinates for
 
     def __post_init__(self) -> None:
+        if self.solid == "all":
+            what = "all solids of a file are meshed by the command line, infer.py, only"
+            raise InputError(what, "cad.solid", "give the number of one, from 1")
         for name, least in {"segments": 6, "solid": 1}.items():
             value = getattr(self, name)
             whole = isinstance(value, int) and not isinstance(value, bool)
             if not (whole and value >= least) and not (name == "solid" and value is None):
+                also = ", or all" if name == "solid" else ""
                 raise InputError(
-                    f"cad.{name} must be a whole number, {least} or more; got {value!r}"
+                    f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
                 )
 
 
@@ -101,15 +106,41 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
 
     Only vertices and faces where gmsh does not load.
     """
+    asked = {"solid": options.solid, "segments": options.segments}
+    output, said = by_gmsh("polycube.io.cad_worker", path, asked)
+    if output is not None:
+        with np.load(BytesIO(output)) as arrays:
+            return _chosen(dict(arrays), options.solid)
+    if "import gmsh" in said:
+        return _by_cascadio(path, options)
+    raise unreadable(path, said)
+
+
+def by_gmsh(worker: str, path: Path, asked: Mapping[str, object]) -> tuple[bytes | None, str]:
+    """Let gmsh look at a CAD file in a process of its own, which may crash.
+
+    Parameters
+    ----------
+    worker : module that reads a request, as JSON, from its standard input, and writes to its
+        `output`
+    asked : what the request has beside `path`, `output` and `gigabytes`
+
+    Returns
+    -------
+    What it wrote, None where it did not, and its standard error.
+
+    Raises
+    ------
+    InputError : it did not come to an end
+    """
     with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "solid.npz"
-        request: dict[str, str | int | None] = {"path": str(path), "output": str(output)}
-        request |= {"solid": options.solid, "segments": options.segments}
+        output = Path(folder) / "output"
         megabytes = path.stat().st_size / 1e6
+        request = {"path": str(path), "output": str(output), "gigabytes": MEMORY + megabytes / 5}
         try:
             done = subprocess.run(
-                [sys.executable, "-m", "polycube.io.cad_worker"],
-                input=json.dumps(request | {"gigabytes": MEMORY + megabytes / 5}),
+                [sys.executable, "-m", worker],
+                input=json.dumps({**request, **asked}),
                 capture_output=True,
                 text=True,
                 errors="replace",
@@ -120,12 +151,12 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
                 f"gmsh did not finish reading it in {late.timeout:.0f} s; the file is damaged or "
                 "incomplete"
             ) from None
-        if output.is_file():
-            with np.load(output) as arrays:
-                return _chosen(dict(arrays), options.solid)
-    if "import gmsh" in done.stderr:
-        return _by_cascadio(path, options)
-    raise InputError(f"not a readable {path.suffix} file: {_last_line(done.stderr)}")
+        return (output.read_bytes() if output.is_file() else None), done.stderr
+
+
+def unreadable(path: Path, said: str) -> InputError:
+    """Of a file that gmsh could not read, with the last line that it said."""
+    return InputError(f"not a readable {path.suffix} file: {_last_line(said)}")
 
 
 def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.ndarray]:
@@ -139,7 +170,10 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
             for i, (v, box) in enumerate(zip(volumes, boxes, strict=True))
         )
         asked = "" if solid is None else f"there is no solid {solid}; "
-        raise InputError(f"{asked}the file holds {len(volumes)} solids: {listed}; say cad.solid=1")
+        raise InputError(
+            f"{asked}the file holds {len(volumes)} solids: {listed}; say "
+            "cad.solid=1, or cad.solid=all for a mesh of each"
+        )
     return {**found, "volume": volumes[(solid or 1) - 1]}
 
 

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -25,29 +27,8 @@ FINE = 1 / 1000  # smallest
 def main() -> None:
     """Solids of the file, and the triangles of the one asked for; lengths in millimetres."""
     request = json.load(sys.stdin)
-    if resource is not None:
-        most = int(1e9 * request["gigabytes"])
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    import gmsh
-
-    gmsh.initialize(interruptible=False)
-    for name, value in {
-        "General.Terminal": 0,
-        "General.NumThreads": 1,
-        "Mesh.Algorithm": 6,
-        "Mesh.RandomSeed": 1,
-        "Mesh.MeshSizeExtendFromBoundary": 0,
-        "Mesh.MeshSizeFromCurvature": request["segments"],
-    }.items():
-        gmsh.option.setNumber(name, value)
-    if request["path"].lower().endswith((".step", ".stp")):  # others have no units or are in mm
-        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-    gmsh.model.occ.importShapes(request["path"])
-    gmsh.model.occ.synchronize()
-    if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):  # IGES: loose faces
-        gap = SEW * _diagonal(gmsh)
-        gmsh.model.occ.healShapes(tolerance=gap, sewFaces=True, makeSolids=True)
-        gmsh.model.occ.synchronize()
+    gmsh = opened(request)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", request["segments"])
     solids = [tag for _, tag in gmsh.model.getEntities(3)]
     found = {
         "volume": np.array([gmsh.model.occ.getMass(3, tag) for tag in solids]),
@@ -61,6 +42,36 @@ def main() -> None:
     with open(request["output"], "wb") as file:
         np.savez(file, allow_pickle=False, **found)
     gmsh.finalize()
+
+
+def opened(request: Mapping[str, Any]) -> ModuleType:
+    """gmsh with the solids of a file, in millimetres.
+
+    request : the `path`, and the `gigabytes` of memory that may be used
+    """
+    if resource is not None:
+        most = int(1e9 * request["gigabytes"])
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    import gmsh
+
+    gmsh.initialize(interruptible=False)
+    for name, value in {
+        "General.Terminal": 0,
+        "General.NumThreads": 1,
+        "Mesh.Algorithm": 6,
+        "Mesh.RandomSeed": 1,
+        "Mesh.MeshSizeExtendFromBoundary": 0,
+    }.items():
+        gmsh.option.setNumber(name, value)
+    if request["path"].lower().endswith((".step", ".stp")):  # others have no units or are in mm
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    gmsh.model.occ.importShapes(request["path"])
+    gmsh.model.occ.synchronize()
+    if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):  # IGES: loose faces
+        gap = SEW * _diagonal(gmsh)
+        gmsh.model.occ.healShapes(tolerance=gap, sewFaces=True, makeSolids=True)
+        gmsh.model.occ.synchronize()
+    return gmsh
 
 
 def _diagonal(gmsh: ModuleType) -> float:

@@ -14,7 +14,7 @@ from polycube.errors import InputError
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import boundary, check_place, read_hexes
 from polycube.io.surfaces import read_surface
-from polycube.pipeline.resume import has_stage, load_stage
+from polycube.pipeline.resume import has_stage
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock, Stage
@@ -44,7 +44,7 @@ class Improvement(Run):
 
     def load_input(self) -> RunState:
         """What the run that is resumed has read."""
-        given, hex_path = load_stage(self._resumed, GIVEN)
+        given, hex_path = self.load(GIVEN)
         return replace(super().load_input(), given=given, hex_path=hex_path, hexes=given)
 
     def propose(self, state: RunState) -> RunState:

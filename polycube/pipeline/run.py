@@ -10,6 +10,7 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 from polycube.analysis.boundary_sets import check_names
 from polycube.errors import InputError, MeshingError
@@ -100,7 +101,7 @@ class Run:
         InputError
             For an input that must be refused, or a part that no proposal fits.
         """
-        if self._is_kept("read"):
+        if self.is_kept("read"):
             state = self.load_input()
         else:
             state = self._read(self.settings, self.clock)
@@ -110,13 +111,13 @@ class Run:
 
     def load_input(self) -> RunState:
         """What the run that is resumed has read."""
-        surface, path, warnings, repair = load_stage(self._resumed, "read")
+        surface, path, warnings, repair = self.load("read")
         return RunState(surface, path=path, warnings=tuple(warnings), repair=repair)
 
     def propose(self, state: RunState) -> RunState:
         """Propose polycubes, rank them and choose the best."""
-        if self._is_kept("structure"):
-            ranked, chosen = load_stage(self._resumed, "structure")
+        if self.is_kept("structure"):
+            ranked, chosen = self.load("structure")
             return choose(replace(state, ranked=ranked), chosen, self.primitives)
         candidates = propose(self.settings, state.surface, self.primitives, self.clock)
         ranked = self.clock.run("ranking", lambda: self.ranking(state.surface, candidates))
@@ -148,10 +149,10 @@ class Run:
         MeshingError
             Where every variant failed.
         """
-        first = next((i for i, s in enumerate(self.meshing) if not self._is_kept(s.kind)), None)
+        first = next((i for i, s in enumerate(self.meshing) if not self.is_kept(s.kind)), None)
         kept = self.meshing[:first]
         for stage in kept:
-            value = load_stage(self._resumed, stage.kind)
+            value = self.load(stage.kind)
             state = stage.put(state, value)
             self._save(stage.kind, value)
         if first is not None:
@@ -182,8 +183,8 @@ class Run:
     def solve(self, state: RunState) -> RunState:
         """Build the spline on the hexes and solve the analysis on it."""
         for stage in self.solving:
-            if self._is_kept(stage.kind):
-                value = load_stage(self._resumed, stage.kind)
+            if self.is_kept(stage.kind):
+                value = self.load(stage.kind)
             else:
                 value = self.clock.run(stage.kind, partial(stage, state))
             state = stage.put(state, value)
@@ -296,7 +297,11 @@ class Run:
         assert self.settings.resume is not None
         return self.settings.resume
 
-    def _is_kept(self, stage: str) -> bool:
+    def load(self, stage: str) -> Any:
+        """What an earlier run kept of a stage."""
+        return load_stage(self._resumed, stage)
+
+    def is_kept(self, stage: str) -> bool:
         """Whether an earlier run's result of this stage is taken."""
         start = self.settings.start
         return self.settings.resume is not None and (

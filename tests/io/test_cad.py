@@ -210,7 +210,8 @@ def test_without_gmsh_cascadio_reads_step(tmp_path, step, monkeypatch):
     [
         ({"segments": 2}, "cad.segments must be a whole number, 6 or more; got 2"),
         ({"segments": None}, "cad.segments .* got None"),
-        ({"solid": 0}, "cad.solid must be a whole number, 1 or more; got 0"),
+        ({"solid": 0}, "cad.solid must be a whole number, 1 or more, or all; got 0"),
+        ({"solid": "all"}, "by the command line, infer.py, only; give the number of one"),
         ({"solid": "a"}, "cad.solid .* got 'a'"),
     ],
 )

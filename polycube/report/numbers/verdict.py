@@ -42,6 +42,8 @@ def verdict(report: Json) -> str:
 def _mark(report: Json) -> str:
     if report.get("partly_fitted"):
         kind, words = BAD, "Hex mesh without inverted hexes, fitted only in part"
+    elif not report.get("valid") and "solids" in report:
+        kind, words = BAD, "No valid hex mesh of all solids"
     elif not report.get("valid"):
         kind, words = BAD, "No valid result"
     elif reasons(report):

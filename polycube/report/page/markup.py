@@ -20,6 +20,14 @@ class Swatch:
     colour: str | None = None
 
 
+@dataclass(frozen=True)
+class Link:
+    """Words that lead to a file beside the page."""
+
+    words: str
+    target: str
+
+
 def show(value: object) -> str:
     """A value for a person, escaped: 12 345, 0.3142, yes, a, b."""
     if value is None:
@@ -27,6 +35,8 @@ def show(value: object) -> str:
     if isinstance(value, Swatch):
         box = f'<i class=swatch style="background:{value.colour or "none"}"></i>'
         return f"{box}{escape(value.name)}"
+    if isinstance(value, Link):
+        return f'<a href="{escape(value.target)}">{escape(value.words)}</a>'
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     large = isinstance(value, float | np.floating) and 1e4 <= abs(value) < 1e9

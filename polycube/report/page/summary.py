@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 
 from polycube.report.page.html import page
-from polycube.report.page.markup import show
+from polycube.report.page.markup import Link, show
 
 
 def summary_page(rows: Sequence[Mapping[str, object]], columns: Sequence[str], folder: Path) -> str:
@@ -19,7 +19,7 @@ def summary_page(rows: Sequence[Mapping[str, object]], columns: Sequence[str], f
         cells = {name: show(row.get(name)) for name in shown}
         report = f"{row['folder']}/report.html"
         if (folder / report).is_file():
-            cells["part"] = f'<a href="{escape(report)}">{cells["part"]}</a>'
+            cells["part"] = show(Link(str(row["part"]), report))
         body += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells.values()) + "</tr>"
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return page(f"{len(rows)} parts", "", f'<div class="scroll">{table}</div>')

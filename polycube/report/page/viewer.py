@@ -24,16 +24,21 @@ from polycube.types import HexMesh, Json, TriMesh
 _HERE = Path(__file__).parent
 MOST = 200_000  # hexes; above, the page would be too heavy for a browser
 N_NAMED = 12  # grid cells at most that are named under the view
+PRIMITIVE = "primitive"  # what fills a cell
 N_SETS = 16  # colours of sets, at most, that are named there; a click names all
 
 
 def viewer(
-    mesh: HexMesh, surface: TriMesh | None = None, context: Sequence[str | None] = ()
+    mesh: HexMesh,
+    surface: TriMesh | None = None,
+    context: Sequence[str | None] = (),
+    filled: str = PRIMITIVE,
 ) -> str:
     """Markup of the 3D view; empty for a mesh too large to show.
 
     surface : the input; without it there are no distances to colour by
     context : primitive per grid cell; empty where it is not known
+    filled : what these are, where they are no primitives; cells are not coloured then
     """
     if len(mesh.hexes) > MOST:
         return ""
@@ -78,7 +83,7 @@ def viewer(
         "data": base64.b64encode(packed).decode(),
     }
     box = '<label class="lost"><input name="lost" type="checkbox" checked> lost features</label>'
-    legends = _legends(mesh, data, surface is not None)
+    legends = _legends(mesh, data, surface is not None, filled)
     choices = "".join(f'<option value="{key}">{title}</option>' for key, (title, _) in legends)
     return Template((_HERE / "viewer.html").read_text(encoding="utf-8")).substitute(
         data=json.dumps(data).replace("<", "\\u003c"),
@@ -89,14 +94,16 @@ def viewer(
     )
 
 
-def _legends(mesh: HexMesh, data: Json, has_distance: bool) -> list[tuple[str, tuple[str, str]]]:
+def _legends(
+    mesh: HexMesh, data: Json, has_distance: bool, filled: str
+) -> list[tuple[str, tuple[str, str]]]:
     """Key of each colouring, its title and its legend."""
     cells, names = np.unique(mesh.cell).tolist(), data["names"]
     found = {"quality": ("scaled Jacobian", gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1"))}
     if has_distance:
         far = f"{show(data['farthest'])} model units from the input"
         found["distance"] = ("distance from the input", gradient(DEVIATION_COLOURS, "0", far))
-    if len(cells) > 1:
+    if len(cells) > 1 and filled == PRIMITIVE:
         named = cells[:N_NAMED]
         more = f", and {len(cells) - N_NAMED} more" if len(cells) > N_NAMED else ""
         colours = [CELLS[cell % len(CELLS)] for cell in named]
@@ -109,7 +116,7 @@ def _legends(mesh: HexMesh, data: Json, has_distance: bool) -> list[tuple[str, t
         found["set"] = ("named set", legend + more)
     if len(names) > 1:
         colours = [CELLS[i % len(CELLS)] for i in range(len(names))]
-        found["primitive"] = ("primitive", swatches(names, colours))
+        found["primitive"] = (filled, swatches(names, colours))
     return list(found.items())
 
 

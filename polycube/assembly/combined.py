@@ -1,0 +1,74 @@
+"""The meshes of several solids as one, conforming where they agree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
+
+import numpy as np
+
+from polycube.hexmesh.connectivity import unique_rows
+from polycube.surface.measures import connected
+from polycube.types import HexMesh
+
+Joint = tuple[int, int, np.ndarray]  # two solids, and the vertices (K, 2) of both that become one
+
+
+def combined(
+    meshes: Mapping[int, HexMesh], names: Sequence[str], joints: Sequence[Joint]
+) -> HexMesh:
+    """Join meshes into one; vertices that become one are in the middle of both.
+
+    Parameters
+    ----------
+    meshes : by the number of their solid, from 0, ascending
+    names : of all solids; sets of the boundary are called after the solid and the set
+
+    Returns
+    -------
+    `cell` is the number of the solid of each hex, and `primitives` are the names.  Sets of patches
+    are left out, and so are the quads between solids that are one mesh there.
+    """
+    parts = meshes.values()
+    start = _starts(meshes, [len(mesh.vertices) for mesh in parts])
+    links = [pairs + np.array([start[i], start[j]]) for i, j, pairs in joints]
+    ends = np.concatenate([np.zeros((0, 2), np.int64), *links])
+    places = np.concatenate([mesh.vertices for mesh in parts])
+    group = connected(ends[:, 0], ends[:, 1], len(places))
+    first = np.unique(group, return_index=True)[1][group]
+    kept, number, count = np.unique(first, return_inverse=True, return_counts=True)
+    vertices, several = places[kept], count > 1
+    for axis, place in enumerate(places.T):
+        vertices[several, axis] = (np.bincount(number, place) / count)[several]
+    quads = np.concatenate([number[mesh.quads + start[k]] for k, mesh in meshes.items()])
+    _, row, times = unique_rows(np.sort(quads, axis=1))
+    is_outside = times[row] == 1
+    return HexMesh(
+        vertices,
+        np.concatenate([number[mesh.hexes + start[k]] for k, mesh in meshes.items()]),
+        quads[is_outside],
+        np.concatenate([mesh.patch for mesh in parts])[is_outside],
+        np.repeat(list(meshes), [len(mesh.hexes) for mesh in parts]),
+        primitives=tuple(names),
+        sets=_sets(meshes, names, is_outside),
+    )
+
+
+def _sets(
+    meshes: Mapping[int, HexMesh], names: Sequence[str], is_outside: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Quads of the whole boundary by the names of solid and set; empty ones are left out."""
+    start = _starts(meshes, [len(mesh.quads) for mesh in meshes.values()])
+    place = np.cumsum(is_outside) - 1
+    found = {
+        f"{names[k]}_{name}": own[is_outside[own + start[k]]] + start[k]
+        for k, mesh in meshes.items()
+        for name, own in mesh.sets.items()
+        if not name.startswith("patch_")
+    }
+    return {name: place[own] for name, own in found.items() if len(own)}
+
+
+def _starts(meshes: Mapping[int, HexMesh], counts: Sequence[int]) -> dict[int, int]:
+    """Where the items of each mesh begin among those of all."""
+    return dict(zip(meshes, accumulate(counts, initial=0), strict=False))

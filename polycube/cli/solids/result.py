@@ -1,0 +1,216 @@
+"""What the solids of an assembly are together: one mesh, one `report.json`, one page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from polycube import __version__
+from polycube.assembly.agreement import Agreement, agreements
+from polycube.assembly.combined import Joint, combined
+from polycube.assembly.contacts import NEAR, Contact, contacts
+from polycube.cli.batch import ROW, VERDICT
+from polycube.hexmesh.cad_faces import with_sets
+from polycube.hexmesh.feature_distances import TOLERANCE
+from polycube.hexmesh.metrics import metrics
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.io import manifest, vtk
+from polycube.io.solids.listing import Solid
+from polycube.kinds import Export
+from polycube.pipeline.resume import has_stage, load_stage
+from polycube.report.numbers.features import KINDS
+from polycube.report.page.assembly import assembly_page
+from polycube.surface.measures import diagonal
+from polycube.types import HexMesh, Json, TriMesh
+
+MADE = (0, 3)  # exit codes of runs that wrote results; other ones leave those of an earlier run
+PAGE = ("report.html", "report.json", "hex.vtu")
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """What the run of a solid gave."""
+
+    solid: Solid
+    row: Json  # of `row.json`
+    report: Json  # empty where the run did not come so far
+    surface: TriMesh | None
+    mesh: HexMesh | None
+
+
+def write_assembly(
+    folder: Path,
+    cfg: Json,
+    solids: Sequence[Solid],
+    codes: Mapping[int, int],
+    exports: list[Export],
+) -> Json:
+    """Write `hex.vtu`, the formats asked for, `report.json` and `report.html` of all solids.
+
+    Parameters
+    ----------
+    folder : with the folders of the runs
+    codes : exit codes by the number of the solid
+
+    Returns
+    -------
+    The numbers of `report.json`.
+    """
+    parts = [_part(folder, solid, codes[solid.number], cfg) for solid in solids]
+    touching: list[Json] = []
+    joints: list[Joint] = []
+    for i, j in combinations(range(len(parts)), 2):
+        found = _meeting(parts[i], parts[j])
+        touching += [_contact(parts[i], parts[j], *each) for each in found]
+        joints += [(i, j, how.vertices) for _, how in found if how is not None and how.is_whole]
+    meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
+    mesh = combined(meshes, [s.name for s in solids], joints) if meshes else None
+    report = _report(cfg, parts, touching, mesh)
+    earlier = [name for name in manifest.files(folder) if name.startswith(("hex.", "report."))]
+    manifest.remove(folder, earlier)
+    with manifest.writing(folder) as scratch:
+        if mesh is not None:
+            _write_vtu(scratch / "hex.vtu", mesh)
+            for export in exports if report["valid"] else ():
+                export(mesh, scratch / "hex")
+        (scratch / "report.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
+    files = [name for name in manifest.files(folder) if "/" not in name]
+    text = assembly_page(Path(str(cfg["mesh"])).name, report, mesh, folder, files)
+    with manifest.writing(folder) as scratch:
+        (scratch / "report.html").write_text(text, encoding="utf-8")
+    return report
+
+
+def _part(folder: Path, solid: Solid, code: int, cfg: Json) -> _Part:
+    run = folder / solid.name
+    row: dict[str, Any] = {"exit": code, "result": VERDICT.get(code, "failed"), "says": ""}
+    if (run / ROW).is_file():
+        row |= json.loads((run / ROW).read_text(encoding="utf-8"))
+    if code not in MADE or not (run / "report.json").is_file():
+        return _Part(solid, row, {}, None, None)
+    report = json.loads((run / "report.json").read_text(encoding="utf-8"))
+    surface = load_stage(run, "read")[0]
+    if "hex" not in report:
+        return _Part(solid, row, report, surface, None)
+    last = next(kind for kind in reversed(cfg["meshing"]["order"]) if has_stage(run, kind))
+    return _Part(solid, row, report, surface, with_sets(load_stage(run, last), surface))
+
+
+def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | None]]:
+    """The contacts of two solids, and how their meshes agree there, where both have one."""
+    a, b = first.surface, second.surface
+    if a is None or b is None:
+        return []
+    near = NEAR * max(diagonal(a), diagonal(b))
+    low = np.maximum(a.vertices.min(axis=0), b.vertices.min(axis=0))
+    if (low > np.minimum(a.vertices.max(axis=0), b.vertices.max(axis=0)) + near).any():
+        return []
+    found = contacts(a, b)
+    if first.mesh is None or second.mesh is None:
+        return [(contact, None) for contact in found]
+    return list(zip(found, agreements(first.mesh, second.mesh, found), strict=True))
+
+
+def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | None) -> Json:
+    """A contact as `report.json` has it."""
+    faces = [(first, contact.first), (second, contact.second)]
+    found: dict[str, Any] = {
+        "solids": [part.solid.name for part, _ in faces],
+        "faces": [f"cad_face_{face}" for _, face in faces],
+        "names": [
+            part.surface.region_names[face - 1] if part.surface.region_names else ""
+            for part, face in faces
+            if part.surface is not None
+        ],
+        "area": contact.area,
+        "agree": None if how is None else how.is_whole,
+    }
+    if how is not None:
+        found |= {"quads": list(how.quads), "common_quads": len(how.pairs)}
+        found["common_area"] = how.area
+    return found
+
+
+def _report(
+    cfg: Json, parts: Sequence[_Part], touching: list[Json], mesh: HexMesh | None
+) -> dict[str, Any]:
+    names = {part.solid.number: part.solid.name for part in parts}
+    path = str(cfg["mesh"])
+    report: dict[str, Any] = {
+        "input": {"path": path, "solids": len(parts)},
+        "solids": [_row(part, names, path) for part in parts],
+        "contacts": touching,
+        "doubts": [
+            f"{p.solid.name}: {doubt}" for p in parts for doubt in p.report.get("doubts", ())
+        ],
+        "seconds": {
+            part.solid.name: round(sum(part.report.get("seconds", {}).values()), 3)
+            for part in parts
+        },
+        "version": __version__,
+    }
+    if mesh is not None:
+        report["hex"] = _numbers(parts, mesh)
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        report["input"]["bbox"] = [low.tolist(), high.tolist()]
+    bad = [part.solid.name for part in parts if part.row["exit"] != 0]
+    if bad:
+        named = ", ".join(bad)
+        report["failure"] = f"no valid result of {len(bad)} of {len(parts)} solids: {named}"
+    elif mesh is not None and report["hex"]["min_scaled_jacobian"] <= 0:
+        report["failure"] = "the meshes of the solids are valid, but not where they are joined"
+    return {**report, "valid": "failure" not in report}
+
+
+def _row(part: _Part, names: Mapping[int, str], path: str) -> dict[str, Any]:
+    """What `report.json` and the page say of a solid."""
+    numbers, solid = part.report.get("hex", {}), part.solid
+    row: dict[str, Any] = {"name": solid.name, "number": solid.number, "volume": solid.volume}
+    if solid.motion is not None:
+        row["same_as"] = names[solid.same_as]
+    row |= {name: part.row[name] for name in ("exit", "result")}
+    row["says"] = part.row["says"].removeprefix(f"{path}: ")
+    for name in ("hexes", "min_scaled_jacobian", "mean_scaled_jacobian"):
+        row[name] = numbers.get(name)
+    row["features"] = _counts([numbers.get("features")])
+    return row
+
+
+def _counts(found: Sequence[Json | None]) -> Json | None:
+    """How many points, curves and faces there are on solids, and are lost; None without any."""
+    known = [each for each in found if each]
+    if not known:
+        return None
+    return {
+        kind: {name: sum(each[kind][name] for each in known) for name in ("all", "lost")}
+        for kind in (f"{kind}s" for kind in KINDS)
+    }
+
+
+def _numbers(parts: Sequence[_Part], mesh: HexMesh) -> dict[str, Any]:
+    """The measures of the whole mesh."""
+    quality = scaled_jacobian(mesh.vertices, mesh.hexes)
+    features = _counts([part.report.get("hex", {}).get("features") for part in parts])
+    meshed = sum(len(part.mesh.vertices) for part in parts if part.mesh is not None)
+    return {
+        "hexes": len(mesh.hexes),
+        "vertices": len(mesh.vertices),
+        "merged_vertices": meshed - len(mesh.vertices),
+        "min_scaled_jacobian": float(quality.min()),
+        "mean_scaled_jacobian": float(quality.mean()),
+        "features": features and {"tolerance": TOLERANCE, **features},
+    }
+
+
+def _write_vtu(path: Path, mesh: HexMesh) -> None:
+    """The mesh with its measures, and the number of the solid of each hex, from 1."""
+    arrays = {**metrics(mesh.vertices, mesh.hexes), "solid": mesh.cell + 1}
+    legend = ", ".join(f"{k} {name}" for k, name in enumerate(mesh.primitives, start=1))
+    comment = f"<!-- solid: {legend} -->\n"
+    vtk.write_cells(path, mesh.vertices, mesh.hexes, vtk.HEXAHEDRON, {}, arrays, comment)

@@ -1,0 +1,162 @@
+"""Every solid of a CAD file is a job, as those of a batch; the results become one mesh and page.
+
+Identical solids are meshed once.  The jobs of the others begin when the first ones have ended, and
+move their meshes.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from polycube.cli import cluster
+from polycube.cli.batch import ROW, run_job
+from polycube.cli.signals import INTERRUPTED
+from polycube.cli.solids.result import MADE, PAGE, write_assembly
+from polycube.errors import InputError
+from polycube.io import manifest
+from polycube.io.solids.listing import Solid, read_solids
+from polycube.io.solids.motions import Motion
+from polycube.io.surfaces import is_cad
+from polycube.pipeline.placement import is_meshed
+from polycube.registry import build
+from polycube.types import Json
+
+ALL = "all"  # of `cad.solid`
+ALONE = {"resume": "resume the run of one solid, in its own folder", "hex": "hex= is for one solid"}
+
+Placed = tuple[Path, Motion]  # folder of the run of an identical solid, and its motion to this one
+Attempt = Callable[..., tuple[int, str]]  # settings, placed=None -> exit code, why it is not 0
+
+
+def is_asked_for(cfg: Json) -> bool:
+    """Whether the settings are for all solids of a file."""
+    return bool(cfg["cad"]["solid"] == ALL)
+
+
+def solids_of(cfg: Json) -> list[Solid]:
+    """The solids that are to be meshed, one by one; empty where the file holds one only.
+
+    Raises
+    ------
+    InputError : the file can not be read, or a setting is for one solid
+    """
+    for name, remedy in ALONE.items():
+        if cfg[name]:
+            raise InputError(f"cad.solid={ALL} is not for {name}=", "cad.solid", remedy)
+    path = Path(str(cfg["mesh"]))
+    solids = read_solids(path) if is_cad(path) else []
+    if len(solids) > 1:
+        return solids
+    why = "holds one solid" if solids else "is no CAD file"
+    sys.stderr.write(f"{path} {why}: it is meshed as without cad.solid={ALL}\n")
+    return []
+
+
+def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
+    """The settings for one solid."""
+    return {**cfg, "cad": {**cfg["cad"], "solid": number}}
+
+
+def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[int, str]:
+    """Look at every solid, without a run: the worst exit code, and the first sentence why.
+
+    Raises
+    ------
+    InputError : the places are to be written to a file, which would hold those of one solid
+    """
+    if cfg["preflight"] is not True:
+        what = f"a file of the places is for one solid, not for cad.solid={ALL}"
+        raise InputError(what, "preflight", "say preflight=true, or the number of a solid")
+    found = []
+    for solid in solids:
+        if solid.motion is None:
+            sys.stdout.write(f"cad.solid={solid.number}, {solid.name}\n")
+            code, why = attempt(of_solid(cfg, solid.number))
+            found.append((code, f"{solid.name}: {why}"))
+        else:
+            sys.stdout.write(f"cad.solid={solid.number}, {solid.name}, is {solid.same_as} moved\n")
+    worst, why = max(found, key=lambda each: each[0])
+    return worst, why if worst else ""
+
+
+def run_solids(
+    cfg: Json, solids: Sequence[Solid], folder: Path, attempt: Attempt
+) -> tuple[int, str]:
+    """Mesh every solid in a folder of its own, then write what they are together.
+
+    Parameters
+    ----------
+    folder : of the results
+    attempt : does the run of one solid
+
+    Returns
+    -------
+    The worst exit code of the solids, and why it is not 0; 3 where their meshes are valid, but not
+    joined.
+
+    Raises
+    ------
+    InputError : before any work, where nothing can be written
+    KeyboardInterrupt : a signal ended the run of a solid; those that had ended are kept
+    """
+    cluster.check(cfg["dask"], ".BasicLauncher")
+    exports = [build("export", config) for config in cfg.get("export", {}).values()]
+    manifest.check(folder, [*PAGE, *(f"hex{export.suffix}" for export in exports)])
+    shared = not cfg["meshing"].get("regions")  # these lie somewhere: identical solids differ there
+    names = {solid.number: solid.name for solid in solids}
+    alone: list[tuple[Solid, Attempt]] = []
+    moved: list[tuple[Solid, Attempt]] = []
+    for solid in solids:
+        if shared and solid.motion is not None:
+            source = folder / names[solid.same_as], solid.motion
+            moved.append((solid, partial(_placed, attempt, source, cfg["meshing"]["order"])))
+        else:
+            alone.append((solid, attempt))
+    codes = _done(cfg, folder, alone) | _done(cfg, folder, moved)
+    report = write_assembly(folder, cfg, solids, codes, exports)
+    sys.stderr.write(f"{summary(report)}: {folder / PAGE[0]}\n")
+    return max(codes.values()) or (0 if report["valid"] else 3), report.get("failure", "")
+
+
+def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dict[int, int]:
+    """Exit codes by the number of the solid."""
+    calls = [
+        (of_solid(cfg, solid.number), folder / solid.name, f"cad.solid={solid.number}", job)
+        for solid, job in jobs
+    ]
+    if cluster.is_used(cfg["dask"]) and calls:
+        waiting = [(run_job, call, call[1].name) for call in calls]
+        codes = cluster.run_all(waiting, cfg["dask"])
+    else:
+        codes = []
+        for call in calls:
+            codes.append(run_job(*call))
+            if codes[-1] == INTERRUPTED:
+                raise KeyboardInterrupt
+    return {solid.number: code for (solid, _), code in zip(jobs, codes, strict=True)}
+
+
+def _placed(attempt: Attempt, source: Placed, order: Sequence[str], cfg: Json) -> tuple[int, str]:
+    """Exit code, and why it is not 0, of a solid that is identical to that of another run."""
+    folder, _ = source
+    row = json.loads((folder / ROW).read_text(encoding="utf-8")) if (folder / ROW).is_file() else {}
+    code = row.get("exit", 1)
+    if code in MADE and is_meshed(folder, order):
+        return attempt(cfg, placed=source)
+    if code == 0:  # it was not to be meshed
+        return attempt(cfg)
+    return code, f"as {folder.name}: {row.get('says', 'failed')}"
+
+
+def summary(report: Json) -> str:
+    """What became of the solids, and of the contacts between them, in a line."""
+    results = Counter(solid["result"] for solid in report["solids"])
+    agreeing = sum(each["agree"] is True for each in report["contacts"])
+    told = [f"{count} {result}" for result, count in results.items()]
+    return ", ".join([*told, f"meshes agree at {agreeing} of {len(report['contacts'])} contacts"])

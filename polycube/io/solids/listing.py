@@ -1,0 +1,92 @@
+"""The solids of a CAD file, in its units."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.io.cad import INSTALL, by_gmsh, unreadable
+from polycube.io.solids.motions import Motion
+from polycube.io.step import MILLIMETRES, file_unit
+
+NO_NAME = "Open CASCADE STEP translator"  # what that program writes where there is no name
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A solid of a CAD file.
+
+    Parameters
+    ----------
+    number : of `cad.solid`, from 1
+    name : of its own in the file, of letters, digits, - and _
+    volume : in the unit of the file
+    same_as : number of the first solid that is the same but for a motion; its own without one
+    motion : that takes that solid to this one
+    """
+
+    number: int
+    name: str
+    volume: float
+    same_as: int
+    motion: Motion | None = None
+
+
+def read_solids(path: Path) -> list[Solid]:
+    """List the solids of a CAD file.
+
+    Raises
+    ------
+    InputError : the file holds none, or can not be read
+    """
+    try:
+        output, said = by_gmsh("polycube.io.solids.worker", path, {})
+    except OSError as error:
+        raise InputError(f"{path}: can not be read: {error.strerror}") from None
+    if output is None and "import gmsh" in said:
+        raise InputError(f"cad.solid needs gmsh; {INSTALL}")
+    if output is None:
+        raise InputError(f"{path}: {unreadable(path, said)}")
+    rows = json.loads(output)
+    if not rows:
+        raise InputError(f"{path}: the file holds no solid; export the part as a closed solid body")
+    unit = MILLIMETRES[file_unit(path)]
+    names = names_of([row["name"] for row in rows])
+    return [
+        Solid(number, name, row["volume"] / unit**3, row.get("same_as", number), _motion(row, unit))
+        for number, (row, name) in enumerate(zip(rows, names, strict=True), start=1)
+    ]
+
+
+def _motion(row: dict[str, list], unit: float) -> Motion | None:
+    if "same_as" not in row:
+        return None
+    arrays = (np.array(row[name]) for name in ("rotation", "translation", "faces"))
+    rotation, translation, faces = arrays
+    return Motion(rotation, translation / unit, faces)
+
+
+def names_of(given: Sequence[str]) -> list[str]:
+    """A name for each solid that no other one has, for folders and sets.
+
+    given : what the file calls them; a name of several gets the number of the solid, and one
+        without a name is called `solid` and its number
+    """
+    plain = ["" if name.startswith(NO_NAME) else name for name in given]
+    plain = [re.sub(r"[^0-9A-Za-z-]+", "_", name).strip("_-") or "solid" for name in plain]
+    count = Counter(name.lower() for name in plain)
+    names = []
+    for number, name in enumerate(plain, start=1):
+        if count[name.lower()] > 1 or name == "solid":
+            name = f"{name}_{number}"
+            while name.lower() in count:
+                name += "_"  # no name of the file ends so
+        names.append(name)
+    return names

@@ -1,0 +1,134 @@
+"""List the solids of a CAD file with gmsh: `python -m polycube.io.solids.worker`, see `cad_worker`.
+
+Reads a request as JSON on standard input; writes JSON to the file that it names.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from polycube.io.cad_worker import opened
+from polycube.io.solids.motions import (
+    EDGE,
+    FACE,
+    SAME,
+    VERTEX,
+    Landmarks,
+    Motion,
+    landmarks,
+    motions,
+)
+
+SHAPES = (
+    "Plane",
+    "Cylinder",
+    "Cone",
+    "Sphere",
+    "Torus",
+)  # that are told from others and each other
+ACROSS = (np.arange(5) + 0.5) / 5  # of the parameters of a face: where it is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class _Solid:
+    """A solid with its faces, tags of gmsh, and points (N, 3) on each of them."""
+
+    tag: int
+    faces: list[int]
+    landmarks: Landmarks
+    on_faces: list[np.ndarray]
+
+
+def main() -> None:
+    """Names, volumes and boxes in millimetres; the first solid that each is the same as."""
+    request = json.load(sys.stdin)
+    gmsh = opened(request)
+    distinct: list[tuple[int, _Solid]] = []
+    rows = []
+    for number, (_, tag) in enumerate(gmsh.model.getEntities(3), start=1):
+        solid = _solid(gmsh, tag)
+        row = {
+            "name": gmsh.model.getEntityName(3, tag).rpartition("/")[2],
+            "volume": gmsh.model.occ.getMass(3, tag),
+            "box": list(gmsh.model.getBoundingBox(3, tag)),
+        }
+        for earlier, known in distinct:
+            motion = _motion(gmsh, known, solid)
+            if motion is not None:
+                row["same_as"] = earlier
+                row |= {name: value.tolist() for name, value in vars(motion).items()}
+                break
+        else:
+            distinct.append((number, solid))
+        rows.append(row)
+    Path(request["output"]).write_text(json.dumps(rows))
+    gmsh.finalize()
+
+
+def _solid(gmsh: ModuleType, tag: int) -> _Solid:
+    occ = gmsh.model.occ
+    faces = sorted(face for _, face in gmsh.model.getBoundary([(3, tag)], oriented=False))
+    edges, vertices = (
+        sorted({each for _, each in gmsh.model.getBoundary(below, False, False, recursive)})
+        for below, recursive in (([(2, face) for face in faces], way) for way in (False, True))
+    )
+    edges = [edge for edge in edges if occ.getMass(1, edge) > 0]
+    keys = [
+        *((VERTEX, 0, 0) for _ in vertices),
+        *((EDGE, occ.getMass(1, edge), 0) for edge in edges),
+        *((FACE, occ.getMass(2, face) ** 0.5, _shape(gmsh, face)) for face in faces),
+    ]
+    points = [
+        *(gmsh.model.getValue(0, vertex, []) for vertex in vertices),
+        *(occ.getCenterOfMass(1, edge) for edge in edges),
+        *(occ.getCenterOfMass(2, face) for face in faces),
+    ]
+    found = landmarks(
+        occ.getMass(3, tag),
+        np.array(occ.getCenterOfMass(3, tag)),
+        np.reshape(occ.getMatrixOfInertia(3, tag), (3, 3)),
+        np.array(points),
+        np.array(keys),
+    )
+    return _Solid(tag, faces, found, [_on_face(gmsh, face) for face in faces])
+
+
+def _shape(gmsh: ModuleType, face: int) -> int:
+    kind = gmsh.model.getType(2, face)
+    return SHAPES.index(kind) if kind in SHAPES else len(SHAPES)
+
+
+def _on_face(gmsh: ModuleType, face: int) -> np.ndarray:
+    """Points (N, 3) on a face, evenly in its parameters."""
+    low, high = gmsh.model.getParametrizationBounds(2, face)
+    u, v = np.meshgrid(*(a + (b - a) * ACROSS for a, b in zip(low, high, strict=True)))
+    where = np.stack([u.ravel(), v.ravel()], axis=1)
+    inside = [pair for pair in where if gmsh.model.isInside(2, face, pair, parametric=True)]
+    return np.reshape(gmsh.model.getValue(2, face, np.ravel(inside)), (-1, 3))
+
+
+def _motion(gmsh: ModuleType, first: _Solid, second: _Solid) -> Motion | None:
+    """The motion that takes a solid onto another, checked on all its faces; None without one."""
+    for motion in motions(first.landmarks, second.landmarks):
+        pairs = zip(first.on_faces, (second.faces[k] for k in motion.faces), strict=True)
+        near = SAME * first.landmarks.size
+        if all(_lie_on(gmsh, motion(points), face, near) for points, face in pairs):
+            return motion
+    return None
+
+
+def _lie_on(gmsh: ModuleType, points: np.ndarray, face: int, near: float) -> bool:
+    if not len(points):
+        return True
+    closest = gmsh.model.getClosestPoint(2, face, points.ravel())[0].reshape(-1, 3)
+    return bool(np.linalg.norm(closest - points, axis=1).max() <= near)
+
+
+if __name__ == "__main__":
+    main()

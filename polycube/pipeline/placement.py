@@ -1,0 +1,96 @@
+"""A run whose mesh is that of an identical solid, moved to its place.
+
+What depends on the place is done anew: the named sets, the acceptance, the spline and the analysis.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from polycube.io.solids.motions import Motion
+from polycube.pipeline.intake import read_part
+from polycube.pipeline.resume import has_stage, load_stage
+from polycube.pipeline.run import Run
+from polycube.pipeline.settings import Settings
+from polycube.pipeline.state import RunState
+from polycube.types import Candidate, HexMesh, Ranked, RoughMap, TriMesh
+
+
+class Placement(Run):
+    """A run that takes all up to the mesh from another run.
+
+    Parameters
+    ----------
+    settings : of this run; those of meshing are the other's
+    source : folder of the other run
+    motion : from its solid to this one
+    """
+
+    def __init__(
+        self, settings: Settings, source: Path, motion: Motion, interrupt: Event | None = None
+    ) -> None:
+        super().__init__(settings, read_part, interrupt)
+        self.source, self.motion = source, motion
+        self.report = json.loads((source / "report.json").read_text(encoding="utf-8"))
+
+    def load(self, stage: str) -> Any:
+        """What the other run kept, moved."""
+        return moved(load_stage(self.source, stage), self.motion)
+
+    def is_kept(self, stage: str) -> bool:
+        """All but spline and analysis."""
+        return stage in (*self.before, *(each.kind for each in self.meshing))
+
+    def finish_mesh(self, state: RunState) -> RunState:
+        """Name the parts of the boundary and judge the mesh; the other's failure is this one's."""
+        state = replace(super().finish_mesh(state), stopped=self.report.get("stopped"))
+        if not self.report.get("partly_fitted"):
+            return state
+        failure = self.report["failure"]
+        return replace(state, unfitted=failure, failure=failure)
+
+
+def is_meshed(folder: Path, order: Sequence[str]) -> bool:
+    """Whether a run kept all of its meshing stages, and ended.
+
+    order : of the meshing stages
+    """
+    ended = (folder / "report.json").is_file()
+    return ended and all(has_stage(folder, kind) for kind in ("read", "structure", *order))
+
+
+def moved(value: Any, motion: Motion) -> Any:
+    """What a stage kept, with all that lies in space moved, and CAD faces renumbered."""
+    if isinstance(value, list | tuple):
+        return type(value)(moved(item, motion) for item in value)
+    if isinstance(value, TriMesh):
+        return _moved_surface(value, motion)
+    if isinstance(value, HexMesh):
+        return replace(value, vertices=motion(value.vertices), sets={})
+    if isinstance(value, RoughMap):
+        places = motion(value.positions.reshape(-1, 3)).reshape(value.positions.shape)
+        return replace(value, positions=places)
+    if isinstance(value, Candidate):
+        return replace(value, rough_map=moved(value.rough_map, motion))
+    if isinstance(value, Ranked):
+        parts = (moved(each, motion) for each in (value.candidate, value.hexes))
+        return replace(value, **dict(zip(("candidate", "hexes"), parts, strict=True)))
+    return value
+
+
+def _moved_surface(surface: TriMesh, motion: Motion) -> TriMesh:
+    order = np.argsort(motion.faces)
+    return replace(
+        surface,
+        vertices=motion(surface.vertices),
+        region=motion.faces[surface.region - 1] + 1 if len(surface.region) else surface.region,
+        region_names=tuple(surface.region_names[k] for k in order[: len(surface.region_names)]),
+        region_shapes=tuple(surface.region_shapes[k] for k in order[: len(surface.region_shapes)]),
+    )

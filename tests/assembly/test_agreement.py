@@ -1,0 +1,114 @@
+"""Where meshes agree, and the mesh of all solids."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polycube.assembly.agreement import agreements
+from polycube.assembly.combined import combined
+from polycube.assembly.contacts import Contact
+from polycube.hexmesh.connectivity import PLACES, check_conforming, hex_mesh
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+
+ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
+
+
+def block(low, counts, seed=0):
+    """Unit cubes from `low`, in any order, with CAD faces 1 to 6 as its ends."""
+    rng = np.random.default_rng(seed)
+    size = np.array(counts) + 1
+    points = np.argwhere(np.ones(size))
+    number = rng.permutation(len(points))
+    vertices = np.empty((len(points), 3))
+    vertices[number] = points + np.array(low, float)
+    corners = np.argwhere(np.ones(counts))[:, None] + PLACES
+    hexes = number[np.ravel_multi_index(np.moveaxis(corners, 2, 0), size)]
+    mesh = hex_mesh(vertices, rng.permutation(hexes))
+    middle = mesh.vertices[mesh.quads].mean(axis=1) - low
+    sets = {}
+    for axis in range(3):
+        for side, place in enumerate((0, counts[axis])):
+            sets[f"cad_face_{2 * axis + side + 1}"] = np.flatnonzero(middle[:, axis] == place)
+    return replace(mesh, sets=sets)
+
+
+def meet(first, second, area, f=2, g=1):
+    [found] = agreements(first, second, [Contact(f, g, area, 1.0)])
+    return found
+
+
+def test_equal_sides_agree_and_become_one():
+    first, second = block([0, 0, 0], (2, 3, 4)), block([2, 0, 0], (5, 3, 4), 1)
+    found = meet(first, second, 12)
+    assert found.is_whole and found.quads == (12, 12) and len(found.pairs) == 12
+    assert found.area == pytest.approx(12) and len(found.vertices) == 4 * 5
+    a, b = found.vertices.T
+    np.testing.assert_array_equal(first.vertices[a], second.vertices[b])
+    mesh = combined({0: first, 1: second}, ["a", "b"], [(0, 1, found.vertices)])
+    check_conforming(mesh)
+    assert len(mesh.vertices) == 8 * 4 * 5 and len(mesh.hexes) == 7 * 12
+    np.testing.assert_array_equal(mesh.cell, np.repeat([0, 1], [24, 60]))
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() == pytest.approx(1)
+    assert len(mesh.sets) == 10 and "a_cad_face_2" not in mesh.sets
+    for name, own in mesh.sets.items():
+        given = {"a": first, "b": second}[name[0]]
+        places = given.vertices[given.quads[given.sets[name[2:]]]].mean(axis=1)
+        np.testing.assert_array_equal(mesh.vertices[mesh.quads[own]].mean(axis=1), places)
+
+
+def test_a_small_side_agrees_with_a_part_of_a_large_one():
+    first, second = block([0, 0, 0], (2, 5, 5)), block([2, 1, 1], (3, 2, 3), 1)
+    found = meet(first, second, 6)
+    assert found.is_whole and found.quads == (25, 6) and found.area == pytest.approx(6)
+    mesh = combined({0: first, 1: second}, ["a", "b"], [(0, 1, found.vertices)])
+    check_conforming(mesh)
+    assert len(mesh.sets["a_cad_face_2"]) == 25 - 6
+
+
+@pytest.mark.parametrize(
+    ("low", "counts", "common"),
+    [
+        ([2, 0.5, 0], (3, 3, 4), 0),  # shifted by half a quad
+        ([2, 1, 0], (3, 3, 4), 8),  # by a whole one: they overlap in two thirds
+    ],
+)
+def test_meshes_do_not_agree_unless_their_quads_cover_the_contact(low, counts, common):
+    first, second = block([0, 0, 0], (2, 3, 4)), block(low, counts, 1)
+    found = meet(first, second, 12)
+    assert not found.is_whole and len(found.pairs) == common
+    assert meet(first, second, 8).is_whole == (common == 8)
+
+
+def test_vertices_that_are_near_are_one_and_in_the_middle():
+    first, second = block([0, 0, 0], (1, 1, 1)), block([1, 0, 0], (1, 1, 1), 1)
+    near = replace(second, vertices=second.vertices + np.array([0.01, 0, 0]))
+    found = meet(first, near, 1)
+    assert found.is_whole
+    mesh = combined({0: first, 1: near}, ["a", "b"], [(0, 1, found.vertices)])
+    assert sorted(set(mesh.vertices[:, 0])) == pytest.approx([0, 1.005, 2.01])
+    apart = replace(second, vertices=second.vertices + np.array([0.03, 0, 0]))
+    assert not meet(first, apart, 1).is_whole
+
+
+def test_a_face_without_quads_agrees_with_nothing():
+    first, second = block([0, 0, 0], (1, 1, 1)), block([1, 0, 0], (1, 1, 1), 1)
+    assert not meet(first, second, 1, f=7).is_whole
+
+
+def test_three_blocks_round_an_edge_share_its_vertices():
+    blocks = [block([0, 0, 0], (2, 2, 2)), block([2, 0, 0], (2, 2, 2), 1)]
+    blocks.append(block([0, 2, 0], (4, 2, 2), 2))
+    sides = {(0, 1): (2, 1), (0, 2): (4, 3), (1, 2): (4, 3)}
+    joints = [(i, j, meet(blocks[i], blocks[j], 4, *s).vertices) for (i, j), s in sides.items()]
+    mesh = combined(dict(enumerate(blocks)), ["a", "b", "c"], joints)
+    check_conforming(mesh)
+    assert len(mesh.vertices) == 5 * 5 * 3
+
+
+def test_solids_that_are_apart_and_one_without_a_mesh_keep_their_numbers():
+    first, second = block([0, 0, 0], (1, 1, 1)), block([5, 0, 0], (2, 1, 1), 1)
+    mesh = combined({0: first, 2: second}, ["a", "b", "c"], [])
+    np.testing.assert_array_equal(mesh.cell, [0, 2, 2])
+    np.testing.assert_array_equal(mesh.vertices, np.vstack([first.vertices, second.vertices]))
+    assert len(mesh.quads) == 6 + 10

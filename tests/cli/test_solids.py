@@ -1,0 +1,238 @@
+"""All solids of a file: a run each, identical ones meshed once, one mesh and one page."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from polycube.assembly.combined import combined
+from polycube.cli.infer import _command
+from polycube.cli.signals import INTERRUPTED
+from polycube.cli.solids.run import run_solids
+from polycube.config import compose
+from polycube.errors import InputError
+from polycube.io.hex_meshes import read_hexes
+from polycube.io.solids.listing import Solid, read_solids
+from polycube.io.solids.motions import Motion
+from tests.fixtures import assemblies, cad_parts
+from tests.fixtures.runs import config, tree
+
+NAMES = ("left", "right", "top", "hollow")
+QUICK = ["meshing.size=20%", "structure=slices"]  # four hexes along a cube
+
+
+@pytest.fixture(scope="module")
+def cubes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cubes")
+    return assemblies.named(assemblies.write("cubes", folder), *NAMES)
+
+
+@pytest.fixture(scope="module")
+def done(cubes, tmp_path_factory):
+    """Results of three cubes, and a fourth that is refused, with exit code."""
+    folder = tmp_path_factory.mktemp("results")
+    words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
+    return _command(config(f"mesh={cubes}", *words, *QUICK)), folder
+
+
+def report(folder):
+    return json.loads((folder / "report.json").read_text())
+
+
+def test_one_failure_leaves_the_others_alone_and_the_worst_code_counts(done):
+    code, folder = done
+    assert code == 2
+    rows = {row["name"]: row for row in report(folder)["solids"]}
+    assert list(rows) == list(NAMES)
+    assert [row["exit"] for row in rows.values()] == [0, 0, 0, 2]
+    assert [row["number"] for row in rows.values()] == [1, 2, 3, 4]
+    assert rows["hollow"]["says"].startswith("the solid has an inner void")
+    assert [row["hexes"] for row in rows.values()] == [64, 64, 64, None]
+    assert [row["min_scaled_jacobian"] for row in list(rows.values())[:3]] == pytest.approx([1] * 3)
+    assert rows["top"]["features"]["points"] == {"all": 8, "lost": 0}
+    assert not report(folder)["valid"] and "1 of 4 solids: hollow" in report(folder)["failure"]
+    assert {"left/hex.inp", "left/hex.vtu", "right/hex.inp", "report.html"} <= tree(folder)
+    assert "hex.inp" not in tree(folder)  # solvers see no mark
+
+
+def test_the_same_solid_is_meshed_once_and_moved(done):
+    _, folder = done
+    rows = {row["name"]: row.get("same_as") for row in report(folder)["solids"]}
+    assert rows == {"left": None, "right": "left", "top": None, "hollow": None}
+    left, right = (read_hexes(folder / name / "hex.vtu")[0] for name in ("left", "right"))
+    np.testing.assert_allclose(right.vertices, left.vertices + np.array([10, 0, 0]), atol=1e-9)
+    np.testing.assert_array_equal(right.hexes, left.hexes)
+    spent = report(folder / "right")["seconds"]
+    assert not any(name.startswith("meshing") for name in spent)
+    assert any(name.startswith("meshing") for name in report(folder / "left")["seconds"])
+
+
+def test_meshes_agree_where_equal_cubes_touch_and_not_at_the_small_one(done):
+    _, folder = done
+    first, second = report(folder)["contacts"]
+    assert first["solids"] == ["left", "right"] and second["solids"] == ["left", "top"]
+    assert first["faces"] == ["cad_face_2", "cad_face_1"]
+    assert (first["agree"], second["agree"]) == (True, False)
+    assert first["area"] == pytest.approx(100) == first["common_area"]
+    assert second["area"] == pytest.approx(25) and second["common_area"] == 0
+    assert first["quads"] == [16, 16] and first["common_quads"] == 16
+
+
+def test_the_mesh_of_all_names_the_solids_and_has_one_vertex_where_they_agree(done):
+    _, folder = done
+    text = (folder / "hex.vtu").read_text()
+    assert "<!-- solid: 1 left, 2 right, 3 top, 4 hollow -->" in text
+    mesh = meshio.read(folder / "hex.vtu")
+    solid = mesh.cell_data["solid"][0].ravel()
+    np.testing.assert_array_equal(solid, np.repeat([1, 2, 3], 64))
+    assert len(mesh.points) == 9 * 5 * 5 + 5**3
+    hexes = mesh.cells[0].data
+    for number, (low, high) in enumerate(
+        [([0, 0, 0], [10, 10, 10]), ([10, 0, 0], [20, 10, 10]), ([3, 3, 10], [8, 8, 15])], start=1
+    ):
+        own = mesh.points[np.unique(hexes[solid == number])]
+        np.testing.assert_allclose([own.min(axis=0), own.max(axis=0)], [low, high], atol=1e-6)
+
+
+def test_a_second_time_is_free_and_other_settings_are_not(done, cubes, capsys):
+    _, folder = done
+    words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
+    assert _command(config(f"mesh={cubes}", *words, *QUICK)) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert [line.partition(":")[0] for line in said[:4]] == ["left", "top", "hollow", "right"]
+    assert all(", as before" in line for line in said[:4])
+    assert said[4].startswith("3 valid, 1 refused, meshes agree at 1 of 2 contacts: ")
+    assert said[5] == "error: no valid result of 1 of 4 solids: hollow"
+
+
+def again(cubes, folder):
+    """Exit code and sentence of the valid three of the cubes, whose runs are kept."""
+    words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
+    cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK])
+    return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg: (1, "it was not kept"))
+
+
+def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    assert again(cubes, folder) == (0, "") and report(folder)["valid"]
+    deck = (folder / "hex.inp").read_text()
+    assert "ELSET=primitive_left" in deck and "NAME=top_x_min" in deck
+    assert "NAME=left_x_max" not in deck  # it is inside
+    assert len(meshio.read(folder / "hex.inp").points) == 9 * 5 * 5 + 5**3
+
+
+def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
+    done, cubes, tmp_path, monkeypatch
+):
+    def mirrored(*given):
+        mesh = combined(*given)
+        return replace(mesh, vertices=-mesh.vertices)
+
+    monkeypatch.setattr("polycube.cli.solids.result.combined", mirrored)
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    code, why = again(cubes, folder)
+    assert code == 3 and why.endswith("not where they are joined")
+    assert not (folder / "hex.inp").exists()
+
+
+def test_looking_at_all_solids_writes_nothing(cubes, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert _command(config(f"mesh={cubes}", "cad.solid=all", "preflight=true")) == 2
+    out = capsys.readouterr().out
+    assert "cad.solid=2, right, is 1 moved" in out and out.count("usable: closed") == 2
+    assert not tree(tmp_path)
+
+
+def test_a_file_with_one_solid_is_one_run(tmp_path, capsys):
+    path = cad_parts.write("bored_block", tmp_path)
+    words = ["cad.solid=all", "order=[]", "structure=slices", f"output_dir={tmp_path / 'run'}"]
+    assert _command(config(f"mesh={path}", *words)) == 0
+    assert f"{path} holds one solid" in capsys.readouterr().err
+    assert "solids" not in report(tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["hex=given.vtu"], "cad.solid=all is not for hex="),
+        (["resume=old", "from=spline"], "resume the run of one solid, in its own folder"),
+        (["preflight=places.vtp"], "a file of the places is for one solid"),
+    ],
+)
+def test_settings_for_one_solid_are_refused(cubes, tmp_path, capsys, words, sentence):
+    words = [f"mesh={cubes}", "cad.solid=all", f"output_dir={tmp_path / 'run'}", *words]
+    assert _command(config(*words)) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+SOLIDS = [
+    Solid(1, "bolt_1", 1.0, 1),
+    Solid(2, "plate", 2.0, 2),
+    Solid(3, "bolt_3", 1.0, 1, Motion(np.eye(3), np.ones(3), np.arange(6))),
+]
+
+
+def settings(tmp_path, *words):
+    return compose("infer", [f"mesh={tmp_path / 'file.step'}", "cad.solid=all", *words])
+
+
+def asked(code=0, why=""):
+    """What stands for a run, and the solids that it was called for."""
+    calls = []
+
+    def attempt(cfg, placed=None):
+        calls.append((cfg["cad"]["solid"], placed))
+        return (code, why) if cfg["cad"]["solid"] == 1 else (0, "")
+
+    return attempt, calls
+
+
+def test_a_copy_ends_as_the_solid_that_it_is_the_same_as(tmp_path):
+    attempt, calls = asked(3, "no luck")
+    code, why = run_solids(settings(tmp_path), SOLIDS, tmp_path / "out", attempt)
+    assert code == 3 and why == "no valid result of 2 of 3 solids: bolt_1, bolt_3"
+    assert calls == [(1, None), (2, None)]
+    assert report(tmp_path / "out")["solids"][2]["says"] == "as bolt_1: no luck"
+
+
+def test_results_of_an_earlier_run_are_not_those_of_a_refused_one(done, cubes, tmp_path):
+    """The meshes are there, but this time every solid that is meshed was refused."""
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    solids = read_solids(cubes)[:3]
+    cfg = settings(tmp_path, "seed=7")
+    code, why = run_solids(cfg, solids, folder, lambda cfg, placed=None: (2, "refused"))
+    assert code == 2 and why == "no valid result of 3 of 3 solids: left, right, top"
+    rows = report(folder)["solids"]
+    assert [row["says"] for row in rows] == ["refused", "as left: refused", "refused"]
+    assert [row["hexes"] for row in rows] == [None] * 3 and report(folder)["contacts"] == []
+    assert not (folder / "hex.vtu").exists()
+
+
+def test_regions_lie_somewhere_so_every_solid_is_meshed(tmp_path):
+    attempt, calls = asked()
+    regions = "meshing.regions=[{box:[0,0,0,1,1,1],size:1%}]"
+    run_solids(settings(tmp_path, regions), SOLIDS, tmp_path / "out", attempt)
+    assert calls == [(1, None), (2, None), (3, None)]
+
+
+def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
+    attempt, calls = asked(INTERRUPTED, "interrupted")
+    with pytest.raises(KeyboardInterrupt):
+        run_solids(settings(tmp_path), SOLIDS[::-1][1:], tmp_path / "out", attempt)
+    assert calls == [(2, None), (1, None)] and not (tmp_path / "out" / "report.json").exists()
+    attempt, calls = asked()
+    assert run_solids(settings(tmp_path), SOLIDS[::-1][1:], tmp_path / "out", attempt) == (0, "")
+    assert calls == [(1, None)]
+
+
+def test_a_file_of_the_user_is_not_overwritten(tmp_path):
+    (tmp_path / "hex.vtu").write_text("mine")
+    attempt, calls = asked()
+    with pytest.raises(InputError, match=r"hex\.vtu would be overwritten"):
+        run_solids(settings(tmp_path), SOLIDS, Path(tmp_path), attempt)
+    assert calls == []
