@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from polycube.hexmesh.connectivity import genus
 from polycube.hexmesh.generation.graded_lattice import graded
 from polycube.hexmesh.generation.sizing import Box
+from polycube.hexmesh.generation.wanted_sizes import WantedSizes
 from polycube.structure import lattice
 from polycube.structure.rough_map import evaluate
 from polycube.surface.feature_size import small_details
@@ -30,11 +31,13 @@ def graded_mesh(
     across: float,
     around: float,
     boxes: Sequence[Box] = (),
+    wanted: WantedSizes | None = None,
 ) -> HexMesh | None:
     """Hexes of a polycube of which each cell is a box, twice as large away from small details.
 
     across, around : hexes through a wall and round a hole
     boxes : in which hexes are as small as the cells, where they ask for less than twice that
+    wanted : sizes at points of the surface, with the same effect
 
     Returns None where nothing would be gained, or where the topology would change.
     """
@@ -43,6 +46,8 @@ def graded_mesh(
     steps = [np.linalg.norm(np.diff(rough_map.positions, axis=a), axis=-1).mean() for a in range(3)]
     cell = float(np.mean(steps)) / goal.scale
     details = small_details(goal, 2 * cell, across, around)
+    if wanted is not None:
+        details = np.concatenate([details, wanted.points[wanted.sizes < 2 * cell]])
     needed = np.zeros(full.shape, bool)
     if len(details):
         needed[full] = cKDTree(details).query(places)[0] < NEAR * cell
