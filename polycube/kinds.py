@@ -132,6 +132,18 @@ class Subdivide(Protocol):
         """Conforming hexes, not yet on the surface."""
 
 
+@runtime_checkable
+class CountsHexes(Protocol):
+    """A subdivision that takes numbers of hexes at faces of the part, `at`."""
+
+    at: Sequence[object]
+
+    def count_options(self, missing: Sequence[int]) -> Mapping[str, object] | None:
+        """Options for so many hexes more, or fewer where negative, at each entry of `at`; None
+        where their number is fixed.
+        """
+
+
 class Improve(Protocol):
     """Change a hex mesh: smooth, pillow, optimize or refine it."""
 

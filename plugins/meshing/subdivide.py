@@ -11,6 +11,7 @@ import numpy as np
 
 from polycube.errors import MeshingError
 from polycube.hexmesh.generation import sizing
+from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import (
     MeshingSettings,
     check_features,
@@ -49,10 +50,15 @@ class Template:
     least : parts of a lattice interval at least
     across : parts along each axis of the whole lattice at least
     max_hexes : limit before pillowing; a size that needs more hexes is refused
+    at : numbers of hexes at faces: [{at: hole_1, around: 16}, {at: cad_WEB, through: 3}]; the parts
+        of the lattice intervals there are as many, whatever the size
+    more : parts more than that, or fewer where negative, for each entry of `at`; the search finds
+        them, for layers under the boundary count too
     features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
     coarsen : with level 0, hexes larger than the lattice's where no detail needs small ones, up to
         about `size`
-    across_wall, around_hole : hexes through a wall and round a hole that `coarsen` leaves
+    across_wall, around_hole : hexes through every wall and round every hole at least, before layers
+        under the boundary
     """
 
     size: float | str = setting("meshing.size", MeshingSettings.size)
@@ -64,6 +70,8 @@ class Template:
     least: int = 2
     across: int = 4
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
+    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
+    more: Sequence[int] = ()
     features: str = setting("meshing.features", MeshingSettings.features)
     coarsen: bool = False
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
@@ -75,17 +83,20 @@ class Template:
         Raises MeshingError where more than `max_hexes` are asked for.
         """
         from polycube.fitting.cascade import cascade, registered_map
+        from polycube.fitting.registration import register_mesh
         from polycube.hexmesh.generation.template import mesh, mesh_between
         from polycube.surface.fit_target import target
         from polycube.surface.measures import diagonal
 
         if self.coarsen and self.level == 0:
             from polycube.hexmesh.generation.graded_template import graded_mesh
+            from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
 
             boxes = [sizing.box_of(region, diagonal(surface)) for region in self.regions]
             goal, size = target(surface), sizing.length(self.size, diagonal(surface))
             number = self.across_wall, self.around_hole
-            found = graded_mesh(polycube, rough_map, goal, size, *number, boxes)
+            wanted = wanted_sizes(surface, requests_of(self.at))
+            found = graded_mesh(polycube, rough_map, goal, size, *number, boxes, wanted)
             if found is not None:
                 return found
         unit = diagonal(surface)
@@ -97,9 +108,16 @@ class Template:
         placed = rough_map  # a lattice that is not cut has nothing coarser
         if self.level != 0:
             placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
-        if self.curvature is not None and self.level is None:
+        is_curved = self.curvature is not None and self.level is None
+        if is_curved or self._asks:
             few = self._counts(polycube, rough_map, max(size, coarse))
-            parts = self._curved(polycube, placed, target(surface), parts, few, exact)
+            near = register_mesh(
+                mesh(polycube, placed, few), target(surface), *QUICK, features=exact
+            )
+            if is_curved:
+                parts = self._curved(polycube, target(surface), parts, near, few, exact)
+            if self._asks:
+                parts = self._demanded(surface, polycube, parts, near, few)
         if not self.regions:
             return mesh(polycube, placed, parts)
         boxes = [sizing.box_of(region, unit) for region in self.regions]
@@ -117,21 +135,48 @@ class Template:
             return None
         return {"finer": times * self.finer}
 
+    def count_options(self, missing: Sequence[int]) -> dict[str, object] | None:
+        """Options for so many hexes more, or fewer, at each entry of `at`."""
+        if self.level == 0:
+            return None
+        before = self.more or [0] * len(missing)
+        return {"more": [a + b for a, b in zip(before, missing, strict=True)]}
+
+    @property
+    def _asks(self) -> bool:
+        """Whether numbers of hexes are asked for that the least numbers of parts do not give."""
+        is_more = self.across_wall > self.least or self.around_hole > 4 * self.least
+        return self.level != 0 and (bool(self.at) or is_more)
+
+    def _demanded(
+        self,
+        surface: TriMesh,
+        polycube: Polycube,
+        parts: sizing.Counts,
+        near: HexMesh,
+        few: sizing.Counts,
+    ) -> sizing.Counts:
+        """Parts for the numbers of hexes that are asked for, within max_hexes."""
+        from polycube.hexmesh.generation import interval_counts as counts
+
+        lattice, most = (polycube, near, few, surface), self.max_hexes
+        asked = counts.demands(*lattice, requests_of(self.at), self.more)
+        least = counts.least_demands(*lattice, self.across_wall, self.around_hole, asked)
+        parts = counts.with_demands(polycube, parts, asked, most)
+        return counts.raised(polycube, parts, least, most)
+
     def _curved(
         self,
         polycube: Polycube,
-        placed: RoughMap,
         goal: Target,
         parts: sizing.Counts,
+        near: HexMesh,
         few: sizing.Counts,
         exact: bool,
     ) -> sizing.Counts:
         """More parts where the surface curves, seen by a mesh of a few parts; within max_hexes."""
-        from polycube.fitting.registration import register_mesh
         from polycube.hexmesh.generation import curvature_sizing as chords
-        from polycube.hexmesh.generation.template import mesh
 
-        near = register_mesh(mesh(polycube, placed, few), goal, *QUICK, features=exact)
         gap = chords.gaps(polycube, near, few, goal)
         assert self.curvature is not None
         asked = sizing.length(curvature_of(self.curvature, exact), goal.scale)
@@ -201,3 +246,4 @@ class Template:
             raise ValueError(f"regions must be a list; got {self.regions!r}")
         for region in self.regions:
             sizing.box_of(region, 1.0)
+        requests_of(self.at)

@@ -12,10 +12,11 @@ from __future__ import annotations
 import logging
 import re
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.face_groups import cad_ends_and_holes
+from polycube.hexmesh.face_groups import cad_ends_and_holes, ends_and_holes
 from polycube.hexmesh.named_sets import boundary_sets, cad_faces, patch_sets
 from polycube.surface.curves.cad_curves import bounded_faces
 from polycube.surface.fit_target import target
@@ -51,35 +52,67 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
         len(region),
         f"; without a quad: {', '.join(map(str, bare))}" if len(bare) else "",
     )
-    ends = {
-        name: np.flatnonzero(np.isin(region, own))
-        for name, own in cad_ends_and_holes(surface).items()
-        if np.isin(region, own).any()
-    }
-    return replace(mesh, sets=ends | _cad_sets(region, surface) | patch_sets(mesh.patch))
+    found = {name: np.flatnonzero(np.isin(region, own)) for name, own in _numbers(surface).items()}
+    sets = {name: own for name, own in found.items() if len(own)}
+    return replace(mesh, sets=sets | patch_sets(mesh.patch))
 
 
-def _cad_sets(region: np.ndarray, surface: TriMesh) -> dict[str, np.ndarray]:
-    """`cad_face_1` ... and, where the file names faces, `cad_NAME` of all that are called so."""
-    sets = {f"cad_face_{n}": np.flatnonzero(region == n) for n in np.unique(region).tolist()}
+@lru_cache(maxsize=2)
+def model_sets(surface: TriMesh) -> dict[str, np.ndarray]:
+    """Find the sets of a surface that have names before there is a mesh.
+
+    Returns
+    -------
+    Numbers of triangles (N,) by name: ends and holes; for a CAD model its faces, too.
+    """
+    if not len(surface.region):
+        alike = np.zeros(len(surface.faces), np.int64)
+        return ends_and_holes(surface.vertices, surface.faces, alike)
+    found = _numbers(surface)
+    return {n: np.flatnonzero(np.isin(surface.region, own)) for n, own in found.items()}
+
+
+def quads_of_sets(mesh: HexMesh, surface: TriMesh) -> dict[str, np.ndarray]:
+    """Boundary quads (N,) of a mesh near the surface, by the names of `model_sets`."""
+    if len(surface.region):
+        sets = (mesh if mesh.sets else with_sets(mesh, surface)).sets
+        return {name: sets.get(name, np.zeros(0, np.int64)) for name in model_sets(surface)}
+    sets = model_sets(surface)
+    named = np.ones(len(surface.faces), np.int64)
+    for number, own in enumerate(sets.values(), start=2):
+        named[own] = number  # no triangle is in two of them
+    region = _regions(mesh, surface, named)[0]
+    return {name: np.flatnonzero(region == number) for number, name in enumerate(sets, start=2)}
+
+
+def _numbers(surface: TriMesh) -> dict[str, np.ndarray]:
+    """Numbers of the CAD faces of each set: ends, holes, `cad_NAME` of all that the file calls so,
+    and `cad_face_1` ...
+    """
+    numbers = np.unique(surface.region).tolist()
     called: dict[str, list[int]] = {}
     for number, name in enumerate(surface.region_names, start=1):
-        if name and f"cad_face_{number}" in sets:
+        if name and number in numbers:
             called.setdefault(f"cad_{re.sub(r'[^0-9A-Za-z]+', '_', name).strip('_')}", []).append(
                 number
             )
-    named = {name: np.flatnonzero(np.isin(region, own)) for name, own in called.items()}
-    return {**named, **sets}
+    each = {name: np.array(own) for name, own in called.items()}
+    return cad_ends_and_holes(surface) | each | {f"cad_face_{n}": np.array([n]) for n in numbers}
 
 
 def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
     """CAD face of each boundary quad (Q,), and the share of its points that are on it (Q,)."""
+    return _regions(mesh, surface, surface.region)
+
+
+def _regions(mesh: HexMesh, surface: TriMesh, named: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same for any regions of the triangles (F,), from 1."""
     goal = target(surface)
     corners = goal.to_unit(mesh.vertices)[mesh.quads]
     points, normals = _ninths(corners)
     _, face = goal.closest(points, np.repeat(normals, len(NINTHS), axis=0), ALPHA)
-    found = surface.region[face].reshape(-1, len(NINTHS))
-    bounded = bounded_faces(goal, surface.region, corners, normals)
+    found = named[face].reshape(-1, len(NINTHS))
+    bounded = bounded_faces(goal, named, corners, normals)
     across = _across(mesh.quads)
     is_smooth = np.einsum("qd,qkd->qk", normals, normals[across // 4]) > SMOOTH
     region = _with_short_borders(found, bounded, across, corners, is_smooth)

@@ -29,8 +29,10 @@ class MeshingSettings:
     deviation : refine until 99 % of the points of mesh and surface are within this distance of the
         other; null: do not refine
     max_hexes : limit before pillowing; a size that needs more hexes is refused
-    across_wall : hexes through every wall, where the structure is an overlay
-    around_hole : hexes round every hole, where the structure is an overlay
+    at : numbers of hexes at faces of the part, edges round the rim, hexes through the wall or their
+        size: [{at: hole_1, around: 16}, {at: cad_WEB, through: 3}, {at: cad_face_7, size: 1%}]
+    across_wall : hexes through every wall, at least; the report says where max_hexes forbids it
+    around_hole : the same of edges round every hole
     features : exact (the curves of the surface lie on edges of the mesh from the first stage on and
         are not given up for the shape of the hexes), soft (they are where hexes would suffer), off,
         or auto: exact for CAD faces, soft for triangles alone
@@ -42,6 +44,7 @@ class MeshingSettings:
     curvature: float | str | None = "auto"
     deviation: float | str | None = None
     max_hexes: int = 100_000
+    at: Sequence[object] = ()
     across_wall: float = 2
     around_hole: float = 8
     features: str = "auto"

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from polycube.hexmesh.settings import MeshingSettings
 from polycube.kinds import Acceptance
 from polycube.pipeline.search import Options, Variants
 from polycube.pipeline.state import RunState
@@ -126,17 +125,6 @@ def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]
     """The variants for a structure: those of the meshing bundle, or its own for overlays."""
     is_fine = bool(start.ranked) and is_overlay(start.ranked[start.chosen])
     return bundle.get("overlay" if is_fine else "portfolio") or bundle["portfolio"]
-
-
-def without_effect(state: RunState, bundle: Mapping[str, Any]) -> list[str]:
-    """Settings of the meshing bundle that a user gave, and that the structure meshed has no use of.
-
-    What else than an overlay is meshed has no sizes for walls and holes.
-    """
-    if state.ranked and is_overlay(state.ranked[state.chosen]):
-        return []
-    names = ("across_wall", "around_hole")
-    return [n for n in names if bundle.get(n) not in (None, getattr(MeshingSettings, n))]
 
 
 def is_overlay(entry: Ranked) -> bool:

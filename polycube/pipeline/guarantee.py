@@ -48,7 +48,7 @@ def in_order(made: Iterable[Variants], best: Variants) -> list[Variants]:
     made : structures that were meshed, in that order
     best : the one whose mesh would be taken
     """
-    overlays = [each for each in made if _is_lattice(each)][::-1]
+    overlays = sorted(filter(_is_lattice, [*made][::-1]), key=_number_of_cells, reverse=True)
     return [*overlays, *[best] * (best not in overlays)]
 
 
@@ -96,6 +96,11 @@ def wrong_topology(state: RunState) -> str:
 def _is_lattice(start: Variants) -> bool:
     state = start.start
     return bool(state.ranked) and is_overlay(state.ranked[state.chosen])
+
+
+def _number_of_cells(start: Variants) -> int:
+    polycube = start.start.polycube
+    return 0 if polycube is None else int(polycube.occupancy.sum())
 
 
 def _unfitted(start: Variants) -> HexMesh | None:

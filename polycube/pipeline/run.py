@@ -15,6 +15,8 @@ from typing import Any
 from polycube.analysis.boundary_sets import check_names
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.cad_faces import with_sets
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import check_requests, unmet
 from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Ranking
 from polycube.pipeline.choices import (
@@ -24,13 +26,13 @@ from polycube.pipeline.choices import (
     settled_at,
     spares_of,
     variants_of,
-    without_effect,
     worth_meshing,
 )
 from polycube.pipeline.deadline import Deadline, TimeIsUp
 from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import explain_none, propose
+from polycube.pipeline.request_search import meet_requests
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
 from polycube.pipeline.search import Variants, search
 from polycube.pipeline.settings import Node, Settings
@@ -70,6 +72,10 @@ class Run:
         self.deadline = Deadline(settings.seconds, interrupt or Event())
         self.folder: Path | None = None  # set when the input is known to be good
         self._read = read
+        try:
+            self.requests = requests_of(settings.meshing.get("at") or ())
+        except ValueError as error:
+            raise InputError(str(error), "meshing.at") from None
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)
         self.ranking: Ranking = build("ranking", settings.ranking)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
@@ -107,6 +113,7 @@ class Run:
             state = self._read(self.settings, self.clock)
         for warning in state.warnings:
             logger.warning("warning: %s", warning)
+        check_requests(state.surface, self.requests)
         return self.propose(state)
 
     def load_input(self) -> RunState:
@@ -157,13 +164,6 @@ class Run:
             self._save(stage.kind, value)
         if first is not None:
             state = self._mesh_in_time(state, self.meshing[first:], bool(kept))
-        for name in without_effect(state, self.bundle):
-            logger.warning(
-                "warning: meshing.%s=%s has no effect on this structure, only on overlays: "
-                "structure=overlay",
-                name,
-                self.bundle[name],
-            )
         return self.finish_mesh(state)
 
     def finish_mesh(self, state: RunState) -> RunState:
@@ -173,6 +173,9 @@ class Run:
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
         verdict = self.acceptance(hexes, state.surface)
+        for sentence in unmet(hexes, state.surface, self.requests):
+            logger.warning("warning: %s", sentence)
+            verdict = replace(verdict, warnings=(*verdict.warnings, sentence))
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
         first = [state.unfitted or "", wrong_topology(state)]
         failures = [*filter(None, first), *verdict.failures]
@@ -228,6 +231,7 @@ class Run:
         )
         keep_features(found)
         meet_deviation(found, self.bundle.get("deviation"))
+        meet_requests(found)
         if not is_usable(found):
             other_genus = (choose(state, i, self.primitives) for i in spares_of(ranked))
             spares = (self.variants(start, stages) for start in other_genus)

@@ -9,7 +9,6 @@ from polycube.pipeline.choices import (
     choose,
     is_needless,
     settled_at,
-    without_effect,
     worth_meshing,
 )
 from polycube.pipeline.state import RunState
@@ -118,17 +117,3 @@ def test_an_overlay_is_for_meshes_that_miss_something(made, is_cad, expected):
     before = [variants(*each) for each in made]
     assert is_needless(entry("overlay"), before) == expected
     assert not is_needless(entry("labels"), before)
-
-
-@pytest.mark.parametrize(
-    ("family", "bundle", "expected"),
-    [
-        ("labels", {}, []),
-        ("labels", {"across_wall": 2, "around_hole": 8}, []),
-        ("labels", {"across_wall": 2, "around_hole": 12}, ["around_hole"]),
-        ("overlay", {"across_wall": 3, "around_hole": 12}, []),
-    ],
-)
-def test_sizes_for_walls_and_holes_act_on_overlays(family, bundle, expected):
-    entry = SimpleNamespace(candidate=SimpleNamespace(family=family))
-    assert without_effect(SimpleNamespace(ranked=[entry], chosen=0), bundle) == expected

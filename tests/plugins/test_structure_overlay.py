@@ -18,7 +18,7 @@ from polycube.structure.windows import TABLE, windows
 from polycube.surface.measures import diagonal, volume
 from polycube.types import Polycube, TriMesh
 from tests.fixtures.hexmeshes import hex_box, surface_of
-from tests.fixtures.machined import pocketed
+from tests.fixtures.machined import bored, pocketed
 from tests.fixtures.polycubes import PRIMITIVES, part
 from tests.fixtures.surfaces import box, joined, torus
 
@@ -152,3 +152,26 @@ def test_a_pocketed_block_keeps_its_features(sheets):
     assert found.scaled_jacobian > (0.3 if sheets == "all" else 0.1)
     assert not any(each.is_lost for each in found.features)
     assert not len(found.crossings)
+
+
+@pytest.mark.parametrize(("at", "size"), [("around", 24), ("through", 5), ("size", 0.5)])
+def test_cells_are_as_small_as_numbers_at_a_face_want(at, size):
+    surface = bored()  # 4 x 4 x 2, a hole of radius 1
+    entry = {"at": "hole_1" if at == "around" else "z_max", at: size}
+    wanted = {"around": 2 * np.pi / 24, "through": 2 / 5, "size": 0.5}[at]
+    plain = overlay(surface, size="30%", finer=[2.0], finest=2.0)
+    made, *others = overlay(surface, size="30%", finer=[2.0], finest=2.0, at=[entry])
+    lengths = [
+        np.linalg.norm(np.diff(each.rough_map.positions, axis=a), axis=-1).max()
+        for each in (plain[0], made)
+        for a in range(3)
+    ]
+    assert max(lengths[3:]) < 1.3 * wanted < max(lengths[:3])
+    assert [each.key for each in others] == [each.key for each in plain]
+
+
+def test_where_too_many_cells_are_wanted_they_are_as_small_as_allowed():
+    surface = bored()
+    entry = {"at": "hole_1", "size": 0.01}
+    made = overlay(surface, size="30%", finer=[2.0], at=[entry], max_hexes=3000)[0]
+    assert 1000 < made.polycube.occupancy.sum() <= 3000

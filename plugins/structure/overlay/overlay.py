@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 
+from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import MeshingSettings
 from polycube.kinds import Structure
 from polycube.registry import register, setting
@@ -17,6 +18,7 @@ from polycube.types import OVERLAY, SPARE, Candidate, Polycube, RoughMap, TriMes
 
 logger = logging.getLogger(__name__)
 
+ROOM = 1.05  # times the least cells that `max_hexes` allows
 SMALLER = 0.87  # ratio of cells that makes one more candidate worth while
 SAMPLES = 4  # of a cell along each axis
 COVERED = 0.8  # of the solid that a lattice must hold; one with less misses parts of it
@@ -41,6 +43,8 @@ class Overlay(Structure):
     finer : times by which cells are smaller than that; one candidate each
     finest : the same of one more candidate at most, as fine as walls and holes want
     across_wall, around_hole : hexes that these want
+    at : numbers of hexes at faces of the part, as `meshing.at`; the cells of the first candidate
+        are as small as these want, where `max_hexes` allows
     steps : by which they are smaller yet until the topology is right
     least : shares of a cell that must be solid for it to be full, tried in this order
     thin : the same where none of these gives the right topology; a thin sheet fills no cell
@@ -56,13 +60,16 @@ class Overlay(Structure):
     finest: float = 5.0
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
     around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
+    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
     steps: Sequence[float] = (1.0, 1.15, 1.3, 1.6, 2.0)
     least: Sequence[float] = (0.5, 0.35, 0.65)
     thin: Sequence[float] = (0.2, 0.05)
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, the coarsest first; one spare where no lattice has the right topology."""
+        """Candidates, the coarsest first, or as fine as `at` wants; one spare where no lattice has
+        the right topology.
+        """
         from polycube.hexmesh.generation import sizing
         from polycube.surface.frames import frames
         from polycube.surface.measures import diagonal
@@ -75,7 +82,7 @@ class Overlay(Structure):
         size = sizing.length(self.size, diagonal(surface))
         found = [
             _first(self._lattices(surface, frame, size, cell, brick))
-            for cell in self._cells(surface, size)
+            for cell in self._sizes(surface, size)
         ]
         made = [each for each in found if each is not None]
         right = [candidate for wrong, candidate in made if not any(wrong)]
@@ -84,6 +91,26 @@ class Overlay(Structure):
         (_, off), nearest = min(made, key=lambda each: each[0])
         logger.info("overlay: no lattice is right; the genus of the nearest is %d off", off)
         return [replace(nearest, family=SPARE)]
+
+    def __post_init__(self) -> None:
+        requests_of(self.at)
+
+    def _sizes(self, surface: TriMesh, size: float) -> list[float]:
+        """Sizes of the cells of the candidates.
+
+        With entries of `at`, first those that are as small as these want, but no smaller than
+        `max_hexes` allows; then larger ones, for where these make no good mesh.
+        """
+        from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
+        from polycube.surface.measures import diagonal, volume
+
+        cells = self._cells(surface, size)
+        if not self.at:
+            return cells
+        wanted = wanted_sizes(surface, requests_of(self.at)).sizes.min() * diagonal(surface)
+        asked = float(max(wanted, ROOM * (volume(surface) / self.max_hexes) ** (1 / 3)))
+        fine = [cell for cell in cells if cell <= asked] or [asked]
+        return [*fine, *(cell for cell in reversed(cells) if cell > asked)]
 
     def _cells(self, surface: TriMesh, size: float) -> list[float]:
         """Sizes of the cells of the candidates, the largest first."""

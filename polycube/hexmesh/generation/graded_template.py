@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from polycube.hexmesh.connectivity import genus
 from polycube.hexmesh.generation.graded_lattice import graded
 from polycube.hexmesh.generation.sizing import Box, doublings
+from polycube.hexmesh.generation.wanted_sizes import WantedSizes
 from polycube.structure import lattice
 from polycube.structure.rough_map import evaluate
 from polycube.surface.feature_size import small_details
@@ -31,6 +32,7 @@ def graded_mesh(
     across: float,
     around: float,
     boxes: Sequence[Box] = (),
+    wanted: WantedSizes | None = None,
 ) -> HexMesh | None:
     """Hexes of a polycube of which each cell is a box, larger ones away from small details.
 
@@ -41,6 +43,7 @@ def graded_mesh(
     size : of the largest hexes, about, in the units of the model
     across, around : hexes through a wall and round a hole
     boxes : in which hexes are as small as they ask for
+    wanted : sizes at points of the surface, with the same effect
 
     Returns None where nothing would be gained, or where the topology would change.
     """
@@ -52,6 +55,8 @@ def graded_mesh(
     for number in range(1, doublings(size / goal.scale, cell) + 1):
         block = 2**number * cell
         details = small_details(goal, block, across, around)
+        if wanted is not None:
+            details = np.concatenate([details, wanted.points[wanted.sizes < block]])
         needed.append(np.zeros(full.shape, bool))
         if len(details):
             needed[-1][full] = cKDTree(details).query(places)[0] < NEAR * block

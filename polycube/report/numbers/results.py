@@ -12,13 +12,13 @@ import numpy as np
 
 from polycube import __version__
 from polycube.pipeline.state import RunState
-from polycube.report.numbers import quality, solutions
+from polycube.report.numbers import hex_counts, quality, solutions
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
 from polycube.structure import lattice
 from polycube.structure.projection import project
 from polycube.surface import measures
-from polycube.types import Candidate, HexMesh, Polycube, Spline, TriMesh
+from polycube.types import Candidate, HexMesh, Json, Polycube, Spline, TriMesh
 
 Numbers = dict[str, object]
 
@@ -27,7 +27,7 @@ def summarize(
     state: RunState,
     seconds: Mapping[str, float],
     effort: Mapping[str, Mapping[str, int]],
-    config: Mapping[str, object],
+    config: Json,
 ) -> Numbers:
     """Collect the numbers of a run; parts that were not reached are left out.
 
@@ -43,7 +43,10 @@ def summarize(
         report["polycube"] = _polycube(state, state.polycube, bool(config["context"]))
     if state.hexes is not None:
         context = state.polycube.context if state.polycube else ()
-        report["hex"] = quality.full(state.hexes, state.surface, context)
+        report["hex"] = {
+            **quality.full(state.hexes, state.surface, context),
+            "counts": hex_counts.numbers(state.hexes, state.surface, config.get("meshing") or {}),
+        }
     if state.spline is not None:
         report["spline"] = _spline(state.spline, state.surface)
         if state.solution is not None:

@@ -16,6 +16,7 @@ from polycube.report.numbers import solutions
 from polycube.report.numbers.verdict import subtitle, verdict
 from polycube.report.page import sections
 from polycube.report.page.features import features
+from polycube.report.page.hex_counts import hex_counts
 from polycube.report.page.hexes import hexes, view
 from polycube.report.page.markup import section
 from polycube.report.page.repairs import repairs
@@ -77,6 +78,7 @@ def write_report(
         view(state),
         sections.warnings(report),
         hexes(state, report, drawn),
+        hex_counts(report),
         features(report, drawn),
         sets(state, report, drawn),
         sections.spline(state, report, drawn),

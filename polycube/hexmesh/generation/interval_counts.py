@@ -1,0 +1,227 @@
+"""Parts of single lattice intervals, for numbers of hexes that are asked for at faces of the part.
+
+A coarse mesh of the lattice that is registered on the part shows where on the lattice a face is:
+the edges on the rim of a hole lie in the intervals round it, and the way from a face to the
+opposite one leads through the intervals of a wall.  Their parts alone are set.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.hexmesh.cad_faces import model_sets, quads_of_sets
+from polycube.hexmesh.connectivity import edges
+from polycube.hexmesh.face_groups import measure
+from polycube.hexmesh.generation.requests import Request
+from polycube.hexmesh.generation.requests_met import check_requests, wall_of
+from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
+from polycube.hexmesh.generation.template import mesh
+from polycube.hexmesh.hex_counts import rims, through
+from polycube.hexmesh.named_sets import kind_of
+from polycube.structure.rough_map import identity_map
+from polycube.types import HexMesh, Polycube, TriMesh
+
+logger = logging.getLogger(__name__)
+
+THICKER = 1.5  # times the wall of a face: ways that lead through something else
+RARE = 0.05  # of the area of a face: ways that are left out
+TINY = 1e-9
+SHORT = 0.1  # of a part that may be lacking where a length is asked for
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """Number of parts that some intervals are to have together.
+
+    The I intervals of the three axes are numbered x first, then y and z.
+    """
+
+    times: np.ndarray  # (I,) that each part of an interval counts
+    length: np.ndarray  # (I,) of the intervals in the model, where it is asked for
+    wanted: float
+    is_count: bool = True  # and no length
+
+
+def demands(
+    polycube: Polycube,
+    near: HexMesh,
+    counts: Counts,
+    surface: TriMesh,
+    requests: Sequence[Request],
+    more: Sequence[int] = (),
+) -> list[Demand]:
+    """Numbers of parts that the requests need.
+
+    Parameters
+    ----------
+    near : `template.mesh` with so many parts of each interval, registered
+    more : parts more, or fewer where negative, for each request; none: as many as asked for
+
+    Raises
+    ------
+    InputError
+        For a name that the surface does not have.
+    """
+    check_requests(surface, requests)
+    lattice = _Lattice(polycube, near, counts)
+    quads, on_model = quads_of_sets(near, surface), model_sets(surface)
+    found: list[Demand] = []
+    for request, extra in zip(requests, more or [0] * len(requests), strict=True):
+        own, wanted = quads[wall_of(on_model, request)], request.wanted(surface)
+        if not len(own):
+            logger.info("subdivide: no hex of the lattice is at %s", request.at)
+        elif request.kind == "around":
+            found += lattice.round_rims(own, wanted + extra)
+        elif request.kind == "through":
+            found += lattice.through_walls(own, max(1, wanted + extra))
+        else:
+            found += lattice.along(own, wanted)
+    return found
+
+
+def least_demands(
+    polycube: Polycube,
+    near: HexMesh,
+    counts: Counts,
+    surface: TriMesh,
+    across_wall: float,
+    around_hole: float,
+    asked: Sequence[Demand] = (),
+) -> list[Demand]:
+    """The same for hexes through every wall and edges round every hole.
+
+    asked : demands of requests; where one asks for a number, it goes before these
+    """
+    lattice = _Lattice(polycube, near, counts)
+    walls = lattice.through_all(across_wall)
+    sets = quads_of_sets(near, surface)
+    holes = [own for name, own in sets.items() if kind_of(name) == "hole" and len(own)]
+    found = walls + [each for own in holes for each in lattice.round_rims(own, around_hole)]
+    is_set = sum((each.times for each in asked if each.is_count), np.zeros(len(lattice.parts))) > 0
+    return [each for each in found if not (each.times[is_set] > 0).any()]
+
+
+def with_demands(
+    polycube: Polycube, counts: Counts, demands: Sequence[Demand], max_hexes: int
+) -> Counts:
+    """The counts with as few parts of the intervals in demand as meet all demands; see `raised`."""
+    x, y, z = (number.copy() for number in counts)
+    for demand in demands:
+        for number, own in zip((x, y, z), _per_axis(demand.times, counts), strict=True):
+            number[own > 0] = 1
+    return raised(polycube, (x, y, z), demands, max_hexes)
+
+
+def raised(polycube: Polycube, counts: Counts, demands: Sequence[Demand], max_hexes: int) -> Counts:
+    """The counts with more parts of the intervals whose demands are not met.
+
+    The interval with the longest parts gets one more, until the demand is met, or there would be
+    more than `max_hexes`.
+    """
+    parts = np.concatenate(counts)
+    for demand in demands:
+        while demand.times @ parts < demand.wanted - 1e-6:
+            longest = np.where(demand.times > 0, demand.length / parts, -1.0).argmax()
+            parts[longest] += 1
+            if number_of_hexes(polycube, _per_axis(parts, counts)) > max_hexes:
+                parts[longest] -= 1
+                logger.info("subdivide: max_hexes %d allows no more hexes at a face", max_hexes)
+                break
+    return _per_axis(parts, counts)
+
+
+def _per_axis(values: np.ndarray, counts: Counts) -> Counts:
+    """Values of all intervals (I,) as those of each axis."""
+    x, y, z = np.split(values, np.cumsum([len(number) for number in counts])[:-1])
+    return x, y, z
+
+
+class _Lattice:
+    """A coarse mesh, with the interval of the lattice that each of its edges lies in."""
+
+    def __init__(self, polycube: Polycube, near: HexMesh, counts: Counts) -> None:
+        self.knots, self.near = polycube.knots, near
+        self.where = mesh(polycube, identity_map(polycube), counts).vertices
+        self.parts = np.concatenate(counts)
+        self.first = np.cumsum([0, *(len(number) for number in counts)])
+        self.length = self._demand(edges(near.hexes), 0.0).length
+
+    def round_rims(self, quads: np.ndarray, wanted: float) -> list[Demand]:
+        """So many edges on each rim of some quads."""
+        curves = rims(self.near.vertices, self.near.quads[quads])
+        return [self._demand(curve, wanted) for curve in curves]
+
+    def along(self, quads: np.ndarray, size: float) -> list[Demand]:
+        """Edges of some quads about as long."""
+        corners = self.near.quads[quads]
+        sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
+        whole = self._demand(sides, 0.0)
+        eye = np.eye(len(self.parts))
+        return [
+            Demand(eye[i], whole.length, np.ceil(whole.length[i] / size - SHORT), is_count=False)
+            for i in np.flatnonzero(whole.times)
+        ]
+
+    def through_walls(self, quads: np.ndarray, wanted: float) -> list[Demand]:
+        """So many hexes on the ways from some quads to the opposite side.
+
+        Of ways through different intervals those count that are not much longer than most.
+        """
+        way, length, area = self._ways(quads)
+        order = length.argsort()
+        usual = length[order][np.searchsorted(np.cumsum(area[order]), area.sum() / 2)]
+        found = []
+        for each in np.unique(way, axis=0):
+            here = (way == each).all(axis=1)
+            is_wall = np.median(length[here]) <= THICKER * usual
+            if is_wall and area[here].sum() >= RARE * area.sum():
+                found.append(self._through(each, wanted))
+        return found
+
+    def through_all(self, wanted: float) -> list[Demand]:
+        """So many hexes on all ways from one side to the opposite one."""
+        way, _, _ = self._ways(np.arange(len(self.near.quads)))
+        return [self._through(each, wanted) for each in np.unique(way, axis=0)]
+
+    def _ways(self, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Axis and two ends on it (N, 3) of the way through the lattice from each quad to the
+        opposite side, its length in the model and the area of the quad.
+        """
+        near = self.near
+        own, other = near.quads[quads], near.quads[through(near)[1][quads]]
+        axis = np.ptp(self.where[own], axis=1).argmin(axis=1)
+        row = np.arange(len(axis))
+        ends = np.sort([self.where[side].mean(axis=1)[row, axis] for side in (own, other)], axis=0)
+        middles = [near.vertices[side].mean(axis=1) for side in (own, other)]
+        length = np.linalg.norm(middles[0] - middles[1], axis=1)
+        area = measure(near.vertices[own]).area
+        return np.stack([axis, *ends], axis=1), length, area
+
+    def _through(self, way: np.ndarray, wanted: float) -> Demand:
+        axis, (low, high) = int(way[0]), way[1:]
+        slabs = self.knots[axis][:-1]
+        inside = np.flatnonzero((slabs > low - TINY) & (slabs < high - TINY))
+        times = np.zeros(len(self.parts))
+        times[self.first[axis] + inside] = 1
+        return Demand(times, self.length, wanted)
+
+    def _demand(self, ends: np.ndarray, wanted: float) -> Demand:
+        """On edges (E, 2): how often each interval is among them, and how long it is there."""
+        step = self.where[ends[:, 1]] - self.where[ends[:, 0]]
+        axis = np.abs(step).argmax(axis=1)
+        middle = self.where[ends].mean(axis=1)
+        interval = np.zeros(len(ends), np.int64)
+        for a, knots in enumerate(self.knots):
+            own = axis == a
+            interval[own] = self.first[a] + np.searchsorted(knots, middle[own, a]) - 1
+        number = np.bincount(interval, minlength=len(self.parts))
+        places = self.near.vertices[ends]
+        long = np.bincount(
+            interval, np.linalg.norm(places[:, 1] - places[:, 0], axis=1), len(self.parts)
+        )
+        times = number / self.parts
+        return Demand(times, long / np.maximum(times, 1e-300), wanted)

@@ -1,0 +1,88 @@
+"""Numbers of hexes that a user asks for at faces of the part.
+
+An entry of `meshing.at` names a set of the surface and says how many edges there are to be round
+its rim (`around`), how many hexes through the wall under it (`through`), or how long the edges of
+the hexes on it may be (`size`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from polycube.hexmesh.generation.sizing import check_length, length
+from polycube.types import TriMesh
+
+LEAST = {"around": 3, "through": 1}
+MOST = 1000  # hexes through a wall, edges round a rim
+LONGER = 1.1  # times the length asked for: edges that are not called too long
+
+
+@dataclass(frozen=True)
+class Request:
+    """An entry of `meshing.at`.
+
+    Parameters
+    ----------
+    at : name of a set, such as cad_face_7 or hole_1
+    kind : "around", "through" or "size"
+    value : a number of hexes or edges; a length in model units or a share of the diagonal
+    """
+
+    at: str
+    kind: str
+    value: float | str
+
+    def wanted(self, surface: TriMesh) -> float:
+        """The number, or the length in model units."""
+        from polycube.surface.measures import diagonal
+
+        if self.kind == "size":
+            return length(self.value, diagonal(surface))
+        return float(self.value)
+
+    def is_met(self, surface: TriMesh, reached: float | None) -> bool:
+        """Whether there are as many hexes as wanted, or edges about as short."""
+        if reached is None:
+            return False
+        if self.kind == "size":
+            return reached <= LONGER * self.wanted(surface)
+        return reached >= self.wanted(surface)
+
+
+def requests_of(entries: object) -> list[Request]:
+    """Read the entries of `meshing.at`.
+
+    Raises ValueError for what is no list of {at: NAME, around: 16}, {at: NAME, through: 3} or
+    {at: NAME, size: 1%}.
+    """
+    if not isinstance(entries, Sequence) or isinstance(entries, str):
+        raise ValueError(f"at must be a list such as [{{at: hole_1, around: 16}}]; got {entries!r}")
+    return [_request_of(entry) for entry in entries]
+
+
+def _request_of(entry: object) -> Request:
+    from polycube.hexmesh.named_sets import kind_of, may_name
+
+    keys = set(entry) - {"at"} if isinstance(entry, Mapping) else set()
+    if not isinstance(entry, Mapping) or "at" not in entry or len(keys) != 1:
+        raise ValueError(
+            "an entry of at is {at: NAME, around: 16}, {at: NAME, through: 3} or "
+            f"{{at: NAME, size: 1%}}; got {entry!r}"
+        )
+    name, kind = entry["at"], str(*keys)
+    if not isinstance(name, str) or not may_name(name) or kind_of(name) in ("patch", ""):
+        raise ValueError(
+            "an entry of at names an end (x_min to z_max), a hole (hole_1) or a CAD face "
+            f"(cad_face_1, cad_NAME); got {name!r}"
+        )
+    value = entry[kind]
+    if kind == "size":
+        check_length(f"the size at {name}", value)
+    elif kind not in LEAST:
+        raise ValueError(f"an entry of at says around, through or size; got {kind!r} at {name}")
+    elif type(value) is not int or not LEAST[kind] <= value <= MOST:
+        raise ValueError(
+            f"{kind} at {name} must be a whole number from {LEAST[kind]} to {MOST}; got {value!r}"
+        )
+    return Request(name, kind, value)

@@ -1,0 +1,93 @@
+"""What a surface and a mesh have of the numbers of hexes that a user asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.hexmesh.cad_faces import model_sets, quads_of_sets
+from polycube.hexmesh.generation.requests import Request
+from polycube.hexmesh.hex_counts import around, edge_length, rims, through
+from polycube.hexmesh.named_sets import kind_of, listed
+from polycube.types import HexMesh, TriMesh
+
+NEAR_NAMES = 3  # that an error offers
+
+
+def check_requests(surface: TriMesh, requests: Sequence[Request]) -> None:
+    """Raise InputError for a name that the surface does not have, or a face without a rim."""
+    sets = model_sets(surface) if requests else {}
+    for request in requests:
+        if request.at not in sets:
+            near = get_close_matches(request.at, sets, NEAR_NAMES)
+            raise InputError(
+                f"the part has no face or hole {request.at!r}",
+                "meshing.at",
+                (f"did you mean {' or '.join(near)}; " if near else "")
+                + (f"there are {listed(sets)}" if sets else "no part of this surface has a name"),
+            )
+        wall = sets[wall_of(sets, request)]
+        if request.kind == "around" and not rims(surface.vertices, surface.faces[wall]):
+            raise InputError(
+                f"{request.at} has no border round which hexes could be counted",
+                "meshing.at",
+                "name a hole or a face with a border",
+            )
+
+
+def wall_of(sets: Mapping[str, np.ndarray], request: Request) -> str:
+    """Name of the set that counts: for hexes round a face of a hole, the hole.
+
+    A hole may be several CAD faces, none of which goes round.
+    """
+    if request.kind == "around":
+        for name, own in sets.items():
+            if kind_of(name) == "hole" and np.isin(sets[request.at], own).all():
+                return name
+    return request.at
+
+
+def reached(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[float | None]:
+    """Count what a mesh has for each request.
+
+    Returns
+    -------
+    Edges on the rim; hexes through the wall, the median over the quads of the face; the median
+    length of the edges on the face, in model units.  None where no quad is on the face.
+    """
+    if not requests:
+        return []
+    names, on_model = quads_of_sets(mesh, surface), model_sets(surface)
+    count = through(mesh)[0]
+    found: list[float | None] = []
+    for request in requests:
+        quads = names[wall_of(on_model, request)]
+        if not len(quads):
+            found.append(None)
+        elif request.kind == "around":
+            found.append(float(around(mesh, quads)))
+        elif request.kind == "through":
+            found.append(float(np.median(count[quads])))
+        else:
+            found.append(edge_length(mesh, quads))
+    return found
+
+
+def unmet(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[str]:
+    """Say where the mesh has fewer hexes than were asked for, a sentence each."""
+    words = {
+        "around": "{:g} edges round {} instead of {:g}",
+        "through": "{:g} hexes through the wall at {} instead of {:g}",
+        "size": "edges of {:.3g} at {} instead of {:.3g}",
+    }
+    found = []
+    for request, has in zip(requests, reached(mesh, surface, requests), strict=True):
+        if has is None:
+            found.append(f"the mesh has no quad on {request.at}, for which meshing.at asks")
+        elif not request.is_met(surface, has):
+            said = words[request.kind].format(has, request.at, request.wanted(surface))
+            found.append(f"meshing.at: the mesh has {said}")
+    return found

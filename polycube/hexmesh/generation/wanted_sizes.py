@@ -1,0 +1,76 @@
+"""Sizes of hexes that are wanted at points of a surface, from numbers asked for at its faces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from polycube.hexmesh.cad_faces import model_sets
+from polycube.hexmesh.generation.requests import Request
+from polycube.hexmesh.generation.requests_met import check_requests, wall_of
+from polycube.hexmesh.hex_counts import curve_length, rims
+from polycube.surface.fit_target import target
+from polycube.surface.measures import diagonal, face_normals
+from polycube.surface.samples import spread
+from polycube.types import TriMesh
+
+SAMPLES = 5_000  # on a face
+CHORDS = 100  # of them from which chords through the part are drawn
+START = 1e-6  # of a diagonal: hits nearer than this are those of the face itself
+
+
+class WantedSizes(NamedTuple):
+    """A field of sizes, by points of the surface."""
+
+    points: np.ndarray  # (N, 3) at unit scale
+    sizes: np.ndarray  # (N,) edge lengths, in diagonals
+
+
+def wanted_sizes(surface: TriMesh, requests: Sequence[Request]) -> WantedSizes:
+    """Find the sizes that requests want on their faces.
+
+    These are the length of the shortest rim over the edges round it, the median chord from
+    the face to the opposite side over the hexes through it, or the size itself.  Raises InputError
+    for a name that the surface does not have.
+    """
+    check_requests(surface, requests)
+    goal = target(surface)
+    points, sizes = [np.zeros((0, 3))], [np.zeros(0)]
+    for request in requests:
+        sets = model_sets(surface)
+        faces = surface.faces[sets[wall_of(sets, request)]]
+        size = request.wanted(surface)
+        if request.kind == "around":
+            curves = rims(surface.vertices, faces)
+            size = min(curve_length(surface.vertices, curve) for curve in curves) / size
+        wall = TriMesh(surface.vertices, faces)
+        own, face = spread(wall, SAMPLES)
+        if request.kind == "through":
+            some = slice(None, None, SAMPLES // CHORDS)
+            normals = face_normals(wall)[face]
+            size = float(np.median(_chords(surface, own[some], -normals[some]))) / size
+        points.append(goal.to_unit(own))
+        sizes.append(np.full(len(own), size / goal.scale))
+    return WantedSizes(np.concatenate(points), np.concatenate(sizes))
+
+
+def _chords(surface: TriMesh, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """(N,) way from points (N, 3) along directions (N, 3) to the next triangle of the surface.
+
+    Moeller and Trumbore 1997: the barycentric coordinates of a hit are quotients of determinants.
+    """
+    corner, second, third = np.moveaxis(surface.vertices[surface.faces], 1, 0)
+    first, last = second - corner, third - corner
+    found = []
+    for point, direction in zip(points, directions, strict=True):
+        across, off = np.cross(direction, last), point - corner
+        beside = np.cross(off, first)
+        whole = (first * across).sum(axis=1)
+        whole[whole == 0] = np.nan  # parallel to the triangle
+        parts = [(off * across).sum(axis=1), beside @ direction, (last * beside).sum(axis=1)]
+        u, v, way = np.array(parts) / whole
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (way > START * diagonal(surface))
+        found.append(way[hit].min(initial=diagonal(surface)))
+    return np.array(found)

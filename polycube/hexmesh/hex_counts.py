@@ -1,0 +1,77 @@
+"""Count hexes through a wall and edges round a hole, from the boundary quads of one face."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.hexmesh.connectivity import neighbours, quad_sides
+from polycube.surface.measures import connected
+from polycube.types import HexMesh
+
+RIM = 0.5  # of the length of the longest closed curve of a border: of those that count
+
+
+def through(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Walk from every boundary quad through opposite faces of hexes to the boundary.
+
+    Returns
+    -------
+    count : (Q,) hexes on the way
+    end : (Q,) number of the boundary quad at which the way ends
+    """
+    beyond = np.full(6 * len(mesh.hexes), -1)
+    first, second = neighbours(mesh.hexes)
+    beyond[first], beyond[second] = second, first
+    owner, side = quad_sides(mesh)
+    start = 6 * owner + side
+    quad = np.full(len(beyond), -1)
+    quad[start] = np.arange(len(start))
+    face, count, active = start ^ 1, np.ones(len(start), np.int64), np.arange(len(start))
+    while len(active):
+        active = active[beyond[face[active]] >= 0]
+        face[active] = beyond[face[active]] ^ 1  # faces of a hex are numbered in opposite pairs
+        count[active] += 1
+    return count, quad[face]
+
+
+def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
+    """Find the closed curves that bound some faces of a closed surface.
+
+    Curves of less than half the length of the longest are left out: those of a hole in the wall of
+    a wider one.
+
+    Parameters
+    ----------
+    points : (V, 3)
+    faces : (N, K) into points, counter-clockwise from outside
+
+    Returns
+    -------
+    (E, 2) edges of each curve, in no order; none where the faces have no border
+    """
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    n = len(points)
+    lone = edges[~np.isin(edges @ [n, 1], edges @ [1, n])]
+    group = connected(lone[:, 0], lone[:, 1], n)[lone[:, 0]]
+    curves = [lone[group == k] for k in np.unique(group)]
+    length = [curve_length(points, curve) for curve in curves]
+    return [c for c, own in zip(curves, length, strict=True) if own >= RIM * max(length, default=0)]
+
+
+def curve_length(points: np.ndarray, edges: np.ndarray) -> float:
+    """Sum of the lengths of edges (E, 2) between points (V, 3)."""
+    return float(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1).sum())
+
+
+def around(mesh: HexMesh, quads: np.ndarray) -> int:
+    """Number of mesh edges on the rim of a hole, the least of its rims; 0 where it has none.
+
+    quads : (N,) numbers of the boundary quads of its wall
+    """
+    return min(map(len, rims(mesh.vertices, mesh.quads[quads])), default=0)
+
+
+def edge_length(mesh: HexMesh, quads: np.ndarray) -> float:
+    """Median length of the sides of boundary quads (N,), in model units."""
+    corners = mesh.vertices[mesh.quads[quads]]
+    return float(np.median(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)))

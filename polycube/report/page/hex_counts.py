@@ -1,0 +1,45 @@
+"""The section of numbers of hexes: what was asked for, and the walls and holes that have fewer."""
+
+from __future__ import annotations
+
+from polycube.report.page.markup import section, table
+from polycube.types import Json
+
+N_SHOWN = 10  # rows, the worst first
+KINDS = {"around": "edges round", "through": "hexes through", "size": "length of edges"}
+
+
+def hex_counts(report: Json) -> str:
+    """Entries of `meshing.at`, those not met first, then walls and holes with few hexes."""
+    found = report.get("hex", {}).get("counts")
+    if not found:
+        return ""
+    asked, fewer = found["at"], found["fewer"]
+    rows = [
+        {
+            "at": row["at"],
+            "what": KINDS[row["kind"]],
+            "wanted": row["wanted"],
+            "reached": row["reached"],
+            "is": "enough" if row.get("met") else "not enough",
+        }
+        for row in (*sorted(asked, key=lambda row: row["met"]), *fewer)
+    ]
+    kinds = [row["kind"] for row in fewer]
+    parts = [
+        f"{kinds.count('through')} of {found['walls']} faces have fewer hexes through the wall "
+        "under them, the median over the face, than meshing.across_wall.",
+        f"{kinds.count('around')} of {found['holes']} holes have fewer edges on their rim than "
+        "meshing.around_hole.",
+    ]
+    if asked:
+        met = sum(row["met"] for row in asked)
+        parts.insert(0, f"{met} of {len(asked)} entries of meshing.at are met.")
+    if len(rows) > N_SHOWN:
+        parts.append(f"The worst {N_SHOWN} are listed; report.json has all.")
+    return section(
+        "counts",
+        "Hexes through walls and round holes",
+        f"<p>{' '.join(parts)}</p>",
+        table(rows[:N_SHOWN]) if rows else "",
+    )
