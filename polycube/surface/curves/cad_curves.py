@@ -16,11 +16,8 @@ from polycube.surface.measures import half_edges, twins
 
 SHARES = np.array([0, 1 / 6, 1 / 2, 5 / 6, 1])  # of the points on a side that are compared
 OFF = np.array([0.05, 0.15, 0.15, 0.15, 0.05])  # of its length: how far they are (octagon: 0.1)
-ALL, INNER, MIDDLE = (
-    slice(None),
-    slice(1, 4),
-    slice(2, 3),
-)  # at the ends other curves may be as near
+INNER = slice(1, 4)  # of them; at its ends, other curves may be as near
+MIDDLE, ALL = slice(2, 3), slice(0, 5)
 ALONG = 0.85  # cosine between side and curve, at least (octagon: 0.92)
 SUITS = 0.5  # cosine between the normals of quad and CAD face, at least
 
