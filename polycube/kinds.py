@@ -93,6 +93,7 @@ class Acceptance(Protocol):
     good: float  # scaled Jacobian that ends the search, in a mesh that misses nothing
     acceptable: float  # with which no other structure is tried, where there is no warning
     excellent: float  # with which not even a structure that ranks as well is tried
+    poor_jacobian: float  # a mesh with a smaller one has a warning
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
         """Whether the mesh is valid, what a user should look at, and a key to choose by."""

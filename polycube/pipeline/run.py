@@ -227,7 +227,7 @@ class Run:
             starts(),
             is_settled,
             has_rival=first > self.acceptance.acceptable,
-            improve=partial(keep_features, least=self.acceptance.acceptable),
+            improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
         keep_features(found)
         meet_deviation(found, self.bundle.get("deviation"))
