@@ -36,6 +36,7 @@ from polycube.pipeline.request_search import meet_requests
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
 from polycube.pipeline.search import Variants, search
 from polycube.pipeline.settings import Node, Settings
+from polycube.pipeline.sheet_search import keep_good_sheets
 from polycube.pipeline.size_search import keep_features, meet_deviation
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.pipeline.state import RunState
@@ -230,6 +231,7 @@ class Run:
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
         keep_features(found)
+        keep_good_sheets(found)
         meet_deviation(found, self.bundle.get("deviation"))
         meet_requests(found)
         if not is_usable(found):
