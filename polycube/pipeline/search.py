@@ -134,9 +134,13 @@ class Variants:
             if (number, True) not in self._attempts:
                 self.run(number, short=True)
 
-    def run_again(self, options: Options) -> tuple[Name, Attempt | None]:
-        """Run the variant whose mesh is taken with other options, as a new variant."""
+    def run_again(self, options: Options, in_full: bool = False) -> tuple[Name, Attempt | None]:
+        """Run the variant whose mesh is taken with other options, as a new variant.
+
+        in_full : even where that run was short
+        """
         number, short = self.chosen
+        short &= not in_full
         self.variants.append(_merged(self.variants[number], options))
         name = len(self.variants) - 1, short
         return name, self.run(*name)

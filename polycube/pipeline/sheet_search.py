@@ -39,7 +39,7 @@ def keep_good_sheets(found: Variants) -> None:
         return
     logger.info("sheets: tried again without those of %d CAD faces", harmed.sum())
     bare = tuple(np.flatnonzero(harmed).tolist())
-    found.run_again({PILLOW: {"sheets": "all", "bare": bare}})
+    found.run_again({PILLOW: {"sheets": "all", "bare": bare}}, in_full=True)
 
 
 def _best(found: Variants, sheets: str) -> Attempt | None:
