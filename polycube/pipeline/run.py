@@ -32,12 +32,12 @@ from polycube.pipeline.deadline import Deadline, TimeIsUp
 from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import explain_none, propose
-from polycube.pipeline.request_search import meet_requests
+from polycube.pipeline.reruns.requests import meet_requests
+from polycube.pipeline.reruns.sheets import keep_good_sheets
+from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
 from polycube.pipeline.search import Variants, search
 from polycube.pipeline.settings import Node, Settings
-from polycube.pipeline.sheet_search import keep_good_sheets
-from polycube.pipeline.size_search import keep_features, meet_deviation
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.pipeline.state import RunState
 from polycube.registry import build

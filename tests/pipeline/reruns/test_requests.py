@@ -7,7 +7,7 @@ import pytest
 
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
-from polycube.pipeline.request_search import meet_requests
+from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.search import Variants
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState

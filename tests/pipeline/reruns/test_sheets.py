@@ -8,8 +8,8 @@ import pytest
 
 from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.pipeline.reruns.sheets import PILLOW, keep_good_sheets
 from polycube.pipeline.search import Variants
-from polycube.pipeline.sheet_search import PILLOW, keep_good_sheets
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
 from polycube.surface.measures import face_normals

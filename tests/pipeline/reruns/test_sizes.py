@@ -9,8 +9,8 @@ import pytest
 from polycube.errors import MeshingError
 from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
+from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.search import Variants
-from polycube.pipeline.size_search import keep_features, meet_deviation
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
 from polycube.registry import build

@@ -1,0 +1,1 @@
+"""More runs of the variant whose mesh is taken: smaller hexes, other sheets, other numbers."""
