@@ -40,12 +40,16 @@ class Polish:
         check_features(self.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The same hexes, better; never with a worse score than before."""
+        """The same hexes, better; never with a worse score than before.
+
+        Where the boundary crosses itself at a few places, it is mended there.
+        """
         from polycube.fitting.polish import polish
+        from polycube.fitting.uncrossing import without_crossings
         from polycube.surface.fit_target import target
 
         kept = features_of(self.features, surface)
-        return polish(
+        best = polish(
             hexes,
             target(surface),
             features=kept == "exact" or (kept == "soft" and not self.release),
@@ -56,3 +60,4 @@ class Polish:
             crease_rounds=self.crease_rounds,
             samples=self.samples,
         )
+        return without_crossings(best)

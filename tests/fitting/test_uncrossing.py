@@ -1,0 +1,54 @@
+"""Boundaries that cross themselves at a few places: mended, or left as they are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polycube.fitting.uncrossing import SHARES, without_crossings
+from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.generation.graded_lattice import graded
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.types import HexMesh
+
+FULL = np.ones((10, 8, 4), bool)
+FULL[4:6, 2:] = False  # a slot between two legs, of hexes two cells wide
+
+
+def slot(**moves: tuple[float, float, float]) -> HexMesh:
+    """Two legs with a slot from 4 to 6 along x; the vertex `left` or `right` of its sides moves."""
+    mesh = graded(FULL, [np.zeros_like(FULL)])
+    vertices = mesh.vertices.copy()
+    for side, move in moves.items():
+        place = [4 if side == "left" else 6, 6, 2]
+        vertices[np.linalg.norm(vertices - place, axis=1).argmin()] += move
+    return replace(mesh, vertices=vertices)
+
+
+def test_a_vertex_that_sticks_into_the_other_leg_goes_back_as_far_as_it_must():
+    before = slot(left=(2.15, 0, 0))
+    assert len(crossings(before))
+    assert scaled_jacobian(before.vertices, before.hexes).min() > 0
+    after = without_crossings(before)
+    assert not len(crossings(after))
+    assert scaled_jacobian(after.vertices, after.hexes).min() > 0
+    moved = np.linalg.norm(after.vertices - before.vertices, axis=1)
+    place = np.linalg.norm(before.vertices - [6.15, 6, 2], axis=1).argmin()
+    way = moved[place] / 2.15  # its neighbours are on the side of the slot
+    assert way == pytest.approx(next(share for share in SHARES if 2.15 * (1 - share) < 2))
+    corners = np.unique(before.quads[np.unique(crossings(before))])
+    assert set(np.flatnonzero(moved)) <= set(corners.tolist())
+
+
+def test_a_mesh_without_crossings_is_the_same():
+    mesh = slot(left=(1.5, 0, 0))
+    assert without_crossings(mesh) is mesh
+
+
+def test_what_is_not_mended_is_the_same():
+    far = slot(left=(5.0, 0, 0))
+    assert len(crossings(far))
+    assert without_crossings(far) is far
+    inverted = slot(left=(2.15, 0, 0), right=(3.0, 0, 0))
+    assert scaled_jacobian(inverted.vertices, inverted.hexes).min() <= 0
+    assert without_crossings(inverted) is inverted
