@@ -19,6 +19,7 @@ from polycube.types import OVERLAY, SPARE, Candidate, Polycube, Ranked
 logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
+ENOUGH = 0.3  # scaled Jacobian of a mesh that misses nothing, for which no overlay is tried
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -109,8 +110,9 @@ def settled_at(
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     """Whether a structure has no use after those made.
 
-    An overlay has none where a mesh misses nothing.  Curves of triangles alone are found by angle,
-    and no reason for so many hexes: for these an overlay has none where any mesh is valid.
+    An overlay has none where a mesh misses nothing and its worst hex is good enough.  Curves of
+    triangles alone are found by angle, and no reason for so many hexes: for these an overlay has
+    none where any mesh is valid.
     """
     meshed = [each for each in made if each.attempts]
     if not is_overlay(entry) or not meshed:
@@ -118,7 +120,7 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     best = max(meshed, key=lambda each: each.best).taken().verdict
     if not len(meshed[0].start.surface.region):
         return best.is_valid
-    return best.reaches >= 0
+    return best.reaches >= ENOUGH
 
 
 def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]:

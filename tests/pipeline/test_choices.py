@@ -91,6 +91,8 @@ def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():
     [
         ([], True, False),
         ([("labels", 0.3, 0)], True, True),
+        ([("labels", 0.29, 0)], True, False),
+        ([("labels", 0.29, 0)], False, True),
         ([("labels", -np.inf, 0)], True, False),  # a poor hex
         ([("labels", -np.inf, 0)], False, True),
         ([("labels", -np.inf, 0), ("overlay", -np.inf, 0)], True, False),
