@@ -129,8 +129,10 @@ class Subdivide(Protocol):
     def finer_options(self, times: float) -> Mapping[str, object] | None:
         """Options that make the hexes so many times smaller; None where their number is fixed."""
 
-    def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
-        """Conforming hexes, not yet on the surface."""
+    def __call__(
+        self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap, blocks: HexMesh | None
+    ) -> HexMesh:
+        """Conforming hexes, not yet on the surface: of the blocks where the structure has such."""
 
 
 @runtime_checkable
@@ -222,7 +224,9 @@ KINDS = {
     "meshing/map": Kind(
         Map, ("surface", "polycube", "labels", "parametrization", "rough_map"), "rough_map"
     ),
-    "meshing/subdivide": Kind(Subdivide, ("surface", "polycube", "rough_map"), "hexes", fits=False),
+    "meshing/subdivide": Kind(
+        Subdivide, ("surface", "polycube", "rough_map", "blocks"), "hexes", fits=False
+    ),
     "meshing/smooth": Kind(Improve, _MESH, "hexes"),
     "meshing/pillow": Kind(Improve, _MESH, "hexes"),
     "meshing/optimize": Kind(Improve, _MESH, "hexes"),

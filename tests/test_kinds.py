@@ -10,7 +10,7 @@ START = ("surface", "candidates")
 
 def test_the_natural_order_of_meshing_is_a_chain() -> None:
     order = [kind for kind in KINDS if kind.startswith("meshing/")] + ["spline", "analysis"]
-    check_chain(order, ("surface", "polycube", "parametrization", "rough_map"))
+    check_chain(order, ("surface", "polycube", "parametrization", "rough_map", "blocks"))
 
 
 def test_a_stage_out_of_order_names_what_to_put_before_it() -> None:
@@ -38,7 +38,7 @@ def test_every_stage_kind_takes_and_gives() -> None:
 
 
 def test_a_stage_whose_output_nobody_takes_is_refused() -> None:
-    have = ("surface", "polycube", "parametrization", "rough_map")
+    have = ("surface", "polycube", "parametrization", "rough_map", "blocks")
     order = ["meshing/segment", "meshing/subdivide", "spline"]
     with pytest.raises(InputError, match="'meshing/segment' makes labels, which no later stage"):
         check_chain(order, have)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 QUICK = 7, 15, 1500  # rounds, iterations, samples: to see where the surface curves
+NO_REGIONS = "meshing.regions has no effect on blocks; meshing.size makes all hexes smaller"
 DEEPEST = 10  # octree level: a thousand parts of every interval
 
 
@@ -77,8 +78,17 @@ class Template:
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
     around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
 
-    def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
+    def __call__(
+        self,
+        surface: TriMesh,
+        polycube: Polycube,
+        rough_map: RoughMap,
+        blocks: HexMesh | None = None,
+    ) -> HexMesh:
         """Conforming hexes, still off the surface; `patch` names the polycube's faces.
+
+        Blocks are cut instead of the polycube, each into equal parts: `size`, `finer`,
+        `across_wall` and `level` say into how many, and nothing else does.
 
         Raises MeshingError where more than `max_hexes` are asked for.
         """
@@ -88,6 +98,8 @@ class Template:
         from polycube.surface.fit_target import target
         from polycube.surface.measures import diagonal
 
+        if blocks is not None:
+            return self._cut(blocks, sizing.length(self.size, diagonal(surface)) / self.finer)
         if self.coarsen and self.level == 0:
             from polycube.hexmesh.generation.graded_template import graded_mesh
             from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
@@ -102,7 +114,9 @@ class Template:
         unit = diagonal(surface)
         size = sizing.length(self.size, unit) / self.finer
         parts = self._parts(polycube, rough_map, size)
-        self._afford(sizing.number_of_hexes(polycube, parts), polycube, rough_map, size)
+        self._afford(
+            sizing.number_of_hexes(polycube, parts), size, self._number(polycube, rough_map)
+        )
         coarse = sizing.length(self.coarse, unit)
         exact = features_of(self.features, surface) == "exact"
         placed = rough_map  # a lattice that is not cut has nothing coarser
@@ -126,7 +140,9 @@ class Template:
             placed = registered_map(polycube, rough_map, target(surface), few, exact)
         lines = sizing.graded(polycube, placed, parts, boxes)
         fine = sizing.counts_of(polycube, lines)
-        self._afford(sizing.number_of_hexes(polycube, fine), polycube, rough_map, size)
+        self._afford(
+            sizing.number_of_hexes(polycube, fine), size, self._number(polycube, rough_map)
+        )
         return mesh_between(polycube, placed, lines)
 
     def finer_options(self, times: float) -> dict[str, object] | None:
@@ -199,7 +215,30 @@ class Template:
 
         return counts(polycube, rough_map, size, self.least, self.across)
 
-    def _afford(self, number: float, polycube: Polycube, rough_map: RoughMap, size: float) -> None:
+    def _cut(self, given: HexMesh, size: float) -> HexMesh:
+        """Blocks in parts of the size, or 2^level."""
+        from polycube.hexmesh.generation import blocks
+
+        def parts_of(size: float) -> np.ndarray:
+            # a convex cell has two blocks from one face to another
+            return np.maximum(blocks.counts(given, size), int(np.ceil(self.across_wall / 2)))
+
+        parts = parts_of(size)
+        if self.level is not None:
+            parts = np.full_like(parts, 2**self.level)
+        self._afford(
+            blocks.number_of_hexes(parts), size, lambda s: blocks.number_of_hexes(parts_of(s))
+        )
+        found = blocks.cut(given, parts)
+        return replace(found, warnings=(NO_REGIONS,)) if self.regions else found
+
+    def _number(self, polycube: Polycube, rough_map: RoughMap) -> Callable[[float], float]:
+        """The number of hexes of a polycube, by size."""
+        return lambda size: sizing.number_of_hexes(
+            polycube, self._counts(polycube, rough_map, size)
+        )
+
+    def _afford(self, number: float, size: float, number_at: Callable[[float], float]) -> None:
         """Log what the mesh will be, or raise MeshingError with what would do instead."""
         if number <= self.max_hexes:
             gigabytes = number * sizing.BYTES / 2**30
@@ -209,15 +248,14 @@ class Template:
         raise MeshingError(
             f"stage meshing/subdivide: {asked} makes {number:.3g} hexes"
             f"{' with the regions' if self.regions else ''}, more than max_hexes "
-            f"{self.max_hexes}; {self._instead(polycube, rough_map, size)}"
+            f"{self.max_hexes}; {self._instead(size, number_at)}"
         )
 
-    def _instead(self, polycube: Polycube, rough_map: RoughMap, size: float) -> str:
+    def _instead(self, size: float, number_at: Callable[[float], float]) -> str:
         """A size that is not too fine, rounded up."""
 
         def fits(larger: float) -> bool:
-            parts = self._counts(polycube, rough_map, larger)
-            return sizing.number_of_hexes(polycube, parts) <= self.max_hexes
+            return number_at(larger) <= self.max_hexes
 
         low, high = size, size
         while not fits(high):

@@ -76,14 +76,19 @@ class Registration:
     def _judged(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
         """A candidate with its score and its coarse mesh."""
         from polycube.fitting.registration import matched_curves, register_mesh, short_quality
+        from polycube.hexmesh.generation import blocks
         from polycube.hexmesh.generation.template import counts, mesh
         from polycube.structure.lattice import boundary, corners
         from polycube.structure.rough_map import identity_map
 
-        polycube = candidate.polycube
-        parts = counts(polycube, candidate.rough_map, self.size * goal.scale)
-        positions = mesh(polycube, identity_map(polycube), parts).vertices
-        coarse = mesh(polycube, candidate.rough_map, parts)
+        polycube, size = candidate.polycube, self.size * goal.scale
+        if candidate.blocks is not None:
+            coarse = blocks.cut(candidate.blocks, blocks.counts(candidate.blocks, size))
+            positions = blocks.on_box(coarse.vertices)
+        else:
+            parts = counts(polycube, candidate.rough_map, size)
+            positions = mesh(polycube, identity_map(polycube), parts).vertices
+            coarse = mesh(polycube, candidate.rough_map, parts)
         exact = goal.features.n_faces > 0
         effort = self.rounds, self.iterations, self.samples
         hexes = register_mesh(coarse, goal, *effort, features=exact)
@@ -128,6 +133,7 @@ def _log(ranked: list[Ranked]) -> None:
     )
     for entry in ranked:
         n = {key: entry.numbers.get(key, np.nan) for key in COLUMNS}
+        blocks = entry.candidate.blocks
         logger.info(
             "  %6.2f %6.2f %6.2f %7.3f %6.3f  %-9s %s",
             entry.score,
@@ -136,5 +142,5 @@ def _log(ranked: list[Ranked]) -> None:
             n["min_jacobian"],
             n["volume_ratio"],
             entry.candidate.proposal,
-            describe(entry.candidate.polycube),
+            describe(entry.candidate.polycube) if blocks is None else f"{len(blocks.hexes)} blocks",
         )

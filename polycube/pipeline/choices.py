@@ -33,6 +33,7 @@ def choose(state: RunState, index: int, primitives: Primitives) -> RunState:
         chosen=index,
         polycube=entry.candidate.polycube,
         rough_map=entry.candidate.rough_map,
+        blocks=entry.candidate.blocks,
         parametrization=pull_back(state.surface, entry.hexes, entry.positions),
     )
     for candidate in (each.candidate for each in state.ranked):
@@ -62,8 +63,9 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
 
     The best, the best of the other family, then the best of each other kind, as long as the score
     is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
-    equal structures that rank close the one from labels is taken, whose rough map is exact.  The
-    overlays come after all others, whatever `tries` is.  Those of another genus than the part's are
+    equal structures that rank close the one from labels is taken, whose rough map is exact.
+    Structures with blocks come first where one ranks first, else after these, and overlays after
+    all others, whatever `tries` is.  Those of another genus than the part's are
     meshed only where there is nothing else.
     """
     spares = spares_of(ranked)
@@ -85,9 +87,12 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
                 and other.score <= CLOSE * entry.score
             )
             choices.append(next(same, index))
-    family = _family(ranked[choices[0]])
-    first = choices[:1] + [i for i in choices if _family(ranked[i]) != family][:1]
-    return [*[*first, *(i for i in choices if i not in first)][:tries], *overlays]
+    blocks = [i for i in choices if ranked[i].candidate.blocks is not None]
+    plain = [i for i in choices if i not in blocks]
+    others = [i for i in plain if _family(ranked[i]) != _family(ranked[plain[0]])]
+    first = plain[:1] + others[:1]
+    tried = [*first, *(i for i in plain if i not in first)][:tries]
+    return [*(blocks + tried if choices[0] in blocks else tried + blocks), *overlays]
 
 
 def settled_at(
@@ -124,9 +129,10 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
 
 
 def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]:
-    """The variants for a structure: those of the meshing bundle, or its own for overlays."""
+    """The variants for a structure: those of the bundle, or its own for overlays and blocks."""
     is_fine = bool(start.ranked) and is_overlay(start.ranked[start.chosen])
-    return bundle.get("overlay" if is_fine else "portfolio") or bundle["portfolio"]
+    name = "blocks" if start.blocks is not None else "overlay" if is_fine else "portfolio"
+    return bundle.get(name) or bundle["portfolio"]
 
 
 def is_overlay(entry: Ranked) -> bool:

@@ -78,7 +78,8 @@ def moved(value: Any, motion: Motion) -> Any:
         places = motion(value.positions.reshape(-1, 3)).reshape(value.positions.shape)
         return replace(value, positions=places)
     if isinstance(value, Candidate):
-        return replace(value, rough_map=moved(value.rough_map, motion))
+        parts = (moved(each, motion) for each in (value.rough_map, value.blocks))
+        return replace(value, **dict(zip(("rough_map", "blocks"), parts, strict=True)))
     if isinstance(value, Ranked):
         parts = (moved(each, motion) for each in (value.candidate, value.hexes))
         return replace(value, **dict(zip(("candidate", "hexes"), parts, strict=True)))

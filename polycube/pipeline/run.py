@@ -43,7 +43,7 @@ from polycube.pipeline.state import RunState
 from polycube.registry import build
 from polycube.structure.labels import nearest_labels
 from polycube.structure.lattice import describe
-from polycube.types import HexMesh, Polycube
+from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
@@ -98,7 +98,7 @@ class Run:
     @property
     def start_fields(self) -> tuple[str, ...]:
         """Fields of the state that meshing starts from."""
-        return ("surface", "polycube", "rough_map", "parametrization")
+        return ("surface", "polycube", "rough_map", "blocks", "parametrization")
 
     def begin(self) -> RunState:
         """Read the part and propose its structure.
@@ -215,7 +215,7 @@ class Run:
                     break
                 same = index == state.chosen
                 start = state if same else choose(state, index, self.primitives)
-                logger.info("meshing structure %d: %s", index, describe(_polycube(start)))
+                logger.info("meshing structure %d: %s", index, _described(start))
                 made.append(self.variants(start, stages))
                 yield made[-1]
 
@@ -333,6 +333,8 @@ def _hexes(state: RunState) -> HexMesh:
     return state.hexes
 
 
-def _polycube(state: RunState) -> Polycube:
+def _described(state: RunState) -> str:
+    if state.blocks is not None:
+        return f"{len(state.blocks.hexes)} blocks"
     assert state.polycube is not None
-    return state.polycube
+    return describe(state.polycube)

@@ -36,6 +36,7 @@ class RunState:
     given, hex_path : a hex mesh to improve, and its file
     ranked, chosen : proposed structures, best first, and the number of the one that is meshed
     polycube, rough_map, parametrization : of that structure
+    blocks : hexes of that structure, where it has its own
     trajectory, steps : (S, N, 3) states of the denoising and (S,) their steps
     denoised_on : the polycube that the denoised points lie on, where it is another one
     labels : of the surface, by the faces of the polycube
@@ -58,6 +59,7 @@ class RunState:
     polycube: Polycube | None = None
     rough_map: RoughMap | None = None
     parametrization: Parametrization | None = None
+    blocks: HexMesh | None = None
     trajectory: np.ndarray | None = None
     steps: tuple[int, ...] = ()
     denoised_on: Polycube | None = None

@@ -132,9 +132,9 @@ def check_subdivide(plugin: Callable) -> None:
     """Hexes of the polycube where the rough map puts them."""
     for primitive in ("cube", "hole_z"):
         part = solid(primitive)
-        hexes = plugin(part.surface, part.polycube, part.rough_map)
+        hexes = plugin(part.surface, part.polycube, part.rough_map, None)
         _check_hexes(hexes, part)
-        same = plugin(part.surface, part.polycube, part.rough_map)
+        same = plugin(part.surface, part.polycube, part.rough_map, None)
         claim(np.array_equal(hexes.vertices, same.vertices), "equal input gives equal hexes")
         cells = set(np.unique(hexes.cell).tolist())
         claim(cells == {0}, "every hex names its grid cell", cells)

@@ -6,13 +6,12 @@ placement, except on the polycube, whose cell edge is 1.
 """
 
 from polycube.types.checks import freeze
-from polycube.types.hexmesh import HexMesh, Ranked, Verdict
+from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Verdict
 from polycube.types.plain import Json
 from polycube.types.polycube import (
     AXES,
     OVERLAY,
     SPARE,
-    Candidate,
     Labels,
     Parametrization,
     PerAxis,

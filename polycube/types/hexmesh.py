@@ -1,4 +1,4 @@
-"""Hex meshes, and how they are judged."""
+"""Hex meshes, proposed structures, and how they are judged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from polycube.types.checks import freeze
-from polycube.types.polycube import Candidate
+from polycube.types.polycube import Polycube, RoughMap
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +49,26 @@ class HexMesh:
             patch=("Q", np.int64),
             cell=("H", np.int64),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A proposed structure: a polycube and a rough map from it to the model.
+
+    Where the structure is that of no polycube, `blocks` are coarse hexes that fill the part, from
+    which its mesh is made, and the polycube is a box.
+    """
+
+    proposal: str  # the structure plugin that made it
+    polycube: Polycube
+    rough_map: RoughMap
+    cost: float  # the proposal's own, smaller is better; comparable within one proposal
+    key: str  # equal for equal structures in equal orientation
+    trajectory: np.ndarray | None = None  # (S, N, 3) x_T ... x_0 of a denoising, polycube units
+    probability: float | None = None  # of the structure, in its frame, by a trained classifier
+    steps: tuple[int, ...] = ()  # (S,) t of each state of the trajectory
+    family: str = "grid"  # of those that fail alike: contexts of a grid, lattices, labels
+    blocks: HexMesh | None = None  # in the user's units
 
 
 @dataclass(frozen=True, eq=False)

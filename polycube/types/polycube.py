@@ -1,4 +1,4 @@
-"""Polycubes, maps from them to a model, and proposed structures."""
+"""Polycubes, and maps from them to a model."""
 
 from __future__ import annotations
 
@@ -63,21 +63,6 @@ class RoughMap:
             z=("Z", np.float64),
             positions=("X Y Z 3", np.float64),
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A proposed structure: a polycube and a rough map from it to the model."""
-
-    proposal: str  # the structure plugin that made it
-    polycube: Polycube
-    rough_map: RoughMap
-    cost: float  # the proposal's own, smaller is better; comparable within one proposal
-    key: str  # equal for equal structures in equal orientation
-    trajectory: np.ndarray | None = None  # (S, N, 3) x_T ... x_0 of a denoising, polycube units
-    probability: float | None = None  # of the structure, in its frame, by a trained classifier
-    steps: tuple[int, ...] = ()  # (S,) t of each state of the trajectory
-    family: str = "grid"  # of those that fail alike: contexts of a grid, lattices, labels
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,11 @@ FAMILY = {
     "boxes": "grid",
     "bricks": "lattice",
     "overlay": "overlay",
+    "midpoint": "midpoint",
 }
+
+
+BLOCKS = hex_box((1, 1, 1))
 
 
 @pytest.mark.parametrize(
@@ -37,12 +41,18 @@ FAMILY = {
         ([("slices", "a", 1), ("bricks", "c", 4.5), ("slices", "b", 4)], [0, 2]),
         ([*(("slices", key, 1) for key in "abcd"), ("overlay", "e", 1)], [0, 1, 2, 4]),
         ([("overlay", "a", np.inf), ("overlay", "b", np.inf)], [0, 1]),
+        ([("midpoint", "m", 1), *(("slices", key, 1) for key in "abcd")], [0, 1, 2, 3]),
+        ([*(("bricks", key, 1) for key in "abcd"), ("midpoint", "m", 1)], [0, 1, 2, 4]),
+        ([("midpoint", "m", 1), ("overlay", "a", np.inf)], [0, 1]),
     ],
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
     def entry(proposal, key, score):
         return SimpleNamespace(
-            candidate=SimpleNamespace(family=FAMILY[proposal], key=key), score=score
+            candidate=SimpleNamespace(
+                family=FAMILY[proposal], key=key, blocks=BLOCKS if proposal == "midpoint" else None
+            ),
+            score=score,
         )
 
     assert worth_meshing([entry(*e) for e in entries], tries=3) == expected

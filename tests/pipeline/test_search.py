@@ -101,7 +101,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Fill:
-    def __call__(self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
+    def __call__(
+        self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap, blocks: None
+    ) -> HexMesh:
         CALLS.append(rough_map.positions.max())
         return cube(rough_map.positions.max())
 

@@ -92,7 +92,7 @@ def test_map() -> None:
 
 
 def subdivides(change: Callable) -> Callable:
-    def plugin(surface, polycube, rough_map):
+    def plugin(surface, polycube, rough_map, blocks):
         name = "cube" if polycube.occupancy.size == 1 else "hole_z"
         return change(solid(name).hexes)
 

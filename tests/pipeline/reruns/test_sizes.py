@@ -47,7 +47,7 @@ class Cut:
     turn: float = 0.0
     most: float = 9.0
 
-    def __call__(self, surface: TriMesh, polycube: None, rough_map: None) -> HexMesh:
+    def __call__(self, surface: TriMesh, polycube: None, rough_map: None, blocks: None) -> HexMesh:
         if self.finer > self.most:
             raise MeshingError("too many")
         found = barrel(round(self.parts * self.finer))

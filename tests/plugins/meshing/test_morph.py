@@ -43,7 +43,7 @@ def template(cylinder):
 
 
 def test_order_is_a_chain_and_portfolio_names_its_options():
-    check_chain(MORPH["order"], ("surface", "polycube", "rough_map", "parametrization"))
+    check_chain(MORPH["order"], ("surface", "polycube", "rough_map", "blocks"))
     for variant in MORPH["portfolio"]:
         for kind, options in variant.items():
             stage(kind.removeprefix("meshing/"), **options)

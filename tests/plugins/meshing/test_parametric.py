@@ -32,7 +32,9 @@ def torus():
 
 
 def test_order_is_a_chain_and_portfolio_names_its_options():
-    check_chain(PARAMETRIC["order"], ("surface", "polycube", "rough_map", "parametrization"))
+    check_chain(
+        PARAMETRIC["order"], ("surface", "polycube", "rough_map", "blocks", "parametrization")
+    )
     for variant in PARAMETRIC["portfolio"]:
         for kind, options in variant.items():
             stage(kind.removeprefix("meshing/"), **options)

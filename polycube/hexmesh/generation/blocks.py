@@ -1,0 +1,75 @@
+"""Hexes of blocks: a coarse hex mesh of the part itself, each of whose hexes is cut in equal parts.
+
+Edges that lie opposite each other in a quad have the same number of parts, so hexes meet in whole
+faces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.hexmesh.connectivity import (
+    EDGES,
+    FACES,
+    PLACES,
+    exposed,
+    hex_mesh,
+    quad_sides,
+    unique_rows,
+)
+from polycube.surface.measures import connected
+from polycube.types import HexMesh
+
+LONGEST = 1.4  # times the size wanted: an edge of a hex
+SAME = 1e-9  # of the extent: vertices of two blocks nearer than this are one
+
+
+def counts(blocks: HexMesh, size: float) -> np.ndarray:
+    """(H, 3) parts of each block along xi, eta and zeta, of about a size in the model's units."""
+    ends = np.sort(blocks.hexes[:, EDGES], axis=2)  # (H, 12, 2)
+    edges, edge, _ = unique_rows(ends.reshape(-1, 2))
+    opposite = edge.reshape(-1, 4)  # those of one block in one direction
+    group = connected(np.repeat(opposite[:, 0], 3), opposite[:, 1:].ravel(), len(edges))
+    length = np.linalg.norm(np.diff(blocks.vertices[edges], axis=1)[:, 0], axis=1)
+    wanted = np.bincount(group, length) / np.bincount(group)
+    np.maximum.at(wanted, group, length / LONGEST)
+    return np.maximum(1, np.round(wanted / size)).astype(int)[group[opposite[:, 0]]].reshape(-1, 3)
+
+
+def number_of_hexes(parts: np.ndarray) -> float:
+    """Of blocks cut into so many parts (H, 3)."""
+    return float(parts.prod(axis=1, dtype=float).sum())
+
+
+def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
+    """Hexes of blocks that are cut into parts (H, 3), trilinear in each block."""
+    places, hexes, owner, start = [], [], [], 0
+    for number, n in enumerate(parts):
+        shares = np.stack(np.meshgrid(*(np.arange(k + 1) / k for k in n), indexing="ij"), axis=-1)
+        weights = np.where(PLACES, shares[..., None, :], 1 - shares[..., None, :]).prod(axis=-1)
+        places.append(weights.reshape(-1, 8) @ blocks.vertices[blocks.hexes[number]])
+        low = np.stack(np.unravel_index(np.arange(n.prod()), n), axis=1)
+        corners = (low[:, None] + PLACES).transpose(2, 0, 1)
+        hexes.append(start + np.ravel_multi_index(corners, n + 1))
+        owner.append(np.full(n.prod(), number))
+        start += len(places[-1])
+    vertices, of = np.concatenate(places), np.concatenate(owner)
+    near = cKDTree(vertices).query_pairs(
+        SAME * np.ptp(vertices, axis=0).max(), output_type="ndarray"
+    )
+    name = connected(near[:, 0], near[:, 1], len(vertices))
+    _, first, name = np.unique(name, return_index=True, return_inverse=True)
+    joined = name[np.concatenate(hexes)]
+    quads, inner = exposed(joined)
+    patch = np.zeros((len(blocks.hexes), 6), np.int64)
+    patch[quad_sides(blocks)] = blocks.patch
+    side = (joined[inner][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
+    return hex_mesh(vertices[first], joined, quads, patch[of[inner], side], blocks.cell[of])
+
+
+def on_box(vertices: np.ndarray) -> np.ndarray:
+    """(V, 3) vertices pushed away from the middle of their bounding box, onto the unit cube."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    out = 2 * (vertices - low) / (high - low) - 1
+    return (1 + out / np.maximum(abs(out).max(axis=1, keepdims=True), SAME)) / 2
