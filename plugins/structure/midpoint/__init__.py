@@ -1,0 +1,1 @@
+"""Midpoint subdivision of polyhedra."""

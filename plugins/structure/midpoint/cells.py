@@ -1,0 +1,193 @@
+"""Convex cells of a polyhedron."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError, cKDTree
+
+from polycube.surface.measures import connected, diagonal, face_normals, volume
+from polycube.surface.winding import winding_numbers
+from polycube.types import TriMesh
+
+from .polyhedron import NotPolyhedralError, Polyhedron
+
+SAME = 1e-7  # of the diagonal: points nearer than this are one, and on a plane
+ALIKE = 1e-6  # difference of unit normals of one plane
+EXACT = 1e-6  # of the volume of the part: what cells may miss or have twice
+
+Face = tuple[int, ...]  # points round a convex polygon
+Cell = tuple[Face, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Convex cells that meet in whole faces.
+
+    Parameters
+    ----------
+    points : (N, 3)
+    cells : the faces of each
+    """
+
+    points: np.ndarray
+    cells: tuple[Cell, ...]
+
+
+def convex_cells(solid: Polyhedron, most: int) -> Cells:
+    """Cells of a polyhedron: itself where it is convex, else cut by planes at its reflex edges.
+
+    The plane that halves the angle of the solid at a reflex edge goes through the whole solid, so
+    that cells meet in whole faces.
+
+    Parameters
+    ----------
+    solid : Polyhedron
+    most : planes at most
+
+    Raises
+    ------
+    NotPolyhedralError
+        Where more planes are needed, or what is between them is not convex.
+    """
+    near = SAME * diagonal(solid.surface)
+    planes = _distinct(solid.reflex, near)
+    if len(planes) > most:
+        raise NotPolyhedralError(
+            f"it is not convex and would be cut by {len(planes)} planes, more than {most}"
+        )
+    points = _apart(np.concatenate([*_points(solid, planes, near)]), near)
+    height = np.einsum("npd,pd->np", points[:, None] - planes[:, 0], planes[:, 1])
+    side = np.where(abs(height) < near, 0, np.sign(height))
+    found, total = [], 0.0
+    for signs in product((-1, 1), repeat=len(planes)):
+        inside = np.flatnonzero((side * signs >= 0).all(axis=1))
+        try:
+            hull = ConvexHull(points[inside])
+        except (QhullError, ValueError):  # fewer than four points, or all in one plane
+            continue
+        total += hull.volume
+        found.append(_faces(points, inside, hull.equations, near))
+    if not np.isclose(total, volume(solid.surface), rtol=EXACT):
+        raise NotPolyhedralError("it is not convex, and no planes at its reflex edges make it so")
+    return Cells(points, tuple(found))
+
+
+def joined(cells: Cells) -> Cells:
+    """The same with every two cells in one whose union is convex and meets others in whole faces.
+
+    Planes cut on beyond the place where they are needed; this takes the needless cuts back.
+    """
+    points, left = cells.points, list(cells.cells)
+    near = SAME * float(np.linalg.norm(np.ptp(points, axis=0)))
+    while found := next(_unions(points, left, near), None):
+        first, second, union = found
+        left[first] = union
+        del left[second]
+    return Cells(points, tuple(left))
+
+
+def _unions(points: np.ndarray, cells: list[Cell], near: float) -> Iterator[tuple[int, int, Cell]]:
+    """Numbers of two cells, ascending, that may be joined, and their union."""
+    faces = [{frozenset(face) for face in cell} for cell in cells]
+    for first, second in combinations(range(len(cells)), 2):
+        if not faces[first] & faces[second]:
+            continue
+        inside = [np.array(sorted(frozenset().union(*faces[k]))) for k in (first, second)]
+        hull = ConvexHull(points[both := np.union1d(*inside)])
+        volumes = [ConvexHull(points[each]).volume for each in inside]
+        if not np.isclose(hull.volume, sum(volumes), rtol=EXACT):
+            continue
+        union = _faces(points, both, hull.equations, near)
+        others = set().union(*(faces[k] for k in range(len(cells)) if k not in (first, second)))
+        if others & (faces[first] | faces[second]) <= {frozenset(face) for face in union}:
+            yield first, second, union
+
+
+def _distinct(planes: np.ndarray, near: float) -> np.ndarray:
+    """Planes (P, 2, 3), a point and a normal, without those that are the same either way round."""
+    kept: list[np.ndarray] = []
+    for point, normal in planes:
+        if not any(
+            np.linalg.norm(np.cross(normal, other)) < ALIKE and abs((point - at) @ other) < near
+            for at, other in kept
+        ):
+            kept.append(np.stack([point, normal]))
+    return np.reshape(kept, (-1, 2, 3))
+
+
+def _points(solid: Polyhedron, planes: np.ndarray, near: float) -> Iterator[np.ndarray]:
+    """Corners of the cells, some of them several times: (N, 3) each."""
+    yield solid.corners
+    for point, normal in planes:
+        yield _on_edges(solid.edges, point, normal, near)
+    for pair in combinations(planes, 2):
+        yield _on_faces(solid.surface, *pair, near)
+    for three in combinations(planes, 3):
+        normals = np.array([normal for _, normal in three])
+        if abs(np.linalg.det(normals)) > ALIKE:
+            place = np.linalg.solve(normals, [point @ normal for point, normal in three])[None]
+            yield place[winding_numbers(solid.surface, place) > 0.5]
+
+
+def _on_edges(edges: np.ndarray, point: np.ndarray, normal: np.ndarray, near: float) -> np.ndarray:
+    """(N, 3) places where a plane crosses edges (E, 2, 3)."""
+    height = (edges - point) @ normal
+    crosses = (height[:, 0] * height[:, 1] < 0) & (abs(height).min(axis=1) > near)
+    share = height[crosses, 0] / (height[crosses, 0] - height[crosses, 1])
+    return edges[crosses, 0] + share[:, None] * (edges[crosses, 1] - edges[crosses, 0])
+
+
+def _on_faces(surface: TriMesh, one: np.ndarray, other: np.ndarray, near: float) -> np.ndarray:
+    """(N, 3) places where the line of two planes crosses triangles, or their sides."""
+    way = np.cross(one[1], other[1])
+    if np.linalg.norm(way) < ALIKE:
+        return np.zeros((0, 3))
+    system = np.array([one[1], other[1], way / np.linalg.norm(way)])
+    start = np.linalg.solve(system, [one[0] @ one[1], other[0] @ other[1], 0.0])
+    a, b, c = np.moveaxis(surface.vertices[surface.faces], 1, 0)
+    normal = face_normals(surface)
+    steep = normal @ system[2]
+    crosses = abs(steep) > ALIKE
+    a, b, c, normal = a[crosses], b[crosses], c[crosses], normal[crosses]
+    share = np.einsum("fd,fd->f", a - start, normal) / steep[crosses]
+    place = start + share[:, None] * system[2]
+    is_in = np.ones(len(place), bool)
+    for tail, head in ((a, b), (b, c), (c, a)):
+        inward = np.cross(normal, head - tail)
+        inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+        is_in &= np.einsum("fd,fd->f", place - tail, inward) > -near
+    return place[is_in]
+
+
+def _apart(points: np.ndarray, near: float) -> np.ndarray:
+    """Points (N, 3) without those that are another's, within some distance."""
+    first, second = cKDTree(points).query_pairs(near, output_type="ndarray").T
+    return points[np.unique(connected(first, second, len(points)), return_index=True)[1]]
+
+
+def _faces(points: np.ndarray, inside: np.ndarray, equations: np.ndarray, near: float) -> Cell:
+    """Faces of a convex cell, each counter-clockwise from outside.
+
+    inside : points of the cell; those that are no corners are left out
+    equations : (T, 4) planes of the triangles of its hull
+    """
+    normals, distance = equations[:, :3], equations[:, 3]
+    on = abs(points[inside] @ normals.T + distance) < 10 * near  # (I, T)
+    on, first = np.unique(on, axis=1, return_index=True)
+    normals = normals[first]
+    is_corner = on.sum(axis=1) > 2
+    return tuple(
+        _in_order(points, inside[is_corner & round_it], normal)
+        for round_it, normal in zip(on.T, normals, strict=True)
+    )
+
+
+def _in_order(points: np.ndarray, corners: np.ndarray, normal: np.ndarray) -> Face:
+    """Corners of a convex polygon, counter-clockwise seen against its normal."""
+    out = points[corners] - points[corners].mean(axis=0)
+    beside = np.cross(normal, out[0])
+    return tuple(corners[np.argsort(np.arctan2(out @ beside, out @ out[0]))].tolist())

@@ -1,0 +1,133 @@
+"""Hexes of convex cells: one at each corner with three edges (Li, McKeag and Armstrong 1995).
+
+The hex at a corner of a cell has that corner, the middles of its three edges, the centres of its
+three faces and the centre of the cell.  A cell with another corner is divided into tetrahedra
+first.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+
+from .cells import Cell, Cells, Face, joined
+
+
+def divided(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) and hexes (H, 8) of the division with the largest least scaled Jacobian.
+
+    Tried are tetrahedra round the centres of the cells that need them, the same with cells joined,
+    and for a single cell tetrahedra round each of its corners.
+    """
+    found = [_hexes(each) for each in _divisions(cells)]
+    return max(found, key=lambda mesh: scaled_jacobian(*mesh).min().round(6))
+
+
+def _divisions(cells: Cells) -> Iterator[Cells]:
+    """Cells of which all corners have three edges."""
+    yield _coned(cells)
+    if len(cells.cells) > 1:
+        yield _coned(joined(cells))
+    if len(cells.cells) == 1 and not _is_simple(cells.cells[0]):
+        [cell] = cells.cells
+        for tip in sorted({corner for face in cell for corner in face}):
+            yield _round_corner(cells.points, cell, tip)
+
+
+def _is_simple(cell: Cell) -> bool:
+    """Whether every corner of a cell has three faces."""
+    return set(Counter(corner for face in cell for corner in face).values()) == {3}
+
+
+def _coned(cells: Cells) -> Cells:
+    """Tetrahedra round the centre of every cell with a corner that has not three edges.
+
+    Faces of such cells get a centre unless they are triangles, and so the cells beyond them are
+    divided as well.
+    """
+    whole = {number for number, cell in enumerate(cells.cells) if _is_simple(cell)}
+    while True:
+        split = {
+            frozenset(face)
+            for number, cell in enumerate(cells.cells)
+            if number not in whole
+            for face in cell
+            if len(face) > 3
+        }
+        reached = {n for n in whole if any(frozenset(face) in split for face in cells.cells[n])}
+        if not reached:
+            break
+        whole -= reached
+    points, found = list(cells.points), []
+    centre: dict[frozenset[int], int] = {}
+    for number, cell in enumerate(cells.cells):
+        if number in whole:
+            found.append(cell)
+            continue
+        middle = _add(points, cells.points[sorted({c for face in cell for c in face})].mean(axis=0))
+        for face in cell:
+            name = frozenset(face)
+            if name in split and name not in centre:
+                centre[name] = _add(points, cells.points[list(face)].mean(axis=0))
+            found += [_tetrahedron(each, middle) for each in _triangles(face, centre.get(name))]
+    return Cells(np.array(points), tuple(found))
+
+
+def _round_corner(points: np.ndarray, cell: Cell, tip: int) -> Cells:
+    """Tetrahedra from a corner of a cell to all faces that it is not on."""
+    added, found = list(points), []
+    for face in cell:
+        if tip not in face:
+            middle = _add(added, points[list(face)].mean(axis=0)) if len(face) > 3 else None
+            found += [_tetrahedron(each, tip) for each in _triangles(face, middle)]
+    return Cells(np.array(added), tuple(found))
+
+
+def _add(points: list[np.ndarray], place: np.ndarray) -> int:
+    points.append(place)
+    return len(points) - 1
+
+
+def _triangles(face: Face, centre: int | None) -> list[Face]:
+    """A face as triangles round its centre, or itself where it has none."""
+    return [face] if centre is None else [(a, b, centre) for a, b in _sides(face)]
+
+
+def _sides(face: Face) -> list[tuple[int, int]]:
+    return list(zip(face, (*face[1:], face[0]), strict=True))
+
+
+def _tetrahedron(triangle: Face, tip: int) -> Cell:
+    """Of a triangle, counter-clockwise from outside, and the corner beneath it."""
+    return (triangle, *((b, a, tip) for a, b in _sides(triangle)))
+
+
+def _hexes(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) and hexes (H, 8), one for each corner of each cell."""
+    number: dict[frozenset[int], int] = {}
+    places: list[np.ndarray] = []
+    hexes = []
+
+    def vertex(*corners: int) -> int:
+        """In the middle of corners: itself a corner, or of an edge, face or cell."""
+        key = frozenset(corners)
+        if key not in number:
+            number[key] = _add(places, cells.points[list(corners)].mean(axis=0))
+        return number[key]
+
+    for cell in cells.cells:
+        corners = {corner for face in cell for corner in face}
+        beside = {side: face for face in cell for side in _sides(face)}
+        for corner in sorted(corners):
+            ends = [min(end for start, end in beside if start == corner)]
+            for _ in range(2):
+                face = beside[corner, ends[-1]]
+                ends.append(face[face.index(corner) - 1])
+            a, b, c = (vertex(corner, end) for end in ends)
+            ab, bc, ca = (vertex(*beside[corner, end]) for end in ends)
+            hexes.append([vertex(corner), b, ab, a, c, bc, vertex(*sorted(corners)), ca])
+    return np.array(places), np.array(hexes)

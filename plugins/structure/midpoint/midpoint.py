@@ -1,0 +1,87 @@
+"""Midpoint subdivision: hexes of a polyhedron with any number of edges at its corners."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from hashlib import sha256
+
+import numpy as np
+
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.kinds import Structure
+from polycube.registry import register
+from polycube.structure.rough_map import affine_map
+from polycube.surface.fit_target import target
+from polycube.types import Candidate, HexMesh, Polycube, TriMesh
+
+from .cells import convex_cells
+from .division import divided
+from .polyhedron import NotPolyhedralError, Polyhedron, polyhedron
+
+logger = logging.getLogger(__name__)
+
+LEAST = 0.05  # scaled Jacobian of blocks that polishing may make good
+TURN = 0.1  # of the diagonal: what a whole turn of the normal is worth
+
+
+@register("structure", "midpoint")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Midpoint(Structure):
+    """Divide a polyhedron into convex cells, and each into a hex for each of its corners.
+
+    For parts of planar faces only, of genus 0 and with few corners; these may have more than three
+    edges, as no corner of a polycube has.  Corners, edges and faces are kept exactly.
+
+    Parameters
+    ----------
+    grid : cells of the polycube; not used
+    primitives : (3, 3, 3) bool voxels by name
+    corners : of the part at most
+    planes : that cut a part that is not convex, at most
+    """
+
+    any_grid = True
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
+    corners: int = 60
+    planes: int = 6
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """One candidate with blocks, or none where the part is no such polyhedron."""
+        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        if brick is None:
+            logger.info("midpoint: no primitive is a full cell; nothing proposed")
+            return []
+        try:
+            solid = polyhedron(surface, self.corners)
+            vertices, hexes = divided(convex_cells(solid, self.planes))
+        except NotPolyhedralError as reason:
+            logger.info("midpoint: nothing proposed, for %s", reason)
+            return []
+        least = scaled_jacobian(vertices, hexes).min()
+        logger.info("midpoint: %d blocks, least scaled Jacobian %.3f", len(hexes), least)
+        if least < LEAST:
+            logger.info("midpoint: nothing proposed, for the blocks are too poor")
+            return []
+        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        ends = np.array([0.0, 1.0])
+        polycube = Polycube(np.ones((1, 1, 1), bool), ends, ends, ends, (1, 1, 1), (brick,))
+        rough_map = affine_map(polycube, np.diag(high - low), low)
+        key = f"midpoint {sha256(hexes.tobytes()).hexdigest()}"
+        blocks = _with_faces(hex_mesh(vertices, hexes), solid)
+        family = "midpoint"
+        return [Candidate(family, polycube, rough_map, 0.0, key, family=family, blocks=blocks)]
+
+
+def _with_faces(blocks: HexMesh, solid: Polyhedron) -> HexMesh:
+    """Blocks whose boundary quads name the planar faces that they are on."""
+    goal = target(solid.surface)
+    corners = goal.to_unit(blocks.vertices)[blocks.quads]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    _, triangle = goal.closest(corners.mean(axis=1), normals, TURN)
+    return replace(blocks, patch=solid.face[triangle])
