@@ -243,7 +243,8 @@ class Run:
         return self._finish(found, stages)
 
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
-        """The variants of the bundle, on one structure."""
+        """The variants of the bundle, on one structure; with blocks they have no short runs."""
+        trial = None if start.blocks is not None else self.bundle.get("trial")
         return Variants(
             stages,
             list(variants_of(self.bundle, start)),
@@ -251,7 +252,7 @@ class Run:
             self.acceptance,
             self.clock,
             self.deadline,
-            self.bundle.get("trial") or {},
+            trial or {},
         )
 
     def _finish(self, found: Variants, stages: Sequence[Stage]) -> RunState:

@@ -146,7 +146,11 @@ class Variants:
         return name, self.run(*name)
 
     def best_short(self) -> tuple[tuple[float, ...], int] | None:
-        """Key and number of the best variant that had a short run alone."""
+        """Key and number of the best variant that had a short run alone; None where the short
+        runs are no shorter than others.
+        """
+        if not self.trial:
+            return None
         full = {number for number, short in self._attempts if not short}
         found = [
             (each.verdict.key, number)

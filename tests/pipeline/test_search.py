@@ -119,6 +119,17 @@ def test_a_variant_of_the_map_gets_hexes_of_its_own():
     assert CALLS == [1.0, 4.0, 2.0]
 
 
+def test_a_structure_without_short_runs_takes_no_full_run_from_another():
+    stages, judge = [Stage("meshing/optimize", Grow())], BySize(good=9.0)
+    poor = Variants(stages, [{"meshing/optimize": {"to": 2.0}}], START, judge, trial=TRIAL)
+    options = [{"meshing/optimize": {"to": to}} for to in (3.0, 4.0)]
+    plain = Variants(stages, options, START, judge, trial=TRIAL)
+    full = Variants(stages, [{"meshing/optimize": {"to": 2.5}}], START, judge)
+    found = search([poor, plain, full], lambda tried: False)
+    assert full.best == (2.5,) and full.best_short() is None  # above the shorts of 1.5 and 2
+    assert found is plain and size(found.finish()[0]) == 4.0
+
+
 def searched(
     *starts: list[float],
     enough: float,

@@ -19,6 +19,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.choices import variants_of
 from polycube.pipeline.state import RunState
 from polycube.plugins.ranking.registration import Registration
+from polycube.plugins.structure.midpoint import midpoint
 from polycube.plugins.structure.midpoint.cells import convex_cells, joined
 from polycube.plugins.structure.midpoint.division import divided
 from polycube.plugins.structure.midpoint.polyhedron import polyhedron
@@ -200,6 +201,18 @@ def test_what_is_no_such_polyhedron_is_refused_in_a_sentence(surface, options, r
     caplog.set_level(logging.INFO)
     assert propose(surface, **options) == []
     assert reason in caplog.text
+
+
+def test_blocks_that_do_not_meet_are_refused_in_a_sentence(caplog, monkeypatch):
+    caplog.set_level(logging.INFO)
+
+    def doubled(cells):
+        vertices, hexes = divided(cells)
+        return vertices, hexes[[0, 1, 1]]
+
+    monkeypatch.setattr(midpoint, "divided", doubled)
+    assert propose(hull(SIGNS)) == []
+    assert "because its cells do not fit" in caplog.text
 
 
 def test_blocks_follow_size_and_max_hexes_and_say_that_regions_have_no_effect():

@@ -37,6 +37,11 @@ class Cells:
     cells: tuple[Cell, ...]
 
 
+def sides(face: Face) -> list[tuple[int, int]]:
+    """Ends of the sides of a face, in its order."""
+    return list(zip(face, (*face[1:], face[0]), strict=True))
+
+
 def convex_cells(solid: Polyhedron, most: int) -> Cells:
     """Cells of a polyhedron: itself where it is convex, else cut by planes at its reflex edges.
 
@@ -73,6 +78,8 @@ def convex_cells(solid: Polyhedron, most: int) -> Cells:
         found.append(_faces(points, inside, hull.equations, near))
     if not np.isclose(total, volume(solid.surface), rtol=EXACT):
         raise NotPolyhedralError("it is not convex, and no planes at its reflex edges make it so")
+    if not all(map(_is_closed, found)):
+        raise NotPolyhedralError("it has edges or angles that are too small")
     return Cells(points, tuple(found))
 
 
@@ -103,7 +110,8 @@ def _unions(points: np.ndarray, cells: list[Cell], near: float) -> Iterator[tupl
             continue
         union = _faces(points, both, hull.equations, near)
         others = set().union(*(faces[k] for k in range(len(cells)) if k not in (first, second)))
-        if others & (faces[first] | faces[second]) <= {frozenset(face) for face in union}:
+        kept = others & (faces[first] | faces[second]) <= {frozenset(face) for face in union}
+        if kept and _is_closed(union):
             yield first, second, union
 
 
@@ -184,6 +192,12 @@ def _faces(points: np.ndarray, inside: np.ndarray, equations: np.ndarray, near: 
         _in_order(points, inside[is_corner & round_it], normal)
         for round_it, normal in zip(on.T, normals, strict=True)
     )
+
+
+def _is_closed(cell: Cell) -> bool:
+    """Whether each side of each face is that of one other face, the other way round."""
+    found = [side for face in cell for side in sides(face)]
+    return sorted(found) == sorted({(b, a) for a, b in found})
 
 
 def _in_order(points: np.ndarray, corners: np.ndarray, normal: np.ndarray) -> Face:

@@ -14,7 +14,7 @@ import numpy as np
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
-from .cells import Cell, Cells, Face, joined
+from .cells import Cell, Cells, Face, joined, sides
 
 
 def divided(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
@@ -94,16 +94,12 @@ def _add(points: list[np.ndarray], place: np.ndarray) -> int:
 
 def _triangles(face: Face, centre: int | None) -> list[Face]:
     """A face as triangles round its centre, or itself where it has none."""
-    return [face] if centre is None else [(a, b, centre) for a, b in _sides(face)]
-
-
-def _sides(face: Face) -> list[tuple[int, int]]:
-    return list(zip(face, (*face[1:], face[0]), strict=True))
+    return [face] if centre is None else [(a, b, centre) for a, b in sides(face)]
 
 
 def _tetrahedron(triangle: Face, tip: int) -> Cell:
     """Of a triangle, counter-clockwise from outside, and the corner beneath it."""
-    return (triangle, *((b, a, tip) for a, b in _sides(triangle)))
+    return (triangle, *((b, a, tip) for a, b in sides(triangle)))
 
 
 def _hexes(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
@@ -121,7 +117,7 @@ def _hexes(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
 
     for cell in cells.cells:
         corners = {corner for face in cell for corner in face}
-        beside = {side: face for face in cell for side in _sides(face)}
+        beside = {side: face for face in cell for side in sides(face)}
         for corner in sorted(corners):
             ends = [min(end for start, end in beside if start == corner)]
             for _ in range(2):

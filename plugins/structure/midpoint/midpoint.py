@@ -9,7 +9,7 @@ from hashlib import sha256
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.connectivity import check_conforming, hex_mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import Structure
 from polycube.registry import register
@@ -59,22 +59,31 @@ class Midpoint(Structure):
         try:
             solid = polyhedron(surface, self.corners)
             vertices, hexes = divided(convex_cells(solid, self.planes))
+            blocks = _with_faces(_conforming(vertices, hexes), solid)
         except NotPolyhedralError as reason:
-            logger.info("midpoint: nothing proposed, for %s", reason)
+            logger.info("midpoint: nothing is proposed, because %s", reason)
             return []
         least = scaled_jacobian(vertices, hexes).min()
         logger.info("midpoint: %d blocks, least scaled Jacobian %.3f", len(hexes), least)
         if least < LEAST:
-            logger.info("midpoint: nothing proposed, for the blocks are too poor")
+            logger.info("midpoint: nothing is proposed, because the blocks are too poor")
             return []
         low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
         ends = np.array([0.0, 1.0])
         polycube = Polycube(np.ones((1, 1, 1), bool), ends, ends, ends, (1, 1, 1), (brick,))
         rough_map = affine_map(polycube, np.diag(high - low), low)
         key = f"midpoint {sha256(hexes.tobytes()).hexdigest()}"
-        blocks = _with_faces(hex_mesh(vertices, hexes), solid)
         family = "midpoint"
         return [Candidate(family, polycube, rough_map, 0.0, key, family=family, blocks=blocks)]
+
+
+def _conforming(vertices: np.ndarray, hexes: np.ndarray) -> HexMesh:
+    blocks = hex_mesh(vertices, hexes)
+    try:
+        check_conforming(blocks)
+    except ValueError as error:
+        raise NotPolyhedralError(f"its cells do not fit: {error}") from None
+    return blocks
 
 
 def _with_faces(blocks: HexMesh, solid: Polyhedron) -> HexMesh:
