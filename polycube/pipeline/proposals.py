@@ -53,7 +53,13 @@ def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
     """Say why no candidate has the surface's genus, and what may help."""
     shapes = " or ".join("x".join(map(str, shape)) for shape in grids(settings))
     named = ", ".join(map(str, settings.primitives["use"]))
-    plugins = [plugin for _, plugin in _plugins(grids(settings)[-1], settings, {})]
+    own = dict(_plugins(grids(settings)[-1], settings, {}))
+    plugins = own.values()
+    if not n_proposed and all(plugin.any_grid for plugin in plugins):
+        return (
+            f"structure={', '.join(own)} proposes nothing for this "
+            f"surface of genus {genus(surface)}; verbose=true says why, structure=auto tries others"
+        )
     if not n_proposed and all(plugin.needs_network for plugin in plugins):
         return (
             f"no trained weights for {named} on a {shapes} grid; name weights by ckpt=, or let "

@@ -19,7 +19,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.choices import variants_of
 from polycube.pipeline.state import RunState
 from polycube.plugins.ranking.registration import Registration
-from polycube.plugins.structure.midpoint import midpoint
+from polycube.plugins.structure.midpoint import division
 from polycube.plugins.structure.midpoint.cells import convex_cells, joined
 from polycube.plugins.structure.midpoint.division import divided
 from polycube.plugins.structure.midpoint.polyhedron import polyhedron
@@ -210,7 +210,7 @@ def test_blocks_that_do_not_meet_are_refused_in_a_sentence(caplog, monkeypatch):
         vertices, hexes = divided(cells)
         return vertices, hexes[[0, 1, 1]]
 
-    monkeypatch.setattr(midpoint, "divided", doubled)
+    monkeypatch.setattr(division, "divided", doubled)
     assert propose(hull(SIGNS)) == []
     assert "because its cells do not fit" in caplog.text
 

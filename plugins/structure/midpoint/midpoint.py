@@ -6,20 +6,16 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import check_conforming, hex_mesh
-from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.structure.rough_map import affine_map
-from polycube.surface.fit_target import target
 from polycube.types import Candidate, HexMesh, Polycube, TriMesh
 
-from .cells import convex_cells
-from .division import divided
-from .polyhedron import NotPolyhedralError, Polyhedron, polyhedron
+if TYPE_CHECKING:
+    from .polyhedron import Polyhedron
 
 logger = logging.getLogger(__name__)
 
@@ -52,6 +48,13 @@ class Midpoint(Structure):
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """One candidate with blocks, or none where the part is no such polyhedron."""
+        from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+        from polycube.structure.rough_map import affine_map
+
+        from .cells import convex_cells
+        from .division import divided
+        from .polyhedron import NotPolyhedralError, polyhedron
+
         brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
         if brick is None:
             logger.info("midpoint: no primitive is a full cell; nothing proposed")
@@ -78,6 +81,10 @@ class Midpoint(Structure):
 
 
 def _conforming(vertices: np.ndarray, hexes: np.ndarray) -> HexMesh:
+    from polycube.hexmesh.connectivity import check_conforming, hex_mesh
+
+    from .polyhedron import NotPolyhedralError
+
     blocks = hex_mesh(vertices, hexes)
     try:
         check_conforming(blocks)
@@ -88,6 +95,8 @@ def _conforming(vertices: np.ndarray, hexes: np.ndarray) -> HexMesh:
 
 def _with_faces(blocks: HexMesh, solid: Polyhedron) -> HexMesh:
     """Blocks whose boundary quads name the planar faces that they are on."""
+    from polycube.surface.fit_target import target
+
     goal = target(solid.surface)
     corners = goal.to_unit(blocks.vertices)[blocks.quads]
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
