@@ -147,6 +147,16 @@ class CountsHexes(Protocol):
         """
 
 
+@runtime_checkable
+class FollowsCreases(Protocol):
+    """A subdivision that makes finer hexes along the sharp edges of the surface."""
+
+    def crease_options(self, distance: float) -> Mapping[str, object] | None:
+        """Options for mesh edges within this share of the diagonal of the sharp edges; None where
+        the number of hexes is fixed.
+        """
+
+
 class Improve(Protocol):
     """Change a hex mesh: smooth, pillow, optimize or refine it."""
 

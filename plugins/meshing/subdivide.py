@@ -55,6 +55,8 @@ class Template:
         of the lattice intervals there are as many, whatever the size
     more : parts more than that, or fewer where negative, for each entry of `at`; the search finds
         them, for layers under the boundary count too
+    creases : chord error along sharp edges above which there are more parts of the intervals along
+        them, up to half as many hexes again; null: never; the search sets it
     features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
     coarsen : with level 0, hexes larger than the lattice's where no detail needs small ones, up to
         about `size`
@@ -73,6 +75,7 @@ class Template:
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
     at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
     more: Sequence[int] = ()
+    creases: float | str | None = None
     features: str = setting("meshing.features", MeshingSettings.features)
     coarsen: bool = False
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
@@ -93,6 +96,7 @@ class Template:
         Raises MeshingError where more than `max_hexes` are asked for.
         """
         from polycube.fitting.cascade import cascade, registered_map
+        from polycube.fitting.creases.chord_counts import finer_along
         from polycube.fitting.registration import register_mesh
         from polycube.hexmesh.generation.template import mesh, mesh_between
         from polycube.surface.fit_target import target
@@ -123,7 +127,8 @@ class Template:
         if self.level != 0:
             placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
         is_curved = self.curvature is not None and self.level is None
-        if is_curved or self._asks:
+        is_followed = self.creases is not None and self.level is None
+        if is_curved or self._asks or is_followed:
             few = self._counts(polycube, rough_map, max(size, coarse))
             near = register_mesh(
                 mesh(polycube, placed, few), target(surface), *QUICK, features=exact
@@ -132,6 +137,10 @@ class Template:
                 parts = self._curved(polycube, target(surface), parts, near, few, exact)
             if self._asks:
                 parts = self._demanded(surface, polycube, parts, near, few)
+            if is_followed:
+                chord = sizing.length(self.creases, unit) / unit
+                lattice = polycube, parts, near, few, target(surface)
+                parts = finer_along(*lattice, chord, self.max_hexes)
         if not self.regions:
             return mesh(polycube, placed, parts)
         boxes = [sizing.box_of(region, unit) for region in self.regions]
@@ -150,6 +159,10 @@ class Template:
         if self.level is not None:
             return None
         return {"finer": times * self.finer}
+
+    def crease_options(self, distance: float) -> dict[str, object] | None:
+        """Options for chords within this share of the diagonal of the sharp edges."""
+        return None if self.level is not None else {"creases": f"{100 * distance:.9g}%"}
 
     def count_options(self, missing: Sequence[int]) -> dict[str, object] | None:
         """Options for so many hexes more, or fewer, at each entry of `at`."""
@@ -257,20 +270,16 @@ class Template:
         def fits(larger: float) -> bool:
             return number_at(larger) <= self.max_hexes
 
-        low, high = size, size
-        while not fits(high):
-            low, high = high, 4 * high
-            if high > 1e12 * size:
-                return "the least numbers of parts are too many"
-        while high > 1.01 * low:
-            middle = (low * high) ** 0.5
-            low, high = (low, middle) if fits(middle) else (middle, high)
-        return f"size {1.005 * high:.3g} would do" + " without regions" * bool(self.regions)
+        fitting = sizing.size_that_fits(fits, size)
+        if fitting is None:
+            return "the least numbers of parts are too many"
+        return f"size {fitting:.3g} would do" + " without regions" * bool(self.regions)
 
     def __post_init__(self) -> None:
         check_features(self.features)
-        for name in ("size", "coarse", "curvature"):
-            if name != "curvature" or self.curvature not in (None, "auto"):
+        words = {"curvature": (None, "auto"), "creases": (None,)}  # that are no lengths
+        for name in ("size", "coarse", "curvature", "creases"):
+            if getattr(self, name) not in words.get(name, ()):
                 sizing.check_length(name, getattr(self, name))
         for name in ("finer", "least", "across", "max_hexes"):
             if getattr(self, name) <= 0:

@@ -20,20 +20,21 @@ VOLUME_OFF = 0.04  # of the surface's volume
 POOR = 0.2  # scaled Jacobian
 
 
-def merit_of(jacobian: float, vertices: float, creases: float) -> float:
+def merit_of(jacobian: float, vertices: float, creases: float, near: float = CREASES) -> float:
     """Merit of a worst hex, and of boundary vertices and creases that miss; larger is better.
 
     Parameters
     ----------
     jacobian : smallest scaled Jacobian
     vertices, creases : distances in diagonals
+    near : distance of the creases that costs nothing
     """
     return (
         min(jacobian, FULL)
         + BEYOND * max(0, jacobian - FULL)
         - INVALID * (jacobian <= 0)
         - 20 * max(0, vertices - 0.001)
-        - 5 * max(0, creases - CREASES)
+        - 5 * max(0, creases - near)
     )
 
 

@@ -26,6 +26,9 @@ class MeshingSettings:
         become finer
     curvature : chord error on curved surfaces above which the number of hexes is raised, at most
         doubled; auto: 0.3%, or 0.2% where features are exact; null: never
+    creases : distance from the mesh's edges that 95 % of the sharp edges keep: finer hexes along
+        them, or exact features, where the hexes stay as good; auto: 0.1% for triangles alone, else
+        null; null: as they come
     deviation : refine until 99 % of the points of mesh and surface are within this distance of the
         other; null: do not refine
     max_hexes : limit before pillowing; a size that needs more hexes is refused
@@ -42,6 +45,7 @@ class MeshingSettings:
     level: int | None = None
     regions: Sequence[object] = ()
     curvature: float | str | None = "auto"
+    creases: float | str | None = "auto"
     deviation: float | str | None = None
     max_hexes: int = 100_000
     at: Sequence[object] = ()
@@ -61,6 +65,13 @@ class MeshingSettings:
 def curvature_of(asked: float | str, exact: bool) -> float | str:
     """The chord error that was asked for, with auto resolved."""
     return ("0.2%" if exact else "0.3%") if asked == "auto" else asked
+
+
+def creases_of(asked: float | str | None, surface: TriMesh) -> float | str | None:
+    """The distance of sharp edges that was asked for, with auto resolved."""
+    if asked != "auto":
+        return asked
+    return None if len(surface.region) else "0.1%"
 
 
 def check_features(asked: str) -> None:

@@ -32,6 +32,7 @@ from polycube.pipeline.deadline import Deadline, TimeIsUp
 from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import explain_none, propose
+from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
 from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.reruns.sheets import keep_good_sheets
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
@@ -77,6 +78,11 @@ class Run:
             self.requests = requests_of(settings.meshing.get("at") or ())
         except ValueError as error:
             raise InputError(str(error), "meshing.at") from None
+        self.creases = settings.meshing.get("creases")
+        try:
+            check_creases(self.creases)
+        except ValueError as error:
+            raise InputError(str(error), "meshing.creases") from None
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)
         self.ranking: Ranking = build("ranking", settings.ranking)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
@@ -174,7 +180,8 @@ class Run:
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
         verdict = self.acceptance(hexes, state.surface)
-        for sentence in unmet(hexes, state.surface, self.requests):
+        missed = creases_missed(hexes, state.surface, self.creases)
+        for sentence in chain(unmet(hexes, state.surface, self.requests), missed):
             logger.warning("warning: %s", sentence)
             verdict = replace(verdict, warnings=(*verdict.warnings, sentence))
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
@@ -232,6 +239,7 @@ class Run:
         )
         keep_features(found)
         keep_good_sheets(found)
+        meet_creases(found, self.creases)
         meet_deviation(found, self.bundle.get("deviation"))
         meet_requests(found)
         if not is_usable(found):

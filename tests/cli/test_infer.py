@@ -154,6 +154,7 @@ def test_context_overrules(tmp_path):
         (["mesh=example:rod", "meshing.size=-5%"], "got '-5%'"),
         (["mesh=example:rod", "meshing.level=many"], "level must be null or a whole number"),
         (["mesh=example:rod", "meshing.deviation=0"], "deviation must be a positive number"),
+        (["mesh=example:rod", "meshing.creases=near"], "creases must be a positive number"),
         (["mesh=example:rod", "meshing.max_hexes=1e5"], "max_hexes must be a whole number"),
         (["mesh=example:rod", "meshing.regions=[{box:[1,2],size:1}]"], "a region is"),
         (["resume=nowhere"], "from=STAGE"),

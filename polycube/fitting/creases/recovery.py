@@ -28,24 +28,28 @@ SHORT = 0.01
 BETA = 60.0  # sharpness of the soft minimum
 PATIENCE = 4  # rounds without gain that end it
 GAIN = 0.0005  # of the score
+SOFT = 0.0005  # of the diagonal: 5 % of soft creases may be as far off
 
 
 def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
     """The state worth most of the one given and of those after each round.
 
-    The one given where creases are within 0.3 % of the diagonal already, or have no paths.
+    The one given where creases are within 0.3 % of the diagonal already, 0.05 % where they are
+    soft, where they have no paths, and where all vertices of soft ones are on them.
     """
-    off = _off(problem, best)
-    if off <= CREASES or not matching.routes:
+    off, every, soft = _off(problem, best), np.ones(len(best.x)), matching.allowed is None
+    limit = SOFT if soft else CREASES
+    if off <= limit or not matching.routes:
         return best
-    value, floor, found = _merit(problem, best, off), min(best.jacobian, FULL), 0
-    every = np.ones(len(best.x))
+    if soft and not _missed(problem, best.x, matching).any():
+        return best
+    value, floor, found = _merit(problem, best, off, limit), min(best.jacobian, FULL), 0
     lengths, (cover, _) = problem.lengths(best.x, 2, 0.05), cover_of(problem, best, 1.0)
     x, pull, before, last = best.x, PULL, off, best.jacobian
     for k in range(rounds):
         state = _back(problem, x, matching, floor)
         here = _off(problem, state)
-        reached = _merit(problem, state, here)
+        reached = _merit(problem, state, here, limit)
         if reached > value + GAIN:
             found = k
         if reached > value:
@@ -84,7 +88,14 @@ def _off(problem: FitProblem, state: State) -> float:
     return off_creases(problem.target, state.x[problem.sides])
 
 
-def _merit(problem: FitProblem, state: State, off: float) -> float:
+def _missed(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
+    """(N,) whether vertices of the paths are off their creases and corners."""
+    at = goals_of(problem, x, matching, np.ones(len(x)))
+    held = np.append(at.curve, at.corner)
+    return np.linalg.norm(at.place(problem, x) - x, axis=1)[held] > ON_GOAL
+
+
+def _merit(problem: FitProblem, state: State, off: float, limit: float) -> float:
     outer = state.x[problem.outer]
     stray = np.linalg.norm(problem.target.closest(outer)[0] - outer, axis=1).max()
-    return merit_of(state.jacobian, float(stray), off)
+    return merit_of(state.jacobian, float(stray), off, limit)

@@ -67,7 +67,7 @@ def demands(
         For a name that the surface does not have.
     """
     check_requests(surface, requests)
-    lattice = _Lattice(polycube, near, counts)
+    lattice = Lattice(polycube, near, counts)
     quads, on_model = quads_of_sets(near, surface), model_sets(surface)
     found: list[Demand] = []
     for request, extra in zip(requests, more or [0] * len(requests), strict=True):
@@ -96,7 +96,7 @@ def least_demands(
 
     asked : demands of requests; where one asks for a number, it goes before these
     """
-    lattice = _Lattice(polycube, near, counts)
+    lattice = Lattice(polycube, near, counts)
     walls = lattice.through_all(across_wall)
     sets = quads_of_sets(near, surface)
     holes = [own for name, own in sets.items() if kind_of(name) == "hole" and len(own)]
@@ -140,8 +140,13 @@ def _per_axis(values: np.ndarray, counts: Counts) -> Counts:
     return x, y, z
 
 
-class _Lattice:
-    """A coarse mesh, with the interval of the lattice that each of its edges lies in."""
+class Lattice:
+    """A coarse mesh, with the interval of the lattice that each of its edges lies in.
+
+    Parameters
+    ----------
+    near : `template.mesh` with so many parts of each interval, registered
+    """
 
     def __init__(self, polycube: Polycube, near: HexMesh, counts: Counts) -> None:
         self.knots, self.near = polycube.knots, near
@@ -149,6 +154,10 @@ class _Lattice:
         self.parts = np.concatenate(counts)
         self.first = np.cumsum([0, *(len(number) for number in counts)])
         self.length = self._demand(edges(near.hexes), 0.0).length
+
+    def along_path(self, sides: np.ndarray) -> Demand:
+        """How often each interval is among the edges (E, 2) of a path; as many as there are."""
+        return self._demand(sides, len(sides))
 
     def round_rims(self, quads: np.ndarray, wanted: float) -> list[Demand]:
         """So many edges on each rim of some quads."""

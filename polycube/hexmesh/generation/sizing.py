@@ -6,6 +6,7 @@ three directions: conforming, of the same quality, but right through the part.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
 
@@ -98,6 +99,22 @@ def counts_of(polycube: Polycube, lines: PerAxis) -> Counts:
         for line, knots in zip(lines, polycube.knots, strict=True)
     )
     return x, y, z
+
+
+def size_that_fits(fits: Callable[[float], bool], size: float) -> float | None:
+    """A size above one that does not fit, a little larger than the smallest that does.
+
+    None where no size fits.
+    """
+    low, high = size, size
+    while not fits(high):
+        low, high = high, 4 * high
+        if high > 1e12 * size:
+            return None
+    while high > 1.01 * low:
+        middle = (low * high) ** 0.5
+        low, high = (low, middle) if fits(middle) else (middle, high)
+    return 1.005 * high
 
 
 def graded(polycube: Polycube, rough_map: RoughMap, counts: Counts, boxes: list[Box]) -> PerAxis:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.creases.constraints import match, no_features
+from polycube.fitting.creases.constraints import held_exactly, match, no_features
 from polycube.fitting.creases.recovery import regain
 from polycube.fitting.local_polish import raise_worst
 from polycube.fitting.merit import FULL, merit_of
@@ -56,17 +56,30 @@ def stray(problem: FitProblem, found: State) -> float:
     return float(np.linalg.norm(problem.target.closest(outer)[0] - outer, axis=1).max())
 
 
-def test_an_edge_that_gave_way_for_nothing_comes_back():
-    problem, x = wedge(0.5)
+def pushed(problem: FitProblem, x: np.ndarray, far: float) -> State:
+    """An edge but its ends is so far inside, on the top."""
     moved = x.copy()
     top = np.isclose(x[:, 2], x[:, 2].max()) & np.isclose(x[:, 0], x[:, 0].max())
-    moved[top & (np.abs(x[:, 1]) < 0.9 * x[:, 1].max()), 0] -= 0.03  # but its ends, on the top
-    start = state(problem, moved)
+    moved[top & (np.abs(x[:, 1]) < 0.9 * x[:, 1].max()), 0] -= far
+    return state(problem, moved)
+
+
+def test_an_edge_that_gave_way_for_nothing_comes_back():
+    problem, x = wedge(0.5)
+    start = pushed(problem, x, 0.03)
     assert off(problem, start) > 0.01
     found = regain(problem, match(problem, x), start, ROUNDS)
     assert off(problem, found) < 1e-6
     assert stray(problem, found) < 1e-9
     assert found.jacobian > start.jacobian
+
+
+def test_a_little_comes_back_where_creases_are_soft_and_is_no_loss_where_exact():
+    problem, x = wedge(0.5)
+    start, matching = pushed(problem, x, 0.002), match(problem, x)
+    assert 0.001 < off(problem, start) < 0.003
+    assert off(problem, regain(problem, matching, start, ROUNDS)) < 1e-6
+    assert regain(problem, held_exactly(matching, len(x)), start, ROUNDS) is start
 
 
 @pytest.mark.parametrize("slope", [1.0, 1.6, 2.2])

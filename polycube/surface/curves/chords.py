@@ -1,0 +1,40 @@
+"""How far a crease is from chords between points on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polycube.surface.curves.features import Crease
+
+SAMPLES = 16  # on the crease, for every chord
+MOST = 95  # per cent of them that count
+
+
+def chord_error(crease: Crease, number: int) -> float:
+    """Distance that 95 % of a crease keep from so many chords of equal arc length.
+
+    number : at least 1, and 3 for a loop to have an inside
+    """
+    ends = crease.at(np.linspace(0, crease.length, number + 1)[:-1])[0]
+    last = ends[0] if crease.is_loop else crease.at(np.array([crease.length]))[0][0]
+    chord = np.diff(np.vstack([ends, last]), axis=0)[:, None]
+    arc = crease.length / number * (np.arange(number * SAMPLES) + 0.5) / SAMPLES
+    apart = crease.at(arc)[0].reshape(number, SAMPLES, 3) - ends[:, None]
+    square = np.maximum((chord * chord).sum(axis=2), 1e-30)
+    share = np.clip((apart * chord).sum(axis=2) / square, 0, 1)
+    gaps = np.linalg.norm(apart - share[:, :, None] * chord, axis=2)
+    return float(np.percentile(gaps, MOST))
+
+
+def chords_needed(crease: Crease, wanted: float, least: int, most: int) -> int:
+    """The smallest number of chords, from `least` to `most`, that are within a distance.
+
+    The number with the smallest error where none is.
+    """
+    numbers = range(least, most + 1)
+    errors = []
+    for number in numbers:
+        errors.append(chord_error(crease, number))
+        if errors[-1] <= wanted:
+            return number
+    return numbers[int(np.argmin(errors))]

@@ -1,0 +1,73 @@
+"""More parts along bent edges, on a block whose edges bulge along x alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polycube.fitting.creases.chord_counts import finer_along
+from polycube.hexmesh.generation.sizing import number_of_hexes
+from polycube.hexmesh.generation.template import mesh
+from polycube.structure.rough_map import affine_map
+from polycube.surface.fit_target import target
+from polycube.types import Polycube, TriMesh
+
+BLOCK = Polycube(np.ones((2, 1, 1)), [0, 1, 2], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+PLENTY = 10**6
+
+
+def block(parts, bulge=0.2):
+    """So many parts of each interval; y is wider in the middle of x, by a parabola."""
+    straight = mesh(BLOCK, affine_map(BLOCK, 2 * np.eye(3), [-2, -1, -1]), parts)
+    x = straight.vertices.copy()
+    x[:, 1] *= 1 + bulge * (1 - (x[:, 0] / 2) ** 2)
+    return replace(straight, vertices=x)
+
+
+def parts_of(x, y, z):
+    return np.array(x), np.array([y]), np.array([z])
+
+
+def surface(bulge=0.2):
+    fine = block(parts_of([64, 64], 2, 2), bulge)
+    used, quads = np.unique(fine.quads, return_inverse=True)
+    quads = quads.reshape(-1, 4)
+    return TriMesh(fine.vertices[used], np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+
+
+def found_by(wanted, bulge=0.2, most=PLENTY, counts=None):
+    few = parts_of([3, 3], 3, 3)
+    counts = few if counts is None else counts
+    goal = target(surface(bulge))
+    found = finer_along(BLOCK, counts, block(few, bulge), few, goal, wanted, most)
+    return [number.tolist() for number in found]
+
+
+def test_straight_edges_ask_for_nothing():
+    assert found_by(1e-4, bulge=0.0) == [[3, 3], [3], [3]]
+
+
+def test_chords_that_are_near_ask_for_nothing():
+    assert found_by(0.01) == [[3, 3], [3], [3]]
+
+
+def test_only_the_intervals_along_bent_edges_have_more_parts():
+    # an edge of length h is h^2 / 8 R off, and R = 2^2 / (2 * 0.2) in the middle of x
+    unit = np.linalg.norm(np.ptp(surface().vertices, axis=0))
+    off = (4 / 6) ** 2 / 8 / 10 / unit
+    found = found_by(off / 1.5)
+    assert sum(found[0]) == pytest.approx(6 * 1.5**0.5, abs=1) and sum(found[0]) > 6
+    assert found[1:] == [[3], [3]]
+    assert abs(found[0][0] - found[0][1]) <= 1
+
+
+def test_the_distance_gives_way_to_the_number_of_hexes():
+    few = parts_of([3, 3], 3, 3)
+    found = found_by(1e-6)
+    assert [3, 3] < found[0] and found[1:] == [[3], [3]]
+    assert number_of_hexes(BLOCK, [np.array(n) for n in found]) <= 1.5 * number_of_hexes(BLOCK, few)
+    assert found_by(1e-6, most=1) == [[3, 3], [3], [3]]
+
+
+def test_parts_that_there_are_count():
+    assert found_by(1e-3, counts=parts_of([20, 20], 3, 3)) == [[20, 20], [3], [3]]
