@@ -158,20 +158,23 @@ def edges(hexes: np.ndarray) -> np.ndarray:
     return edge_valence(hexes)[0]
 
 
-def quad_edges(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (E, 2) of a closed quad surface, ends ascending, and the two quads at each (E, 2).
+def quad_edges(quads: np.ndarray, is_closed: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (E, 2) of a quad surface, ends ascending, and the two quads at each (E, 2).
 
-    Raises ValueError where an edge has not exactly two quads.
+    is_closed : raise ValueError where an edge has not exactly two quads; else an edge of the border
+        has its quad twice, and at an edge with more they are the first and the last
     """
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
     found, inverse, count = unique_rows(sides)
-    if (count != 2).any():
+    if is_closed and (count != 2).any():
         worst = found[np.argmax(count != 2)]
         raise ValueError(
             f"boundary is not a closed manifold: {(count != 2).sum()} edges without exactly two "
             f"quads, first at vertices {worst[0]}-{worst[1]}"
         )
-    return found, np.argsort(inverse, kind="stable").reshape(-1, 2) // 4
+    last = np.cumsum(count) - 1
+    order = np.argsort(inverse, kind="stable") // 4
+    return found, np.stack([order[last - count + 1], order[last]], axis=1)
 
 
 def extraordinary_edges(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:

@@ -16,8 +16,10 @@ from polycube.hexmesh.connectivity import (
     hex_mesh,
     neighbours,
     quad_edges,
+    quad_sides,
     unique_rows,
 )
+from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
 
@@ -26,11 +28,18 @@ def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
     faces = mesh.hexes[:, FACES].reshape(-1, 4)[_faces_between(mesh, inside)]
     if len(faces) == 0:
         return False
-    sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    ends, _, count = unique_rows(sides)
-    at_vertex = np.bincount(ends.ravel(), minlength=len(mesh.vertices))
-    fans = at_vertex - np.bincount(faces.ravel(), minlength=len(mesh.vertices))
-    return bool((count <= 2).all() and (fans <= 1).all())
+    # corners of faces, joined across the sides that two faces share
+    corner = np.arange(faces.size).reshape(-1, 4)
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    at = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2)
+    order = np.argsort(ends, axis=1)
+    _, side, count = unique_rows(np.take_along_axis(ends, order, axis=1))
+    if (count > 2).any():
+        return False
+    shared = np.argsort(side, kind="stable")[(count == 2)[np.sort(side)]]
+    one, other = np.take_along_axis(at, order, axis=1)[shared].reshape(-1, 2, 2).transpose(1, 0, 2)
+    fans = connected(one.ravel(), other.ravel(), faces.size)
+    return bool(fans.max() + 1 == len(np.unique(faces)))
 
 
 def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh:
@@ -41,7 +50,8 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
 
     Parameters
     ----------
-    mesh : (V,) vertices, (H,) hexes
+    mesh : (V,) vertices, (H,) hexes; where it is a part of another, its quads are the boundary
+        quads of that
     inside : (H,) bool, the set; see `has_sheet`
     depth : share of the way that vertices of the set move to the middles of its hexes, or on the
         boundary of its quads
@@ -51,27 +61,27 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
     moved = np.unique(outer)
     twin = np.arange(len(mesh.vertices))
     twin[moved] = len(mesh.vertices) + np.arange(len(moved))
-    quads, owner = exposed(mesh.hexes)
-    own = inside[owner]
+    quads = mesh.quads
+    own = inside[quad_sides(mesh)[0]]
     place = middles(mesh.hexes[inside], mesh.vertices)
     on_rim = np.intersect1d(moved, quads[own])
     place[on_rim] = middles(quads[own], mesh.vertices)[on_rim]
     shrunk = mesh.vertices[moved] + depth * (place[moved] - mesh.vertices[moved])
     hexes = np.where(inside[:, None], twin[mesh.hexes], mesh.hexes)
     hexes = np.vstack([hexes, np.hstack([twin[outer], outer])])
-    sides, pair = quad_edges(quads)
+    sides, pair = quad_edges(quads, is_closed=False)
     mixed = own[pair[:, 0]] != own[pair[:, 1]]
     rim = sides[mixed]
     beside = np.where(own[pair[mixed, 0]], pair[mixed, 0], pair[mixed, 1])
-    patch = label_of(quads, mesh.quads, mesh.patch)
     shown = np.where(own[:, None], twin[quads], quads)
     table = np.vstack([shown, np.hstack([rim, twin[rim][:, ::-1]])])
     outside, _ = exposed(hexes)
+    known = label_of(outside, table, np.arange(1, len(table) + 1))
     return hex_mesh(
         np.vstack([mesh.vertices, shrunk]),
         hexes,
-        outside,
-        label_of(outside, table, np.append(patch, patch[beside])),
+        outside[known > 0],
+        np.append(mesh.patch, mesh.patch[beside])[known[known > 0] - 1],
         np.append(mesh.cell, mesh.cell[between // 6]),
     )
 

@@ -87,3 +87,11 @@ def test_any_set_that_may_have_a_sheet_gives_a_conforming_mesh(numbers):
     hexes.check_conforming(after)
     assert hexes.genus(after) == 0
     assert len(after.hexes) > 64
+
+
+def test_no_sheet_goes_round_hexes_that_meet_at_one_vertex_inside():
+    mesh = cube()
+    assert not has_sheet(
+        mesh, chosen(mesh, (1, 1, 1), (2, 2, 2)) | chosen(mesh, (2, 2, 2), (3, 3, 3))
+    )
+    assert has_sheet(mesh, chosen(mesh, (1, 1, 1), (3, 2, 2)))
