@@ -240,6 +240,7 @@ KINDS = {
     "meshing/smooth": Kind(Improve, _MESH, "hexes"),
     "meshing/pillow": Kind(Improve, _MESH, "hexes"),
     "meshing/optimize": Kind(Improve, _MESH, "hexes"),
+    "meshing/cure": Kind(Improve, _MESH, "hexes"),
     "meshing/refine": Kind(Improve, _MESH, "hexes", once=True),
     "spline": Kind(SplineSpace, _MESH, "spline"),
     "analysis": Kind(Analysis, ("spline",), "solution"),

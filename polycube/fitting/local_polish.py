@@ -66,8 +66,8 @@ def raise_worst(
     floor = min(0.5 * energy.least_determinant(start, part.corners, lengths), 1e-3)
     terms = Terms(0.01, 1e-3, 0.05, 1.0, beta, float(jacobian.min()), floor)
     is_away = np.linalg.norm(at.place(problem, x) - x, axis=1) > ON_GOAL
-    springs = together([_back(problem, x, at, part, is_away), _within(cover, part, len(x))])
-    rails, slides = _rails(problem, x, at, part, is_away)
+    springs = together([pull_back(problem, x, at, part, is_away), _within(cover, part, len(x))])
+    rails, slides = rails_of(problem, x, at, part, is_away)
 
     def function(y: np.ndarray) -> tuple[float, np.ndarray]:
         value, gradient = energy.energy(y, part.corners, lengths, terms, springs)
@@ -76,12 +76,12 @@ def raise_worst(
     result = x.copy()
     own = np.searchsorted(problem.outer, part.vertices[slides])
     normals = problem.normals(x)[0][part.vertices[slides]]
-    back = _retraction(problem, normals, slides, problem.vertex_face[own])
+    back = retraction(problem, normals, slides, problem.vertex_face[own])
     result[part.vertices] = descend(function, start, ITERATIONS, retract=back)
     return result
 
 
-def _back(
+def pull_back(
     problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
 ) -> Springs:
     """Pulls on the moving vertices that are not at their goals."""
@@ -102,7 +102,7 @@ def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
     return Springs(*(values[kept] for values in cover))._replace(vertex=index[kept])
 
 
-def _rails(
+def rails_of(
     problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Projectors (v, 3, 3) onto where vertices may go, and (v,) which slide on the surface."""
@@ -119,7 +119,7 @@ def _rails(
     return rails, slides
 
 
-def _retraction(
+def retraction(
     problem: FitProblem, normals: np.ndarray, slides: np.ndarray, cad_face: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
     """Brings those vertices that slide to their CAD face, where it suits their normals."""

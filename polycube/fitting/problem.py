@@ -35,18 +35,20 @@ from polycube.types import HexMesh
 
 
 class FitProblem:
-    """Connectivity of a hex mesh and the surface it is fitted to."""
+    """Connectivity of a hex mesh and the surface it is fitted to.
+
+    The mesh may be a part of another; its quads are the boundary quads of that.
+    """
 
     def __init__(self, mesh: HexMesh, target: Target, samples: int) -> None:
         self.mesh, self.target = mesh, target
         self.hexes, self.quads = mesh.hexes, mesh.quads
         self.outer = np.unique(mesh.quads)  # (B,) boundary vertices
-        self.sides, self.side_quads = quad_edges(mesh.quads)
+        self.sides, self.side_quads = quad_edges(mesh.quads, is_closed=False)
         self._at_vertex = _incidence(mesh.quads, len(mesh.vertices))  # (V, Q)
         sides = _incidence(self.sides, len(mesh.vertices))
         degree = sides @ np.ones(len(self.sides))
         self._side_mean = diags(1 / np.maximum(degree, 1)) @ sides  # (V, E)
-        self._alike = _alike(mesh.hexes)
         points, normals, cad_face = target.samples(samples)
         some = slice(None, None, 1 + len(target.surface.vertices) // (2 * samples))
         corners = target.surface.vertices[some]
@@ -70,6 +72,10 @@ class FitProblem:
         np.maximum.at(high, corner, own)
         self.vertex_face = np.where(low == high, low, 0)[self.outer].astype(np.int64)
         self._trees = self._last = None
+
+    @cached_property
+    def _alike(self) -> csr_matrix:
+        return _alike(self.hexes)
 
     @cached_property
     def side_valence(self) -> np.ndarray:

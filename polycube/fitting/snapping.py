@@ -57,12 +57,23 @@ def _measured(
     return State(x, jacobian, float(gap[problem.outer].max()), trust, strayed)
 
 
-def snap(problem: FitProblem, x: np.ndarray, at: Goals, least: float, trust: np.ndarray) -> State:
+def snap(
+    problem: FitProblem,
+    x: np.ndarray,
+    at: Goals,
+    least: float,
+    trust: np.ndarray,
+    moves: np.ndarray | None = None,
+) -> State:
     """Move the boundary to its goals, less far at hexes that would fall below `least`.
 
     A hex that is below it already may not get worse.
+
+    moves : (V,) which vertices may; None: all
     """
     goal = at.place(problem, x)
+    if moves is not None:
+        goal[~moves] = x[~moves]
     allowed = np.minimum(least, problem.scaled_jacobian(x) - 1e-3)
     share = np.ones((len(x), 1))
     for attempt in range(100):

@@ -6,7 +6,7 @@ the edges at which the surface turns (`polycube.surface.curves.creases` finds bo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,16 @@ class Crease:
         length = np.diff(self.arc)[edge]
         share = ((arc - self.arc[edge]) / length)[:, None]
         return self.points[edge] + share * step, step / length[:, None], self.inside[edge]
+
+    def piece(self, start: float, end: float) -> Crease:
+        """The part between two arc lengths, the second larger; that of a loop may be beyond its
+        length.  The ends are no corners.
+        """
+        arc = np.append(self.arc[:-1], self.length + self.arc[:-1]) if self.is_loop else self.arc
+        inner = arc[(arc > start + EXACT * self.length) & (arc < end - EXACT * self.length)]
+        arc = np.concatenate([[start], inner, [end]])
+        inside = self.at((arc[1:] + arc[:-1]) / 2)[2]
+        return replace(self, points=self.at(arc)[0], arc=arc - start, inside=inside, ends=(0, 0))
 
     def nearest(
         self, points: np.ndarray, expected: np.ndarray | None = None

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from polycube.surface.curves.features import shape_of
+from polycube.surface.curves.features import Crease, shape_of
 
 T = np.linspace(0, 1, 30)
 
@@ -33,3 +33,26 @@ def test_shapes_in_any_place(shape, seed, size):
     place = Rotation.random(random_state=seed)
     for points in CURVES[shape]:
         assert shape_of(size * place.apply(points) + 7 * size) == shape
+
+
+def square(is_loop: bool) -> Crease:
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], float)
+    ends = (-1, -1) if is_loop else (3, 4)
+    return Crease(points, np.arange(5.0), np.array([1.0, 2, 3, 4]), ends, (5, 6))
+
+
+def test_a_piece_of_a_curve():
+    piece = square(False).piece(0.5, 2.25)
+    assert piece.points.tolist() == [[0.5, 0, 0], [1, 0, 0], [1, 1, 0], [0.75, 1, 0]]
+    assert piece.arc.tolist() == [0, 0.5, 1.5, 1.75]
+    assert piece.inside.tolist() == [1, 2, 3]
+    assert piece.faces == (5, 6)
+    assert not piece.is_loop
+
+
+def test_a_piece_of_a_loop_passes_its_seam():
+    piece = square(True).piece(3.5, 4.5)
+    assert piece.points.tolist() == [[0, 0.5, 0], [0, 0, 0], [0.5, 0, 0]]
+    assert piece.length == 1
+    assert piece.inside.tolist() == [4, 1]
+    assert not piece.is_loop

@@ -1,0 +1,216 @@
+"""Cure the worst hexes of a fitted mesh, one place at a time.
+
+First the faces with flat corners have sheets, those with the worst hexes first.  Then the worst hex
+of all is refitted with what is near it, as it is or with a sheet round hexes near it, and the best
+of these is kept where it helps; and so on, until no hex is poor or nothing helps.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from polycube.fitting.cures.fitted import Fitted, cost, fitted, poorness
+from polycube.fitting.cures.neighbourhood import Neighbourhood, neighbourhood, with_detours
+from polycube.fitting.cures.refit import Refit, refit
+from polycube.fitting.cures.sets import Faces
+from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.generation.sheets import with_sheet
+from polycube.surface.fit_target import Target
+from polycube.types import HexMesh
+
+logger = logging.getLogger(__name__)
+
+ENOUGH = 0.4  # share of the cost of a place that a cure takes away, with which no other is tried
+LEAST = 0.02  # the same with which a cure is kept
+LITTLE = 1e-3  # cost whose loss is no gain
+CLOSE = 0.02  # below the aim by which a hex is not poor
+LOWER = 0.9  # share of the least scaled Jacobian that a cure may leave, if that is not
+FINE = 0.2  # more than this
+NEAR = 0.002  # distance of vertices from the surface, in diagonals, that any cure may leave
+STRAY = 0.0004  # the same beyond what is no loss, from exact features
+
+
+def cure(mesh: HexMesh, target: Target, aim: float, trials: int) -> HexMesh:
+    """The mesh with fewer poor hexes, and with sheets; no cure loses a feature or makes a crossing.
+
+    Parameters
+    ----------
+    mesh : fitted, in model units, with exact features
+    target : its surface
+    aim : scaled Jacobian below which hexes are poor
+    trials : fits of neighbourhoods at most
+
+    Returns
+    -------
+    The same object where no hex is poor or nothing helps.
+    """
+    cures = _Cures(fitted(mesh, target), aim, trials)
+    cures.under_faces()
+    cures.at_the_worst()
+    found = cures.whole
+    if not cures.kept:
+        return mesh
+    logger.info(
+        "cure: %d of %d trials kept, %d hexes more, least scaled Jacobian %.3f",
+        cures.kept,
+        trials - cures.left,
+        len(found.mesh.hexes) - len(mesh.hexes),
+        found.jacobian.min(),
+    )
+    return replace(
+        mesh,
+        vertices=target.to_model(found.mesh.vertices),
+        hexes=found.mesh.hexes,
+        quads=found.mesh.quads,
+        patch=found.patch,
+        cell=found.mesh.cell,
+        paths={str(number): path for number, path in found.paths.items()},
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A cure that was tried: a neighbourhood, its fit, and what there was before."""
+
+    near: Neighbourhood
+    found: Refit
+    before: float
+    least: float
+    off: tuple[float, float]  # largest distances before, as those of the fit
+
+    @property
+    def gain(self) -> float:
+        """Cost that it takes away."""
+        return self.before - self.found.cost
+
+    def helps(self, worst: float) -> bool:
+        """Whether the cost is lower, and neither a distance nor the worst hex much worse.
+
+        worst : scaled Jacobian of the worst hex of the whole mesh
+        """
+        is_lower = self.gain > max(LITTLE, LEAST * self.before)
+        is_on = self.found.gap.max() <= max(NEAR, self.off[0]) and self.found.strayed.max() <= max(
+            STRAY, self.off[1]
+        )
+        return is_lower and is_on and self.found.least >= min(LOWER * self.least, max(FINE, worst))
+
+
+class _Cures:
+    """Trials on a mesh, one after the other; what helps is kept."""
+
+    def __init__(self, whole: Fitted, aim: float, trials: int) -> None:
+        self.whole, self.left, self.kept = whole, trials, 0
+        self._aim = aim
+        self._crossings = len(crossings(whole.mesh))
+
+    def under_faces(self) -> None:
+        """Put sheets under the CAD faces with flat corners."""
+        tried = {0}
+        while self.left:
+            faces = Faces(self.whole)
+            poor = poorness(self.whole.jacobian, self._aim)
+            parts = [
+                (poor[inside].sum(), cad_face, inside)
+                for cad_face, inside in faces.with_flat_corners(self.whole.cad_face)
+                if cad_face not in tried
+            ]
+            worst, cad_face, inside = max(parts, key=lambda each: each[:2], default=(0, 0, None))
+            if worst == 0:
+                return
+            tried.add(cad_face)
+            trial = self._tried(inside=inside)
+            if trial is not None and trial.helps(self.whole.jacobian.min()):
+                self._keep(trial)
+
+    def at_the_worst(self) -> None:
+        """Refit round the worst hex, with the best sheet; then round the next."""
+        given_up: set[tuple[int, float]] = set()
+        while self.left:
+            jacobian = self.whole.jacobian
+            poor = np.flatnonzero(jacobian < self._aim - CLOSE)
+            order = poor[np.argsort(jacobian[poor], kind="stable")].tolist()
+            bad = next((h for h in order if (h, float(jacobian[h])) not in given_up), None)
+            if bad is None:
+                return
+            if not self._cured(bad):
+                given_up.add((bad, float(jacobian[bad])))
+
+    def _cured(self, bad: int) -> bool:
+        """Keep the best cure for a hex, or the first that is good enough."""
+        helpful = []
+        for trial in self._trials_at(bad):
+            if trial.helps(self.whole.jacobian.min()):
+                helpful.append(trial)
+                if trial.gain > ENOUGH * trial.before:
+                    break
+        helpful.sort(key=lambda trial: -trial.gain)
+        return any(self._keep(trial) for trial in helpful)
+
+    def _trials_at(self, bad: int) -> Iterator[_Trial]:
+        seen = set()
+        for inside in (None, *Faces(self.whole).near(bad)):
+            key = b"" if inside is None else inside.tobytes()
+            is_proper = inside is None or (inside.any() and not inside.all())
+            if key not in seen and is_proper and self.left:
+                seen.add(key)
+                trial = self._tried(bad, inside)
+                if trial is not None:
+                    yield trial
+
+    def _tried(self, bad: int = 0, inside: np.ndarray | None = None) -> _Trial | None:
+        near = neighbourhood(self.whole, np.array([bad]), inside)
+        if near is None:
+            return None
+        self.left -= 1
+        moving = near.used[near.moves[: len(near.used)]]
+        now = self.whole
+        gap, strayed = now.gap[moving], now.strayed[moving]
+        before = cost(now.jacobian[near.elements], gap, strayed, self._aim)
+        off = float(gap.max()), float(strayed.max())
+        return _Trial(near, refit(near, self._aim, before[0]), *before, off)
+
+    def _keep(self, trial: _Trial) -> bool:
+        """Take a cure, if no feature is lost by it and the boundary crosses itself no more."""
+        new = _with(self.whole, trial.near, trial.found)
+        if not new.lost <= self.whole.lost:
+            return False
+        number = len(crossings(new.mesh))
+        if number > self._crossings:
+            return False
+        self.whole, self._crossings = new, number
+        self.kept += 1
+        return True
+
+
+def _with(whole: Fitted, near: Neighbourhood, found: Refit) -> Fitted:
+    """The whole mesh with a neighbourhood as it was fitted."""
+    mesh, before = whole.mesh, len(whole.gap)
+    if near.inside is not None:
+        inside = np.zeros(len(mesh.hexes), bool)
+        inside[near.elements] = near.inside
+        mesh = with_sheet(mesh, inside)
+    number = np.append(near.used, np.arange(before, len(mesh.vertices)))  # in the whole
+    moved = number[near.moves]
+    vertices = mesh.vertices.copy()
+    vertices[moved] = found.x[near.moves]
+    none = np.zeros(len(vertices) - before)
+    gap, strayed = np.append(whole.gap, none), np.append(whole.strayed, none)
+    gap[moved], strayed[moved] = found.gap[near.moves], found.strayed[near.moves]
+    detours = {
+        (int(number[a]), int(number[b])): number[between].tolist()
+        for (a, b), between in near.detours.items()
+    }
+    creases = whole.target.followed.creases
+    return replace(
+        whole,
+        mesh=replace(mesh, vertices=vertices, patch=np.arange(len(mesh.quads))),
+        patch=whole.patch[mesh.patch],
+        paths={k: with_detours(p, creases[k].is_loop, detours) for k, p in whole.paths.items()},
+        cad_face=whole.cad_face[mesh.patch],
+        gap=gap,
+        strayed=strayed,
+    )

@@ -1,0 +1,179 @@
+"""What is near some hexes of a fitted mesh, cut out, with a sheet where one is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.fitting.creases.constraints import Matching, held_exactly
+from polycube.fitting.creases.paths import Route
+from polycube.fitting.cures.fitted import Fitted, edge_keys, path_sides
+from polycube.fitting.problem import FitProblem
+from polycube.hexmesh.connectivity import part, quad_edges
+from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
+from polycube.surface import arc_length
+from polycube.types import HexMesh
+
+RINGS = 3  # of hexes round a sheet whose vertices move
+
+Detours = dict[tuple[int, int], list[int]]  # vertices that a path passes between two others
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbourhood:
+    """Part of a mesh that is fitted alone.
+
+    Parameters
+    ----------
+    problem : the part, with the sheet
+    matching : its vertices on curves and corners
+    used : (N,) vertices of the whole mesh; those of the sheet come after them
+    elements : (E,) hexes of the whole mesh
+    moves : (N',) which vertices move
+    inside : (E,) hexes that the sheet surrounds; None without a sheet
+    detours : of the paths, where the sheet crosses them, in numbers of the part
+    """
+
+    problem: FitProblem
+    matching: Matching
+    used: np.ndarray
+    elements: np.ndarray
+    moves: np.ndarray
+    inside: np.ndarray | None
+    detours: Detours
+
+
+def neighbourhood(
+    whole: Fitted, seeds: np.ndarray, inside: np.ndarray | None = None
+) -> Neighbourhood | None:
+    """Cut out what is near.
+
+    Parameters
+    ----------
+    whole : the mesh
+    seeds : (S,) hexes round which vertices move, where there is no sheet
+    inside : (H,) hexes to put a sheet round
+
+    Returns
+    -------
+    None where a sheet round these hexes would pinch itself, or break a path
+    """
+    hexes = whole.mesh.hexes
+    moves = np.zeros(len(whole.gap), bool)
+    if inside is None:
+        moves[hexes[seeds]] = True
+    else:
+        outside = np.zeros(len(moves), bool)
+        outside[hexes[~inside]] = True
+        moves[hexes[inside]] = True
+        moves &= outside
+    for _ in range(RINGS):
+        moves[hexes[moves[hexes].any(axis=1)]] = True
+    elements = np.flatnonzero(moves[hexes].any(axis=1))
+    piece, used = part(whole.mesh, elements, np.stack(whole.sides, axis=1))
+    moves, own, twin = moves[used], None, np.full(len(used), -1)
+    if inside is not None:
+        own = inside[elements]
+        if not has_sheet(piece, own):
+            return None
+        piece, twin = _with_sheet(piece, own)
+        moves = np.append(moves, np.ones(len(piece.vertices) - len(used), bool))
+    problem = FitProblem(piece, whole.target, samples=1)
+    problem.hold_on_faces(whole.cad_face[piece.patch])
+    found = _routes(whole, piece, used, twin)
+    if found is None:
+        return None
+    routes, detours = found
+    is_here = np.isin(whole.corners, used)
+    corner = np.searchsorted(used, whole.corners[is_here])
+    matching = Matching(tuple(routes), corner, whole.corner_goals[is_here])
+    matching = held_exactly(matching, len(piece.vertices))
+    return Neighbourhood(problem, matching, used, elements, moves, own, detours)
+
+
+def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
+    """The part with a sheet, and the new vertex at each old one (N,), -1 for none."""
+    grown = with_sheet(piece, own)
+    sheet = grown.hexes[len(piece.hexes) :]
+    twin = np.full(len(piece.vertices), -1)
+    twin[sheet[:, 4:]] = sheet[:, :4]
+    return grown, twin
+
+
+def _routes(
+    whole: Fitted, piece: HexMesh, used: np.ndarray, twin: np.ndarray
+) -> tuple[list[Route], Detours] | None:
+    """Paths of the part, and their detours; None where one is broken."""
+    n = len(piece.vertices)
+    edges = np.sort(edge_keys(quad_edges(piece.quads, is_closed=False)[0], n))
+    is_here = np.zeros(len(whole.gap), bool)
+    is_here[used] = True
+    routes: list[Route] = []
+    detours: Detours = {}
+    for number, path in whole.paths.items():
+        if not is_here[path].any():
+            continue
+        crease = whole.target.followed.creases[number]
+        for run, start, end in _runs(crease.is_loop, is_here[path]):
+            vertices = np.searchsorted(used, path[run])
+            own = crease
+            if len(run) < len(path) or start != 0:
+                x = whole.mesh.vertices[path]
+                arc = arc_length.spread(crease.points, crease.arc, crease.is_loop, x)
+                high = arc[end % len(path)] + crease.length * (end // len(path))
+                own = crease.piece(arc[start], high)
+            sides = path_sides(vertices, own.is_loop)
+            for a, b in sides[~_among(edges, edge_keys(sides, n))].tolist():
+                between = _detour(a, b, twin, edges, n)
+                if between is None:
+                    return None
+                detours[a, b] = between
+            routes.append(Route(own, with_detours(vertices, own.is_loop, detours)))
+    return routes, detours
+
+
+def _runs(is_loop: bool, is_here: np.ndarray) -> Iterator[tuple[np.ndarray, int, int]]:
+    """Runs of at least two vertices of a path that are here: their numbers, and the first and last;
+    the last is beyond the end where the run of a loop passes it.
+    """
+    n = len(is_here)
+    if is_here.all():
+        yield np.arange(n), 0, n - 1
+        return
+    shift = int(np.flatnonzero(~is_here)[0]) if is_loop else 0
+    marked = np.concatenate([[False], np.roll(is_here, -shift), [False]])
+    change = np.flatnonzero(marked[1:] != marked[:-1])
+    for start, stop in change.reshape(-1, 2) + shift:
+        if stop - start > 1:
+            high = stop - 1
+            if start >= n:
+                start, high = start - n, high - n
+            yield np.arange(start, high + 1) % n, int(start), int(high)
+
+
+def _detour(a: int, b: int, twin: np.ndarray, edges: np.ndarray, n: int) -> list[int] | None:
+    """The new vertices that lead from a to b now."""
+    known = [int(twin[v]) if v < len(twin) else -1 for v in (a, b)]
+    for between in ([known[0]], [known[1]], known):
+        way = np.array([a, *between, b])
+        if min(between) >= 0 and _among(edges, edge_keys(path_sides(way, False), n)).all():
+            return between
+    return None
+
+
+def with_detours(path: np.ndarray, is_loop: bool, detours: Detours) -> np.ndarray:
+    """A path with the vertices that it passes between others now."""
+    if not detours:
+        return path
+    sides = path_sides(path, is_loop).tolist()
+    whole = [[a, *detours.get((a, b), [])] for a, b in sides]
+    last = [] if is_loop else [path[-1]]
+    return np.array([*(v for each in whole for v in each), *last], np.int64)
+
+
+def _among(ordered: np.ndarray, keys: np.ndarray) -> np.ndarray:
+    """Which keys are in an ascending array."""
+    place = np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)
+    return ordered[place] == keys

@@ -1,0 +1,132 @@
+"""Fit a neighbourhood alone; what is round it stays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.fitting import energy
+from polycube.fitting.creases.constraints import Goals
+from polycube.fitting.cures.fitted import cost, distances
+from polycube.fitting.cures.neighbourhood import Neighbourhood
+from polycube.fitting.energy import Terms
+from polycube.fitting.local_polish import ON_GOAL, Region, pull_back, rails_of, retraction
+from polycube.fitting.snapping import goals_of, snap
+from polycube.fitting.springs import Springs, pull, together
+from polycube.numerics.lbfgs import descend
+
+WEIGHTS = (1.0, 10.0, 100.0)  # of the boundary, while a sheet unfolds
+BETAS = (20.0, 20.0, 30.0, 30.0, 40.0, 60.0)  # sharpness of the soft minimum, round by round
+HOPELESS = (2.5, 2.0, 1.5, 1.3, 1.2, 1.1)  # times the cost before after each round that end it
+SNAPPED = (0.05, 0.1)  # scaled Jacobian below which hexes keep vertices off their goals
+WORSE = 1.2  # times the cost that vertices at their goals may have
+
+
+@dataclass(frozen=True, eq=False)
+class Refit:
+    """Positions (N', 3) of a neighbourhood, and how good they are."""
+
+    x: np.ndarray
+    cost: float
+    least: float  # scaled Jacobian
+    gap: np.ndarray  # (N',)
+    strayed: np.ndarray  # (N',)
+
+
+def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
+    """The best fit found.
+
+    near : what is fitted
+    aim : scaled Jacobian beyond which hexes cost nothing
+    before : cost of the mesh as it was; fits that stay far above it end early
+    """
+    problem = near.problem
+    x = problem.mesh.vertices.copy()
+    lengths = problem.lengths(x, 3, 0.1)
+    for weight in WEIGHTS if near.inside is not None else ():
+        x = _descended(near, x, lengths, Terms(), 40, weight)
+        lengths = problem.lengths(x, 2, 0.05)
+    soft = Terms(shape=0.2, barrel=0.1, jacobian=1.0, beta=5.0, offset=0.2)
+    x = _descended(near, x, lengths, soft, 30, WEIGHTS[-1])
+    lengths = problem.lengths(x, 2, 0.05)
+    x = _snapped(near, x, SNAPPED[0])
+    best = _judged(near, x, aim)
+    for beta, most in zip(BETAS, HOPELESS, strict=True):
+        x = _slid(near, x, lengths, beta)
+        free, snapped = (_judged(near, y, aim) for y in (x, _snapped(near, x, SNAPPED[1])))
+        best = min(best, free, snapped, key=lambda each: each.cost)
+        x = snapped.x if snapped.cost < WORSE * free.cost else x
+        if best.cost == 0 or best.cost > most * before:
+            break
+    return best
+
+
+def _judged(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
+    gap, strayed = distances(near.problem, x, near.matching)
+    gap[~near.moves] = strayed[~near.moves] = 0
+    return Refit(x, *cost(near.problem.scaled_jacobian(x), gap, strayed, aim), gap, strayed)
+
+
+def _snapped(near: Neighbourhood, x: np.ndarray, least: float) -> np.ndarray:
+    """The moving boundary at its goals, as far as hexes allow."""
+    trust = np.ones(len(x))
+    at = goals_of(near.problem, x, near.matching, trust)
+    return snap(near.problem, x, at, least, trust, near.moves).x
+
+
+def _descended(
+    near: Neighbourhood,
+    x: np.ndarray,
+    lengths: np.ndarray,
+    terms: Terms,
+    iterations: int,
+    weight: float,
+) -> np.ndarray:
+    """Positions of lower energy, with the boundary held by springs of a weight."""
+    problem = near.problem
+    at = goals_of(problem, x, near.matching, np.ones(len(x)))
+    springs = _springs(near, x, at, weight)
+    least = energy.least_determinant(x, problem.hexes, lengths)
+    eps = min(np.sqrt(1e-6 + 0.04 * least**2), 1.0) if least < 0.01 else 1e-3
+    floor = min(0.5 * least, 1e-3) if least > 0 else -np.inf
+    terms = terms._replace(eps=eps, floor=floor)
+
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = energy.energy(y, problem.hexes, lengths, terms, springs)
+        return value, gradient * near.moves[:, None]
+
+    return descend(function, x, iterations)
+
+
+def _springs(near: Neighbourhood, x: np.ndarray, at: Goals, weight: float) -> Springs:
+    """Pulls of all boundary vertices to their goals."""
+    problem = near.problem
+    every = weight / problem.size(x) ** 2
+    free = ~np.isin(problem.outer, np.append(at.curve, at.corner))
+    vertex, on = problem.outer[free], every[problem.outer[free]]
+    return together(
+        [pull(vertex, at.foot[free], at.facing[free], on, 0.01 * on), *at.springs(every)]
+    )
+
+
+def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) -> np.ndarray:
+    """Positions with a higher soft minimum of the scaled Jacobian; the boundary slides."""
+    problem = near.problem
+    everything = np.arange(len(problem.hexes)), np.arange(len(x))
+    region = Region(*everything, problem.hexes, near.moves)
+    at = goals_of(problem, x, near.matching, np.ones(len(x)))
+    is_away = np.linalg.norm(at.place(problem, x) - x, axis=1) > ON_GOAL
+    springs = together([pull_back(problem, x, at, region, is_away)])
+    rails, slides = rails_of(problem, x, at, region, is_away)
+    least = energy.least_determinant(x, problem.hexes, lengths)
+    terms = Terms(0.01, 1e-3, 0.05, 1.0, beta, 0.2, min(0.5 * least, 1e-3))
+
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = energy.energy(y, problem.hexes, lengths, terms, springs)
+        return value, np.einsum("vij,vj->vi", rails, gradient)
+
+    own = np.searchsorted(problem.outer, np.flatnonzero(slides))
+    normals = problem.normals(x)[0][slides]
+    back = retraction(problem, normals, slides, problem.vertex_face[own])
+    return descend(function, x, 25, retract=back)

@@ -1,0 +1,81 @@
+"""Sets of hexes near a bad one, round which a sheet may help.
+
+A sheet under a whole face gives every vertex of its border two quads on the face; one under a few
+quads does so there alone; one round the hexes beside the bad one puts a layer between it and the
+others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from polycube.fitting.cures.fitted import Fitted, edge_keys
+from polycube.fitting.flat_corners import FLAT
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.surface.measures import connected
+
+GROWN = 3  # rings of quads round those of the bad hex at most
+
+
+class Faces:
+    """The quads of a fitted mesh, in parts that the paths of the curves enclose."""
+
+    def __init__(self, whole: Fitted) -> None:
+        mesh, self.owner = whole.mesh, whole.sides[0]
+        self.quads, self.hexes = mesh.quads, mesh.hexes
+        sides, pair = quad_edges(mesh.quads)
+        self._on = np.sort(whole.on_path)
+        joined = ~np.isin(edge_keys(sides, len(whole.gap)), self._on)
+        self.part = connected(pair[joined, 0], pair[joined, 1], len(mesh.quads))
+        self.flat, self.sharp = self._corners(whole)
+
+    def _corners(self, whole: Fitted) -> tuple[np.ndarray, np.ndarray]:
+        """Which quads (Q,) have a flat corner between two edges on paths, and which (Q,) a corner
+        of the surface that is not flat, and none that is.
+        """
+        x, quads = whole.mesh.vertices, self.quads
+        onward = x[np.roll(quads, -1, axis=1)] - x[quads]
+        onward /= np.linalg.norm(onward, axis=2, keepdims=True) + 1e-30
+        is_flat = np.einsum("qkd,qkd->qk", onward, -np.roll(onward, 1, axis=1)) < np.cos(FLAT)
+        ends = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
+        on = np.isin(edge_keys(ends, len(x)), self._on).reshape(-1, 4)
+        between = on & np.roll(on, 1, axis=1)
+        flat = (between & is_flat).any(axis=1)
+        ends = between & np.isin(quads, whole.corners) & ~is_flat
+        return flat, ends.any(axis=1) & ~flat
+
+    def under(self, quads: np.ndarray) -> np.ndarray:
+        """(H,) the hexes under some quads (Q,)."""
+        return np.isin(np.arange(len(self.hexes)), self.owner[quads])
+
+    def with_flat_corners(self, cad_face: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+        """Numbers of the CAD faces (Q,) that have such a quad, and the hexes (H,) to put a sheet
+        round.
+        """
+        for number in np.unique(self.part[self.flat]):
+            own = self.part == number
+            yield int(cad_face[own][0]), self.under(own & ~self.sharp)
+
+    def near(self, bad: int) -> Iterator[np.ndarray]:
+        """Sets (H,) for a bad hex, the likeliest first; some may be equal, empty or all."""
+        at = np.zeros(self.hexes.max() + 1, bool)
+        at[self.hexes[bad]] = True
+        own = self.owner == bad
+        touching = own if own.any() else at[self.quads].any(axis=1)
+        faces = [self.part == number for number in np.unique(self.part[touching])]
+        yield from (self.under(face & ~self.sharp) for face in faces)
+        shared = at[self.hexes].sum(axis=1)
+        yield shared >= 4
+        yield shared > 0
+        for face in faces:
+            yield self.under(face)
+            grown = touching & face
+            for rings in range(GROWN + 1):
+                if rings:
+                    reached = np.zeros(len(at), bool)
+                    reached[self.quads[grown]] = True
+                    grown = face & reached[self.quads].any(axis=1)
+                yield self.under(grown)
+                yield self.under(grown & ~self.sharp)

@@ -1,0 +1,82 @@
+"""Cures of a whole mesh: what they gain, what they keep."""
+
+import numpy as np
+import pytest
+
+from polycube.fitting.cures.cure import cure
+from polycube.hexmesh import connectivity
+from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.registry import build
+from polycube.surface.fit_target import target
+from tests.fixtures.cures import lattice_on_rod
+
+
+def least(mesh):
+    return scaled_jacobian(mesh.vertices, mesh.hexes).min()
+
+
+@pytest.fixture(scope="module")
+def cured():
+    surface, mesh = lattice_on_rod()
+    return cure(mesh, target(surface), 0.4, 30)
+
+
+def test_a_lattice_on_a_rod_gets_rings_at_its_ends(cured):
+    _, mesh = lattice_on_rod()
+    assert least(mesh) < 0.25
+    assert least(cured) > 0.4
+    assert len(cured.hexes) > len(mesh.hexes)
+
+
+def test_the_mesh_is_conforming_and_keeps_its_labels(cured):
+    connectivity.check_conforming(cured)
+    _, mesh = lattice_on_rod()
+    assert set(cured.patch) == set(mesh.patch)
+    assert set(cured.cell) == set(mesh.cell)
+    assert cured.primitives == mesh.primitives
+
+
+def test_all_features_are_kept_and_nothing_crosses(cured):
+    surface, _ = lattice_on_rod()
+    assert max(each.distance for each in inspect(cured, surface).features) < 0.003
+    assert not len(crossings(cured))
+
+
+def test_paths_lie_on_their_curves(cured):
+    surface, _ = lattice_on_rod()
+    goal = target(surface)
+    assert set(cured.paths) == {"0", "1"}
+    for number, path in cured.paths.items():
+        _, off = goal.followed.creases[int(number)].nearest(goal.to_unit(cured.vertices[path]))
+        assert off.max() < 1e-6
+
+
+def test_a_good_mesh_is_returned_as_it_is(cured):
+    surface, mesh = lattice_on_rod()
+    assert cure(cured, target(surface), 0.3, 30) is cured
+    assert cure(mesh, target(surface), 0.4, 0) is mesh
+
+
+def test_the_same_input_gives_the_same_mesh(cured):
+    surface, mesh = lattice_on_rod()
+    again = cure(mesh, target(surface), 0.4, 30)
+    assert np.array_equal(again.vertices, cured.vertices)
+
+
+def test_the_stage_cures_exact_features_only():
+    surface, mesh = lattice_on_rod()
+    assert least(build("meshing/cure", {"plugin": "sheets"})(surface, mesh)) > 0.35
+    soft = build("meshing/cure", {"plugin": "sheets", "features": "soft"})
+    assert soft(surface, mesh) is mesh
+    none = build("meshing/cure", {"plugin": "sheets", "trials": 0})
+    assert none(surface, mesh) is mesh
+
+
+@pytest.mark.parametrize(
+    ("option", "message"), [({"aim": 2}, "aim must be"), ({"trials": -1}, "trials must be")]
+)
+def test_wrong_options_are_refused(option, message):
+    with pytest.raises(ValueError, match=message):
+        build("meshing/cure", {"plugin": "sheets", **option})

@@ -1,0 +1,60 @@
+"""What a mesh is held to, and what its hexes and features cost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polycube.fitting.cures.fitted import cost, edge_keys, fitted, path_sides, poorness
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.surface.fit_target import target
+from tests.fixtures.cures import lattice_on_rod
+
+
+@pytest.fixture(scope="module")
+def whole():
+    surface, mesh = lattice_on_rod()
+    return fitted(mesh, target(surface))
+
+
+def test_a_flat_hex_costs_one_and_one_at_the_aim_nothing():
+    found = poorness(np.array([0.0, 0.25, 0.5, 0.9]), 0.5)
+    assert found == pytest.approx([1, 0.5**4, 0, 0])
+
+
+def test_an_inverted_hex_costs_more_than_any_distance():
+    none = np.zeros(3)
+    good, least = cost(np.array([0.5, 0.6]), none, none, 0.4)
+    assert (good, least) == (0, 0.5)
+    inverted, _ = cost(np.array([-0.1, 0.6]), none, none, 0.4)
+    off, _ = cost(np.array([0.5, 0.6]), none + 0.01, none, 0.4)
+    assert inverted > 10 > off > 0
+
+
+def test_paths_are_boundary_edges(whole):
+    n = len(whole.gap)
+    edges = edge_keys(quad_edges(whole.mesh.quads)[0], n)
+    assert len(whole.on_path) > 40
+    assert np.isin(whole.on_path, edges).all()
+
+
+def test_sides_of_a_loop_close_it():
+    path = np.array([4, 2, 7])
+    assert path_sides(path, True).tolist() == [[4, 2], [2, 7], [7, 4]]
+    assert path_sides(path, False).tolist() == [[4, 2], [2, 7]]
+
+
+def test_it_knows_the_scaled_jacobians_and_the_faces(whole):
+    _, mesh = lattice_on_rod()
+    assert whole.jacobian == pytest.approx(scaled_jacobian(mesh.vertices, mesh.hexes), abs=1e-9)
+    assert np.unique(whole.cad_face).tolist() == [1, 2, 3]
+
+
+def test_features_are_lost_when_their_vertices_leave_them(whole):
+    assert not {each for each in whole.lost if each[0] != "face"}
+    path = next(iter(whole.paths.values()))
+    vertices = whole.mesh.vertices.copy()
+    vertices[path] += [0, 0, 0.01]
+    moved = replace(whole, mesh=replace(whole.mesh, vertices=vertices))
+    assert {kind for kind, _ in moved.lost} >= {"curve"}

@@ -1,0 +1,84 @@
+"""What is cut out round a sheet, and the paths that pass it."""
+
+import numpy as np
+import pytest
+
+from polycube.fitting.cures.fitted import edge_keys, fitted
+from polycube.fitting.cures.neighbourhood import _runs, neighbourhood, with_detours
+from polycube.fitting.cures.sets import Faces
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.surface.fit_target import target
+from tests.fixtures.cures import lattice_on_rod
+
+
+@pytest.fixture(scope="module")
+def whole():
+    surface, mesh = lattice_on_rod()
+    return fitted(mesh, target(surface))
+
+
+def runs(is_loop: bool, marks: str) -> list[list[int]]:
+    return [run.tolist() for run, _, _ in _runs(is_loop, np.array([m == "x" for m in marks]))]
+
+
+@pytest.mark.parametrize(
+    ("is_loop", "marks", "expected"),
+    [
+        (False, "xxxx", [[0, 1, 2, 3]]),
+        (True, "xxxx", [[0, 1, 2, 3]]),
+        (False, "xx.xx", [[0, 1], [3, 4]]),
+        (True, "xx.xx", [[3, 4, 0, 1]]),
+        (True, ".xx.xx", [[1, 2], [4, 5]]),
+        (False, ".x.xx", [[3, 4]]),
+        (True, "x....", []),
+    ],
+)
+def test_runs_of_a_path(is_loop, marks, expected):
+    assert runs(is_loop, marks) == expected
+
+
+def test_the_last_of_a_run_over_the_seam_of_a_loop_is_beyond_the_end():
+    [(run, start, end)] = _runs(True, np.array([True, True, False, True]))
+    assert run.tolist() == [3, 0, 1]
+    assert (start, end) == (3, 5)
+
+
+def test_detours_are_put_between():
+    path = np.array([5, 6, 7])
+    assert with_detours(path, False, {(5, 6): [8, 9]}).tolist() == [5, 8, 9, 6, 7]
+    assert with_detours(path, True, {(7, 5): [8]}).tolist() == [5, 6, 7, 8]
+    assert with_detours(path, True, {}) is path
+
+
+def test_all_hexes_of_moving_vertices_are_there(whole):
+    near = neighbourhood(whole, np.array([0]))
+    moving = near.used[near.moves]
+    there = np.isin(whole.mesh.hexes, moving).any(axis=1)
+    assert set(np.flatnonzero(there)) == set(near.elements)
+    assert near.inside is None
+    x = near.problem.mesh.vertices
+    assert np.array_equal(x, whole.mesh.vertices[near.used])
+
+
+def test_a_sheet_has_new_vertices_that_move_and_paths_on_edges(whole):
+    for _, inside in Faces(whole).with_flat_corners(whole.cad_face):
+        near = neighbourhood(whole, np.array([0]), inside)
+        mesh = near.problem.mesh
+        assert len(mesh.hexes) > len(near.elements)
+        assert near.moves[len(near.used) :].all()
+        edges = edge_keys(quad_edges(mesh.quads, is_closed=False)[0], len(mesh.vertices))
+        assert near.matching.routes
+        for route in near.matching.routes:
+            assert np.isin(edge_keys(route.sides, len(mesh.vertices)), edges).all()
+
+
+def test_a_set_that_pinches_itself_has_no_sheet(whole):
+    """Two hexes that meet at one vertex, in the middle of the mesh."""
+    hexes = whole.mesh.hexes
+    is_outer = np.zeros(len(whole.gap), bool)
+    is_outer[whole.mesh.quads] = True
+    middle = np.flatnonzero(~is_outer[hexes].any(axis=1))
+    shared = np.array([[np.isin(hexes[a], hexes[b]).sum() for b in middle] for a in middle])
+    one, other = np.argwhere(shared == 1)[0]
+    inside = np.isin(np.arange(len(hexes)), middle[[one, other]])
+    assert neighbourhood(whole, np.array([0]), inside) is None

@@ -1,0 +1,52 @@
+"""The fit of a neighbourhood: what moves, where to, and what it costs."""
+
+import numpy as np
+import pytest
+
+from polycube.fitting.cures.fitted import cost, fitted
+from polycube.fitting.cures.neighbourhood import neighbourhood
+from polycube.fitting.cures.refit import refit
+from polycube.fitting.cures.sets import Faces
+from polycube.surface.fit_target import target
+from tests.fixtures.cures import lattice_on_rod
+
+AIM = 0.4
+
+
+@pytest.fixture(scope="module")
+def trial():
+    surface, mesh = lattice_on_rod()
+    whole = fitted(mesh, target(surface))
+    _, inside = next(Faces(whole).with_flat_corners(whole.cad_face))
+    near = neighbourhood(whole, np.array([0]), inside)
+    moving = near.used[near.moves[: len(near.used)]]
+    before, _ = cost(whole.jacobian[near.elements], whole.gap[moving], whole.strayed[moving], AIM)
+    return near, refit(near, AIM, before), before
+
+
+def test_a_sheet_under_an_end_of_a_rod_costs_less(trial):
+    near, found, before = trial
+    assert before > 0.1
+    assert found.cost < 0.1 * before
+    assert found.least == pytest.approx(near.problem.scaled_jacobian(found.x).min())
+
+
+def test_what_is_round_it_stays(trial):
+    near, found, _ = trial
+    still = ~near.moves
+    assert still.any()
+    assert np.array_equal(found.x[still], near.problem.mesh.vertices[still])
+
+
+def test_the_boundary_is_on_the_surface(trial):
+    near, found, _ = trial
+    problem = near.problem
+    outer = problem.outer[near.moves[problem.outer]]
+    off = np.linalg.norm(problem.target.closest(found.x[outer])[0] - found.x[outer], axis=1)
+    assert off.max() < 1e-3
+    assert found.strayed.max() == 0
+
+
+def test_a_hopeless_fit_ends_early(trial):
+    near, found, _ = trial
+    assert refit(near, AIM, 0.0).cost >= found.cost
