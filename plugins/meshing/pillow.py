@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -30,7 +29,6 @@ class Selective:
         whose borders hexes are nearly flat), all, none
     sheets : where features are exact, under the faces with flat corners: all, polycube (those at
         corners of the polycube, with patches=auto) or none
-    bare : CAD faces without a sheet, by their numbers; the search finds them
     sharp : share of the border of two regions that must be on a crease
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
     rounds : of the registration that settles the layer
@@ -40,7 +38,6 @@ class Selective:
 
     patches: str = "auto"
     sheets: str = "polycube"
-    bare: Sequence[int] = ()
     sharp: float = 0.6
     depth: float = 0.5
     rounds: int = 10
@@ -64,7 +61,7 @@ class Selective:
         exact = features_of(self.features, surface) == "exact"
         whole = hexes
         if exact and self.patches == "auto" and self.sheets != "none":
-            hexes = without_flat_corners(hexes, goal, self.sheets == "all", bare=self.bare)
+            hexes = without_flat_corners(hexes, goal, self.sheets == "all")
         region, taken = self._taken(surface, hexes, goal)
         layered = layer(hexes, region, taken, self.depth) if taken.any() else hexes
         if len(layered.hexes) == len(whole.hexes):
@@ -72,7 +69,7 @@ class Selective:
         settled = self._settled(layered, goal, exact)
         if not exact or (self.patches, self.sheets) != ("all", "all"):
             return settled
-        cured = without_flat_corners(settled, goal, True, keep_paths=True, bare=self.bare)
+        cured = without_flat_corners(settled, goal, True, keep_paths=True)
         return settled if cured is settled else self._settled(cured, goal, exact)
 
     def _settled(self, layered: HexMesh, goal: Target, exact: bool) -> HexMesh:

@@ -10,7 +10,6 @@ each of the other corners, which a sheet under the face would halve.
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +33,6 @@ def without_flat_corners(
     target: Target,
     anywhere: bool = False,
     keep_paths: bool = False,
-    bare: Collection[int] = (),
 ) -> HexMesh:
     """The mesh with sheets of hexes under the faces where quads have flat corners; else the same.
 
@@ -42,14 +40,13 @@ def without_flat_corners(
     anywhere : also where a path of a curve turns inside a patch of the polycube
     keep_paths : the mesh carries the paths of the curves that the sheets are made for; else they
         are found anew each time, and may turn elsewhere
-    bare : CAD faces that get no sheet
     """
     for _ in range(ROUNDS):
         problem = FitProblem(mesh, target, samples=1)
         x = target.to_unit(mesh.vertices)
         matching = match(problem, x)
         placed = on_goals(problem, x, matching)
-        sets = _sets(problem, placed, matching, anywhere, not keep_paths, bare)
+        sets = _sets(problem, placed, matching, anywhere, not keep_paths)
         inside = _disjoint(mesh, sets)
         if not inside.any():
             break
@@ -85,7 +82,6 @@ def _sets(
     matching: Matching,
     anywhere: bool,
     may_cross: bool,
-    bare: Collection[int],
 ) -> list[np.ndarray]:
     """Hexes (H,) to shrink: under each face that has a flat corner, less those at its others.
 
@@ -99,8 +95,6 @@ def _sets(
     sets = []
     for number in np.unique(part[flat.any(axis=1)]):
         own = part == number
-        if problem.cad_face[own][0] in bare:
-            continue
         sets.append(np.isin(np.arange(len(mesh.hexes)), owner[own & ~sharp]))
         quads, local = np.nonzero(flat & own[:, None])
         if may_cross and len(quads) == 1 and of_polycube[quads[0], local[0]]:

@@ -34,7 +34,6 @@ from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import explain_none, propose
 from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
 from polycube.pipeline.reruns.requests import meet_requests
-from polycube.pipeline.reruns.sheets import keep_good_sheets
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
 from polycube.pipeline.search import Variants, search
@@ -238,7 +237,6 @@ class Run:
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
         keep_features(found)
-        keep_good_sheets(found)
         meet_creases(found, self.creases)
         meet_deviation(found, self.bundle.get("deviation"))
         meet_requests(found)

@@ -130,14 +130,14 @@ class _Cures:
         """Refit round the worst hex, with the best sheet; then round the next."""
         given_up: set[tuple[int, float]] = set()
         while self.left:
-            jacobian = self.whole.jacobian
-            poor = np.flatnonzero(jacobian < self._aim - CLOSE)
-            order = poor[np.argsort(jacobian[poor], kind="stable")].tolist()
-            bad = next((h for h in order if (h, float(jacobian[h])) not in given_up), None)
-            if bad is None:
+            bad = self.whole.badness(self._aim)
+            worst = np.flatnonzero(bad > poorness(np.array(self._aim - CLOSE), self._aim))
+            order = worst[np.argsort(-bad[worst], kind="stable")].tolist()
+            hex_ = next((h for h in order if (h, float(bad[h])) not in given_up), None)
+            if hex_ is None:
                 return
-            if not self._cured(bad):
-                given_up.add((bad, float(jacobian[bad])))
+            if not self._cured(hex_):
+                given_up.add((hex_, float(bad[hex_])))
 
     def _cured(self, bad: int) -> bool:
         """Keep the best cure for a hex, or the first that is good enough."""

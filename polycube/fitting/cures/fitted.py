@@ -62,6 +62,11 @@ class Fitted:
         """(H,) scaled Jacobians."""
         return scaled_jacobian(self.mesh.vertices, self.mesh.hexes)
 
+    def badness(self, aim: float) -> np.ndarray:
+        """(H,) cost of each hex and of its vertices."""
+        off = offness(self.gap, self.strayed)
+        return poorness(self.jacobian, aim) + off[self.mesh.hexes].max(axis=1)
+
     @cached_property
     def lost(self) -> frozenset[tuple[str, int]]:
         """Kinds and numbers of the features that are too far from the mesh in too many places."""
@@ -139,8 +144,14 @@ def cost(
     """
     least = float(jacobian.min())
     poor = float(poorness(jacobian, aim).sum()) + 10 * (least <= 0)
-    off = OFF * max(0.0, float(gap.max(initial=0)) - NO_LOSS)
-    return poor + off + STRAYED * float(strayed.max(initial=0)), least
+    return poor + float(offness(gap, strayed).max(initial=0)), least
+
+
+def offness(gap: np.ndarray, strayed: np.ndarray) -> np.ndarray:
+    """(V,) cost of vertices by their distances (V,) from their goals, and from exact features
+    beyond what is no loss.
+    """
+    return OFF * np.maximum(0, gap - NO_LOSS) + STRAYED * strayed
 
 
 def _far(sagitta: np.ndarray) -> np.ndarray:
