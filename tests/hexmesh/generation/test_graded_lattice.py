@@ -135,7 +135,8 @@ def test_any_needed_cells_of_any_block_give_a_conforming_mesh_of_three_sizes(see
     for cells, most in ((small, 1), (small | large, 2)):
         for middle in np.argwhere(cells) + 0.5:
             own = ((low < middle) & (high > middle)).all(axis=1)
-            assert np.ptp(where[own], axis=1).max(axis=1).min() < 1.1 * most
+            # a hex beside larger ones is wider by an eighth of a cell of those
+            assert np.ptp(where[own], axis=1).max(axis=1).min() < 1.25 * most
 
 
 def test_blocks_round_the_fine_part_that_touch_another_leg_along_an_edge():

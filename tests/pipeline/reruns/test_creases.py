@@ -47,7 +47,7 @@ class Cut:
     creases: str | None = None
     features: str = "soft"
 
-    def __call__(self, surface: TriMesh, polycube: None, rough_map: None) -> HexMesh:
+    def __call__(self, surface: TriMesh, polycube: None, rough_map: None, blocks: None) -> HexMesh:
         if self.features == "exact":
             return barrel(2 * self.parts)
         if self.creases is None:
