@@ -98,7 +98,7 @@ def picture(run: Path) -> bytes | None:
 def pictured(run: Path) -> Scene:
     """What is drawn of a part: its hex mesh, or its surface where it has none."""
     surface = load_stage(run, "read")[0]
-    for stage in ("meshing/refine", "meshing/optimize"):
+    for stage in ("meshing/refine", "meshing/cure", "meshing/optimize"):
         if has_stage(run, stage):
             return lost_on_mesh(load_stage(run, stage), surface)
     return scenes.input_surface(surface)

@@ -188,6 +188,7 @@ STAGES = {
     "meshing/smooth": check_smooth,
     "meshing/pillow": check_refine,
     "meshing/optimize": check_refine,
+    "meshing/cure": check_refine,
     "meshing/refine": check_refine,
     "spline": check_spline,
     "analysis": check_analysis,
