@@ -11,6 +11,7 @@ import numpy as np
 from polycube.fitting.creases.constraints import Matching, held_exactly, match
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
+from polycube.hexmesh.cad_faces import quad_regions
 from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.feature_distances import MOST, TOLERANCE
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -87,7 +88,16 @@ class Fitted:
         far = _far(np.linalg.norm(foot - middles, axis=1))
         whole, part = (np.bincount(self.cad_face, weights) for weights in (area, area * far))
         faces = np.flatnonzero(part > FEW * whole)
-        return frozenset([*lost, *(("face", int(face)) for face in faces if face)])
+        lost += [("face", int(face)) for face in faces if face]
+        return frozenset([*lost, *(("face without a quad", face) for face in self._bare())])
+
+    def _bare(self) -> list[int]:
+        """CAD faces that no quad is on; where paths do not enclose a face, quads near it count."""
+        surface = self.target.surface
+        known = np.unique(surface.region)
+        if np.isin(known, self.cad_face).all():
+            return []
+        return np.setdiff1d(known, quad_regions(self.mesh, surface)[0]).tolist()
 
     @cached_property
     def on_path(self) -> np.ndarray:

@@ -58,3 +58,11 @@ def test_features_are_lost_when_their_vertices_leave_them(whole):
     moved = replace(whole, mesh=replace(whole.mesh, vertices=vertices))
     assert {("curve", 0), ("curve", 1), ("face", 1), ("face", 2)} <= moved.lost
     assert not {("face", 1), ("face", 2)} & whole.lost
+
+
+def test_faces_that_no_paths_enclose_are_found_by_nearness(whole):
+    unknown = replace(whole, cad_face=np.zeros_like(whole.cad_face))
+    assert not {each for each in unknown.lost if each[0] == "face without a quad"}
+    flat = whole.mesh.vertices * [1, 1, 0.01]
+    pressed = replace(unknown, mesh=replace(whole.mesh, vertices=flat))
+    assert ("face without a quad", 1) in pressed.lost
