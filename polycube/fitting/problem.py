@@ -185,13 +185,23 @@ class FitProblem:
         terms: Terms,
         springs: list[Springs],
         iterations: int,
+        moves: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Lower the energy; hexes that are all valid stay so."""
+        """Lower the energy; hexes that are all valid stay so.
+
+        moves : (V,) which vertices may; None: all
+        """
         least = energy.least_determinant(x, self.hexes, lengths)
         eps = min(np.sqrt(1e-6 + 0.04 * least**2), 1.0) if least < 0.01 else 1e-3
         floor = min(0.5 * least, 1e-3) if least > 0 else -np.inf
         terms, pulls = terms._replace(eps=eps, floor=floor), together(springs)
-        return descend(lambda y: energy.energy(y, self.hexes, lengths, terms, pulls), x, iterations)
+        free = 1.0 if moves is None else moves[:, None]
+
+        def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+            value, gradient = energy.energy(y, self.hexes, lengths, terms, pulls)
+            return value, gradient * free
+
+        return descend(function, x, iterations)
 
     def parts(self, joined: np.ndarray) -> np.ndarray:
         """(Q,) number of the part of the boundary of each quad, across the sides (E,) that join."""

@@ -49,9 +49,7 @@ class Route:
     @property
     def sides(self) -> np.ndarray:
         """(E, 2) mesh edges of the path."""
-        onward = np.roll(self.vertices, -1)
-        sides = np.stack([self.vertices, onward], axis=1)
-        return sides if self.crease.is_loop else sides[:-1]
+        return path_sides(self.vertices, self.crease.is_loop)
 
     @property
     def sagitta(self) -> float:
@@ -62,6 +60,12 @@ class Route:
             places[-1] = places[0]
         middle = (places[1:] + places[:-1]) / 2
         return float(self.crease.nearest(middle)[1].max())
+
+
+def path_sides(path: np.ndarray, is_loop: bool) -> np.ndarray:
+    """(N, 2) edges of a path of vertices."""
+    sides = np.stack([path, np.roll(path, -1)], axis=1)
+    return sides if is_loop else sides[:-1]
 
 
 def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: Net) -> np.ndarray:

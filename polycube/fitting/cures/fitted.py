@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, held_exactly, match
+from polycube.fitting.creases.paths import path_sides
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.cad_faces import quad_regions
@@ -174,12 +175,6 @@ def _far(sagitta: np.ndarray) -> np.ndarray:
 def poorness(jacobian: np.ndarray, aim: float) -> np.ndarray:
     """Cost of hexes by their scaled Jacobians (H,): 1 for a flat one, 0 from the aim on."""
     return (np.maximum(0, aim - jacobian) / aim) ** POWER
-
-
-def path_sides(path: np.ndarray, is_loop: bool) -> np.ndarray:
-    """(N, 2) edges of a path."""
-    sides = np.stack([path, np.roll(path, -1)], axis=1)
-    return sides if is_loop else sides[:-1]
 
 
 def edge_keys(ends: np.ndarray, n_vertices: int) -> np.ndarray:

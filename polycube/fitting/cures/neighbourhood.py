@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, held_exactly
-from polycube.fitting.creases.paths import Route
-from polycube.fitting.cures.fitted import Fitted, edge_keys, path_sides
+from polycube.fitting.creases.paths import Route, path_sides
+from polycube.fitting.cures.fitted import Fitted, edge_keys
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import part, quad_edges
 from polycube.hexmesh.generation.sheets import has_sheet, with_sheet

@@ -84,30 +84,18 @@ def _descended(
     weight: float,
 ) -> np.ndarray:
     """Positions of lower energy, with the boundary held by springs of a weight."""
-    problem = near.problem
-    at = goals_of(problem, x, near.matching, np.ones(len(x)))
+    at = goals_of(near.problem, x, near.matching, np.ones(len(x)))
     springs = _springs(near, x, at, weight)
-    least = energy.least_determinant(x, problem.hexes, lengths)
-    eps = min(np.sqrt(1e-6 + 0.04 * least**2), 1.0) if least < 0.01 else 1e-3
-    floor = min(0.5 * least, 1e-3) if least > 0 else -np.inf
-    terms = terms._replace(eps=eps, floor=floor)
-
-    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = energy.energy(y, problem.hexes, lengths, terms, springs)
-        return value, gradient * near.moves[:, None]
-
-    return descend(function, x, iterations)
+    return near.problem.relax(x, lengths, terms, springs, iterations, near.moves)
 
 
-def _springs(near: Neighbourhood, x: np.ndarray, at: Goals, weight: float) -> Springs:
+def _springs(near: Neighbourhood, x: np.ndarray, at: Goals, weight: float) -> list[Springs]:
     """Pulls of all boundary vertices to their goals."""
     problem = near.problem
     every = weight / problem.size(x) ** 2
     free = ~np.isin(problem.outer, np.append(at.curve, at.corner))
     vertex, on = problem.outer[free], every[problem.outer[free]]
-    return together(
-        [pull(vertex, at.foot[free], at.facing[free], on, 0.01 * on), *at.springs(every)]
-    )
+    return [pull(vertex, at.foot[free], at.facing[free], on, 0.01 * on), *at.springs(every)]
 
 
 def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) -> np.ndarray:

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.fitted import cost, edge_keys, fitted, path_sides, poorness
+from polycube.fitting.creases.paths import path_sides
+from polycube.fitting.cures.fitted import cost, edge_keys, fitted, poorness
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import target
