@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from polycube.errors import InputError
 from polycube.io.stl import write_stl
 from polycube.io.surfaces import read_repaired
@@ -11,6 +13,8 @@ from polycube.io.vtk import write_named_vtp
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.stages import Clock
 from polycube.pipeline.state import RunState
+from polycube.surface.curves.acute import SHARP, acute
+from polycube.types import TriMesh
 
 
 def read_part(settings: Settings, clock: Clock) -> RunState:
@@ -22,7 +26,27 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
         "read", lambda: read_repaired(path, settings.cad, settings.repair)
     )
     numbers = repair.numbers() if repair else None
-    return RunState(surface, path=path, warnings=tuple(warnings), repair=numbers)
+    told = (*warnings, *(f"{path}: {sentence}" for sentence in sharp_places(surface)))
+    return RunState(surface, path=path, warnings=told, repair=numbers)
+
+
+def sharp_places(surface: TriMesh) -> list[str]:
+    """A sentence on the edges and corners that no good hex can follow; none where there is none."""
+    found = acute(surface)
+    if not found:
+        return []
+    counts = [(kind, sum(each.kind == kind for each in found)) for kind in ("edge", "corner")]
+    named = " and ".join(f"{n} {kind}{'s' * (n > 1)}" for kind, n in counts if n)
+    least = found[0]
+    faces = " and ".join(f"cad_face_{face}" for face in least.faces if face)
+    where = f"{faces} at " if faces else "at "
+    place = ", ".join(f"{value:.4g}" for value in least.place)
+    return [
+        f"{named} of the part {'is' if len(found) == 1 else 'are'} sharper than "
+        f"{np.degrees(SHARP):.0f} degrees; the sharpest has {np.degrees(least.angle):.1f} degrees, "
+        f"{where}({place}), so a hex there has a scaled Jacobian of "
+        f"{np.sin(least.angle):.2f} at most"
+    ]
 
 
 def write_repaired(folder: Path, state: RunState) -> None:

@@ -32,6 +32,15 @@ def face_normals(surface: TriMesh) -> np.ndarray:
     return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
 
 
+def corner_angles(surface: TriMesh) -> np.ndarray:
+    """(F, 3) angle of each face at its corners, in radians; 0 where an edge has no length."""
+    corners = surface.vertices[surface.faces]
+    onward = np.roll(corners, -1, axis=1) - corners
+    back = np.roll(corners, 1, axis=1) - corners
+    sine = np.linalg.norm(np.cross(onward, back), axis=2)
+    return np.arctan2(sine, (onward * back).sum(axis=2))
+
+
 def diagonal(surface: TriMesh) -> float:
     """Length of the diagonal of the bounding box."""
     return float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))

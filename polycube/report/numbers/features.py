@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.inspection import inspect
+from polycube.surface.curves.acute import acute
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json, TriMesh
 
@@ -14,7 +17,7 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
     """What `report.json` holds of the features; nothing where the part is no CAD model.
 
     `lost` lists those farther off than the tolerance, the farthest first; distances are fractions
-    of the diagonal.
+    of the diagonal.  `acute` lists what is sharper than a hex can follow, the sharpest first.
     """
     found = inspect(mesh, surface).features
     if not found:
@@ -41,6 +44,16 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
                 "length": each.distance * size,
             }
             for each in lost
+        ],
+        "acute": [
+            {
+                "kind": each.kind,
+                "faces": [f"cad_face_{face}" for face in each.faces],
+                "names": [_name(surface, face) for face in each.faces],
+                "at": list(each.place),
+                "degrees": np.degrees(each.angle),
+            }
+            for each in acute(surface)
         ],
     }
 

@@ -49,6 +49,7 @@ def features(report: Json, pictures: Pictures) -> str:
         table(counts),
         grid(figure(pictures.get("features"), "The CAD model, from both sides.", legend)),
         _lost(found["lost"]),
+        _acute(found.get("acute", [])),
     )
 
 
@@ -60,10 +61,7 @@ def _lost(features: list[Json]) -> str:
     rows = [
         {
             "kind": f"{each['kind']}, {each['shape']}" if each["shape"] else each["kind"],
-            "of": ", ".join(
-                f"{face} ({name})" if name else face
-                for face, name in zip(each["faces"], each["names"], strict=True)
-            ),
+            "of": _faces(each),
             "distance, % of the diagonal": 100 * each["distance"],
             "model units": each["length"],
             "at": point(each["at"], digits),
@@ -72,3 +70,29 @@ def _lost(features: list[Json]) -> str:
     ]
     more = f", the {N_SHOWN} farthest" if len(features) > N_SHOWN else ""
     return folded(f"What is lost: {show(len(features))} features{more}", table(rows))
+
+
+def _acute(features: list[Json]) -> str:
+    if not features:
+        return ""
+    extent = max(abs(value) for each in features for value in each["at"])
+    digits = 4 - int(np.log10(max(extent, 1e-300)))
+    rows = [
+        {
+            "kind": each["kind"],
+            "of": _faces(each),
+            "angle, degrees": round(each["degrees"], 1),
+            "scaled Jacobian at most": round(float(np.sin(np.radians(each["degrees"]))), 2),
+            "at": point(each["at"], digits),
+        }
+        for each in features[:N_SHOWN]
+    ]
+    more = f", the {N_SHOWN} sharpest" if len(features) > N_SHOWN else ""
+    title = f"Sharper than a hex can follow: {show(len(features))} edges and corners{more}"
+    return folded(title, table(rows))
+
+
+def _faces(feature: Json) -> str:
+    """The CAD faces of a feature, with the names that the file has for them."""
+    pairs = zip(feature["faces"], feature["names"], strict=True)
+    return ", ".join(f"{face} ({name})" if name else face for face, name in pairs)

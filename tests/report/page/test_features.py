@@ -15,6 +15,7 @@ from polycube.report.pictures.pictures import draw, makers
 from polycube.report.pictures.render import view
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
+from tests.fixtures.surfaces import wedge
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +49,15 @@ def test_a_mesh_that_fits_loses_nothing(cut):
     assert found["lost"] == [] and found["curves"] == {"all": 12, "lost": 0}
     page = features({"hex": {"features": found}}, {})
     assert "What is lost" not in page
+
+
+def test_sharp_places_are_listed_with_the_scaled_jacobian_that_they_allow():
+    sharp = wedge(np.deg2rad(10))
+    found = numbers_of.numbers(hex_box((1, 1, 1)), sharp)
+    assert [each["degrees"] for each in found["acute"]] == pytest.approx([10, 10, 10])
+    page = features({"hex": {"features": found}}, {})
+    assert "Sharper than a hex can follow: 3 edges and corners" in page
+    assert "cad_face_3, cad_face_5" in page and "0.17" in page
 
 
 def test_only_cad_models_have_features(run, found):
