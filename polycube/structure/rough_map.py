@@ -8,6 +8,7 @@ that explains the points; outliers lose their weight (iteratively reweighted lea
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import solve
 from scipy.sparse import csr_matrix
 
 from polycube.types import PerAxis, Polycube, RoughMap
@@ -81,7 +82,7 @@ def fit(
     x, y, z = (_control(knots, spacing) for knots in polycube.knots)
     axes = x, y, z
     base = _grid(axes) @ linear.T + offset
-    shares, bending = weights(axes, points).toarray(), _bending(axes)
+    shares, bending = weights(axes, points), _bending(axes)
     residual = goal - points @ linear.T - offset
     for stiffness in smoothness * 10.0 ** np.arange(6):
         moved = _robust(shares, bending * stiffness, residual, outlier, rounds)
@@ -140,15 +141,16 @@ def _bending(axes: PerAxis) -> np.ndarray:
 
 
 def _robust(
-    weights: np.ndarray, energy: np.ndarray, residual: np.ndarray, outlier: float, rounds: int
+    weights: csr_matrix, energy: np.ndarray, residual: np.ndarray, outlier: float, rounds: int
 ) -> np.ndarray:
     """(X*Y*Z, 3) displacement of the control positions that explains the residual."""
     moved = np.zeros((weights.shape[1], 3))
     for step in range(rounds):
         reach = outlier * max(1.0, 3 - 4 * step / rounds)  # wide at first
         trust = _trust(residual - weights @ moved, reach)
-        weighted = weights.T * (trust / trust.sum())
-        moved = np.linalg.solve(weighted @ weights + energy, weighted @ residual)
+        weighted = weights.multiply((trust / trust.sum())[:, None]).T.tocsr()
+        form = (weighted @ weights).toarray() + energy
+        moved = solve(form, weighted @ residual, assume_a="pos")
     return moved
 
 
