@@ -14,7 +14,8 @@ from polycube.types import HexMesh, TriMesh
 class Sheets:
     """Cure poor hexes one place at a time: fit what is near anew, or put a sheet of hexes there.
 
-    For exact features only; any other mesh stays as it is.
+    For exact features only; any other mesh stays as it is, and so does one that crosses itself in
+    many places.
 
     Parameters
     ----------
@@ -40,11 +41,13 @@ class Sheets:
         """The mesh with fewer poor hexes; the same object where nothing helps."""
         from polycube.fitting.cures.cure import cure
         from polycube.fitting.polish import polish
-        from polycube.hexmesh.crossings import crossings
+        from polycube.hexmesh.crossings import MANY, crossings
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
         from polycube.surface.fit_target import target
 
         if not self.trials or features_of(self.features, surface) != "exact":
+            return hexes
+        if len(crossings(hexes)) >= MANY:
             return hexes
         goal = target(surface)
         cured = cure(hexes, goal, self.aim, self.trials)

@@ -22,6 +22,7 @@ from polycube.types import HexMesh
 
 # the faces 3-0-4-7 and 2-3-7-6 start, in the order of `connectivity.FACES`, beside that corner
 _OTHER_DIAGONAL = np.array([True, False, False, True, False, False])
+MANY = 20  # pairs of quads that cross, from which on no later stage parts them
 _GAP = 1e-9  # of the size of two triangles: a gap below it is a contact
 
 

@@ -130,9 +130,13 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
 
 def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]:
     """The variants for a structure: those of the bundle, or its own for overlays and blocks."""
-    is_fine = bool(start.ranked) and is_overlay(start.ranked[start.chosen])
-    name = "blocks" if start.blocks is not None else "overlay" if is_fine else "portfolio"
+    name = "blocks" if start.blocks is not None else "overlay" if is_fine(start) else "portfolio"
     return bundle.get(name) or bundle["portfolio"]
+
+
+def is_fine(start: RunState) -> bool:
+    """Whether the structure that is meshed is an overlay."""
+    return bool(start.ranked) and is_overlay(start.ranked[start.chosen])
 
 
 def is_overlay(entry: Ranked) -> bool:

@@ -21,6 +21,7 @@ from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Ranking
 from polycube.pipeline.choices import (
     choose,
+    is_fine,
     is_needless,
     is_overlay,
     settled_at,
@@ -249,7 +250,11 @@ class Run:
         return self._finish(found, stages)
 
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
-        """The variants of the bundle, on one structure; with blocks they have no short runs."""
+        """The variants of the bundle, on one structure; with blocks they have no short runs.
+
+        Those of a coarse structure give up where they cross themselves; those of an overlay differ
+        in that.
+        """
         trial = None if start.blocks is not None else self.bundle.get("trial")
         return Variants(
             stages,
@@ -259,6 +264,7 @@ class Run:
             self.clock,
             self.deadline,
             trial or {},
+            gives_up=not is_fine(start),
         )
 
     def _finish(self, found: Variants, stages: Sequence[Stage]) -> RunState:

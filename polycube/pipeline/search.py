@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from polycube.errors import InputError, MeshingError
+from polycube.hexmesh.crossings import MANY, crossings
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import KINDS, Acceptance
 from polycube.pipeline.deadline import Deadline
@@ -50,6 +51,7 @@ class Variants:
     variants : options to replace; an empty set means the stages as they are
     start : the state that the stages start from
     trial : options of a short run, whose mesh may be the best
+    gives_up : where all runs ended with many crossings no other variant is tried
     """
 
     stages: Sequence[Stage]
@@ -59,6 +61,7 @@ class Variants:
     clock: Clock = field(default_factory=Clock)
     deadline: Deadline = field(default_factory=Deadline)
     trial: Options = field(default_factory=dict)
+    gives_up: bool = False
     preferred: Name | None = None  # the run whose mesh is taken; None: the best
     _attempts: dict[Name, Attempt | MeshingError] = field(default_factory=dict)
     _memo: dict[tuple[object, ...], Any] = field(default_factory=dict)
@@ -99,14 +102,17 @@ class Variants:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether all meshes so far are large and have inverted hexes."""
+        """Whether all meshes so far are large and have inverted hexes, or cross themselves in many
+        places and the variants give up then.
+        """
         meshes = [each.state.hexes for each in self.attempts.values()]
-        return bool(meshes) and all(
-            mesh is not None
-            and len(mesh.hexes) > LARGE
-            and scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0
-            for mesh in meshes
-        )
+        return bool(meshes) and all(mesh and self._is_lost(mesh) for mesh in meshes)
+
+    def _is_lost(self, mesh: HexMesh) -> bool:
+        if self.gives_up and len(crossings(mesh)) >= MANY:
+            return True
+        is_large = len(mesh.hexes) > LARGE
+        return is_large and scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0
 
     def run(self, number: int, short: bool = False) -> Attempt | None:
         """Run a variant, the first being 0; None where it fails."""
@@ -125,8 +131,7 @@ class Variants:
     def run_others(self) -> None:
         """Short runs of all variants that had none, the first too, until one is good.
 
-        Where all runs ended with inverted hexes and the meshes are large there are none: a run
-        takes long then, and another structure is the better way.
+        There are none where `is_hopeless`: another structure is the better way then.
         """
         for number in range(len(self.variants)):
             if self.reaches >= self.acceptance.good or self.is_hopeless:

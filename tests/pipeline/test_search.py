@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from polycube.errors import InputError, MeshingError
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.pipeline.search import Variants, search
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
@@ -222,6 +223,36 @@ def test_large_meshes_with_inverted_hexes_have_no_other_variants(monkeypatch, fi
     found.run(0)
     found.run_others()
     assert len(CALLS) == runs
+    assert found.is_hopeless == (runs == 1)
+
+
+@dataclass(frozen=True)
+class Cross:
+    """Makes two cubes that cross each other, or one."""
+
+    crosses: bool = True
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        CALLS.append(self.crosses)
+        one = cube()
+        if not self.crosses:
+            return one
+        corners = np.concatenate([one.vertices, one.vertices + 0.4])
+        return hex_mesh(corners, np.concatenate([one.hexes, one.hexes + len(one.vertices)]))
+
+
+@pytest.mark.parametrize(("gives_up", "many", "runs"), [(True, 2, 1), (False, 2, 2), (True, 99, 2)])
+def test_meshes_that_cross_themselves_in_many_places_end_the_variants(
+    monkeypatch, gives_up, many, runs
+):
+    monkeypatch.setattr("polycube.pipeline.search.MANY", many)
+    options = [{"meshing/optimize": {"crosses": crosses}} for crosses in (True, False)]
+    trial = {"meshing/optimize": {}}
+    stages = [Stage("meshing/optimize", Cross())]
+    found = Variants(stages, options, START, BySize(good=9.0), trial=trial, gives_up=gives_up)
+    found.run(0)
+    found.run_others()
+    assert CALLS == [True, False][:runs]
     assert found.is_hopeless == (runs == 1)
 
 

@@ -74,6 +74,12 @@ def test_the_stage_cures_exact_features_only():
     assert none(surface, mesh) is mesh
 
 
+def test_a_mesh_that_crosses_itself_in_many_places_is_not_cured(monkeypatch):
+    surface, mesh = lattice_on_rod()
+    monkeypatch.setattr("polycube.hexmesh.crossings.MANY", 0)
+    assert build("meshing/cure", {"plugin": "sheets"})(surface, mesh) is mesh
+
+
 @pytest.mark.parametrize(
     ("option", "message"), [({"aim": 2}, "aim must be"), ({"trials": -1}, "trials must be")]
 )
