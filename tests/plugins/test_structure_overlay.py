@@ -128,6 +128,13 @@ def test_too_many_cells_are_no_candidate():
     assert len(overlay(torus(), size="10%", max_hexes=300)) < 2
 
 
+def test_the_finer_candidates_have_a_limit_of_their_own():
+    free, bound = (overlay(torus(), size="10%", most=most) for most in (10**6, 400))
+    cells = [[each.polycube.occupancy.sum() for each in found] for found in (free, bound)]
+    assert cells[0][0] == cells[1][0]
+    assert max(cells[0]) > 800 and max(cells[1]) < 1.4 * 400
+
+
 @pytest.mark.parametrize("size", ["0.01%", "1e-6%"])
 def test_cells_far_too_small_are_refused_before_they_are_made(size):
     assert overlay(torus(), size=size) == []

@@ -42,6 +42,7 @@ class Overlay(Structure):
     size : of the hexes, in the units of the part or as a share of the diagonal
     finer : times by which cells are smaller than that; one candidate each
     finest : the same of one more candidate at most, as fine as walls and holes want
+    most : full cells at most of all but the largest of these; sheets add to the hexes
     across_wall, around_hole : hexes that these want
     at : numbers of hexes at faces of the part, as `meshing.at`; the cells of the first candidate
         are as small as these want, where `max_hexes` allows
@@ -58,6 +59,7 @@ class Overlay(Structure):
     size: float | str = setting("meshing.size", MeshingSettings.size)
     finer: Sequence[float] = (2.0, 3.3)
     finest: float = 5.0
+    most: int = 40_000
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
     around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
     at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
@@ -116,12 +118,15 @@ class Overlay(Structure):
         """Sizes of the cells of the candidates, the largest first."""
         from polycube.surface.feature_size import detail_size
         from polycube.surface.fit_target import target
+        from polycube.surface.measures import volume
 
         goal = target(surface)
-        cells = sorted((size / finer for finer in self.finer), reverse=True)
+        first, *others = sorted((size / times for times in self.finer), reverse=True) or [size]
+        room = min((volume(surface) / self.most) ** (1 / 3), first)
+        cells = sorted({first, *(max(cell, room) for cell in others)}, reverse=True)
         wanted = detail_size(goal, self.across_wall, self.around_hole) * goal.scale
-        least = max(wanted, size / self.finest)
-        return [*cells, least] if least < SMALLER * min(cells, default=size) else cells
+        least = max(wanted, size / self.finest, room)
+        return [*cells, least] if least < SMALLER * cells[-1] else cells
 
     def _lattices(
         self, surface: TriMesh, frame: np.ndarray, size: float, cell: float, brick: str
