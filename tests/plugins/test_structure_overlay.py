@@ -74,6 +74,17 @@ def test_a_manifold_solid_stays_as_it_is():
     assert (manifold(share, 0.5) == (share > 0)).all()
 
 
+@pytest.mark.parametrize(("share", "is_kept"), [(0.25, True), (0.1, False)])
+def test_a_wall_thinner_than_half_a_cell_fills_its_cells(share, is_kept):
+    shares = np.zeros((6, 5, 7))
+    shares[:, :, :2] = 1
+    shares[3, :, 2:] = share
+    shares[1, :, 2] = share  # a rib as high as a cell is no wall
+    expected = shares == 1
+    expected[3, :, 2:] = is_kept
+    assert (manifold(shares, 0.5) == expected).all()
+
+
 @pytest.mark.parametrize("doubtful", [(1, 2), (2, 1)])
 def test_where_two_blocks_touch_along_an_edge_the_most_doubtful_cells_are_flipped(doubtful):
     share = np.zeros((4, 4, 2))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from scipy.ndimage import label
+from scipy.ndimage import binary_dilation, label
 
 from polycube.structure.windows import TABLE, flip, windows
 
 ROUNDS = 20
+THIN = 0.15  # share of a cell that a wall has at least where it is to fill cells
+AROUND = np.ones((3, 3, 3), bool)
 
 
 def manifold(share: np.ndarray, least: float) -> np.ndarray:
@@ -23,6 +25,7 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
     -------
     (X, Y, Z) bool
     """
+    share = _with_walls(share, least)
     full = share >= least
     for _ in range(ROUNDS):
         # first the pinches, so that blocks that touch along an edge grow together
@@ -33,6 +36,17 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
         if (full == mended).all():
             break
     return full
+
+
+def _with_walls(share: np.ndarray, least: float) -> np.ndarray:
+    """The shares, with those of walls that fill no cell raised above the least.
+
+    A wall is where solid cells have no full cell around; two cells of it overlap what is full.
+    """
+    solid = (share >= THIN) & (share < least)
+    apart = solid & ~binary_dilation(share >= least, AROUND)
+    wall = binary_dilation(apart, AROUND, iterations=2, mask=solid) if apart.any() else apart
+    return np.where(wall, (1 + least) / 2, share)
 
 
 def _largest(full: np.ndarray) -> np.ndarray:
