@@ -42,7 +42,8 @@ def propose(
 
 def grids(settings: Settings) -> list[Grid]:
     """The grid, or those of grid=auto; of these the first that a given context fits."""
-    shapes = [tuple(shape) for shape in settings.grid.get("among") or [settings.grid["shape"]]]
+    given = settings.grid["shape"]
+    shapes = [tuple(shape) for shape in ([given] if given else settings.grid["among"])]
     if not settings.context:
         return shapes
     large = [shape for shape in shapes if len(settings.context) <= math.prod(shape)]

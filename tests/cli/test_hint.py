@@ -20,5 +20,9 @@ def test_a_doubt_comes_with_a_hint(part, size, is_doubted, tmp_path, caplog):
         f"meshing.size={size}",
         f"output_dir={tmp_path}",
     )
-    hints = [m for m in caplog.messages if m.startswith("hint: try grid=auto, meshing=parametric")]
+    hints = [
+        m
+        for m in caplog.messages
+        if m.startswith("hint: try structure=overlay, meshing=parametric")
+    ]
     assert bool(report["doubts"]) == bool(hints) == is_doubted

@@ -5,7 +5,7 @@ import pytest
 
 from polycube.config import compose
 from polycube.errors import InputError
-from polycube.pipeline.proposals import propose
+from polycube.pipeline.proposals import grids, propose
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
@@ -36,6 +36,19 @@ def test_auto_finds_the_grid_of_an_l():
     assert best.grid == (2, 2, 1) and best.context == L
     rows = [entry.score for entry in ranked if entry.candidate.polycube.grid[1:] == (1, 1)]
     assert ranked[0].score < 0.7 < 1.5 < min(rows)
+
+
+@pytest.mark.parametrize(
+    ("override", "expected"),
+    [
+        ("seed=0", [(2, 1, 1), (3, 1, 1), (2, 2, 1)]),
+        ("grid=2x2x2", [(2, 2, 2)]),
+        ("grid.shape=[4,1,1]", [(4, 1, 1)]),
+        ("grid.among=[[1,1,1],[5,1,1]]", [(1, 1, 1), (5, 1, 1)]),
+    ],
+)
+def test_some_grids_are_tried_unless_one_is_given(override, expected):
+    assert grids(run(override).settings) == expected
 
 
 def test_equal_structures_are_proposed_once():

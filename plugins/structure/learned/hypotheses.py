@@ -72,10 +72,11 @@ def known_denoiser(
         return denoiser
     logger.log(
         logging.INFO if weights is None else logging.WARNING,
-        "the weights know grid %s with %s only; nothing proposed%s",
+        "nothing proposed%s on grid %s: the weights know grid %s with %s only",
+        f" by {weights}" if weights else "",
+        "x".join(map(str, grid)),
         "x".join(map(str, denoiser.grid)),
         ", ".join(denoiser.primitives),
-        f" by {weights}" if weights else "",
     )
     return None
 
