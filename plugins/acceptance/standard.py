@@ -27,11 +27,11 @@ DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
 class Standard(Acceptance):
     """Valid first, then features kept, then distances, then the worst hex.
 
-    Each criterion is met or missed; features of a CAD part are counted.  Of two meshes the better
-    one meets the first criterion in which they differ, or loses fewer features; where they differ
-    in none, the merit of the fitting stages decides (`polycube.fitting.merit`), less 0.01 for each
-    doubling of the number of hexes.  Lengths are shares of the bounding-box diagonal unless another
-    unit is named.
+    Each criterion is met or missed; the features that a CAD part loses are counted, one that is far
+    off as often as it is off by the limit.  Of two meshes the better one meets the first criterion
+    in which they differ, or has the lower count; where they differ in none, the merit of the
+    fitting stages decides (`polycube.fitting.merit`), less 0.01 for each doubling of the number of
+    hexes.  Lengths are shares of the bounding-box diagonal unless another unit is named.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Standard(Acceptance):
         levels = {
             # inverted hexes are worse than crossings, these than any other failure
             "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
-            "features": -lost,
+            "features": -self._weight(found),
             "distances": -self._is_far(found),
             "scaled_jacobian": -(found.scaled_jacobian < self.poor_jacobian),
         }
@@ -198,6 +198,13 @@ class Standard(Acceptance):
         if not len(found.surface.region):
             return int(found.creases > self.features)
         return len(found.lost_faces) + len(self._off(found))
+
+    def _weight(self, found: Inspection) -> int:
+        """The number lost, each as often as it is off by the limit."""
+        if not len(found.surface.region):
+            return self._lost(found)
+        times = (int(each.distance // self.features) for each in self._off(found))
+        return len(found.lost_faces) + sum(times)
 
     def _off(self, found: Inspection) -> list[Feature]:
         """Points, curves and faces of a CAD part that are off the mesh."""
