@@ -61,7 +61,7 @@ class Standard(Acceptance):
     least_jacobian: float = 0.0
     volume_limit: float = 0.10
     distance_limit: float = 0.05
-    features: float = 0.0028
+    features: float = 0.00285
     distance: float = 0.01
     poor_jacobian: float = 0.2
     far_vertices: float = 0.005
@@ -187,7 +187,7 @@ class Standard(Acceptance):
             beside = " and ".join(f"cad_face_{face}" for face in worst.faces)
             yield (
                 f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
-                f"are more than {self.features:.2%} of the diagonal off, the most the {worst.kind} "
+                f"are more than {self.features:.3%} of the diagonal off, the most the {worst.kind} "
                 f"of {beside} at {np.round(worst.place, 3).tolist()}: {worst.distance:.2%}"
             )
         if found.lost_faces:

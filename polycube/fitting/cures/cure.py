@@ -8,7 +8,7 @@ of these is kept where it helps; and so on, until no hex is poor or nothing help
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,7 +34,13 @@ NEAR = 0.002  # distance of vertices from the surface, in diagonals, that any cu
 STRAY = 0.0004  # the same beyond what is no loss, from exact features
 
 
-def cure(mesh: HexMesh, target: Target, aim: float, trials: int) -> HexMesh:
+def cure(
+    mesh: HexMesh,
+    target: Target,
+    aim: float,
+    trials: int,
+    protected: Collection[tuple[int, ...]] = (),
+) -> HexMesh:
     """The mesh with fewer poor hexes, and with sheets; no cure loses a feature or makes a crossing.
 
     Parameters
@@ -43,12 +49,13 @@ def cure(mesh: HexMesh, target: Target, aim: float, trials: int) -> HexMesh:
     target : its surface
     aim : scaled Jacobian below which hexes are poor
     trials : fits of neighbourhoods at most
+    protected : CAD faces of features; no place is fitted where all faces of one meet
 
     Returns
     -------
     The same object where no hex is poor or nothing helps.
     """
-    cures = _Cures(fitted(mesh, target), aim, trials)
+    cures = _Cures(fitted(mesh, target), aim, trials, protected)
     cures.under_faces()
     cures.at_the_worst()
     found = cures.whole
@@ -102,9 +109,11 @@ class _Trial:
 class _Cures:
     """Trials on a mesh, one after the other; what helps is kept."""
 
-    def __init__(self, whole: Fitted, aim: float, trials: int) -> None:
+    def __init__(
+        self, whole: Fitted, aim: float, trials: int, protected: Collection[tuple[int, ...]]
+    ) -> None:
         self.whole, self.left, self.kept = whole, trials, 0
-        self._aim = aim
+        self._aim, self._protected = aim, protected
         self._crossings = len(crossings(whole.mesh))
 
     def under_faces(self) -> None:
@@ -165,9 +174,12 @@ class _Cures:
         near = neighbourhood(self.whole, np.array([bad]), inside)
         if near is None:
             return None
+        moving, now = near.used[near.moves[: len(near.used)]], self.whole
+        if self._protected:
+            beside = now.cad_face[np.isin(now.mesh.quads, moving).any(axis=1)]
+            if any(np.isin(faces, beside).all() for faces in self._protected):
+                return None
         self.left -= 1
-        moving = near.used[near.moves[: len(near.used)]]
-        now = self.whole
         gap, strayed = now.gap[moving], now.strayed[moving]
         before = cost(now.jacobian[near.elements], gap, strayed, self._aim)
         off = float(gap.max()), float(strayed.max())

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.cures.cure import cure
+from polycube.fitting.cures.fitted import fitted
 from polycube.hexmesh import connectivity
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.inspection import inspect
@@ -57,6 +58,17 @@ def test_a_good_mesh_is_returned_as_it_is(cured):
     surface, mesh = lattice_on_rod()
     assert cure(cured, target(surface), 0.3, 30) is cured
     assert cure(mesh, target(surface), 0.4, 0) is mesh
+
+
+def test_places_where_a_protected_feature_is_are_left_alone():
+    surface, mesh = lattice_on_rod()
+    goal, faces = target(surface), np.unique(surface.region).tolist()
+    assert cure(mesh, goal, 0.4, 30, [(face,) for face in faces]) is mesh
+    one = cure(mesh, goal, 0.4, 30, [(faces[0],)])
+    assert one is not mesh
+    same = np.isin(fitted(mesh, goal).cad_face, faces[0])
+    vertices = np.unique(mesh.quads[same])
+    assert np.array_equal(one.vertices[vertices], mesh.vertices[vertices])
 
 
 def test_the_same_input_gives_the_same_mesh(cured):
