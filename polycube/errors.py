@@ -39,6 +39,10 @@ class UnknownPlugin(InputError, LookupError):
     """A config names a plugin that is not there; the message lists those that are."""
 
 
+class MissingPackage(InputError, ImportError):
+    """An option needs a package that does not load."""
+
+
 class BadOption(InputError, TypeError):
     """A plugin was given an option it does not take, or a value it refuses."""
 

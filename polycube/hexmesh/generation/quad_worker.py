@@ -1,0 +1,109 @@
+"""Quads of plane regions by Gmsh: `python -m polycube.hexmesh.generation.quad_worker`.
+
+A process of its own, because Gmsh takes over signals, may crash, and is GPL.  Reads a request as
+JSON on standard input (see `quads.quads`); writes arrays to the .npz it names.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from itertools import product
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,
+    "Mesh.RandomSeed": 1,
+    "Mesh.RecombineAll": 1,
+    "Mesh.SubdivisionAlgorithm": 1,  # all quads
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeExtendFromBoundary": 1,
+}
+METHODS = (  # algorithms of triangles and of their joining
+    (8, 0),  # frontal Delaunay for quads, joined greedily
+    (8, 1),  # the same, joined by Blossom
+)
+QUAD = 3  # type of an element
+
+
+def main() -> None:
+    """Quads of the regions that are asked for."""
+    request = json.load(sys.stdin)
+    import gmsh
+
+    gmsh.initialize(interruptible=False)
+    for name, value in OPTIONS.items():
+        gmsh.option.setNumber(name, value)
+    found: dict[str, np.ndarray] = {}
+    planes: list[int] = []
+    for (plane, asked), method in product(enumerate(request["planes"]), METHODS):
+        try:
+            made = _quads(gmsh, asked, *method)
+        except Exception:  # what Gmsh raises where it cannot mesh a region
+            continue
+        found |= {f"{name}{len(planes)}": array for name, array in made.items()}
+        planes.append(plane)
+    np.savez(request["output"], allow_pickle=False, plane=np.array(planes, np.int64), **found)
+    gmsh.finalize()
+
+
+def _quads(
+    gmsh: ModuleType, asked: dict[str, Any], triangles: int, joining: int
+) -> dict[str, np.ndarray]:
+    """Arrays of the quads of a plane by one method."""
+    gmsh.clear()
+    gmsh.option.setNumber("Mesh.MeshSizeMax", asked["size"])
+    gmsh.option.setNumber("Mesh.Algorithm", triangles)
+    gmsh.option.setNumber("Mesh.RecombinationAlgorithm", joining)
+    surfaces = _surfaces(gmsh, asked)
+    gmsh.model.mesh.generate(2)
+    return _arrays(gmsh, surfaces)
+
+
+def _surfaces(gmsh: ModuleType, request: dict[str, Any]) -> list[int]:
+    """Tags of the plane surfaces, whose borders are lines between the points."""
+    geo = gmsh.model.geo
+    points = [geo.addPoint(x, y, 0) for x, y in request["points"]]
+    lines: dict[tuple[int, int], int] = {}
+
+    def line(a: int, b: int) -> int:
+        if (b, a) in lines:
+            return -lines[b, a]
+        if (a, b) not in lines:
+            lines[a, b] = geo.addLine(points[a], points[b])
+        return lines[a, b]
+
+    surfaces = []
+    for region in request["regions"]:
+        loops = [
+            geo.addCurveLoop([line(a, b) for a, b in zip(loop, [*loop[1:], loop[0]], strict=True)])
+            for loop in region
+        ]
+        surfaces.append(geo.addPlaneSurface(loops))
+    geo.synchronize()
+    for tag in lines.values():
+        gmsh.model.mesh.setTransfiniteCurve(tag, 2)
+    for tag, corners in zip(surfaces, request["corners"], strict=True):
+        if corners:
+            gmsh.model.mesh.setTransfiniteSurface(tag, "Left", [points[c] for c in corners])
+    return surfaces
+
+
+def _arrays(gmsh: ModuleType, surfaces: list[int]) -> dict[str, np.ndarray]:
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    row = np.zeros(int(tags.max()) + 1, np.int64)
+    row[tags.astype(np.int64)] = np.arange(len(tags))
+    found = [gmsh.model.mesh.getElementsByType(QUAD, tag)[1] for tag in surfaces]
+    faces = row[np.concatenate(found).astype(np.int64)].reshape(-1, 4)
+    used, faces = np.unique(faces, return_inverse=True)
+    region = np.repeat(np.arange(len(surfaces)), [len(each) // 4 for each in found])
+    vertices = places.reshape(-1, 3)[used, :2]
+    return {"vertices": vertices, "quads": faces.reshape(-1, 4), "region": region}
+
+
+if __name__ == "__main__":
+    main()
