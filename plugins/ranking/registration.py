@@ -54,14 +54,16 @@ class Registration:
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
         """Candidates of the right genus, best first, then spares; of one rough map the last."""
-        from polycube.structure.lattice import genus, is_manifold
+        from polycube.hexmesh.generation.blocks import genus_of
+        from polycube.structure.lattice import is_manifold
         from polycube.surface import measures as surfaces
         from polycube.surface.fit_target import target
 
         goal, wanted = target(surface), surfaces.genus(surface)
         distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
         solid = [c for c in distinct if is_manifold(c.polycube)]
-        fitting = [c for c in solid if genus(c.polycube) == wanted and c.family != SPARE]
+        same = [c for c in solid if genus_of(c.polycube, c.blocks) == wanted]
+        fitting = [c for c in same if c.family != SPARE]
         ranked = []
         coarse = [c for c in fitting if c.family != OVERLAY]
         for proposal in dict.fromkeys(c.proposal for c in coarse):

@@ -14,12 +14,13 @@ from polycube.pipeline.search import Options, Variants
 from polycube.pipeline.state import RunState
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
-from polycube.types import OVERLAY, SPARE, Candidate, Polycube, Ranked
+from polycube.types import OVERLAY, SPARE, SWEEP, Candidate, Polycube, Ranked
 
 logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
 ENOUGH = 0.3  # scaled Jacobian of a mesh that misses nothing, for which no overlay is tried
+BRICKS = 0.9  # scaled Jacobian of a sweep with which no other structure is tried
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -64,9 +65,10 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     The best, the best of the other family, then the best of each other kind, as long as the score
     is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
     equal structures that rank close the one from labels is taken, whose rough map is exact.
-    Structures with blocks come first where one ranks first, else after these, and overlays after
-    all others, whatever `tries` is.  Those of another genus than the part's are
-    meshed only where there is nothing else.
+    Structures with blocks come first where one ranks first, else after these, whatever `tries` is;
+    but a sweep, whose mesh takes seconds, directly after the best, and one that ranks first is one
+    of `tries`.  Overlays come after all others, whatever `tries` is.  Those of another genus than
+    the part's are meshed only where there is nothing else.
     """
     spares = spares_of(ranked)
     if len(spares) == len(ranked):
@@ -87,12 +89,15 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
                 and other.score <= CLOSE * entry.score
             )
             choices.append(next(same, index))
-    blocks = [i for i in choices if ranked[i].candidate.blocks is not None]
-    plain = [i for i in choices if i not in blocks]
+    sweeps = [i for i in choices if _family(ranked[i]) == SWEEP]
+    blocks = [i for i in choices if ranked[i].candidate.blocks is not None and i not in sweeps]
+    plain = [i for i in choices if i not in blocks + sweeps]
     others = [i for i in plain if _family(ranked[i]) != _family(ranked[plain[0]])]
     first = plain[:1] + others[:1]
-    tried = [*first, *(i for i in plain if i not in first)][:tries]
-    return [*(blocks + tried if choices[0] in blocks else tried + blocks), *overlays]
+    is_swept = choices[0] in sweeps
+    tried = [*first, *(i for i in plain if i not in first)][: tries - is_swept]
+    order = blocks + tried if choices[0] in blocks else tried + blocks
+    return [*order[: not is_swept], *sweeps, *order[not is_swept :], *overlays]
 
 
 def settled_at(
@@ -101,13 +106,17 @@ def settled_at(
     """Scaled Jacobian of a mesh of structure `index` with which no later choice is tried.
 
     It is higher where a structure of another family ranks close: a short registration does not
-    tell such two apart.
+    tell such two apart.  A sweep is always tried, and another structure after a sweep unless that
+    is nearly all bricks.
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
+    later = [entry for entry in later if not is_overlay(entry)]
+    if any(_family(entry) == SWEEP for entry in later):
+        return np.inf
+    if later and _family(now) == SWEEP:
+        return BRICKS
     is_close = any(
-        entry.score <= CLOSE * now.score and _family(entry) != _family(now)
-        for entry in later
-        if not is_overlay(entry)
+        entry.score <= CLOSE * now.score and _family(entry) != _family(now) for entry in later
     )
     return acceptance.excellent if is_close else acceptance.acceptable
 
@@ -129,8 +138,10 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
 
 
 def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]:
-    """The variants for a structure: those of the bundle, or its own for overlays and blocks."""
-    name = "blocks" if start.blocks is not None else "overlay" if is_fine(start) else "portfolio"
+    """The variants for a structure: its own for overlays, blocks and sweeps, or the bundle's."""
+    family = _family(start.ranked[start.chosen]) if start.ranked else ""
+    own = {SWEEP: "sweep", OVERLAY: "overlay", SPARE: "overlay"}
+    name = own.get(family, "portfolio" if start.blocks is None else "blocks")
     return bundle.get(name) or bundle["portfolio"]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from polycube.errors import MeshingError
 from polycube.fitting.partial import is_sound, partly_fitted, with_layer
+from polycube.hexmesh.generation.blocks import genus_of
 from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
 from polycube.kinds import KINDS
@@ -23,7 +24,6 @@ from polycube.pipeline.choices import is_overlay
 from polycube.pipeline.search import Variants
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
-from polycube.structure import lattice
 from polycube.surface import measures
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh
@@ -84,7 +84,7 @@ def wrong_topology(state: RunState) -> str:
     """Say that the mesh has another genus than the part, and how far it is off; else nothing."""
     if state.polycube is None:
         return ""
-    has, wanted = lattice.genus(state.polycube), measures.genus(state.surface)
+    has, wanted = genus_of(state.polycube, state.blocks), measures.genus(state.surface)
     if has == wanted:
         return ""
     return (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping
 from dataclasses import fields
@@ -10,13 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from polycube.errors import InputError
+from polycube.errors import InputError, MissingPackage
 from polycube.kinds import Structure
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock
 from polycube.registry import build
 from polycube.surface.measures import genus
 from polycube.types import Candidate, TriMesh
+
+logger = logging.getLogger(__name__)
 
 Grid = tuple[int, ...]
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -77,10 +80,17 @@ def _propose_on(
 ) -> tuple[Candidate, ...]:
     """Candidates of the structure plugins; each receives those of the plugins before it."""
     candidates: tuple[Candidate, ...] = ()
-    for name, plugin in _plugins(grid, settings, primitives):
+    plugins = _plugins(grid, settings, primitives)
+    for name, plugin in plugins:
         if plugin.any_grid and grid != grids(settings)[-1]:
             continue
-        made = clock.run(f"structure/{name}", partial(plugin, surface, candidates))
+        try:
+            made = clock.run(f"structure/{name}", partial(plugin, surface, candidates))
+        except MissingPackage as error:
+            if len(plugins) == 1:
+                raise InputError(f"structure={name} proposes nothing: {error}") from None
+            logger.info("%s: nothing is proposed, because %s", name, error)
+            continue
         candidates += tuple(made)
     return candidates
 

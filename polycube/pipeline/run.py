@@ -227,7 +227,8 @@ class Run:
                 yield made[-1]
 
         def is_settled(tried: Variants) -> bool:
-            limit = settled_at(ranked, choices, tried.start.chosen, self.acceptance)
+            index, left = tried.start.chosen, choices[len(made) :]
+            limit = settled_at(ranked, [index, *left], index, self.acceptance)
             return tried.reaches >= limit and not tried.taken().verdict.warnings
 
         first = settled_at(ranked, choices, choices[0], self.acceptance)

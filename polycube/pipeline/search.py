@@ -4,7 +4,8 @@ A variant replaces options of some stages.  The first variant of the best struct
 Where its mesh is not good, every variant has a short run (the options of `trial`), and the best of
 the short runs is repeated in full.  Another structure goes on only where the short run of its first
 variant is better than every mesh before; where none is acceptable in the end, all variants of every
-structure have a short run.  `Acceptance` decides what is good and what is better.
+structure have a short run.  A short run that beats a first structure without short runs is repeated
+in full.  `Acceptance` decides what is good and what is better.
 """
 
 from __future__ import annotations
@@ -251,6 +252,8 @@ def search(
             improve(start)
         elif start.run(0, short=True) is None or start.best <= reached:
             tried.append(start)
+            if is_settled(_leader(tried)):
+                break
             continue
         tried.append(start)
         if len(tried) > 1 or not has_rival:
@@ -263,7 +266,9 @@ def search(
         for start in tried:
             start.run_others()
     shorts = [(best, start) for start in tried if (best := start.best_short())]
-    if shorts and leader.reaches < leader.acceptance.good:
+    short = leader.best_short()
+    beats_full = not tried[0].trial and short is not None and short[0] == leader.best
+    if shorts and (beats_full or leader.reaches < leader.acceptance.good):
         (_, number), start = max(shorts, key=lambda each: each[0][0])
         start.run(number)
     found = _leader(tried)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.pipeline.choices import (
+    BRICKS,
     choose,
     is_needless,
     settled_at,
@@ -27,6 +28,7 @@ FAMILY = {
     "bricks": "lattice",
     "overlay": "overlay",
     "midpoint": "midpoint",
+    "sweep": "sweep",
 }
 
 
@@ -44,13 +46,18 @@ BLOCKS = hex_box((1, 1, 1))
         ([("midpoint", "m", 1), *(("slices", key, 1) for key in "abcd")], [0, 1, 2, 3]),
         ([*(("bricks", key, 1) for key in "abcd"), ("midpoint", "m", 1)], [0, 1, 2, 4]),
         ([("midpoint", "m", 1), ("overlay", "a", np.inf)], [0, 1]),
+        ([("sweep", "s", 1), *(("slices", key, 1) for key in "abcd")], [0, 1, 2]),
+        ([*(("bricks", key, 1) for key in "abcd"), ("sweep", "s", 1)], [0, 4, 1, 2]),
+        ([("midpoint", "m", 1), ("bricks", "a", 1), ("sweep", "s", 1)], [0, 2, 1]),
     ],
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
     def entry(proposal, key, score):
         return SimpleNamespace(
             candidate=SimpleNamespace(
-                family=FAMILY[proposal], key=key, blocks=BLOCKS if proposal == "midpoint" else None
+                family=FAMILY[proposal],
+                key=key,
+                blocks=BLOCKS if proposal in ("midpoint", "sweep") else None,
             ),
             score=score,
         )
@@ -66,6 +73,9 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
         ([("slices", 5.0), ("diffusion", 5.1)], ACCEPTANCE.acceptable),
         ([("bricks", 5.0)], ACCEPTANCE.acceptable),
         ([("bricks", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
+        ([("bricks", 5.0), ("sweep", 9.0)], np.inf),
+        ([("sweep", 5.0), ("bricks", 9.0), ("overlay", np.inf)], BRICKS),
+        ([("sweep", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
     ],
 )
 def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):

@@ -131,6 +131,16 @@ def test_a_structure_without_short_runs_takes_no_full_run_from_another():
     assert found is plain and size(found.finish()[0]) == 4.0
 
 
+@pytest.mark.parametrize(("first", "expected"), [(2.0, 5.0), (3.0, 3.0)])
+def test_a_short_run_that_beats_one_without_short_runs_is_repeated_in_full(first, expected):
+    stages, judge = [Stage("meshing/optimize", Grow())], BySize(good=1.0)
+    swept = Variants(stages, [{"meshing/optimize": {"to": first}}], START, judge)
+    other = Variants(stages, [{"meshing/optimize": {"to": 5.0}}], START, judge, trial=TRIAL)
+    found = search([swept, other], lambda tried: False)  # the short run of the other makes 2.5
+    assert size(found.finish()[0]) == expected
+    assert ((5.0, False) in CALLS) == (expected == 5.0)
+
+
 def searched(
     *starts: list[float],
     enough: float,

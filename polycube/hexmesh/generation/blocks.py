@@ -14,12 +14,14 @@ from polycube.hexmesh.connectivity import (
     FACES,
     PLACES,
     exposed,
+    genus,
     hex_mesh,
     quad_sides,
     unique_rows,
 )
+from polycube.structure import lattice
 from polycube.surface.measures import connected
-from polycube.types import HexMesh
+from polycube.types import HexMesh, Polycube
 
 LONGEST = 1.4  # times the size wanted: an edge of a hex
 SAME = 1e-9  # of the extent: vertices of two blocks nearer than this are one
@@ -35,6 +37,11 @@ def counts(blocks: HexMesh, size: float) -> np.ndarray:
     wanted = np.bincount(group, length) / np.bincount(group)
     np.maximum.at(wanted, group, length / LONGEST)
     return np.maximum(1, np.round(wanted / size)).astype(int)[group[opposite[:, 0]]].reshape(-1, 3)
+
+
+def genus_of(polycube: Polycube, blocks: HexMesh | None) -> int:
+    """Number of handles of a structure: of its blocks where it has such."""
+    return lattice.genus(polycube) if blocks is None else genus(blocks)
 
 
 def number_of_hexes(parts: np.ndarray) -> float:
