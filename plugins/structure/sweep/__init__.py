@@ -1,0 +1,1 @@
+"""Quads of a section, swept along an axis."""

@@ -1,0 +1,165 @@
+"""Lines in the plane as one planar graph: lines that coincide are one, and cross in points."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.surface.measures import connected
+
+from .walls import NotSweptError
+
+SMOOTH = np.radians(30)  # turn of a polyline that stands for a curve, at most
+SAG = 1.2  # times the distance of a chord from its arc: two polylines of one curve
+ROUNDS = 4  # of joining what coincides
+MOST = 6000  # lines
+
+
+def arrangement(
+    points: np.ndarray, lines: np.ndarray, near: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 2) and edges (E, 2), ends ascending, of the planar graph that lines make.
+
+    Parameters
+    ----------
+    points : (P, 2)
+    lines : (S, 2) into points
+    near : distance of points that are one
+
+    Raises
+    ------
+    NotSweptError
+        Where there are too many lines.
+    """
+    if len(lines) > MOST:
+        raise NotSweptError(f"its section has {len(lines)} lines, more than {MOST}")
+    name = _names(points, near)
+    points, lines = _means(points, name), _distinct(name[lines])
+    for _ in range(ROUNDS):
+        number = len(lines)
+        owner, point = _points_on(points, lines, near + _sags(points, lines))
+        lines = _split(points, lines, owner, point)
+        if len(lines) == number and not len(owner):
+            break
+    crossing, owner = _crossings(points, lines, near)
+    lines = _split(
+        np.concatenate([points, crossing]),
+        lines,
+        owner.ravel(),
+        len(points) + np.repeat(np.arange(len(crossing)), 2),
+    )
+    points = np.concatenate([points, crossing])
+    name = _names(points, near)
+    return _without_ends(_means(points, name), _distinct(name[lines]))
+
+
+def _names(points: np.ndarray, near: float) -> np.ndarray:
+    """(P,) equal for points that are one."""
+    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+    return connected(pairs[:, 0], pairs[:, 1], len(points))
+
+
+def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:
+    number = np.bincount(name)
+    return np.stack([np.bincount(name, c) / number for c in points.T], axis=1)
+
+
+def _distinct(lines: np.ndarray) -> np.ndarray:
+    """Lines between different points, once each."""
+    lines = np.sort(lines[lines[:, 0] != lines[:, 1]], axis=1)
+    return np.unique(lines, axis=0)
+
+
+def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """(S,) how far each line may be from the curve that it is a chord of; 0 for straight curves.
+
+    A polyline of a curve turns by little at both ends of a chord, and its chords are alike.
+    """
+    step = points[lines[:, 1]] - points[lines[:, 0]]
+    length = np.linalg.norm(step, axis=1)
+    degree = np.bincount(lines.ravel(), minlength=len(points))
+    end = np.argsort(lines.ravel(), kind="stable")
+    first = np.cumsum(degree) - degree
+    inner = np.flatnonzero(degree == 2)
+    one, two = end[first[inner]], end[first[inner] + 1]  # 2 line + end
+    away = np.where(np.array([one, two]) % 2, -1, 1)[..., None] * step[[one // 2, two // 2]]
+    turn = np.full(len(points), np.inf)
+    cosine = -np.einsum("nd,nd->n", *away) / (length[one // 2] * length[two // 2])
+    turn[inner] = np.arccos(np.clip(cosine, -1, 1))
+    chord = np.zeros(len(points))
+    chord[inner] = np.minimum(length[one // 2], length[two // 2])
+    angle = turn[lines].max(axis=1)
+    sag = chord[lines].min(axis=1) * np.tan(turn[lines].min(axis=1).clip(0, SMOOTH) / 4) / 2
+    return np.where(angle < SMOOTH, SAG * sag, 0.0)
+
+
+def _points_on(
+    points: np.ndarray, lines: np.ndarray, within: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lines (N,) and points (N,) that lie on them between their ends, within (S,) distances."""
+    start, step = points[lines[:, 0]], np.diff(points[lines], axis=1)[:, 0]
+    length = np.linalg.norm(step, axis=1)
+    near = cKDTree(points).query_ball_point(start + step / 2, length / 2 + within)
+    owner = np.repeat(np.arange(len(lines)), [len(each) for each in near])
+    point = np.concatenate([*near, []]).astype(np.int64)
+    out = points[point] - start[owner]
+    along = np.einsum("nd,nd->n", out, step[owner]) / length[owner]
+    off = abs(out[:, 0] * step[owner, 1] - out[:, 1] * step[owner, 0]) / length[owner]
+    gap = within[owner]
+    on = (off < gap) & (along > gap) & (along < length[owner] - gap)
+    on &= (point[:, None] != lines[owner]).all(axis=1)
+    return owner[on], point[on]
+
+
+def _split(
+    points: np.ndarray, lines: np.ndarray, owner: np.ndarray, point: np.ndarray
+) -> np.ndarray:
+    """Lines cut at points (N,) on the lines `owner` (N,), once each."""
+    ends = lines.ravel()
+    owner = np.concatenate([np.repeat(np.arange(len(lines)), 2), owner])
+    point = np.concatenate([ends, point])
+    start = points[lines[owner, 0]]
+    along = np.einsum("nd,nd->n", points[point] - start, points[lines[owner, 1]] - start)
+    order = np.lexsort([along, owner])
+    owner, point = owner[order], point[order]
+    same = owner[1:] == owner[:-1]
+    return _distinct(np.stack([point[:-1], point[1:]], axis=1)[same])
+
+
+def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 2) where two lines cross between their ends, and these lines (N, 2)."""
+    start, step = points[lines[:, 0]], np.diff(points[lines], axis=1)[:, 0]
+    low, high = points[lines].min(axis=1), points[lines].max(axis=1)
+    order = np.argsort(low[:, 0], kind="stable")
+    # a line may cross those that begin, from left to right, before it ends
+    last = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    number = last - np.arange(len(order)) - 1
+    one = np.repeat(np.arange(len(order)), number)
+    two = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(number) - number, number)
+    one, two = order[one], order[two]
+    meet = (low[one, 1] <= high[two, 1]) & (low[two, 1] <= high[one, 1])
+    one, two = one[meet], two[meet]
+    det = _cross(step[one], step[two])
+    out = start[two] - start[one]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s, t = _cross(out, step[two]) / det, _cross(out, step[one]) / det
+    length = np.linalg.norm(step, axis=1)
+    inside = [
+        (share * length[line] > near) & ((1 - share) * length[line] > near)
+        for share, line in ((s, one), (t, two))
+    ]
+    cross = inside[0] & inside[1]
+    found = start[one[cross]] + s[cross, None] * step[one[cross]]
+    return found, np.stack([one[cross], two[cross]], axis=1)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def _without_ends(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The graph without lines that end at nothing, and the points that are left."""
+    while (loose := (np.bincount(lines.ravel())[lines] == 1).any(axis=1)).any():
+        lines = lines[~loose]
+    used, number = np.unique(lines, return_inverse=True)
+    return points[used], number.reshape(-1, 2)

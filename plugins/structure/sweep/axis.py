@@ -1,0 +1,112 @@
+"""The axis along which a part is a stack of slabs, and the lines of its section."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.surface.measures import diagonal, half_edges, place, twins
+from polycube.types import TriMesh
+
+from .walls import FLAT, NotSweptError, Triangles, caps, check_walls, triangles, wall_of
+
+NEAR = 1e-5  # of the diagonal: points nearer than this are one, heights one level
+ALIKE = 500  # steps of a coordinate of unit normals by which planes are told apart
+AXES = 6  # directions looked at, those of the largest planes
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """A part whose faces are caps, perpendicular to an axis, and walls along it.
+
+    Parameters
+    ----------
+    frame : (3, 3) two directions across the axis and the axis; its rows are right-handed
+    levels : (L,) heights of the caps along the axis, and of curves on walls, ascending
+    points : (P, 2) projected along the axis
+    lines : (S, 2) into points: borders of the faces that are caps
+    marks : (M, 2) projected curves between two walls
+    """
+
+    frame: np.ndarray
+    levels: np.ndarray
+    points: np.ndarray
+    lines: np.ndarray
+    marks: np.ndarray
+
+
+def stack(surface: TriMesh) -> Stack:
+    """The stack with the fewest levels that a part is.
+
+    Raises
+    ------
+    NotSweptError
+        Where no axis has all faces along it or across it.
+    """
+    found, reasons = [], []
+    known = triangles(surface, NEAR * diagonal(surface))
+    for axis in _axes(known):
+        try:
+            found.append(_stack(surface, known, axis))
+        except NotSweptError as error:
+            reasons.append(error)
+    if not found:
+        raise reasons[0]
+    return min(found, key=lambda each: len(each.levels))
+
+
+def _axes(known: Triangles) -> Iterator[np.ndarray]:
+    """(3,) unit normals of the largest planes, the largest first; one of opposite ones."""
+    key = np.round(known.normals * ALIKE).astype(np.int64) @ [4 * ALIKE**2, 2 * ALIKE, 1]
+    way = np.where(key < 0, -1, 1)
+    names, of = np.unique(abs(key), return_inverse=True)
+    sums = np.stack(
+        [np.bincount(of, c * way, len(names)) for c in (known.area[:, None] * known.normals).T],
+        axis=1,
+    )
+    size = np.linalg.norm(sums, axis=1)
+    for number in np.argsort(-size, kind="stable")[:AXES]:
+        yield sums[number] / size[number]
+
+
+def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Stack:
+    """The part seen along an axis; raises NotSweptError where it is no stack."""
+    near = NEAR * diagonal(surface)
+    frame = _frame(axis)
+    across, height = surface.vertices @ frame[:2].T, surface.vertices @ axis
+    is_cap, leans = caps(surface, known, axis, near)
+    sides, others = twins(surface.faces)
+    beside = np.stack([sides // 3, others // 3], axis=1)
+    ends = half_edges(surface.faces)[sides]
+    wall = wall_of(surface, known, is_cap, beside)
+    on_cap = is_cap[beside].any(axis=1)
+    border = wall[beside[:, 0]] != wall[beside[:, 1]]
+    rise = abs(np.diff(height[ends], axis=1)[:, 0])
+    run = np.linalg.norm(np.diff(across[ends], axis=1)[:, 0], axis=1)
+    askew = border & ~on_cap & (np.minimum(rise, run) > np.maximum(near, FLAT * (rise + run)))
+    if askew.any():
+        where = surface.vertices[ends[np.argmax(askew)]].mean(axis=0)
+        raise NotSweptError(f"a curve runs askew on the walls near {place(surface, where)}")
+    flat, upright = border & (on_cap | (rise < run)), border & ~on_cap & (rise >= run)
+    check_walls(surface, known, across, wall, leans, (beside[flat], ends[flat]), near)
+    used, lines = np.unique(ends[flat], return_inverse=True)
+    tops = np.concatenate([surface.faces[is_cap].ravel(), ends[flat & ~on_cap].ravel()])
+    levels = _levels(height[tops], near)
+    marks = across[ends[upright]].mean(axis=1)
+    return Stack(frame, levels, across[used], lines.reshape(-1, 2), marks)
+
+
+def _frame(axis: np.ndarray) -> np.ndarray:
+    """(3, 3) right-handed rows, the last along the axis."""
+    first = np.cross(axis, np.eye(3)[np.argmin(abs(axis))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(axis, first), axis])
+
+
+def _levels(heights: np.ndarray, near: float) -> np.ndarray:
+    """(L,) means of heights that are near each other, ascending."""
+    heights = np.sort(heights)
+    group = np.append(0, np.cumsum(np.diff(heights) > 10 * near))
+    return np.bincount(group, heights) / np.bincount(group)

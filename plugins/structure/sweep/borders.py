@@ -1,0 +1,211 @@
+"""Borders of the cells of a section: points along them, rings of quads, grids of four sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from .curves import Curve, Sizes, divided, number_of_edges, placed
+
+SQUARE = np.radians((50, 130))  # corner of a cell of four sides
+STRAIGHT = np.radians((150, 210))  # and what is none
+ROUNDS = 20  # of making opposite sides of such cells equal
+UNEVEN = 1.5  # ratio of opposite sides of a grid, at most
+WIDER = 3.0  # the same of the borders of an annulus
+CENTRAL = 0.05  # of its inner diameter: distance of their middles
+EQUAL = 1e-3  # of their length: round curves that are equal
+DEPTH = 0.4  # times the edges: depth of a ring before it is smoothed
+
+Side = list[int]  # curves by number from 1, negative where run back
+Numbers = np.ndarray  # (N,) of edges along the curves
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """What is given of the quads of a cell.
+
+    Parameters
+    ----------
+    quads : (Q, 4) those in rings
+    inner : points of them that may move
+    loops : points round what is left, whose every second one lies between quads of twice the size
+    corners : four of them, where it is to become a grid
+    """
+
+    quads: np.ndarray = field(default_factory=lambda: np.zeros((0, 4), np.int64))
+    inner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    loops: tuple[np.ndarray, ...] = ()
+    corners: tuple[int, ...] = ()
+
+
+def borders(
+    chains: list[Curve], loops: list[list[Side]], sizes: Sizes, has_rings: bool
+) -> tuple[np.ndarray, list[Cell]]:
+    """Points (P, 2) along the curves and in rings, and the cells.
+
+    Parameters
+    ----------
+    chains : curves of the section
+    loops : of each cell, its outer loop first: curves by number from 1, negative where run back
+    has_rings : whether cells begin with a ring of quads along smooth loops
+    """
+    wanted = divided(chains, loops, sizes)
+    number = np.array([number_of_edges(c, *w, sizes) for c, w in zip(chains, wanted, strict=True)])
+    sides = [_four_sides(chains, cell) or _annulus(chains, cell) for cell in loops]
+    number = _even(alike(chains, number), [each for each in sides if each])
+    fine = [placed(c, *w, n) for c, w, n in zip(chains, wanted, number.tolist(), strict=True)]
+    points, row = np.unique(np.concatenate(fine), axis=0, return_inverse=True)
+    rows = np.split(row.ravel(), np.cumsum([len(each) for each in fine])[:-1])
+
+    def around(side: Side) -> np.ndarray:
+        return np.concatenate([rows[n - 1][:-1] if n > 0 else rows[-n - 1][:0:-1] for n in side])
+
+    places, cells = [points], []
+    start = len(points)
+    for cell, opposite in zip(loops, sides, strict=True):
+        size = float(min(wanted[abs(n) - 1][1].min() for loop in cell for n in loop))
+        made = [around(loop) for loop in cell]
+        is_grid = bool(opposite) and _is_grid(number, opposite)
+        if is_grid and len(opposite) == 2:
+            found, new = _between(points, made, sizes, size, start)
+        elif is_grid:
+            corners = tuple(int(around(side)[0]) for side in opposite)
+            found, new = Cell(loops=tuple(made), corners=corners), points[:0]
+        else:
+            smooth = [has_rings and _is_smooth(chains, loop) for loop in cell]
+            found, new = _with_rings(points, made, smooth, start)
+        cells.append(found)
+        places.append(new)
+        start += len(new)
+    return np.concatenate(places), cells
+
+
+def alike(chains: list[Curve], number: Numbers) -> Numbers:
+    """Numbers of edges, raised to the largest of those of round curves that are equally long."""
+    is_round = np.flatnonzero([chain.is_round for chain in chains])
+    length = np.array([chains[n].arc[-1] for n in is_round])
+    order = np.argsort(length, kind="stable")
+    group = np.cumsum(np.diff(length[order], prepend=0.0) > EQUAL * length[order])
+    most = np.zeros(len(order) + 1, number.dtype)
+    np.maximum.at(most, group, number[is_round[order]])
+    number = number.copy()
+    number[is_round[order]] = most[group]
+    return number
+
+
+def _with_rings(
+    points: np.ndarray, loops: list[np.ndarray], smooth: list[bool], start: int
+) -> tuple[Cell, np.ndarray]:
+    """A cell with a ring along its smooth loops, and its new points, numbered from `start`."""
+    quads, left, new = [Cell().quads], [], [points[:0]]
+    for loop, is_smooth in zip(loops, smooth, strict=True):
+        if not is_smooth:
+            left.append(loop)
+            continue
+        ahead = points[np.roll(loop, -1)] - points[loop]
+        along = points[np.roll(loop, -1)] - points[np.roll(loop, 1)]
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        depth = DEPTH * np.linalg.norm(ahead, axis=1).min()
+        ring = start + np.arange(len(loop))
+        new.append(points[loop] + depth * np.stack([-along[:, 1], along[:, 0]], axis=1))
+        quads.append(np.stack([loop, np.roll(loop, -1), np.roll(ring, -1), ring], axis=1))
+        left.append(ring)
+        start += len(loop)
+    added = np.concatenate(new)
+    inner = np.arange(start - len(added), start)
+    return Cell(np.concatenate(quads), inner, tuple(left)), added
+
+
+def _between(
+    points: np.ndarray,
+    loops: list[np.ndarray],
+    sizes: Sizes,
+    size: float,
+    start: int,
+) -> tuple[Cell, np.ndarray]:
+    """An annulus in rings; its inner loop runs the other way round."""
+    outer, inner = loops[0], loops[1][::-1]
+    middle = points[inner].mean(axis=0)
+    turn = [np.arctan2(*(points[loop] - middle).T[::-1]) for loop in (outer, inner)]
+    first = np.argmin(abs((turn[1] - turn[0][0] + np.pi) % (2 * np.pi) - np.pi))
+    inner = np.roll(inner, -first)
+    width = np.linalg.norm(points[outer] - points[inner], axis=1).mean()
+    edge = 2 * np.pi / len(outer) * np.linalg.norm(points[outer] - middle, axis=1).mean()
+    wanted = width / max(size, min(edge, sizes.size))
+    number = int(max(np.ceil(sizes.across_wall), np.round(wanted)))
+    share = (np.arange(1, number) / number)[:, None, None]
+    new = ((1 - share) * points[outer] + share * points[inner]).reshape(-1, 2)
+    rings = [outer, *(start + np.arange(len(new)).reshape(-1, len(outer))), inner]
+    quads = [np.stack([a, np.roll(a, -1), np.roll(b, -1), b], axis=1) for a, b in pairwise(rings)]
+    return Cell(np.concatenate(quads), start + np.arange(len(new))), new
+
+
+def _is_smooth(chains: list[Curve], loop: Side) -> bool:
+    """Whether a loop turns nowhere sharply."""
+    angle = _angles(chains, loop)
+    is_closed = len(loop) == 1 and chains[abs(loop[0]) - 1].is_round
+    return is_closed or bool(((angle > STRAIGHT[0]) & (angle < STRAIGHT[1])).all())
+
+
+def _angles(chains: list[Curve], loop: Side) -> np.ndarray:
+    """(N,) inner angle at the start of each curve of a loop."""
+    ways = [chains[abs(n) - 1].points[:: 1 if n > 0 else -1] for n in loop]
+    out = np.array([way[1] - way[0] for way in ways])
+    back = np.roll([way[-2] - way[-1] for way in ways], 1, axis=0)
+    return (np.arctan2(back[:, 1], back[:, 0]) - np.arctan2(out[:, 1], out[:, 0])) % (2 * np.pi)
+
+
+def _annulus(chains: list[Curve], cell: list[Side]) -> list[Side]:
+    """The outer and the inner curve of a cell between two round ones, or nothing."""
+    if [len(loop) for loop in cell] != [1, 1]:
+        return []
+    outer, inner = (chains[abs(loop[0]) - 1] for loop in cell)
+    if not (outer.is_round and inner.is_round) or outer.arc[-1] > WIDER * inner.arc[-1]:
+        return []
+    apart = np.linalg.norm(outer.points[1:].mean(axis=0) - inner.points[1:].mean(axis=0))
+    return cell if apart < CENTRAL * inner.arc[-1] / np.pi else []
+
+
+def _four_sides(chains: list[Curve], cell: list[Side]) -> list[Side]:
+    """The curves of each side of a cell with four corners and no hole, or nothing."""
+    if len(cell) > 1:
+        return []
+    angle = _angles(chains, cell[0])
+    square = (angle > SQUARE[0]) & (angle < SQUARE[1])
+    straight = (angle > STRAIGHT[0]) & (angle < STRAIGHT[1])
+    if square.sum() != 4 or not (square | straight).all():
+        return []
+    at = np.flatnonzero(square)
+    turned = cell[0][at[0] :] + cell[0][: at[0]]
+    bounds = [*(at - at[0]).tolist(), len(turned)]
+    sides = [turned[a:b] for a, b in pairwise(bounds)]
+    length = [sum(float(chains[abs(n) - 1].arc[-1]) for n in side) for side in sides]
+    ratios = [length[k] / length[k + 2] for k in (0, 1)]
+    return sides if all(1 / UNEVEN < ratio < UNEVEN for ratio in ratios) else []
+
+
+def _pairs(sides: list[Side]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Curves of opposite sides of a grid, or of the two borders of an annulus."""
+    rows = [np.abs(side) - 1 for side in sides]
+    half = len(rows) // 2
+    return list(zip(rows[:half], rows[half:], strict=True))
+
+
+def _even(number: Numbers, cells: list[list[Side]]) -> Numbers:
+    """Numbers of edges, raised until opposite sides of cells have as many, where that ends."""
+    number = number.copy()
+    for _ in range(ROUNDS):
+        for one, two in (pair for sides in cells for pair in _pairs(sides)):
+            lacking = number[two].sum() - number[one].sum()
+            few = one if lacking > 0 else two
+            number[few[np.argmax(number[few])]] += abs(lacking)
+        if all(_is_grid(number, sides) for sides in cells):
+            break
+    return number
+
+
+def _is_grid(number: Numbers, sides: list[Side]) -> bool:
+    """Whether opposite sides have equally many edges."""
+    return all(number[one].sum() == number[two].sum() for one, two in _pairs(sides))

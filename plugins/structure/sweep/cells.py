@@ -1,0 +1,138 @@
+"""Cells that a planar graph divides the plane into, and in which slabs each is full."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.surface.measures import connected
+from polycube.surface.winding import winding_numbers
+from polycube.types import TriMesh
+
+from .axis import Stack
+from .walls import NotSweptError
+
+PROBES = 5  # points of each cell that are looked at
+UNSURE = 0.3  # winding numbers nearer to a half than this tell nothing
+INWARD = 0.02  # times the length of an edge: distance of such a point from it
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Cells of a planar graph that are full somewhere.
+
+    Half-edge 2 e runs from the lower to the higher end of edge e, 2 e + 1 back.
+
+    Parameters
+    ----------
+    loops : half-edges of each cell, its outer loop first; the cell is on their left
+    full : (C, K) whether each cell is full in each slab
+    """
+
+    loops: tuple[tuple[np.ndarray, ...], ...]
+    full: np.ndarray
+
+
+def cells(surface: TriMesh, stack: Stack, points: np.ndarray, edges: np.ndarray) -> Cells:
+    """The cells of a part's section.
+
+    Raises
+    ------
+    NotSweptError
+        Where it cannot be told whether a cell is full.
+    """
+    loops = loops_of(points, edges)
+    area = np.array([loop_area(points, edges, loop) for loop in loops])
+    outer = np.flatnonzero(area > 0)
+    inner: dict[int, list[np.ndarray]] = {number: [] for number in outer.tolist()}
+    for number in np.flatnonzero(area < 0).tolist():
+        home = _home(points, edges, loops, outer[np.argsort(area[outer])], loops[number])
+        if home is not None:
+            inner[home].append(loops[number])
+    found = [(loops[number], *inner[number]) for number in outer.tolist()]
+    share = _shares(surface, stack, points, edges, [each[0] for each in found])
+    if (abs(share - 0.5) < UNSURE).any():
+        raise NotSweptError("it cannot be told which cells of its section are full")
+    full = share > 0.5
+    some = np.flatnonzero(full.any(axis=1))
+    return Cells(tuple(found[number] for number in some), full[some])
+
+
+def ends(edges: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """(N, 2) first and last point of half-edges."""
+    return np.where((half % 2)[:, None], edges[half // 2][:, ::-1], edges[half // 2])
+
+
+def loops_of(points: np.ndarray, edges: np.ndarray) -> list[np.ndarray]:
+    """Half-edges round the left side of each, in their order."""
+    half = np.arange(2 * len(edges))
+    tail = ends(edges, half)
+    step = np.diff(points[tail], axis=1)[:, 0]
+    order = np.lexsort([np.arctan2(step[:, 1], step[:, 0]), tail[:, 0]])
+    # the half-edge before, counter-clockwise round the same point, and so the next to the left
+    first = np.searchsorted(tail[order, 0], tail[order, 0], side="left")
+    last = np.searchsorted(tail[order, 0], tail[order, 0], side="right") - 1
+    place = np.arange(len(order))
+    before = np.empty_like(order)
+    before[order] = order[np.where(place == first, last, place - 1)]
+    after = before[half ^ 1]
+    loop = connected(half, after, len(half))
+    found = []
+    for start in np.unique(loop, return_index=True)[1].tolist():
+        round_it = [start]
+        while (here := int(after[round_it[-1]])) != start:
+            round_it.append(here)
+        found.append(np.array(round_it))
+    return found
+
+
+def loop_area(points: np.ndarray, edges: np.ndarray, loop: np.ndarray) -> float:
+    a, b = np.moveaxis(points[ends(edges, loop)], 1, 0)
+    return float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
+
+
+def _home(
+    points: np.ndarray,
+    edges: np.ndarray,
+    loops: list[np.ndarray],
+    outer: np.ndarray,
+    loop: np.ndarray,
+) -> int | None:
+    """The first of the outer loops that another loop lies in and shares no edge with."""
+    place = points[ends(edges, loop[:1])].mean(axis=1)[0]
+    for number in outer.tolist():
+        if not np.isin(loop // 2, loops[number] // 2).any():
+            a, b = np.moveaxis(points[ends(edges, loops[number])] - place, 1, 0)
+            turn = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
+            if turn.sum() > np.pi:
+                return number
+    return None
+
+
+def _shares(
+    surface: TriMesh,
+    stack: Stack,
+    points: np.ndarray,
+    edges: np.ndarray,
+    loops: list[np.ndarray],
+) -> np.ndarray:
+    """(C, K) winding numbers of cells in slabs: medians over points inside their longest edges."""
+    middle = (stack.levels[1:] + stack.levels[:-1]) / 2
+    flat = np.zeros((len(loops), PROBES, 2))
+    for number, loop in enumerate(loops):
+        a, b = np.moveaxis(points[ends(edges, loop)], 1, 0)
+        step = b - a
+        longest = np.argsort(-(step**2).sum(axis=1), kind="stable")[:PROBES]
+        left = np.stack([-step[:, 1], step[:, 0]], axis=1)
+        inside = ((a + b) / 2 + INWARD * left)[longest]
+        flat[number] = np.resize(inside, (PROBES, 2))
+    places = np.concatenate(
+        [
+            np.repeat(flat.reshape(-1, 1, 2), len(middle), axis=1),
+            np.broadcast_to(middle[:, None], (flat.shape[0] * PROBES, len(middle), 1)),
+        ],
+        axis=2,
+    )
+    found = winding_numbers(surface, places.reshape(-1, 3) @ stack.frame)
+    return np.median(found.reshape(len(loops), PROBES, len(middle)), axis=1)

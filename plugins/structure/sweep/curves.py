@@ -1,0 +1,220 @@
+"""Curves of a planar graph: chains of its edges between corners, and edges of quads along them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .cells import Cells
+
+CORNER = np.radians(20)  # turn of a polyline where one curve ends and another begins
+EVEN = 2.0  # ratio of curvatures of an arc, as it is seen from a polyline
+SAMPLES = 6  # of a curve for an edge of the size wanted, at least that many of each curve
+FACING = 0.8  # cosine of the angle from the normals of two curves to the way between them
+STRETCH = 2.0  # times the width of a quad between near curves that it may be long
+GROWTH = 0.3  # of the size, for a way of 1 from where it is small
+ROOM = 0.6  # of the distance that an edge may be from its curve: later stages move its ends
+SHORT = 0.05  # of an edge of twice the size, by which a curve may be too long for their number
+FINEST = 4  # times by which edges may be smaller than wanted between near curves
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A chain of edges of a planar graph.
+
+    Parameters
+    ----------
+    half : (N,) half-edges in their order
+    points : (N + 1, 2) along them; the last is the first where the chain is closed
+    """
+
+    half: np.ndarray
+    points: np.ndarray
+
+    @property
+    def arc(self) -> np.ndarray:
+        """(N + 1,) length up to each point."""
+        return np.append(0, np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1)))
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is a loop without a corner."""
+        step = np.diff(self.points, axis=0)[[-1, 0]]
+        sharp = np.dot(*step) < np.cos(CORNER) * np.prod(np.linalg.norm(step, axis=1))
+        return bool((self.points[0] == self.points[-1]).all() and not sharp)
+
+    @property
+    def turns(self) -> np.ndarray:
+        """(N + 1,) angle by which it turns at each point; 0 at its ends unless it is round."""
+        step = np.diff(self.points, axis=0)
+        if self.is_round:
+            step = np.concatenate([step[-1:], step, step[:1]])
+        angle = np.arctan2(step[:, 1], step[:, 0])
+        found = abs((np.diff(angle) + np.pi) % (2 * np.pi) - np.pi)
+        return found if self.is_round else np.concatenate([[0], found, [0]])
+
+    @property
+    def turn(self) -> float:
+        """Sum of the angles by which it turns."""
+        found = self.turns
+        return float(found.sum() - self.is_round * found[-1])
+
+    @property
+    def bend(self) -> np.ndarray:
+        """(N + 1,) curvature, by the turns at three points in a row and the edges round them."""
+        length = np.diff(self.arc)
+        around = (np.append(length, length[-1]) + np.append(length[0], length)) / 2
+        three = np.ones(3)
+        turn, way = (np.convolve(np.pad(a, 1), three, "valid") for a in (self.turns, around))
+        return turn / way
+
+    @property
+    def is_even(self) -> bool:
+        """Whether its edges are to be equally long: an arc, or a circle."""
+        inner = self.bend[2:-2]
+        return bool(self.turn > CORNER and len(inner) and inner.max() < EVEN * inner.min())
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How long the edges of quads are to be.
+
+    Parameters
+    ----------
+    size : at most
+    chord : distance of an edge from its curve at most
+    across_wall, around_hole : edges across a strip and round a full turn, at least
+    """
+
+    size: float
+    chord: float
+    across_wall: float
+    around_hole: float
+
+
+def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float) -> list[Curve]:
+    """The curves of a planar graph.
+
+    They end where three edges meet, at sharp turns and at marks (M, 2).
+    """
+    start = edges.ravel()  # of each half-edge
+    out = np.argsort(start, kind="stable")  # half-edges by where they start
+    degree = np.bincount(start, minlength=len(points))
+    first = np.cumsum(degree) - degree
+    inner = np.flatnonzero(degree == 2)
+    one, two = out[first[inner]], out[first[inner] + 1]
+    step = points[edges[:, ::-1].ravel()] - points[start]
+    step /= np.linalg.norm(step, axis=1, keepdims=True)
+    is_end = degree != 2
+    is_end[inner] |= -np.einsum("nd,nd->n", step[one], step[two]) < np.cos(CORNER)
+    if len(marks):
+        off, at = cKDTree(points).query(marks)
+        is_end[at[off < near]] = True
+    after = np.full(2 * len(edges), -1)  # the half-edge with which the same curve goes on
+    goes_on = ~is_end[start[one]]
+    after[one[goes_on] ^ 1], after[two[goes_on] ^ 1] = two[goes_on], one[goes_on]
+    found, seen = [], np.zeros(len(edges), bool)
+    for number in [*np.flatnonzero(is_end[start]).tolist(), *range(0, 2 * len(edges), 2)]:
+        if seen[number // 2]:
+            continue
+        half = [number]
+        while (here := int(after[half[-1]])) not in (-1, number):
+            half.append(here)
+        chain = np.array(half)
+        seen[chain // 2] = True
+        found.append(Curve(chain, points[np.append(start[chain], start[chain[-1] ^ 1])]))
+    return found
+
+
+def curves_round(chains: list[Curve], cells: Cells) -> list[list[list[int]]]:
+    """Of each cell and loop the curves round it, by number from 1, negative where run back."""
+    begins = {int(chain.half[0]): n + 1 for n, chain in enumerate(chains)}
+    begins |= {int(chain.half[-1]) ^ 1: -(n + 1) for n, chain in enumerate(chains)}
+    return [
+        [[begins[half] for half in loop.tolist() if half in begins] for loop in loops]
+        for loops in cells.loops
+    ]
+
+
+def divided(
+    chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Arc lengths (S,) of samples of each curve, and the size of edges wanted there (S,)."""
+    sides = np.zeros((len(chains), 2), bool)  # whether there is a cell on the left, on the right
+    for signed in (number for cell in loops for loop in cell for number in loop):
+        sides[abs(signed) - 1, int(signed < 0)] = True
+    arcs, wanted = [], []
+    for chain in chains:
+        arc = chain.arc
+        number = max(SAMPLES, int(np.ceil(SAMPLES * arc[-1] / sizes.size)))
+        arcs.append((np.arange(number) + 0.5) / number * arc[-1])
+        wanted.append(_own_sizes(chain, arcs[-1], sizes))
+    counts = [len(arc) for arc in arcs]
+    owner = np.repeat(np.arange(len(chains)), counts)
+    at = np.concatenate([_at(chain, arc) for chain, arc in zip(chains, arcs, strict=True)])
+    places, normals = at[:, 0], at[:, 1]
+    size = np.concatenate(wanted)
+    strip = STRETCH / sizes.across_wall
+    one, two = cKDTree(places).query_pairs(sizes.size / strip, output_type="ndarray").T
+    way = places[two] - places[one]
+    gap = np.linalg.norm(way, axis=1)
+    for side, sign in ((0, 1), (1, -1)):  # the strip is on the left of the one, or on its right
+        here = sign * np.einsum("nd,nd->n", way, normals[one]) > FACING * gap
+        there = np.einsum("nd,nd->n", way, normals[two])
+        for end in (one, two):
+            facing = here & (abs(there) > FACING * gap) & sides[owner[one], side]
+            np.minimum.at(size, end[facing], strip * gap[facing])
+    size = _graded(places, np.maximum(size, sizes.size / FINEST))
+    bounds = np.cumsum(counts)[:-1]
+    return list(zip(arcs, np.split(size, bounds), strict=True))
+
+
+def _own_sizes(chain: Curve, arc: np.ndarray, sizes: Sizes) -> np.ndarray:
+    """(S,) sizes of edges along a curve at arc lengths, by its length and its curvature."""
+    bend = np.maximum(np.interp(arc, chain.arc, chain.bend), 1e-9 / sizes.size)
+    round_ = np.minimum(
+        2 * np.pi / bend / sizes.around_hole, np.sqrt(8 * ROOM * sizes.chord / bend)
+    )
+    return np.minimum(round_, min(sizes.size, float(chain.arc[-1]) / 2))
+
+
+def _at(chain: Curve, arc: np.ndarray) -> np.ndarray:
+    """(S, 2, 2) points of a curve at arc lengths, and normals to its left."""
+    known = chain.arc
+    edge = np.clip(np.searchsorted(known, arc, side="right") - 1, 0, len(known) - 2)
+    step = np.diff(chain.points, axis=0)[edge] / np.diff(known)[edge, None]
+    place = chain.points[edge] + (arc - known[edge])[:, None] * step
+    return np.stack([place, np.stack([-step[:, 1], step[:, 0]], axis=1)], axis=1)
+
+
+def _graded(places: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Sizes that grow no faster than GROWTH from any sample to any other."""
+    small = np.flatnonzero(size < size.max())
+    found = size.copy()
+    for some in np.array_split(small, len(small) // 256 + 1):
+        apart = np.linalg.norm(places[:, None] - places[some], axis=2)
+        found = np.minimum(found, (size[some] + GROWTH * apart).min(axis=1, initial=np.inf))
+    return found
+
+
+def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Sizes) -> int:
+    """Of quads along a curve: even, and enough for its turn."""
+    total = float(chain.arc[-1])
+    parts = total / (float(size.min()) if chain.is_even else len(arc) / float((1 / size).sum()))
+    half = np.round(parts / 2) if chain.turn < CORNER else np.ceil(parts / 2 - SHORT)
+    least = np.ceil(sizes.around_hole * chain.turn / (4 * np.pi) - SHORT)
+    is_closed = (chain.points[0] == chain.points[-1]).all()
+    return 2 * int(max(half, least, 3 if is_closed else 1))
+
+
+def placed(chain: Curve, arc: np.ndarray, size: np.ndarray, number: int) -> np.ndarray:
+    """(number + 1, 2) points along a curve: even on an arc, else as dense as wanted."""
+    total = float(chain.arc[-1])
+    so_far = np.append(0, np.cumsum(np.ones(len(arc)) if chain.is_even else 1 / size))
+    knots = np.arange(len(arc) + 1) / len(arc) * total
+    where = np.interp(np.linspace(0, so_far[-1], number + 1), so_far, knots)
+    found = _at(chain, where)[:, 0]
+    found[0], found[-1] = chain.points[0], chain.points[-1]
+    return found

@@ -1,0 +1,146 @@
+"""Quads of a section, with edges along all its curves."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.hexmesh.generation.quads import NoQuadsError, Plane, quads
+
+from .borders import Cell, borders
+from .curves import Curve, Sizes
+from .smoothing import sines, smoothed
+
+logger = logging.getLogger(__name__)
+
+SCALES = (1.0, 0.8)  # times the size wanted that are tried
+STEP = 0.05  # of the least sine of an angle: what is nearer is compared by size and mean
+ENOUGH = 0.7  # least sine beyond which these alone count
+SAME = 1e-6  # of the extent: vertices nearer than this are one
+NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """Quads in the plane.
+
+    Parameters
+    ----------
+    vertices : (V, 2)
+    quads : (Q, 4) counter-clockwise
+    cell : (Q,) the cell that each is in
+    """
+
+    vertices: np.ndarray
+    quads: np.ndarray
+    cell: np.ndarray
+
+
+def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> Section:
+    """Quads of all cells of a planar graph, the best of several ways.
+
+    These are some sizes, with and without rings along smooth borders, and the methods of
+    `polycube.hexmesh.generation.quads`.
+
+    Parameters
+    ----------
+    chains : its curves
+    loops : of each cell, its outer loop first: curves by number from 1, negative where run back
+
+    Raises
+    ------
+    NoQuadsError
+        Where Gmsh ends without quads, or all have folds.
+    """
+    ways = list(product(SCALES, (True, False)))
+    drafts = []
+    for scale, has_rings in ways:
+        scaled = replace(sizes, size=scale * sizes.size)
+        drafts.append(_draft(*borders(chains, loops, scaled, has_rings), scaled.size))
+    planes = [draft.plane for draft in drafts]
+    filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
+    best, key = None, (0.0, 0.0, 0.0)
+    for (scale, _), draft, several in zip(ways, drafts, filled, strict=True):
+        for flat in filter(None, (_smooth(draft, *one) for one in several)):
+            sine = sines(flat.vertices, flat.quads)
+            least, mean = float(sine.min()), float(sine.mean())
+            logger.info("sweep: %d quads, sines %.3f, mean %.3f", len(sine), least, mean)
+            worth = STEP * (min(least, ENOUGH) // STEP), scale, mean
+            if least > 0 and worth > key:
+                best, key = flat, worth
+    if best is None:
+        raise NoQuadsError("all quads that were made of its section have folds")
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """Borders of cells, and what is to be filled in.
+
+    Parameters
+    ----------
+    points : (P, 2) on the borders and in rings
+    quads : (Q, 4) in rings, of the cells `own` (Q,)
+    is_fixed : (P,) whether a point stays
+    plane : what is left of the cells `open_`
+    known : (K,) points of which the places (K, 2) are found again in the quads
+    """
+
+    points: np.ndarray
+    quads: np.ndarray
+    own: np.ndarray
+    is_fixed: np.ndarray
+    plane: Plane
+    open_: np.ndarray
+    known: np.ndarray
+    places: np.ndarray
+
+
+def _draft(points: np.ndarray, cells: list[Cell], size: float) -> Draft:
+    """What is known of the quads of cells, and what is to be filled in."""
+    open_ = [cell for cell in cells if cell.loops]
+    every = [loop for cell in open_ for loop in cell.loops]
+    coarse = np.unique(np.concatenate([np.zeros(0, np.int64), *(loop[::2] for loop in every)]))
+    middles = [(points[loop[::2]] + points[np.roll(loop[::2], -1)]) / 2 for loop in every]
+    is_fixed = np.ones(len(points), bool)
+    is_fixed[np.concatenate([cell.inner for cell in cells])] = False
+    return Draft(
+        points,
+        np.concatenate([cell.quads for cell in cells]),
+        np.repeat(np.arange(len(cells)), [len(cell.quads) for cell in cells]),
+        is_fixed,
+        Plane(
+            points[coarse],
+            [[np.searchsorted(coarse, loop[::2]).tolist() for loop in c.loops] for c in open_],
+            [np.searchsorted(coarse, c.corners).tolist() for c in open_],
+            2 * size,
+        ),
+        np.flatnonzero([bool(cell.loops) for cell in cells]),
+        np.concatenate([coarse, *(loop[1::2] for loop in every)]),
+        np.concatenate([points[coarse], *middles]),
+    )
+
+
+def _smooth(
+    draft: Draft, vertices: np.ndarray, faces: np.ndarray, region: np.ndarray
+) -> Section | None:
+    """Quads of rings and of what was filled in, smoothed; None where a border point is missing."""
+    near = SAME * np.ptp(draft.points, axis=0).max()
+    name = np.full(len(vertices), -1)
+    if len(vertices):
+        off, at = cKDTree(draft.places).query(vertices)
+        name[off < near] = draft.known[at[off < near]]
+    if len(np.setdiff1d(draft.known, name)):
+        return None
+    is_new = name < 0
+    name[is_new] = len(draft.points) + np.arange(is_new.sum())
+    used, every = np.unique(np.concatenate([draft.quads, name[faces]]), return_inverse=True)
+    every = every.reshape(-1, 4)
+    places = np.concatenate([draft.points, vertices[is_new]])[used]
+    is_free = ~np.append(draft.is_fixed, np.zeros(is_new.sum(), bool))[used]
+    cell = np.concatenate([draft.own, draft.open_[region]])
+    return Section(smoothed(places, every, is_free), every, cell)

@@ -1,0 +1,109 @@
+"""Sweeps: hexes of parts that are a stack of slabs along a straight axis."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from hashlib import sha256
+
+import numpy as np
+
+from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of
+from polycube.kinds import Structure
+from polycube.registry import register, setting
+from polycube.types import SWEEP, Candidate, HexMesh, Polycube, TriMesh
+
+logger = logging.getLogger(__name__)
+
+NONE = "sweep: nothing is proposed, because %s"
+
+
+@register("structure", "sweep")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sweep(Structure):
+    """Mesh the section of a part with quads, and sweep them along its axis.
+
+    For parts whose faces are perpendicular to an axis or along it: plates with holes, profiles,
+    gears, flanges, with bosses, pockets and steps.  All curves of the section are on edges of
+    quads, holes are even polygons.  It needs Gmsh, which makes the quads.
+
+    Parameters
+    ----------
+    grid : cells of the polycube; not used
+    primitives : (3, 3, 3) bool voxels by name
+    size : of the hexes, in the units of the part or as a share of the diagonal
+    curvature : distance of the edges from the curves of the section, at most; auto: 0.3%, or 0.2%
+        where features are exact; null: any
+    features : whether they are, see `meshing.features`
+    across_wall, around_hole : hexes through every wall and round every full turn, at least
+    level : hexes are 2^level times smaller than that size; null: not
+    max_hexes : a part that needs more is not proposed
+    """
+
+    any_grid = True
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
+    size: float | str = setting("meshing.size", MeshingSettings.size)
+    curvature: float | str | None = setting("meshing.curvature", MeshingSettings.curvature)
+    features: str = setting("meshing.features", MeshingSettings.features)
+    across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
+    around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
+    level: int | None = setting("meshing.level", MeshingSettings.level)
+    max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """One candidate with hexes, or none where the part is no such stack."""
+        from polycube.hexmesh.generation.quads import NoQuadsError
+        from polycube.structure.rough_map import affine_map
+
+        from .walls import NotSweptError
+
+        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        if brick is None:
+            logger.info("sweep: no primitive is a full cell; nothing proposed")
+            return []
+        try:
+            blocks = self._hexes(surface)
+        except (NotSweptError, NoQuadsError) as reason:
+            logger.info(NONE, reason)
+            return []
+        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        ends = np.array([0.0, 1.0])
+        polycube = Polycube(np.ones((1, 1, 1), bool), ends, ends, ends, (1, 1, 1), (brick,))
+        rough_map = affine_map(polycube, np.diag(high - low), low)
+        key = f"sweep {sha256(blocks.hexes.tobytes()).hexdigest()}"
+        return [Candidate("sweep", polycube, rough_map, 0.0, key, family=SWEEP, blocks=blocks)]
+
+    def _hexes(self, surface: TriMesh) -> HexMesh:
+        from polycube.hexmesh.generation import sizing
+        from polycube.surface.measures import diagonal, volume
+
+        from .arrangement import arrangement
+        from .axis import NEAR, stack
+        from .cells import cells
+        from .columns import columns, layers
+        from .curves import Sizes, curves, curves_round
+        from .section import section
+        from .walls import NotSweptError
+
+        unit = diagonal(surface)
+        part = stack(surface)
+        points, edges = arrangement(part.points, part.lines, NEAR * unit)
+        filled = cells(surface, part, points, edges)
+        chains = curves(points, edges, part.marks, 10 * NEAR * unit)
+        size = sizing.length(self.size, unit) / 2 ** (self.level or 0)
+        if volume(surface) > self.max_hexes * size**3:
+            raise NotSweptError(f"it needs more than max_hexes {self.max_hexes}")
+        exact = features_of(self.features, surface) == "exact"
+        chord = np.inf
+        if self.curvature is not None:
+            chord = sizing.length(curvature_of(self.curvature, exact), unit)
+        wanted = Sizes(size, chord, self.across_wall, self.around_hole)
+        flat = section(chains, curves_round(chains, filled), wanted)
+        number = layers(part.levels, filled.full, size, self.across_wall)
+        found = columns(flat, part.levels, filled.full, number)
+        if len(found.hexes) > self.max_hexes:
+            raise NotSweptError(f"it needs more than max_hexes {self.max_hexes}")
+        return replace(found, vertices=found.vertices @ part.frame)

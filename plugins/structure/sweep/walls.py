@@ -1,0 +1,137 @@
+"""Faces of a surface that are perpendicular to an axis, and walls along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+
+from polycube.surface.measures import area_vectors, connected, place
+from polycube.types import TriMesh
+
+FLAT = 1e-3  # sine of an angle: faces along the axis or across it, taken as a whole
+FACET = 0.2  # the same of the triangles of a round wall
+SAG = 1 / 40  # of a chord: its distance from an arc that it turns by FACET
+SHARP = np.radians(20)  # between the triangles of two walls, where there are no CAD faces
+
+
+class NotSweptError(Exception):
+    """Says in one clause why a part is not made of columns along an axis."""
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """What is asked again and again of the triangles of a surface.
+
+    Parameters
+    ----------
+    area : (F,)
+    normals : (F, 3) unit
+    is_sliver : (F,) whether a triangle is so thin that it has no normal
+    """
+
+    area: np.ndarray
+    normals: np.ndarray
+    is_sliver: np.ndarray
+
+
+def triangles(surface: TriMesh, near: float) -> Triangles:
+    """Areas and normals; slivers are not much higher than `near`."""
+    vectors = area_vectors(surface)
+    area = np.linalg.norm(vectors, axis=1)
+    corners = surface.vertices[surface.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    normals = vectors / np.maximum(area, 1e-300)[:, None]
+    return Triangles(area, normals, 2 * area < 10 * near * longest)
+
+
+def caps(
+    surface: TriMesh, known: Triangles, axis: np.ndarray, near: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each triangle is perpendicular to an axis (F,), and whether it leans a little (F,).
+
+    Slivers are caps where they lie at one height.
+
+    Raises
+    ------
+    NotSweptError
+        Where a triangle leans so much that it is on no wall.
+    """
+    lean = np.where(known.is_sliver, 0, abs(known.normals @ axis))
+    if (wrong := (lean > FACET) & (lean < 1 - FLAT)).any():
+        _refuse(surface, np.argmax(wrong * lean * known.area))
+    rise = np.ptp((surface.vertices @ axis)[surface.faces], axis=1)
+    is_cap = np.where(known.is_sliver, rise < near, (lean > FACET) & (rise < 10 * near))
+    if (wrong := (lean > FACET) & ~is_cap).any():
+        _refuse(surface, np.argmax(wrong * known.area))
+    return is_cap, ~is_cap & (lean > FLAT)
+
+
+def _refuse(surface: TriMesh, face: np.intp) -> NoReturn:
+    where = place(surface, surface.vertices[surface.faces[face]].mean(axis=0))
+    raise NotSweptError(f"a face is neither along an axis nor across it near {where}")
+
+
+def wall_of(
+    surface: TriMesh, known: Triangles, is_cap: np.ndarray, beside: np.ndarray
+) -> np.ndarray:
+    """(F,) number of the face that each triangle is on.
+
+    These are the faces of the CAD model, or pieces between sharp edges.
+
+    beside : (E, 2) triangles at each edge
+    """
+    if len(surface.region):
+        return 2 * surface.region + is_cap
+    turn = np.einsum("nd,nd->n", known.normals[beside[:, 0]], known.normals[beside[:, 1]])
+    same = is_cap[beside[:, 0]] == is_cap[beside[:, 1]]
+    same &= (turn > np.cos(SHARP)) | known.is_sliver[beside].any(axis=1)
+    return connected(beside[same, 0], beside[same, 1], len(surface.faces))
+
+
+def check_walls(
+    surface: TriMesh,
+    known: Triangles,
+    across: np.ndarray,
+    wall: np.ndarray,
+    leans: np.ndarray,
+    borders: tuple[np.ndarray, np.ndarray],
+    near: float,
+) -> None:
+    """Raise NotSweptError unless walls with triangles that lean are lines, seen along the axis.
+
+    Parameters
+    ----------
+    across : (V, 2) vertices, seen along the axis
+    wall : (F,) number of the face of each triangle
+    leans : (F,) whether it leans
+    borders : triangles (E, 2) and ends (E, 2) of the edges at the top and bottom of walls
+    """
+    beside, ends = borders
+    corners = across[surface.faces]
+    flat = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    for number in np.unique(wall[leans]):
+        own = wall == number
+        vertices = np.unique(surface.faces[own])
+        lines = across[ends[(wall[beside] == number).any(axis=1)]]
+        off = _distance(across[vertices], lines)
+        chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max(initial=0)
+        if abs(flat[own].sum()) > FLAT * known.area[own].sum() or off.max() > near + SAG * chord:
+            where = surface.vertices[vertices[np.argmax(off)]]
+            raise NotSweptError(f"a face is not along an axis near {place(surface, where)}")
+
+
+def _distance(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """(P,) distances of points (P, 2) from the nearest of lines (S, 2, 2)."""
+    if not len(lines):
+        return np.full(len(points), np.inf)
+    start, step = lines[:, 0], lines[:, 1] - lines[:, 0]
+    square = np.maximum((step**2).sum(axis=1), 1e-300)
+    out = points[:, None] - start
+    share = np.clip((out * step).sum(axis=2) / square, 0, 1)
+    return np.linalg.norm(out - share[..., None] * step, axis=2).min(axis=1)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -1,0 +1,277 @@
+"""Sweeps: exact hexes of known stacks of slabs, what is no stack, and the parts it is made of."""
+
+import logging
+import os
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from polycube.config import compose
+from polycube.errors import InputError, MissingPackage
+from polycube.hexmesh.connectivity import check_conforming, genus
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.quality import volume
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.pipeline.choices import variants_of
+from polycube.pipeline.proposals import propose as propose_all
+from polycube.pipeline.settings import Settings
+from polycube.pipeline.stages import Clock
+from polycube.pipeline.state import RunState
+from polycube.plugins.ranking.registration import Registration
+from polycube.plugins.structure.sweep.arrangement import arrangement
+from polycube.plugins.structure.sweep.axis import stack
+from polycube.plugins.structure.sweep.borders import alike
+from polycube.plugins.structure.sweep.cells import loop_area, loops_of
+from polycube.plugins.structure.sweep.columns import layers
+from polycube.plugins.structure.sweep.curves import Curve
+from polycube.plugins.structure.sweep.smoothing import sines, smoothed
+from polycube.plugins.structure.sweep.walls import NotSweptError
+from polycube.registry import build
+from polycube.surface import measures
+from polycube.types import Candidate, HexMesh, TriMesh
+from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed, prism, rod
+from tests.fixtures.polycubes import PRIMITIVES
+from tests.fixtures.surfaces import box, torus
+
+SLOWER = ("boxes", "diffusion", "bricks", "labels", "midpoint", "overlay")
+TURN = Rotation.random(random_state=3).as_matrix()
+
+
+def propose(surface: TriMesh, **options) -> list[Candidate]:
+    config = {"plugin": "sweep", **options}
+    plugin = build("structure", config, grid=(1, 1, 1), primitives=PRIMITIVES)
+    try:
+        return plugin(surface, ())
+    except MissingPackage:
+        pytest.skip("Gmsh does not load")
+
+
+def hexes_of(surface: TriMesh, **options) -> HexMesh:
+    [candidate] = propose(surface, **options)
+    return candidate.blocks
+
+
+def placed(surface: TriMesh, scale: float = 1.0) -> TriMesh:
+    return replace(surface, vertices=scale * surface.vertices @ TURN.T + 5)
+
+
+def check_fills(mesh: HexMesh, surface: TriMesh) -> None:
+    check_conforming(mesh)
+    assert genus(mesh) == measures.genus(surface)
+    assert volume(mesh) == pytest.approx(measures.volume(surface))
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.2
+
+
+def round_hole(mesh: HexMesh, radius: float) -> int:
+    """Number of edges round the hole along z, at the bottom."""
+    places = mesh.vertices[np.unique(mesh.quads)]
+    on = np.isclose(np.linalg.norm(places[:, :2], axis=1), radius, atol=0.1 * radius)
+    return int((on & np.isclose(places[:, 2], places[:, 2].min())).sum())
+
+
+def frustum(n: int, top: float) -> TriMesh:
+    """A truncated cone of height 2 between radii 1 and `top`, whose side is one face."""
+    surface = rod(n)
+    places = surface.vertices.copy()
+    places[places[:, 2] > 1, :2] *= top
+    return replace(surface, vertices=places)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
+def test_a_box_is_bricks(scale):
+    surface = placed(numbered(box((0, 0, 0), (4, 2, 1))), scale)
+    mesh = hexes_of(surface, size=0.5 * scale, curvature=None)
+    assert len(mesh.hexes) == 8 * 4 * 2
+    check_fills(mesh, surface)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes) == pytest.approx(np.ones(64))
+    edge = np.linalg.norm(mesh.vertices[mesh.hexes[:, 1]] - mesh.vertices[mesh.hexes[:, 0]], axis=1)
+    assert edge == pytest.approx(np.full(64, 0.5 * scale))
+
+
+@pytest.mark.parametrize("number", [8, 12, 16])
+def test_a_hole_has_the_number_of_edges_that_is_asked_for(number):
+    mesh = hexes_of(bored(48), size=1.0, around_hole=number, curvature=None)
+    check_conforming(mesh)
+    assert round_hole(mesh, 1.0) == number
+    hole = number / 2 * np.sin(2 * np.pi / number)  # area of the polygon
+    assert volume(mesh) == pytest.approx(2 * (16 - hole), rel=2e-3)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.5
+
+
+def test_edges_on_all_points_of_a_polygon_give_the_exact_volume():
+    surface = bored(16)
+    mesh = hexes_of(surface, size=1.0, around_hole=16, curvature=None)
+    check_fills(mesh, surface)
+
+
+@pytest.mark.parametrize(
+    ("surface", "levels"),
+    [
+        (prism(ELL), 2),
+        (prism(SLOT), 2),
+        (prism(GROOVE), 2),
+        (pocketed(), 3),
+        (TriMesh(pocketed().vertices, pocketed().faces), 3),
+    ],
+    ids=["ell", "slot", "groove", "pocket", "pocket of triangles"],
+)
+def test_stacks_of_slabs_keep_volume_corners_edges_and_faces(surface, levels):
+    turned = placed(surface)
+    assert len(stack(turned).levels) == levels
+    mesh = hexes_of(turned, size=0.5)
+    check_fills(mesh, turned)
+    for corner in turned.vertices:
+        assert np.linalg.norm(mesh.vertices - corner, axis=1).min() < 1e-6
+    assert max((each.distance for each in inspect(mesh, turned).features), default=0) < 1e-6
+
+
+def test_a_rod_keeps_its_rims():
+    mesh = hexes_of(rod(), size=0.4, around_hole=24, curvature=None)
+    places = mesh.vertices[np.unique(mesh.quads)]
+    assert np.isclose(np.linalg.norm(places[:, :2], axis=1), 1, atol=3e-3).sum() >= 2 * 24
+    check_conforming(mesh)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("surface", "options", "reason"),
+    [
+        (torus(), {}, "neither along an axis nor across it"),
+        (frustum(48, 0.5), {}, "neither along an axis nor across it"),
+        (frustum(48, 0.97), {}, "a face is not along an axis"),
+        (box(), {"max_hexes": 10}, "more than max_hexes 10"),
+    ],
+)
+def test_what_is_no_stack_is_refused_in_a_sentence(surface, options, reason, caplog):
+    caplog.set_level(logging.INFO)
+    assert propose(surface, **options) == []
+    assert "sweep: nothing is proposed, because" in caplog.text and reason in caplog.text
+
+
+def test_a_curve_askew_on_a_wall_is_refused():
+    triangles = box().faces
+    with pytest.raises(NotSweptError, match="runs askew"):
+        stack(TriMesh(box().vertices, triangles, np.arange(len(triangles)) + 1))
+
+
+def test_size_and_level_make_hexes_smaller():
+    surface = numbered(box())
+    number = {
+        name: len(hexes_of(surface, curvature=None, **options).hexes)
+        for name, options in {
+            "size": {"size": 0.25},
+            "level": {"size": 0.5, "level": 1},
+            "wall": {"size": 0.5, "across_wall": 4},
+        }.items()
+    }
+    assert number["size"] == number["level"] == 64
+    assert number["wall"] >= 16
+
+
+@pytest.mark.parametrize(
+    ("full", "expected"),
+    [
+        ([[1, 1, 1]], [2, 1, 4]),
+        ([[1, 0, 0], [0, 1, 1]], [3, 1, 4]),
+        ([[0, 1, 0]], [2, 3, 4]),
+    ],
+)
+def test_layers_are_as_thick_as_wanted_and_enough_between_caps(full, expected):
+    levels = np.array([0.0, 2.0, 2.5, 6.5])
+    found = layers(levels, np.array(full, bool), size=1.0, across_wall=3)
+    assert found.tolist() == expected
+
+
+RECTANGLES = st.lists(
+    st.tuples(*[st.integers(0, 8)] * 2, *[st.integers(1, 6)] * 2), min_size=1, max_size=5
+)
+
+
+@settings(deadline=None, max_examples=50)
+@given(RECTANGLES)
+def test_lines_of_rectangles_are_one_planar_graph(rectangles):
+    """Exact: the length of all sides, each stretch once, and the number of cells by Euler."""
+    corners = [[(x, y), (x + w, y), (x + w, y + h), (x, y + h)] for x, y, w, h in rectangles]
+    number = np.arange(4 * len(corners)).reshape(-1, 4)
+    lines = np.stack([number, np.roll(number, -1, axis=1)], axis=2).reshape(-1, 2)
+    points, edges = arrangement(np.reshape(corners, (-1, 2)).astype(float), lines, 1e-6)
+    sides = {(a, y, "x") for x, y, w, h in rectangles for y in (y, y + h) for a in range(x, x + w)}
+    sides |= {(x, b, "y") for x, y, w, h in rectangles for x in (x, x + w) for b in range(y, y + h)}
+    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    assert length.sum() == pytest.approx(len(sides))
+    parts = len(np.unique(measures.connected(edges[:, 0], edges[:, 1], len(points))))
+    areas = [loop_area(points, edges, loop) for loop in loops_of(points, edges)]
+    assert sum(area > 0 for area in areas) == len(edges) - len(points) + parts
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.1, 0.5])
+def test_two_polylines_of_one_circle_are_one_loop(shift):
+    angle = 2 * np.pi * np.add.outer([0.0, shift], np.arange(48)) / 48
+    points = np.stack([np.cos(angle), np.sin(angle)], axis=2).reshape(-1, 2)
+    number = np.arange(96).reshape(2, 48)
+    lines = np.stack([number, np.roll(number, -1, axis=1)], axis=2).reshape(-1, 2)
+    found, edges = arrangement(points, lines, 1e-5)
+    assert (np.bincount(edges.ravel()) == 2).all()
+    assert np.linalg.norm(found, axis=1) == pytest.approx(np.ones(len(found)), abs=3e-3)
+    assert len(loops_of(found, edges)) == 2
+
+
+def test_equal_circles_have_the_number_of_edges_of_the_finest():
+    angle = 2 * np.pi * np.arange(25) / 24
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    circle[-1] = circle[0]
+    chains = [Curve(np.zeros(0), r * circle + [x, 0]) for r, x in ((1, 0), (2, 9), (1, 5), (1, 8))]
+    chains.append(Curve(np.zeros(0), circle[:13] / circle[:13, :1].max() * 2))  # half of a circle
+    assert alike(chains, np.array([8, 16, 12, 8, 4])).tolist() == [12, 16, 12, 12, 4]
+
+
+def test_smoothing_unfolds_quads_and_leaves_the_others_where_they_are():
+    grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij"), axis=-1)
+    number = np.arange(30).reshape(6, 5)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1)
+    quads, places = quads.reshape(-1, 4), grid.reshape(-1, 2)
+    is_free = ((places > 0) & (places < [5, 4])).all(axis=1)
+    thrown = places + is_free[:, None] * np.random.default_rng(0).uniform(-2, 2, places.shape)
+    assert sines(thrown, quads).min() < 0
+    assert smoothed(thrown, quads, is_free) == pytest.approx(places, abs=0.02)
+
+
+def test_sweeps_are_ranked_by_their_own_genus_and_have_variants_of_their_own():
+    surface = bored(24)
+    [candidate] = propose(surface, size=1.0)
+    [ranked] = Registration()(surface, [candidate])
+    assert ranked.candidate is candidate and genus(ranked.hexes) == 1
+    state = RunState(surface, blocks=candidate.blocks, ranked=[ranked], chosen=0)
+    bundle = {"portfolio": [{}], "blocks": [{"blocks": {}}], "sweep": [{"sweep": {}}]}
+    assert variants_of(bundle, state) == bundle["sweep"]
+    assert variants_of({"portfolio": [{}]}, state) == [{}]
+
+
+def test_a_swept_mesh_keeps_the_size_that_it_has():
+    surface = bored(24)
+    [candidate] = propose(surface, size=1.0)
+    subdivide = build("meshing/subdivide", {"plugin": "template", "level": 0, "size": 0.1})
+    mesh = subdivide(surface, candidate.polycube, candidate.rough_map, candidate.blocks)
+    assert len(mesh.hexes) == len(candidate.blocks.hexes)
+
+
+def test_without_gmsh_it_is_refused_by_name_and_left_out_among_others(
+    tmp_path, monkeypatch, caplog
+):
+    caplog.set_level(logging.INFO)
+    (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+
+    def proposed(*overrides: str) -> tuple[Candidate, ...]:
+        settings = Settings.of(compose("infer", ["mesh=example:rod", *overrides]))
+        return propose_all(settings, box(), PRIMITIVES, Clock())
+
+    with pytest.raises(InputError, match=r"structure=sweep .* gmsh, which does not load; pip"):
+        proposed("structure=sweep")
+    assert proposed(*(f"~structure.proposals.{name}" for name in SLOWER))
+    assert "sweep: nothing is proposed, because quads are made by gmsh" in caplog.text
