@@ -41,8 +41,7 @@ class Standard(Acceptance):
     volume_limit, distance_limit : a mesh whose volume or largest distance is further off is not
         valid
     features : distance from the mesh that 5 % of the samples of each point, curve and CAD face may
-        exceed; of a surface without CAD faces, 5 % of the samples of all sharp edges together.  A
-        little less than what the report counts as lost: programs cut curves at other points
+        exceed; of a surface without CAD faces, 5 % of the samples of all sharp edges together
     distance : distance that 1 % of the points may exceed, both ways
     poor_jacobian : a smaller scaled Jacobian is a warning
     far_vertices : a boundary vertex further off the surface is a warning
@@ -61,7 +60,7 @@ class Standard(Acceptance):
     least_jacobian: float = 0.0
     volume_limit: float = 0.10
     distance_limit: float = 0.05
-    features: float = 0.00285
+    features: float = 0.003
     distance: float = 0.01
     poor_jacobian: float = 0.2
     far_vertices: float = 0.005
@@ -187,7 +186,7 @@ class Standard(Acceptance):
             beside = " and ".join(f"cad_face_{face}" for face in worst.faces)
             yield (
                 f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
-                f"are more than {self.features:.3%} of the diagonal off, the most the {worst.kind} "
+                f"are more than {self.features:.1%} of the diagonal off, the most the {worst.kind} "
                 f"of {beside} at {np.round(worst.place, 3).tolist()}: {worst.distance:.2%}"
             )
         if found.lost_faces:
