@@ -51,9 +51,6 @@ class Sheets:
             return hexes
         goal = target(surface)
         cured = cure(hexes, goal, self.aim, self.trials)
-        lost = _lost(cured, surface) - _lost(hexes, surface)
-        if lost:
-            cured = cure(hexes, goal, self.aim, self.trials, lost)
         if cured is hexes:
             return hexes
         polished = polish(
@@ -63,10 +60,3 @@ class Sheets:
             scaled_jacobian(mesh.vertices, mesh.hexes).min() for mesh in (polished, cured)
         )
         return polished if least > before and not len(crossings(polished)) else cured
-
-
-def _lost(hexes: HexMesh, surface: TriMesh) -> set[tuple[int, ...]]:
-    """CAD faces of the features that are too far from a mesh."""
-    from polycube.hexmesh.inspection import inspect
-
-    return {each.faces for each in inspect(hexes, surface).features if each.is_lost}

@@ -8,7 +8,7 @@ of these is kept where it helps; and so on, until no hex is poor or nothing help
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from polycube.fitting.cures.neighbourhood import Neighbourhood, neighbourhood, w
 from polycube.fitting.cures.refit import Refit, refit
 from polycube.fitting.cures.sets import Faces
 from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.generation.sheets import with_sheet
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
@@ -34,13 +35,7 @@ NEAR = 0.002  # distance of vertices from the surface, in diagonals, that any cu
 STRAY = 0.0004  # the same beyond what is no loss, from exact features
 
 
-def cure(
-    mesh: HexMesh,
-    target: Target,
-    aim: float,
-    trials: int,
-    protected: Collection[tuple[int, ...]] = (),
-) -> HexMesh:
+def cure(mesh: HexMesh, target: Target, aim: float, trials: int) -> HexMesh:
     """The mesh with fewer poor hexes, and with sheets; no cure loses a feature or makes a crossing.
 
     Parameters
@@ -49,13 +44,12 @@ def cure(
     target : its surface
     aim : scaled Jacobian below which hexes are poor
     trials : fits of neighbourhoods at most
-    protected : CAD faces of features; no place is fitted where all faces of one meet
 
     Returns
     -------
     The same object where no hex is poor or nothing helps.
     """
-    cures = _Cures(fitted(mesh, target), aim, trials, protected)
+    cures = _Cures(fitted(mesh, target), aim, trials)
     cures.under_faces()
     cures.at_the_worst()
     found = cures.whole
@@ -109,11 +103,9 @@ class _Trial:
 class _Cures:
     """Trials on a mesh, one after the other; what helps is kept."""
 
-    def __init__(
-        self, whole: Fitted, aim: float, trials: int, protected: Collection[tuple[int, ...]]
-    ) -> None:
+    def __init__(self, whole: Fitted, aim: float, trials: int) -> None:
         self.whole, self.left, self.kept = whole, trials, 0
-        self._aim, self._protected = aim, protected
+        self._aim = aim
         self._crossings = len(crossings(whole.mesh))
 
     def under_faces(self) -> None:
@@ -174,12 +166,8 @@ class _Cures:
         near = neighbourhood(self.whole, np.array([bad]), inside)
         if near is None:
             return None
-        moving, now = near.used[near.moves[: len(near.used)]], self.whole
-        if self._protected:
-            beside = now.cad_face[np.isin(now.mesh.quads, moving).any(axis=1)]
-            if any(np.isin(faces, beside).all() for faces in self._protected):
-                return None
         self.left -= 1
+        moving, now = near.moving, self.whole
         gap, strayed = now.gap[moving], now.strayed[moving]
         before = cost(now.jacobian[near.elements], gap, strayed, self._aim)
         off = float(gap.max()), float(strayed.max())
@@ -188,7 +176,7 @@ class _Cures:
     def _keep(self, trial: _Trial) -> bool:
         """Take a cure, if no feature is lost by it and the boundary crosses itself no more."""
         new = _with(self.whole, trial.near, trial.found)
-        if not new.lost <= self.whole.lost:
+        if not new.lost <= self.whole.lost or self._loses_a_face(trial, new):
             return False
         number = len(crossings(new.mesh))
         if number > self._crossings:
@@ -196,6 +184,15 @@ class _Cures:
         self.whole, self._crossings = new, number
         self.kept += 1
         return True
+
+    def _loses_a_face(self, trial: _Trial, new: Fitted) -> bool:
+        """Whether a CAD face beside what moves was near the mesh before, and is not now."""
+        old = self.whole
+        beside = np.isin(old.mesh.quads, trial.near.moving).any(axis=1)
+        faces = np.unique(old.cad_face[beside]).tolist()
+        return any(
+            new.distance_of(face) > TOLERANCE >= old.distance_of(face) for face in faces if face
+        )
 
 
 def _with(whole: Fitted, near: Neighbourhood, found: Refit) -> Fitted:

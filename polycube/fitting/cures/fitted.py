@@ -15,7 +15,10 @@ from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.cad_faces import quad_regions
 from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.feature_distances import MOST, TOLERANCE
+from polycube.hexmesh.inspection import SAMPLES
+from polycube.hexmesh.quality import triangles
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.surface import closest
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
@@ -24,6 +27,7 @@ NO_LOSS = 1e-3  # this distance
 POWER = 4  # of the cost of a hex: one bad hex counts more than many that are nearly good
 STRAYED = 100.0  # cost of a diagonal off exact features, beyond what is no loss
 FEW = 1 - MOST / 100  # share of a feature that may be farther away than is tolerable
+ROUND = 0.01  # round a CAD face, in diagonals: quads farther away do not count
 LIMIT = 0.95 * TOLERANCE  # distance of features: a sample may be farther than the middles
 
 
@@ -99,6 +103,21 @@ class Fitted:
         if np.isin(known, self.cad_face).all():
             return []
         return np.setdiff1d(known, quad_regions(self.mesh, surface)[0]).tolist()
+
+    def distance_of(self, face: int) -> float:
+        """Distance from the mesh that some of the samples of a CAD face exceed; 0 without any."""
+        points, _, of = self.target.samples(SAMPLES)
+        points = points[of == face]
+        if not len(points):
+            return 0.0
+        corners = self.mesh.vertices[self.mesh.quads]
+        low, high = points.min(axis=0) - ROUND, points.max(axis=0) + ROUND
+        near = ((corners.max(axis=1) > low) & (corners.min(axis=1) < high)).all(axis=1)
+        if not near.any():
+            return np.inf
+        pieces = triangles(self.mesh.vertices, self.mesh.quads[near])
+        tree = closest.tree(pieces, np.zeros((len(pieces), 3)))
+        return float(np.percentile(closest.distance(tree, points), MOST))
 
     @cached_property
     def on_path(self) -> np.ndarray:

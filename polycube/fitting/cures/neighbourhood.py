@@ -44,6 +44,11 @@ class Neighbourhood:
     inside: np.ndarray | None
     detours: Detours
 
+    @property
+    def moving(self) -> np.ndarray:
+        """(M,) vertices of the whole mesh that move."""
+        return self.used[self.moves[: len(self.used)]]
+
 
 def neighbourhood(
     whole: Fitted, seeds: np.ndarray, inside: np.ndarray | None = None

@@ -60,15 +60,12 @@ def test_a_good_mesh_is_returned_as_it_is(cured):
     assert cure(mesh, target(surface), 0.4, 0) is mesh
 
 
-def test_places_where_a_protected_feature_is_are_left_alone():
+def test_distances_of_faces_are_those_of_the_whole_mesh():
     surface, mesh = lattice_on_rod()
-    goal, faces = target(surface), np.unique(surface.region).tolist()
-    assert cure(mesh, goal, 0.4, 30, [(face,) for face in faces]) is mesh
-    one = cure(mesh, goal, 0.4, 30, [(faces[0],)])
-    assert one is not mesh
-    same = np.isin(fitted(mesh, goal).cad_face, faces[0])
-    vertices = np.unique(mesh.quads[same])
-    assert np.array_equal(one.vertices[vertices], mesh.vertices[vertices])
+    exact = {each.faces: each.distance for each in inspect(mesh, surface).features}
+    whole = fitted(mesh, target(surface))
+    for face in (1, 2, 3):
+        assert whole.distance_of(face) == pytest.approx(exact[face,], abs=1e-12)
 
 
 def test_the_same_input_gives_the_same_mesh(cured):
