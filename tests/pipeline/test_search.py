@@ -12,7 +12,7 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.pipeline.search import Variants, search
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
-from polycube.types import HexMesh, Labels, Polycube, RoughMap, TriMesh
+from polycube.types import HexMesh, Labels, Polycube, RoughMap, TriMesh, Verdict
 from tests.fixtures.stages import TETRAHEDRON, BySize, cube
 
 CALLS: list[object] = []
@@ -223,6 +223,27 @@ def test_a_start_whose_first_trial_is_worse_has_no_other_run():
 def test_where_no_mesh_is_acceptable_every_variant_has_a_trial():
     found = searched([3.0, 4.0], [2.0, 9.0], enough=20, acceptable=5)
     assert found == (9.0, [(3, True), (4, True), (2, True), (9, True), (9, False)])
+
+
+@dataclass(frozen=True)
+class AtLeast(BySize):
+    """A mesh below a size misses something."""
+
+    floor: float = 0.0
+
+    def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
+        found = super().__call__(hexes, surface)
+        return found if found.reaches >= self.floor else replace(found, reaches=-np.inf)
+
+
+@pytest.mark.parametrize(("floor", "full"), [(3.5, [1.0, 4.0]), (10.0, [1.0, 4.0, 3.0])])
+def test_two_short_runs_are_repeated_where_the_first_misses_something(floor, full):
+    options = [{"meshing/optimize": {"to": to}} for to in (1.0, 2.0, 3.0, 4.0)]
+    stages = [Stage("meshing/optimize", Grow())]
+    start = Variants(stages, options, START, AtLeast(floor=floor, good=20.0), trial=TRIAL)
+    found = search([start], lambda tried: False)
+    assert [to for to, short in CALLS if not short] == full
+    assert size(found.finish()[0]) == 4.0
 
 
 @pytest.mark.parametrize(("first", "large", "runs"), [(-1.0, 0, 1), (1.0, 0, 3), (-1.0, 9, 3)])
