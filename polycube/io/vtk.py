@@ -1,14 +1,22 @@
-"""The files of a run that ParaView and PyVista open: VTK's XML formats, base64 inside.
+"""The files of a run that ParaView and PyVista open: VTK's XML formats, compressed by zlib.
 
 Written without the VTK library, so results leave a machine that has none; equal data gives equal
 bytes.  Lengths are in the user's units, the polycube's in cells.
+
+Files of plain cells are XML with base64 inside, which other programs read too.  Those of Bezier
+cells, which VTK alone reads, have their data behind the XML as bytes, a quarter smaller.  Arrays
+are compressed one after the other on their way to the file, so memory does not grow with it.
 """
 
 from __future__ import annotations
 
 import base64
+import shutil
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -20,6 +28,8 @@ from polycube.structure.lattice import cell_of_box
 from polycube.types import HexMesh, Labels, Polycube, TriMesh
 
 HEXAHEDRON = 12  # VTK's number for the cell
+BLOCK = 1 << 20  # bytes that are compressed together
+LEVEL = 3  # of zlib: more is slower and hardly smaller
 _TYPES = {"i": "Int", "u": "UInt", "f": "Float"}
 _CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
@@ -70,14 +80,13 @@ def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
 def write_labels_vtp(path: Path, surface: TriMesh, labels: Labels) -> Path:
     """Write the input surface with the axis (0..5 = +x -x +y -y +z -z) and patch of each face."""
     offsets = np.arange(1, len(surface.faces) + 1) * 3
-    polys = _element("Polys", {"connectivity": surface.faces.ravel(), "offsets": offsets})
-    body = (
-        _element("CellData", {"axis": labels.axis, "patch": labels.patch})
-        + _element("Points", {"points": surface.vertices})
-        + polys
-    )
+    sections = {
+        "CellData": {"axis": labels.axis, "patch": labels.patch},
+        "Points": {"points": surface.vertices},
+        "Polys": {"connectivity": surface.faces.ravel(), "offsets": offsets},
+    }
     counts = f'NumberOfPoints="{len(surface.vertices)}" NumberOfPolys="{len(surface.faces)}"'
-    return _write(path, "PolyData", counts, body)
+    return _write(path, "PolyData", counts, sections)
 
 
 def write_named_vtp(
@@ -87,18 +96,19 @@ def write_named_vtp(
 
     A comment in the file says what the numbers are.
     """
-    body, number, counts = "", [], [f'NumberOfPoints="{len(points)}"']
+    polygons: dict[str, Arrays] = {}
+    number, counts = [], [f'NumberOfPoints="{len(points)}"']
     for width, tag in enumerate(("Verts", "Lines", "Polys"), start=1):
         own = [(i, rows) for i, rows in enumerate(items.values()) if rows.shape[1] == width]
         cells = np.concatenate([np.empty((0, width), np.int64), *(rows for _, rows in own)])
         number += [np.full(len(rows), i) for i, rows in own]
         offsets = width * np.arange(1, len(cells) + 1)
-        body += _element(tag, {"connectivity": cells.ravel(), "offsets": offsets})
+        polygons[tag] = {"connectivity": cells.ravel(), "offsets": offsets}
         counts.append(f'NumberOf{tag}="{len(cells)}"')
     numbers = np.concatenate([np.empty(0, np.int64), *number])
-    head = _element("CellData", {array: numbers}) + _element("Points", {"points": points})
+    sections = {"CellData": {array: numbers}, "Points": {"points": points}, **polygons}
     legend = ", ".join(f"{i} {name}" for i, name in enumerate(items))
-    return _write(path, "PolyData", " ".join(counts), head + body, f"<!-- {array}: {legend} -->\n")
+    return _write(path, "PolyData", " ".join(counts), sections, f"<!-- {array}: {legend} -->\n")
 
 
 def write_cells(
@@ -113,15 +123,15 @@ def write_cells(
     """Write an unstructured grid of cells of one VTK type, (E, K) into points (N, 3)."""
     offsets = np.arange(1, len(cells) + 1) * cells.shape[1]
     types = np.full(len(cells), cell_type, np.uint8)
-    body = (
-        _element("PointData", point_data)
-        + _element("CellData", cell_data)
-        + _element("Points", {"points": points})
-        + _element("Cells", {"connectivity": cells.ravel(), "offsets": offsets, "types": types})
-    )
+    sections = {
+        "PointData": point_data,
+        "CellData": cell_data,
+        "Points": {"points": points},
+        "Cells": {"connectivity": cells.ravel(), "offsets": offsets, "types": types},
+    }
     counts = f'NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}"'
     version = "1.0" if cell_type == HEXAHEDRON else "2.1"  # 2.1: today's order of Bezier points
-    return _write(path, "UnstructuredGrid", counts, body, comment, version)
+    return _write(path, "UnstructuredGrid", counts, sections, comment, version)
 
 
 def set_arrays(hexes: HexMesh) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -152,37 +162,63 @@ def _legend(names: Sequence[str]) -> str:
     return f"<!-- primitive: {', '.join(f'{i} {name}' for i, name in enumerate(names))} -->\n"
 
 
-def _element(tag: str, arrays: Arrays) -> str:
-    return f"<{tag}>\n{''.join(_array(name, array) for name, array in arrays.items())}</{tag}>\n"
-
-
-def _array(name: str, array: np.ndarray) -> str:
-    array = np.asarray(array)
-    if array.dtype == bool:
-        array = array.astype(np.uint8)
-    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
-    width = array.shape[1] if array.ndim > 1 else 1
-    data = np.uint64(little.nbytes).astype("<u8").tobytes() + little.tobytes()
-    return (
-        f'<DataArray type="{_TYPES[array.dtype.kind]}{8 * array.itemsize}" Name={quoteattr(name)} '
-        f'NumberOfComponents="{width}" format="binary">'
-        f"{base64.b64encode(data).decode()}</DataArray>\n"
-    )
-
-
 def _write(
     path: Path,
     dataset: str,
     counts: str,
-    body: str,
+    sections: Mapping[str, Arrays],
     comment: str = "",
     version: str = "1.0",  # what most other readers know
 ) -> Path:
-    with atomic_write(path) as temporary:
-        temporary.write_text(
+    has_bezier = version != "1.0"
+    with atomic_write(path) as temporary, open(temporary, "wb") as file, TemporaryFile() as data:
+        file.write(
             f'<?xml version="1.0"?>\n{comment}'
             f'<VTKFile type="{dataset}" version="{version}" byte_order="LittleEndian" '
-            f'header_type="UInt64">\n<{dataset}>\n<Piece {counts}>\n'
-            f"{body}</Piece>\n</{dataset}>\n</VTKFile>\n"
+            'header_type="UInt64" compressor="vtkZLibDataCompressor">\n'
+            f"<{dataset}>\n<Piece {counts}>\n".encode()
         )
+        for tag, arrays in sections.items():
+            file.write(f"<{tag}>\n".encode())
+            for name, array in arrays.items():
+                file.write(_array(name, np.asarray(array), data if has_bezier else None))
+            file.write(f"</{tag}>\n".encode())
+        file.write(f"</Piece>\n</{dataset}>\n".encode())
+        if has_bezier:
+            data.seek(0)
+            file.write(b'<AppendedData encoding="raw">\n_')
+            shutil.copyfileobj(data, file)
+            file.write(b"\n</AppendedData>\n")
+        file.write(b"</VTKFile>\n")
     return Path(path)
+
+
+def _array(name: str, array: np.ndarray, data: IO[bytes] | None) -> bytes:
+    """The element of an array; its content is appended to `data`, or stands in it as base64."""
+    if array.dtype == bool:
+        array = array.astype(np.uint8)
+    width = array.shape[1] if array.ndim > 1 else 1
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    parts = _compressed(little.reshape(-1).view(np.uint8).data)
+    if data is None:
+        content = b"".join(map(base64.b64encode, parts))
+        end = b' format="binary">' + content + b"</DataArray>\n"
+    else:
+        end = f' format="appended" offset="{data.tell()}"/>\n'.encode()
+        data.writelines(parts)
+    return (
+        f'<DataArray type="{_TYPES[array.dtype.kind]}{8 * array.itemsize}" Name={quoteattr(name)} '
+        f'NumberOfComponents="{width}"'
+    ).encode() + end
+
+
+def _compressed(content: memoryview) -> tuple[bytes, bytes]:
+    """Header and blocks of compressed data.
+
+    The header counts the blocks, and the bytes in one, in the last if it is smaller, and in each
+    of them compressed.
+    """
+    starts = range(0, len(content), BLOCK)
+    blocks = [zlib.compress(content[start : start + BLOCK], LEVEL) for start in starts]
+    head = [len(blocks), BLOCK, len(content) % BLOCK, *map(len, blocks)]
+    return np.array(head, "<u8").tobytes(), b"".join(blocks)

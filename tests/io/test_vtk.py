@@ -7,6 +7,7 @@ import pytest
 
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.io import vtk
 from polycube.io.atomic import atomic_write
 from polycube.io.vtk import write_cells, write_hex_vtu, write_labels_vtp, write_polycube_vtu
 from polycube.structure.lattice import lattice
@@ -96,6 +97,54 @@ def test_names_with_markup_and_vectors_survive(tmp_path: Path) -> None:
     grid = pyvista.read(path)
     np.testing.assert_array_equal(grid.point_data['a<b>&"c"'], shift)
     assert grid.cell_data["flag"].tolist() == [1]
+
+
+@pytest.mark.parametrize("size", [0, 1, 127, 128, 129, 300])
+@pytest.mark.parametrize("bezier", [False, True], ids=["plain", "bezier"])
+def test_data_of_any_number_of_blocks_are_read_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int, bezier: bool
+) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    meshio = pytest.importorskip("meshio")
+    monkeypatch.setattr(vtk, "BLOCK", 1024)  # 128 numbers
+    values = np.random.default_rng(0).standard_normal(size)
+    points, vertex = np.stack([values, values, values], 1), 1
+    path = vtk._write(
+        tmp_path / "a.vtu",
+        "UnstructuredGrid",
+        f'NumberOfPoints="{size}" NumberOfCells="{size}"',
+        {
+            "PointData": {"values": values, "single": values.astype(np.float32)},
+            "Points": {"points": points},
+            "Cells": {
+                "connectivity": np.arange(size),
+                "offsets": np.arange(1, size + 1),
+                "types": np.full(size, vertex, np.uint8),
+            },
+        },
+        version="2.1" if bezier else "1.0",
+    )
+    grid = pyvista.read(path)
+    assert grid.n_points == grid.n_cells == size
+    np.testing.assert_array_equal(grid.points, points)
+    if size:
+        np.testing.assert_array_equal(grid.point_data["values"], values)
+        assert grid.point_data["single"].dtype == np.float32
+    if size and not bezier:
+        found = meshio.read(path)
+        np.testing.assert_array_equal(found.points, points)
+        np.testing.assert_array_equal(found.point_data["single"].ravel(), values.astype(np.float32))
+
+
+def test_equal_numbers_take_no_room(tmp_path: Path) -> None:
+    cells = np.arange(8)[None]
+    sizes = [
+        write_cells(tmp_path / "a.vtu", CORNERS, cells, 12, {"u": np.ones((n, 1))}, {})
+        .stat()
+        .st_size
+        for n in (8, 100_000)
+    ]
+    assert sizes[1] - sizes[0] < 8_000  # of 800,000 bytes
 
 
 def test_equal_meshes_give_equal_bytes(tmp_path: Path) -> None:
