@@ -4,13 +4,14 @@
     "belem f 3 3 3", a line of the f function numbers from 0, and f rows of coefficients:
     "d c0 ... c63" or "s count index value ...", Bezier index i + 4 j + 16 k.
 
-Numbers have 17 digits: what is read equals what was written.
+Numbers have 17 digits: what is read equals what was written.  Elements are written as they are
+extracted, `CHUNK` at a time, so memory does not grow with the file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -19,23 +20,39 @@ from scipy.sparse import csr_matrix
 from polycube.io.atomic import atomic_write
 from polycube.spline.element_faces import lone_sides
 from polycube.types import Spline
+from polycube.types.spline import ElementFunctions
 
+CHUNK = 256  # elements that are extracted together
 SPARSE = 20  # most coefficients of a row that is written as indices and values
 
 
 def write_bext(path: Path, spline: Spline) -> Path:
     """Write the spline; 1500 elements take about a second."""
-    functions = spline.element_functions()
+    head = ["B E X T", "type hex", f"nodeN {len(spline.control)}", f"elemN {len(spline.nodes)}"]
+    nodes = (f"gnode {x:.17g} {y:.17g} {z:.17g} 1" for x, y, z in spline.control.tolist())
+    elements = chain.from_iterable(map(_elements, chunks(spline)))
+    with (
+        atomic_write(path) as temporary,
+        open(temporary, "w", encoding="ascii", newline="\n") as file,
+    ):
+        file.writelines(f"{line}\n" for line in chain(head, nodes, elements))
+    return Path(path)
+
+
+def chunks(spline: Spline) -> Iterator[ElementFunctions]:
+    """The functions of all elements, in order, `CHUNK` elements at a time."""
+    for first in range(0, len(spline.nodes), CHUNK):
+        yield spline.element_functions(slice(first, first + CHUNK))
+
+
+def _elements(functions: ElementFunctions) -> Iterator[str]:
+    """The lines of elements."""
     rows = _rows(functions.coefficients)
     numbers = list(map(str, functions.functions.tolist()))
-    lines = ["B E X T", "type hex", f"nodeN {len(spline.control)}", f"elemN {len(spline.nodes)}"]
-    lines += [f"gnode {x:.17g} {y:.17g} {z:.17g} 1" for x, y, z in spline.control.tolist()]
-    ends = functions.offsets.tolist()
-    for first, last in pairwise(ends):
-        lines += [f"belem {last - first} 3 3 3", " ".join(numbers[first:last]), *rows[first:last]]
-    with atomic_write(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n")
-    return Path(path)
+    for first, last in pairwise(functions.offsets.tolist()):
+        yield f"belem {last - first} 3 3 3"
+        yield " ".join(numbers[first:last])
+        yield from rows[first:last]
 
 
 def _rows(coefficients: csr_matrix) -> list[str]:

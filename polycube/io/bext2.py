@@ -6,6 +6,9 @@
 
 One block for each number of functions of an element.  Integers ten a line, floats five a line, each
 list on a new line: the layout of libMesh's reader and its sample.  Floats have 17 digits.
+
+Elements are extracted a few at a time.  What is kept of all of them is two numbers for each of
+their functions, and the distinct vectors, of which there are few beside the elements.
 """
 
 from __future__ import annotations
@@ -17,19 +20,24 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.io.atomic import atomic_write
-from polycube.io.bext import share
+from polycube.io.bext import chunks, share
 from polycube.spline.element_faces import lone_sides
 from polycube.types import Spline
 
 
 def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
     """Write the spline as a part of that number."""
-    functions = spline.element_functions()
-    vectors, number = np.unique(functions.coefficients.toarray(), axis=0, return_inverse=True)
-    number = number.ravel()
-    count = np.diff(functions.offsets)
+    place: dict[bytes, int] = {}  # of each distinct vector
+    counts, functions, numbers = [], [], []
+    for chunk in chunks(spline):
+        rows = map(np.ndarray.tobytes, chunk.coefficients.toarray())
+        numbers.append(np.array([place.setdefault(row, len(place)) for row in rows], np.int32))
+        functions.append(chunk.functions.astype(np.int32))
+        counts.append(np.diff(chunk.offsets))
+    count, function, number = map(np.concatenate, (counts, functions, numbers))
+    starts = np.cumsum(count) - count
     sizes = np.unique(count)
-    head = [part, len(spline.control), len(count), len(vectors), 0]
+    head = [part, len(spline.control), len(count), len(place), 0]
     with (
         atomic_write(path) as temporary,
         open(temporary, "w", encoding="ascii", newline="\n") as file,
@@ -42,14 +50,14 @@ def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
         for size in sizes:
             file.writelines(_integers([1, (count == size).sum(), size, size, 3, 3, 3]))
         for size in sizes:
-            for first in functions.offsets[:-1][count == size]:
+            for first in starts[count == size]:
                 own = slice(first, first + size)
-                file.writelines(_integers(functions.functions[own] + 1))
+                file.writelines(_integers(function[own] + 1))
                 file.writelines(_integers(number[own] + 1))
         file.writelines(_integers([1, 0]))
-        file.writelines(_integers([len(vectors), 64]))
-        for vector in vectors:
-            file.writelines(_floats(vector))
+        file.writelines(_integers([len(place), 64]))
+        for vector in place:
+            file.writelines(_floats(np.frombuffer(vector)))
     return Path(path)
 
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.io.atomic import atomic_write
-from polycube.io.vtk import write_cells
-from polycube.types import Deformation, Modes, Potential, Solution, Spline
+from polycube.io.vtk import HEXAHEDRON, write_cells
+from polycube.types import Deformation, Modes, Solution, Spline
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 BEZIER_HEXAHEDRON = 79  # VTK's number for the cell
 
@@ -39,15 +43,16 @@ def write_bezier_vtu(
     point_data: Mapping[str, np.ndarray] | None = None,
     bezier_data: Mapping[str, np.ndarray] | None = None,
     cell_data: Mapping[str, np.ndarray] | None = None,
+    precision: str = "double",
 ) -> Path:
     """Write the Bezier elements, with the hex each came from.
 
     point_data : coefficients at the control points, (C,) or (C, n), of fields on the spline
     bezier_data : Bezier coefficients of other fields, (B,) or (B, n)
     cell_data : numbers of the elements, (E,) or (E, n)
+    precision : "single" or "double", of the fields; points are double
     """
-    fields = {name: spline.extraction @ array for name, array in (point_data or {}).items()}
-    fields |= bezier_data or {}
+    fields = _fields(spline.extraction, point_data, bezier_data, precision)
     return write_cells(
         path,
         spline.extraction @ spline.control,
@@ -58,35 +63,82 @@ def write_bezier_vtu(
     )
 
 
-def write_solution(folder: Path, spline: Spline, solution: Solution) -> None:
-    """Write the files of a solution: modes.csv and modes.vtu, static.vtu, or poisson.vtu."""
+def write_corner_vtu(
+    path: Path,
+    spline: Spline,
+    point_data: Mapping[str, np.ndarray] | None = None,
+    bezier_data: Mapping[str, np.ndarray] | None = None,
+    precision: str = "double",
+) -> Path:
+    """Write hexahedra of eight nodes, the corners of the elements, and the fields there.
+
+    Arguments are those of `write_bezier_vtu`.  The Bezier coefficients at the corners of an element
+    are values of the field.
+    """
+    used, cells = np.unique(spline.nodes[:, VTK_ORDER[:8]], return_inverse=True)
+    at_corners = {name: array[used] for name, array in (bezier_data or {}).items()}
+    return write_cells(
+        path,
+        spline.extraction[used] @ spline.control,
+        cells.reshape(-1, 8),
+        HEXAHEDRON,
+        _fields(spline.extraction[used], point_data, at_corners, precision),
+        {"hex": spline.element_hex},
+    )
+
+
+def _fields(
+    extraction: csr_matrix,
+    point_data: Mapping[str, np.ndarray] | None,
+    bezier_data: Mapping[str, np.ndarray] | None,
+    precision: str,
+) -> dict[str, np.ndarray]:
+    """Fields at the Bezier nodes that the rows of `extraction` belong to."""
+    fields = {name: extraction @ array for name, array in (point_data or {}).items()}
+    kind = {"single": np.float32, "double": np.float64}[precision]
+    return {name: array.astype(kind) for name, array in {**fields, **(bezier_data or {})}.items()}
+
+
+def write_solution(
+    folder: Path,
+    spline: Spline,
+    solution: Solution,
+    has_bezier: bool = True,
+    precision: str = "double",
+) -> None:
+    """Write the files of a solution: modes.csv and modes.vtu, static.vtu, or poisson.vtu.
+
+    has_bezier : the cells are Bezier elements; otherwise hexahedra of eight nodes
+    precision : "single" or "double", of the fields
+    """
+    at_nodes: dict[str, np.ndarray] = {}
     if isinstance(solution, Modes):
         write_modes_csv(folder / "modes.csv", solution)
-        write_modes_vtu(folder / "modes.vtu", spline, solution)
+        name, at_control = "modes.vtu", scaled_shapes(spline, solution)
     elif isinstance(solution, Deformation):
-        stress = {"stress": solution.stress, "von_mises": solution.von_mises}
-        moved = {"displacement": solution.displacement}
-        write_bezier_vtu(folder / "static.vtu", spline, moved, stress)
-    elif isinstance(solution, Potential):
-        flux = {"flux": solution.flux}
-        write_bezier_vtu(folder / "poisson.vtu", spline, {"u": solution.values}, flux)
+        name, at_control = "static.vtu", {"displacement": solution.displacement}
+        at_nodes = {"stress": solution.stress, "von_mises": solution.von_mises}
+    else:
+        name, at_control = "poisson.vtu", {"u": solution.values}
+        at_nodes = {"flux": solution.flux}
+    write = write_bezier_vtu if has_bezier else write_corner_vtu
+    write(folder / name, spline, at_control, at_nodes, precision=precision)
 
 
-def write_modes_vtu(path: Path, spline: Spline, modes: Modes) -> Path:
-    """Write the Bezier elements with one displacement field per mode, "mode_07 1.234e+03 Hz".
+def scaled_shapes(spline: Spline, modes: Modes) -> dict[str, np.ndarray]:
+    """The displacements (C, 3) of the modes by name, "mode_07 1.234e+03 Hz".
 
     Each is scaled to a largest displacement of a tenth of the control points' diagonal.
     """
     size = 0.1 * np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = modes.units.get("frequency", "")
-    fields = {
+    return {
         f"mode_{k:02d} {frequency:.4g} {unit}".rstrip(): shape
         * (size / np.linalg.norm(shape, axis=1).max())
         for k, (frequency, shape) in enumerate(
             zip(modes.frequency, modes.shapes, strict=True), start=1
         )
     }
-    return write_bezier_vtu(path, spline, fields)
 
 
 def write_modes_csv(path: Path, modes: Modes) -> Path:

@@ -10,6 +10,7 @@ from typing import Any
 
 from polycube.errors import InputError
 from polycube.io.cad import Cad
+from polycube.pipeline.files import Files
 from polycube.surface.repair.repair import LEVELS
 
 HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
@@ -26,6 +27,7 @@ class Settings:
     mesh: str | None
     hex: str | None
     cad: Cad
+    files: Files
     repair: str
     order: tuple[str, ...]
     context: Sequence[str | None] | None
@@ -63,6 +65,7 @@ class Settings:
             mesh=None if mesh in (None, "", "???") else str(mesh),
             hex=str(composed["hex"]) if composed["hex"] else None,
             cad=Cad(**read.node("cad"), units=read.node("analysis").get("units")),
+            files=Files(**read.node("files")),
             repair=read.repair(),
             order=read.order(),
             context=read.context(),

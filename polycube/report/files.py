@@ -147,20 +147,29 @@ def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
 
 
 def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Settings) -> None:
-    from polycube.io import bext, bext2, bezier
+    from polycube.io import bezier
+    from polycube.io.bext import write_bext
+    from polycube.io.bext2 import write_bext2
     from polycube.io.lsdyna_deck import settings_of, write_modal_deck
     from polycube.spline.bezier import scaled_bounds
 
-    bext.write_bext(folder / "spline.bext", spline)
-    bext2.write_bext2(folder / "spline.bxt", spline)
-    write_modal_deck(folder / "modal.k", "spline.bext", **settings_of(settings.analysis))
+    n_elements = len(spline.nodes)
+    versions = settings.files.bext_versions(n_elements)
+    if 1 in versions:
+        write_bext(folder / "spline.bext", spline)
+    if 2 in versions:
+        write_bext2(folder / "spline.bxt", spline)
+    included = "spline.bext" if 1 in versions else "spline.bxt"
+    write_modal_deck(folder / "modal.k", included, **settings_of(settings.analysis))
     bounds = {"scaled_det_j": scaled_bounds(spline)}
     bezier.write_bezier_vtu(folder / "spline.vtu", spline, cell_data=bounds)
     matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
     arrays = {name: getattr(spline, name) for name in ARRAYS}
     np.savez_compressed(folder / "spline.npz", **arrays, **matrix)
     if state.solution is not None:
-        bezier.write_solution(folder, spline, state.solution)
+        has_bezier = settings.files.has_bezier_fields(n_elements)
+        precision = settings.files.precision
+        bezier.write_solution(folder, spline, state.solution, has_bezier, precision)
 
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:

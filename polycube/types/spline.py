@@ -45,17 +45,18 @@ class Spline:
             patch=("Q", np.int64),
         )
 
-    def element_functions(self) -> ElementFunctions:
-        """Extraction operators of all elements, functions that vanish there left out."""
+    def element_functions(self, elements: slice = slice(None)) -> ElementFunctions:
+        """Extraction operators of elements, functions that vanish there left out."""
         from scipy.sparse import csr_matrix  # commands that compute nothing start without it
 
         n_functions = self.extraction.shape[1]
-        rows = self.extraction[self.nodes.ravel()].tocoo()
+        nodes = self.nodes[elements]
+        rows = self.extraction[nodes.ravel()].tocoo()
         element, node = np.divmod(rows.row.astype(np.int64), 64)
         pairs, row = np.unique(element * n_functions + rows.col, return_inverse=True)
         element, functions = np.divmod(pairs, n_functions)
         return ElementFunctions(
-            offsets=np.searchsorted(element, np.arange(len(self.nodes) + 1)),
+            offsets=np.searchsorted(element, np.arange(len(nodes) + 1)),
             functions=functions,
             coefficients=csr_matrix((rows.data, (row, node)), (len(pairs), 64)),
         )

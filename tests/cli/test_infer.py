@@ -7,12 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.cli.infer import _command
+from polycube.errors import InputError
 from polycube.io.manifest import writing
 from tests.fixtures.runs import FAST, config, run, tree
 
@@ -77,6 +79,19 @@ def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
     values = first["modes"]["omega_squared"][:8]  # the first six are noise beside the others
     assert again["modes"]["omega_squared"] == pytest.approx(values, rel=1e-6, abs=1e-9 * values[6])
     assert "meshing/optimize" not in again["seconds"]
+
+
+def test_files_are_written_as_they_are_asked_for(rod, tmp_path):
+    asked = ("files.bext=2", "files.cells=corners", "files.precision=double")
+    half = "order=[meshing,spline,analysis]"
+    run(f"resume={rod[1]}", "from=analysis", f"output_dir={tmp_path}", half, *asked, *FAST)
+    assert "spline.bxt" in tree(tmp_path) and "spline.bext" not in tree(tmp_path)
+    assert "spline.bxt" in (tmp_path / "modal.k").read_text().splitlines()
+    modes = meshio.read(tmp_path / "modes.vtu")
+    assert [block.type for block in modes.cells] == ["hexahedron"]
+    assert {array.dtype for array in modes.point_data.values()} == {np.dtype(np.float64)}
+    with pytest.raises(InputError, match=r"files\.bext must be one of auto, 1, 2, both; got 3"):
+        run("mesh=example:rod", "files.bext=3", f"output_dir={tmp_path / 'b'}")
 
 
 def test_a_resumed_run_says_which_settings_are_others_and_leaves_no_old_results(

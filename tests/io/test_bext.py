@@ -1,9 +1,12 @@
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from polycube.io import bext
 from polycube.io.bext import read_bext, write_bext
+from polycube.io.bext2 import write_bext2
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import single_hex_edges
@@ -45,6 +48,19 @@ def test_layout_of_the_file(tmp_path):
         else:
             assert len(row) == 65 and sum(word != "0" for word in row[1:]) > 20
     assert sum(line.startswith("belem") for line in lines) == 64
+
+
+@pytest.mark.parametrize(("write", "share"), [(write_bext, 0.02), (write_bext2, 0.8)])
+def test_memory_hardly_grows_with_the_file(write, share, tmp_path, monkeypatch):
+    monkeypatch.setattr(bext, "CHUNK", 8)
+    sizes, peaks = [], []
+    for length in (8, 8, 32):  # the first one imports
+        spline = spline_of(hex_box((3, 3, length)))
+        tracemalloc.start()
+        sizes.append(write(tmp_path / "a", spline).stat().st_size)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[2] - peaks[1] < share * (sizes[2] - sizes[1])
 
 
 TINY = "B E X T\ntype hex\nnodeN 1\nelemN 1\ngnode 1 2 3 1.\nbelem 1 3 3 3\n0\n"

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from polycube.io import bext
 from polycube.io.bext2 import read_bext2, write_bext2
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import volumetric_spline
@@ -34,6 +35,28 @@ def test_what_is_read_is_what_was_written(mesh, tmp_path):
         for points in (theirs, ours)
     ]
     assert np.abs(theirs[order[0]] - ours[order[1]]).max() < 1e-14
+
+
+@pytest.mark.parametrize("mesh", [hex_box((3, 2, 4)), hex_ball(3)], ids=["box", "ball"])
+def test_the_extraction_of_every_element_is_read_back_exactly(mesh, tmp_path, monkeypatch):
+    monkeypatch.setattr(bext, "CHUNK", 5)  # vectors are shared between chunks too
+    spline = spline_of(mesh)
+    theirs = read_bext2(write_bext2(tmp_path / "a.bxt", spline)).element_functions()
+    ours = spline.element_functions()
+    count = np.diff(ours.offsets)
+    order = np.argsort(count, kind="stable")  # a block for each number of functions
+    assert np.array_equal(np.diff(theirs.offsets), count[order])
+    rows = np.concatenate([np.arange(*ours.offsets[[e, e + 1]]) for e in order])
+    assert np.array_equal(theirs.functions, ours.functions[rows])
+    assert (theirs.coefficients != ours.coefficients[rows]).nnz == 0
+
+
+def test_equal_vectors_are_written_once(tmp_path):
+    lines = write_bext2(tmp_path / "a.bxt", spline_of(hex_box((6, 1, 1)))).read_text().splitlines()
+    spline = spline_of(hex_box((6, 1, 1)))
+    rows = spline.element_functions().coefficients.toarray()
+    assert lines[1].split()[3] == str(len(np.unique(rows, axis=0)))
+    assert int(lines[1].split()[3]) < len(rows)
 
 
 def test_refuses_other_and_short_files(tmp_path):

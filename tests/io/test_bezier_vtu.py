@@ -1,12 +1,19 @@
 import csv
 
+import meshio
 import numpy as np
 import pytest
 import pyvista
 from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkCommonDataModel import vtkHigherOrderHexahedron
 
-from polycube.io.bezier import VTK_ORDER, write_bezier_vtu, write_modes_csv, write_modes_vtu
+from polycube.io.bezier import (
+    VTK_ORDER,
+    write_bezier_vtu,
+    write_corner_vtu,
+    write_modes_csv,
+    write_solution,
+)
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import volumetric_spline
@@ -58,8 +65,39 @@ def test_fields_are_carried_to_the_bezier_points(spline, tmp_path):
     assert grid.point_data["shift"] == pytest.approx(2 * grid.points, abs=1e-14)
 
 
+def test_corners_are_hexahedra_with_the_values_of_the_fields(spline, tmp_path):
+    square = spline.extraction @ spline.control[:, 1] ** 2  # Bezier coefficients
+    path = tmp_path / "corners.vtu"
+    write_corner_vtu(path, spline, {"shift": 2 * spline.control}, {"square": square}, "single")
+    grid = pyvista.read(path)
+    assert (grid.celltypes == 12).all() and grid.n_cells == len(spline.nodes)
+    assert np.array_equal(grid.cell_data["hex"], spline.element_hex)
+    corner = tensor(*[bernstein(np.array([0.0, 1.0]))] * 3)  # (8, 64), i fastest
+    places = [0, 1, 3, 2, 4, 5, 7, 6]
+    for element in (0, 7, 20):
+        own = corner[places] @ bezier_points(spline)[element]
+        found = grid.get_cell(element)
+        assert found.points == pytest.approx(own, abs=1e-15)
+        assert grid.point_data["shift"][found.point_ids] == pytest.approx(2 * own, rel=1e-6)
+        values = corner[places] @ square[spline.nodes[element]]
+        assert grid.point_data["square"][found.point_ids] == pytest.approx(values, rel=1e-6)
+    assert grid.point_data["shift"].dtype == np.float32 and grid.points.dtype == np.float64
+    other = meshio.read(path)
+    assert np.array_equal(other.cells_dict["hexahedron"], grid.cells_dict[12])
+    assert np.array_equal(other.point_data["shift"], grid.point_data["shift"])
+
+
+@pytest.mark.parametrize(("precision", "kind"), [("single", np.float32), ("double", np.float64)])
+def test_precision_is_that_of_the_fields_alone(spline, modes, tmp_path, precision, kind):
+    write_solution(tmp_path, spline, modes, precision=precision)
+    grid = pyvista.read(tmp_path / "modes.vtu")
+    assert grid.points.dtype == np.float64
+    assert {array.dtype for array in grid.point_data.values()} == {np.dtype(kind)}
+
+
 def test_mode_shapes_are_named_by_number_and_frequency(spline, modes, tmp_path):
-    grid = pyvista.read(write_modes_vtu(tmp_path / "modes.vtu", spline, modes))
+    write_solution(tmp_path, spline, modes)
+    grid = pyvista.read(tmp_path / "modes.vtu")
     assert list(grid.point_data) == [f"mode_{k:02d} 0 Hz" for k in range(1, 6)] + [
         "mode_06 1.581e-05 Hz",
         "mode_07 100 Hz",
