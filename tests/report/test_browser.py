@@ -7,10 +7,11 @@ import pytest
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers import quality
-from polycube.report.page import html
+from polycube.report.page import html, viewer
 from polycube.report.page.html import write_report
 from polycube.report.page.summary import summary_page
 from tests.fixtures import browser
+from tests.fixtures.hexmeshes import hex_box
 
 CANVAS = "#viewer canvas"
 # texts that are seen, and the size of their letters, in CSS pixels; [] where all are 14 or more
@@ -138,6 +139,24 @@ def test_the_plane_cuts_hexes_off(desktop, run) -> None:
     now = int(said(desktop).split(" of ")[0])
     desktop.set("[name=flip]", True)
     assert int(said(desktop).split(" of ")[0]) == n - now
+
+
+def test_a_large_mesh_is_hollow_where_it_is_cut(window, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(viewer, "WHOLE", 100)
+    monkeypatch.setattr(viewer, "WORST", 1)
+    mesh = hex_box((8, 8, 8))
+    path = tmp_path / "large.html"
+    path.write_text(html.page("box", "", viewer.viewer(mesh)), encoding="utf-8")
+    window.said.clear()
+    window.open(path)
+    window.wait("document.querySelector('#viewer output').textContent.includes('hexes')")
+    shell = 8**3 - 6**3
+    assert said(window).startswith((f"{shell} of 512 hexes; of the", f"{shell + 1} of 512"))
+    window.set("[name=cut]", 0.5)
+    half = int(said(window).split(" of ")[0])
+    assert shell // 2 <= half <= shell // 2 + 1
+    window.click("[name=worst]")
+    assert said(window).startswith("hex ") and window.said == []
 
 
 @pytest.mark.parametrize("colouring", ["distance", "cell", "set", "primitive"])

@@ -1,7 +1,9 @@
 // Turn, zoom, cut, filter, colour and ask the hex mesh: plain WebGL, no library.
 // The mesh comes deflated: vertices (3 float32), hexes (8 int32), the hex beyond each of the six
-// faces or -1 (int32), quality (float32), distance from the input per face or -1 (6 float32), grid
-// cell (int32), combination of named sets per face or -1 (6 int32), one after the other.
+// faces, -1 outside, -2 where it is left out (int32), quality (float32), distance from the input per
+// face or -1 (6 float32), cell (int32), combination of named sets per face or -1 (6 int32),
+// number of the hex (int32), one after the other.  Hexes, those beyond, cells and numbers come as
+// differences of the rows.
 (async () => {
   const root = document.getElementById("viewer");
   const canvas = root.querySelector("canvas");
@@ -19,12 +21,18 @@
   const buffer = await new Response(unpacked).arrayBuffer();
   const { V, H } = given;
   const vertices = new Float32Array(buffer, 0, 3 * V);
-  const hexes = new Int32Array(buffer, 12 * V, 8 * H);
-  const beyond = new Int32Array(buffer, 12 * V + 32 * H, 6 * H);
+  function sums(start, width) {
+    const found = new Int32Array(buffer, start, width * H);
+    for (let i = width; i < found.length; i++) found[i] += found[i - width];
+    return found;
+  }
+  const hexes = sums(12 * V, 8);
+  const beyond = sums(12 * V + 32 * H, 6);
   const quality = new Float32Array(buffer, 12 * V + 56 * H, H);
   const distance = new Float32Array(buffer, 12 * V + 60 * H, 6 * H);
-  const cell = new Int32Array(buffer, 12 * V + 84 * H, H);
+  const cell = sums(12 * V + 84 * H, 1);
   const sets = new Int32Array(buffer, 12 * V + 88 * H, 6 * H);
+  const number = sums(12 * V + 112 * H, 1);
   const centre = new Float32Array(3 * H);
   for (let h = 0; h < H; h++)
     for (let i = 0; i < 8; i++)
@@ -73,10 +81,11 @@
     }
     seen = [];
     for (let f = 0; f < 6 * H; f++)
-      if (kept[(f / 6) | 0] && (beyond[f] < 0 || !kept[beyond[f]])) seen.push(f);
+      if (kept[(f / 6) | 0] && (beyond[f] < 0 ? beyond[f] === -1 || count < H : !kept[beyond[f]])) seen.push(f);
     const from = chosen.from > -1 ? `${chosen.from.toFixed(2)} to ` : most < 1 ? "up to " : "";
     const range = from ? `, scaled Jacobian ${from}${most.toFixed(2)}` : "";
-    if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${H.toLocaleString("en")} hexes${range}`;
+    const rest = H < given.all ? "; of the inner hexes, only the worst are in this page" : "";
+    if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${given.all.toLocaleString("en")} hexes${range}${rest}`;
     return count < H;
   }
   const buffers = {}, counts = {};
@@ -211,7 +220,7 @@
     const at = [0, 1, 2].map((k) => +(given.middle[k] + given.size * centre[3 * h + k]).toPrecision(4));
     const filled = given.names[given.primitive[cell[h]]];
     const named = sets[f] >= 0 ? given.sets[sets[f]] : "";
-    told.textContent = `hex ${h}: scaled Jacobian ${quality[h].toFixed(3)}, at (${at.join(", ")}), ` +
+    told.textContent = `hex ${number[h]}: scaled Jacobian ${quality[h].toFixed(3)}, at (${at.join(", ")}), ` +
       `cell ${cell[h]}${filled ? `, ${filled}` : ""}` +
       (named ? `; in ${named}` : "");
   }
@@ -298,7 +307,7 @@
     document.querySelectorAll("details:not(.long)").forEach((each) => { each.open = true; }));
   home();
   const outside = [];
-  for (let f = 0; f < 6 * H; f++) if (beyond[f] < 0) outside.push(f);
+  for (let f = 0; f < 6 * H; f++) if (beyond[f] === -1) outside.push(f);
   fill("ghost", polygons(outside), 9);
   fill("lost", new Float32Array(given.lost), 3);
   build();

@@ -22,7 +22,9 @@ from polycube.report.pictures.render import view
 from polycube.types import HexMesh, Json, TriMesh
 
 _HERE = Path(__file__).parent
-MOST = 200_000  # hexes; above, the page would be too heavy for a browser
+WHOLE = 60_000  # hexes; of a larger mesh only those are shown that are on the boundary or bad
+WORST = 1_000  # hexes of the least scaled Jacobian, which are shown of any mesh
+MOST = 200_000  # hexes shown; above, the page would be too heavy for a browser
 N_NAMED = 12  # grid cells at most that are named under the view
 PRIMITIVE = "primitive"  # what fills a cell
 N_SETS = 16  # colours of sets, at most, that are named there; a click names all
@@ -34,28 +36,35 @@ def viewer(
     context: Sequence[str | None] = (),
     filled: str = PRIMITIVE,
 ) -> str:
-    """Markup of the 3D view; empty for a mesh too large to show.
+    """Markup of the 3D view; empty where more than `MOST` hexes would be shown.
+
+    Of a mesh of more than `WHOLE` hexes, the page holds those with a face on the boundary and the
+    `WORST` ones.
 
     surface : the input; without it there are no distances to colour by
     context : primitive per grid cell; empty where it is not known
     filled : what these are, where they are no primitives; cells are not coloured then
     """
-    if len(mesh.hexes) > MOST:
+    quality = scaled_jacobian(mesh.vertices, mesh.hexes)
+    shown = _shown(mesh, quality)
+    if len(shown) > MOST:
         return ""
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     size = float(np.linalg.norm(high - low))
-    places = (mesh.vertices - (low + high) / 2) / size
+    used, hexes = np.unique(mesh.hexes[shown], return_inverse=True)
+    places = (mesh.vertices[used] - (low + high) / 2) / size
     distance = distances(mesh, surface)
     number, sets = memberships(mesh)
     _, first = np.unique(number, return_index=True)
     arrays = (
         places.astype("<f4"),
-        mesh.hexes.astype("<i4"),
-        beyond(mesh.hexes).astype("<i4"),
-        scaled_jacobian(mesh.vertices, mesh.hexes).astype("<f4"),
-        distance.astype("<f4"),
-        mesh.cell.astype("<i4"),
-        on_faces(mesh, number).astype("<i4"),
+        _steps(hexes.reshape(-1, 8)),
+        _steps(_renumbered(beyond(mesh.hexes)[shown], shown)),
+        quality[shown].astype("<f4"),
+        distance[shown].astype("<f4"),
+        _steps(mesh.cell[shown]),
+        on_faces(mesh, number)[shown].astype("<i4"),
+        _steps(shown),
     )
     segments = np.zeros((0, 2, 3)) if surface is None else lost_segments(mesh, surface)
     lost = (segments - (low + high) / 2) / size
@@ -63,7 +72,8 @@ def viewer(
     names, primitive = _primitives(mesh, context)
     data = {
         "V": len(places),
-        "H": len(mesh.hexes),
+        "H": len(shown),
+        "all": len(mesh.hexes),
         "faces": FACES.tolist(),
         "low": places.min(0).tolist(),
         "high": places.max(0).tolist(),
@@ -92,6 +102,25 @@ def viewer(
         lost=box if len(lost) else "",
         legends="".join(f'<div data-colour="{key}">{bar}</div>' for key, (_, bar) in legends),
     )
+
+
+def _shown(mesh: HexMesh, quality: np.ndarray) -> np.ndarray:
+    """(S,) numbers of the hexes that the page holds, ascending."""
+    if len(mesh.hexes) <= WHOLE:
+        return np.arange(len(mesh.hexes))
+    worst = np.argpartition(quality, min(WORST, len(quality) - 1))[:WORST]
+    return np.union1d(quad_sides(mesh)[0], worst)
+
+
+def _renumbered(beyond: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """Places among the shown hexes of the numbers of hexes, -1 kept; -2 for one that is not."""
+    place = np.searchsorted(shown, beyond).clip(max=len(shown) - 1)
+    return np.where(beyond < 0, -1, np.where(shown[place] == beyond, place, -2))
+
+
+def _steps(values: np.ndarray) -> np.ndarray:
+    """The differences of rows as int32, the first one from 0: few bytes where hexes lie in rows."""
+    return np.diff(values, axis=0, prepend=np.zeros_like(values[:1])).astype("<i4")
 
 
 def _legends(

@@ -4,6 +4,7 @@ import base64
 import json
 import re
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,20 +13,30 @@ from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.page import viewer
 from polycube.report.pictures.colours import AXIS_COLOURS, rgb
+from tests.fixtures.hexmeshes import hex_box
+
+
+def unpacked(page: str) -> tuple[dict, bytes]:
+    """What the script of the view reads."""
+    data = json.loads(re.search(r'<script type="application/json">(.*?)</script>', page)[1])
+    return data, zlib.decompress(base64.b64decode(data["data"]))
 
 
 def test_the_mesh_is_in_the_page(run) -> None:
     mesh = run.hexes
     page = viewer.viewer(mesh, run.surface, run.polycube.context)
-    data = json.loads(re.search(r'<script type="application/json">(.*?)</script>', page)[1])
-    raw = zlib.decompress(base64.b64decode(data["data"]))
+    data, raw = unpacked(page)
     n, h = data["V"], data["H"]
-    assert len(raw) == 12 * n + 112 * h  # the offsets that viewer.js reads at
+    assert len(raw) == 12 * n + 116 * h  # the offsets that viewer.js reads at
     places = np.frombuffer(raw, "<f4", 3 * n).reshape(n, 3)
-    hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8)
+    hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8).cumsum(axis=0)
+    others = np.frombuffer(raw, "<i4", 6 * h, 12 * n + 32 * h).reshape(h, 6).cumsum(axis=0)
+    np.testing.assert_array_equal(others, viewer.beyond(mesh.hexes))
+    numbers = np.frombuffer(raw, "<i4", h, 12 * n + 112 * h).cumsum()
+    np.testing.assert_array_equal(numbers, np.arange(len(mesh.hexes)))
     quality = np.frombuffer(raw, "<f4", h, 12 * n + 56 * h)
     distance = np.frombuffer(raw, "<f4", 6 * h, 12 * n + 60 * h).reshape(h, 6)
-    cell = np.frombuffer(raw, "<i4", h, 12 * n + 84 * h)
+    cell = np.frombuffer(raw, "<i4", h, 12 * n + 84 * h).cumsum()
     np.testing.assert_array_equal(cell, mesh.cell)
     sets = np.frombuffer(raw, "<i4", 6 * h, 12 * n + 88 * h).reshape(h, 6)
     on_quads = sets[quad_sides(mesh)]
@@ -59,6 +70,41 @@ def test_beyond_is_mutual_and_open_at_the_boundary(run) -> None:
 def test_a_mesh_too_large_for_a_page_is_left_out(run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(viewer, "MOST", len(run.hexes.hexes) - 1)
     assert viewer.viewer(run.hexes) == ""
+
+
+def test_of_a_large_mesh_the_boundary_and_the_worst_hexes_are_in_the_page(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh = hex_box((7, 6, 5))
+    middle = mesh.hexes[np.ravel_multi_index((3, 3, 2), (7, 6, 5))]
+    moved = np.zeros_like(mesh.vertices)
+    moved[middle[0]] = 0.04  # the eight hexes round one vertex are bad, the one in the middle worst
+    mesh = replace(mesh, vertices=mesh.vertices + moved)
+    monkeypatch.setattr(viewer, "WHOLE", 209)
+    monkeypatch.setattr(viewer, "WORST", 1)
+    data, raw = unpacked(viewer.viewer(mesh))
+    n, h = data["V"], data["H"]
+    inner = 5 * 4 * 3
+    assert (h, data["all"]) == (210 - inner + 1, 210)
+    numbers = np.frombuffer(raw, "<i4", h, 12 * n + 112 * h).cumsum()
+    hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8).cumsum(axis=0)
+    places = np.frombuffer(raw, "<f4", 3 * n).reshape(n, 3)
+    size = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+    whole = mesh.vertices[mesh.hexes[numbers]]
+    np.testing.assert_allclose(places[hexes] * size, whole - [0.5, 0.5, 0.5], atol=1e-6)
+    quality = scaled_jacobian(mesh.vertices, mesh.hexes)
+    assert quality.argmin() in numbers
+    others = np.frombuffer(raw, "<i4", 6 * h, 12 * n + 32 * h).reshape(h, 6).cumsum(axis=0)
+    told = np.where(others < 0, others, numbers[others.clip(0)])
+    true = viewer.beyond(mesh.hexes)[numbers]
+    np.testing.assert_array_equal(told, np.where(np.isin(true, [-1, *numbers]), true, -2))
+
+
+def test_the_page_of_60_000_hexes_has_a_view_of_less_than_2_5_MB() -> None:
+    mesh = hex_box((50, 40, 30))
+    noise = np.random.default_rng(0).normal(size=mesh.vertices.shape)
+    mesh = replace(mesh, vertices=mesh.vertices + noise / 1000)
+    assert len(viewer.viewer(mesh)) < 2.5e6
 
 
 def test_without_the_input_there_is_no_distance_to_colour_by(run) -> None:
