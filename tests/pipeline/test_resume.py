@@ -8,6 +8,7 @@ from polycube.errors import InputError
 from polycube.io import artifacts
 from polycube.pipeline.resume import changed_settings, has_stage, load_stage, save_stage
 from polycube.types import HexMesh, Spline
+from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.stages import cube
 
 
@@ -31,6 +32,23 @@ def test_artifacts_keep_every_kind_of_value(tmp_path):
     assert back[0].extraordinary_edges == 4
     assert back[1] == ("cube", None) and back[2] == {"a": 1.5}
     assert (back[3] == np.arange(3)).all()
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.int32, np.int8, np.uint8, np.uint64])
+@pytest.mark.parametrize("shape", [(0,), (0, 8), (1,), (300,), (40, 8), (5, 4, 3)])
+def test_whole_numbers_come_back_to_the_bit(tmp_path, kind, shape):
+    ends = np.iinfo(kind)
+    value = np.random.default_rng(0).integers(ends.min, ends.max, shape, kind, endpoint=True)
+    artifacts.save(tmp_path / "value.npz", [value, kind(7)])
+    back, seven = artifacts.load(tmp_path / "value.npz")
+    assert back.dtype == kind and np.array_equal(back, value) and back.shape == shape
+    assert seven == 7
+
+
+def test_a_mesh_takes_few_bytes(tmp_path):
+    mesh = hex_box((20, 20, 20))
+    artifacts.save(tmp_path / "value.npz", mesh.hexes)
+    assert (tmp_path / "value.npz").stat().st_size < 1 * len(mesh.hexes)  # 64 as they are
 
 
 def test_changed_settings_are_those_of_the_stages_to_come():
