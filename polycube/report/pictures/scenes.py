@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from polycube.hexmesh.connectivity import FACES, exposed
@@ -91,19 +93,31 @@ def deviation(mesh: HexMesh, distance: np.ndarray) -> Scene:
 
 
 def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
-    """The hexes of each grid cell in a colour of their own, moved apart.
+    """The hexes of each grid cell in a colour of their own, moved apart; a layer for each colour.
 
     apart : share of the way from the middle of the mesh by which a cell is moved
     """
-    middle, scene = mesh.vertices[mesh.hexes].mean(axis=1), []
+    middle = mesh.vertices[mesh.hexes].mean(axis=1)
+    layers: dict[str, Layer] = {}
     for cell in np.unique(mesh.cell):
         chosen = mesh.cell == cell
         shift = apart * (middle[chosen].mean(axis=0) - middle.mean(axis=0))
         used, local = np.unique(exposed(mesh.hexes[chosen])[0], return_inverse=True)
-        colours = rgb((cell_colour(cell),) * (local.size // 4))
-        points = mesh.vertices[used] + shift
-        scene.append(Layer(points, local.reshape(-1, 4), colours, outlined=True))
-    return scene
+        polygons, colour = local.reshape(-1, 4), cell_colour(cell)
+        colours = rgb((colour,) * len(polygons))
+        layer = Layer(mesh.vertices[used] + shift, polygons, colours, outlined=True)
+        layers[colour] = _joined(layers[colour], layer) if colour in layers else layer
+    return list(layers.values())
+
+
+def _joined(first: Layer, second: Layer) -> Layer:
+    """The first layer with the polygons of the second one too."""
+    return replace(
+        first,
+        points=np.concatenate([first.points, second.points]),
+        polygons=np.concatenate([first.polygons, second.polygons + len(first.points)]),
+        colours=np.concatenate([first.colours, second.colours]),
+    )
 
 
 def cell_colour(cell: int) -> str:

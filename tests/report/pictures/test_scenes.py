@@ -1,5 +1,7 @@
 """What the pictures show, in numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,11 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.bezier import tessellate
-from polycube.report.pictures.colours import QUALITY_COLOURS, ramp, rgb
+from polycube.report.pictures.colours import CELLS, QUALITY_COLOURS, ramp, rgb
 from polycube.spline.element_faces import lone_sides
 from polycube.structure.rough_map import affine_map
 from polycube.types import Modes, TriMesh
-from tests.fixtures.hexmeshes import CORNERS
+from tests.fixtures.hexmeshes import CORNERS, hex_box
 
 
 def area_vector(points: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, float]:
@@ -146,3 +148,14 @@ def test_grid_cells_are_whole_apart_and_in_colours_of_their_own(run) -> None:
         assert layer.points.max(0) == pytest.approx(own.max(0) + shifts[-1])
     assert volume == pytest.approx(area_vector(mesh.vertices, mesh.quads)[1])
     assert len({tuple(layer.colours[0]) for layer in scene}) == 2
+
+
+def test_many_grid_cells_are_one_layer_for_each_colour() -> None:
+    mesh = hex_box((60, 1, 1), (60, 1, 1))
+    scene = scenes.decomposed(replace(mesh, cell=np.arange(60)), apart=1.0)
+    assert len(scene) == len(CELLS)
+    closed = [area_vector(layer.points, layer.polygons) for layer in scene]
+    assert sum(volume for _, volume in closed) == pytest.approx(60)
+    assert sum(len(layer.polygons) for layer in scene) == 6 * 60
+    ends = np.concatenate([layer.points[:, 0] for layer in scene])
+    assert (ends.min(), ends.max()) == (-29.5, 89.5)  # each is as far off again
