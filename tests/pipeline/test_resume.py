@@ -45,6 +45,27 @@ def test_whole_numbers_come_back_to_the_bit(tmp_path, kind, shape):
     assert seven == 7
 
 
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+@pytest.mark.parametrize("shape", [(), (0,), (0, 3), (7,), (40, 3), (5, 4, 3)])
+def test_real_numbers_come_back_to_the_bit(tmp_path, kind, shape):
+    value = np.random.default_rng(0).standard_normal(shape).astype(kind)
+    value = np.asfortranarray(value)
+    odd = np.array([np.nan, -0.0, np.inf, np.finfo(kind).tiny / 8], kind)
+    artifacts.save(tmp_path / "value.npz", [value, odd])
+    for found, given in zip(artifacts.load(tmp_path / "value.npz"), (value, odd), strict=True):
+        assert found.dtype == kind and found.shape == given.shape
+        assert found.tobytes() == given.tobytes()
+        found[...] = 0  # it may be written to, as any array
+
+
+def test_smooth_numbers_compress(tmp_path):
+    values = np.linspace(1, 2, 10_000) ** 3
+    np.savez_compressed(tmp_path / "plain.npz", values)
+    artifacts.save(tmp_path / "value.npz", values)
+    plain, ours = ((tmp_path / name).stat().st_size for name in ("plain.npz", "value.npz"))
+    assert ours < 0.9 * plain
+
+
 def test_a_mesh_takes_few_bytes(tmp_path):
     mesh = hex_box((20, 20, 20))
     artifacts.save(tmp_path / "value.npz", mesh.hexes)
