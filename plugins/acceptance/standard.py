@@ -29,9 +29,10 @@ class Standard(Acceptance):
 
     Each criterion is met or missed; the features that a CAD part loses are counted, one that is far
     off as often as it is off by the limit.  Of two meshes the better one meets the first criterion
-    in which they differ, or has the lower count; where they differ in none, the merit of the
-    fitting stages decides (`polycube.fitting.merit`), less 0.01 for each doubling of the number of
-    hexes.  Lengths are shares of the bounding-box diagonal unless another unit is named.
+    in which they differ, or has the lower count; where they differ in none, it has fewer CAD faces
+    without a quad, which may be as near as any, or else the larger merit of the fitting stages
+    (`polycube.fitting.merit`), less 0.01 for each doubling of the number of hexes.  Lengths are
+    shares of the bounding-box diagonal unless another unit is named.
 
     Parameters
     ----------
@@ -101,9 +102,10 @@ class Standard(Acceptance):
             warnings=() if failures else tuple(self._warnings(found)),
             key=(
                 *(float(levels[name]) for name in self.order),
+                -float(len(found.lost_faces)),
                 merit(found) - DOUBLED * float(np.log2(len(hexes.hexes))),
             ),
-            reaches=-inf if any(levels.values()) else found.scaled_jacobian,
+            reaches=-inf if lost or any(levels.values()) else found.scaled_jacobian,
             lost=lost if len(surface.region) else 0,
         )
 
@@ -200,11 +202,10 @@ class Standard(Acceptance):
         return len(found.lost_faces) + len(self._off(found))
 
     def _weight(self, found: Inspection) -> int:
-        """The number lost, each as often as it is off by the limit."""
+        """The number that is off, each as often as it is off by the limit."""
         if not len(found.surface.region):
             return self._lost(found)
-        times = (int(each.distance // self.features) for each in self._off(found))
-        return len(found.lost_faces) + sum(times)
+        return sum(int(each.distance // self.features) for each in self._off(found))
 
     def _off(self, found: Inspection) -> list[Feature]:
         """Points, curves and faces of a CAD part that are off the mesh."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.face_groups import facing, measure
 from polycube.plugins.acceptance.standard import CRITERIA, Standard
 from polycube.types import HexMesh, TriMesh
 from tests.fixtures.hexmeshes import hex_beam, hex_box, surface_of
@@ -35,7 +36,7 @@ def test_an_exact_mesh_is_valid_and_good(mesh, surface):
     assert found.is_valid and not found.warnings
     crowd = 0.01 * np.log2(len(mesh.hexes))
     assert found.reaches == pytest.approx(1)
-    assert found.key == pytest.approx((0, 0, 0, 0, 0.7 - crowd))
+    assert found.key == pytest.approx((0, 0, 0, 0, 0, 0.7 - crowd))
     assert str(found) == "valid"
 
 
@@ -124,3 +125,16 @@ def test_features_of_a_cad_part_are_counted_and_named():
         w.startswith("3 of 32 points, curves and faces of the CAD model") for w in found.warnings
     )
     assert JUDGE(off, TriMesh(part.vertices, part.faces)).key[1] == 0  # no CAD faces: no curve
+
+
+def test_a_cad_face_without_a_quad_counts_less_than_any_criterion():
+    fine, mesh = hex_box((12, 12, 12)), hex_box((4, 4, 4))
+    region = facing(measure(fine.vertices[fine.quads]).normal) + 1
+    plain = surface_of(fine, region)
+    own = plain.region.copy()
+    own[0] = 7  # a triangle of its own, smaller than any quad
+    tiny = TriMesh(plain.vertices, plain.faces, own)
+    whole, bare = (Standard(features=0.1)(mesh, part) for part in (plain, tiny))
+    assert (whole.lost, bare.lost) == (0, 1) and bare.reaches == -np.inf
+    assert bare.key[:4] == whole.key[:4] and bare.key < whole.key
+    assert "1 CAD faces have no quad: cad_face_7" in bare.warnings
