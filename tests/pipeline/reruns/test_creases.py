@@ -6,34 +6,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
 from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
 from polycube.pipeline.search import Variants
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
 from polycube.registry import build
-from polycube.structure.rough_map import affine_map
-from polycube.types import HexMesh, Polycube, TriMesh
-
-CUBE = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
+from polycube.types import HexMesh, TriMesh
+from tests.fixtures import hexmeshes
+from tests.fixtures.hexmeshes import surface_of
 
 
 def barrel(parts: int) -> HexMesh:
-    """So many hexes along z, whose edges bulge like a parabola."""
-    counts = [np.array([number]) for number in (4, 4, parts)]
-    block = mesh(CUBE, affine_map(CUBE, 2 * np.eye(3), -np.ones(3)), counts)
-    x = block.vertices.copy()
-    x[:, :2] *= 1.2 - 0.2 * x[:, 2:] ** 2
-    return replace(block, vertices=x)
+    """So many hexes along z."""
+    return hexmeshes.barrel((4, 4, parts), 0.2)
 
 
 @pytest.fixture(scope="module")
 def surface() -> TriMesh:
-    fine = barrel(48)
-    used, quads = np.unique(fine.quads, return_inverse=True)
-    quads = quads.reshape(-1, 4)
-    return TriMesh(fine.vertices[used], np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    return surface_of(barrel(48))
 
 
 @dataclass(frozen=True)

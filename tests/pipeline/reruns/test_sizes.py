@@ -7,34 +7,26 @@ import numpy as np
 import pytest
 
 from polycube.errors import MeshingError
-from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.search import Variants
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
 from polycube.registry import build
-from polycube.structure.rough_map import affine_map
-from polycube.types import HexMesh, Polycube, TriMesh, Verdict
+from polycube.types import HexMesh, TriMesh, Verdict
+from tests.fixtures import hexmeshes
+from tests.fixtures.hexmeshes import surface_of
 from tests.fixtures.stages import BySize
-
-CUBE = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
 
 
 def barrel(parts: int) -> HexMesh:
-    """So many hexes along each axis, the sides bulging like a parabola."""
-    block = mesh(CUBE, affine_map(CUBE, 2 * np.eye(3), -np.ones(3)), ([parts],) * 3)
-    x = block.vertices.copy()
-    x[:, :2] *= 1.4 - 0.4 * x[:, 2:] ** 2
-    return replace(block, vertices=x)
+    """So many hexes along each axis."""
+    return hexmeshes.barrel((parts, parts, parts), 0.4)
 
 
 @pytest.fixture(scope="module")
 def surface() -> TriMesh:
-    fine = barrel(32)
-    used, quads = np.unique(fine.quads, return_inverse=True)
-    quads = quads.reshape(-1, 4)
-    return TriMesh(fine.vertices[used], np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    return surface_of(barrel(32))
 
 
 @dataclass(frozen=True)
