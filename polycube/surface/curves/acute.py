@@ -12,6 +12,7 @@ from polycube.surface.measures import corner_angles
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(20)  # a hex that has such an angle has a scaled Jacobian below 0.35
+LONG = 0.1  # diagonals, two hexes: shorter curves of triangles alone are folds of single ones
 SAME = 1e-9  # of the diagonal: points nearer than this are one
 
 
@@ -40,18 +41,20 @@ def acute(surface: TriMesh) -> list[Acute]:
 
     Parameters
     ----------
-    surface : its edges are those of its features; corners are found where it has CAD faces
+    surface : its edges are those of its features; without CAD faces folds of single triangles do
+        not count, nor do corners
     """
     found = [*_edges(surface), *(_corners(surface) if len(surface.region) else ())]
     return sorted(found, key=lambda each: each.angle)
 
 
 def _edges(surface: TriMesh) -> list[Acute]:
-    goal = target(surface)
+    goal, is_cad = target(surface), len(surface.region) > 0
     found = []
     for crease in goal.features.creases:
         least = int(crease.inside.argmin())
-        if crease.inside[least] < SHARP:
+        is_fold = not is_cad and (crease.length < LONG or np.median(crease.inside) >= SHARP)
+        if crease.inside[least] < SHARP and not is_fold:
             place = goal.to_model(crease.points[least : least + 2].mean(axis=0))
             faces = tuple(dict.fromkeys(crease.faces))
             found.append(Acute("edge", faces, tuple(place), float(crease.inside[least])))
