@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+import numpy as np
+
 from polycube.errors import InputError
 
 Item = str | Mapping[str, object]  # name of a plugin, or {plugin: name, option: value, ...}
@@ -27,3 +29,8 @@ def primitive_name(item: Item) -> str:
     config = primitive_config(item)
     options = (f"{key}_{value}" for key, value in config.items() if key != "plugin")
     return re.sub(r"\W+", "_", "_".join([str(config["plugin"]), *options]))
+
+
+def full_cell(primitives: Mapping[str, np.ndarray]) -> str | None:
+    """Name of the first primitive, of voxels by name, that fills its cell; None without one."""
+    return next((name for name, voxels in primitives.items() if voxels.all()), None)

@@ -17,6 +17,7 @@ import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
+from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, RoughMap, TriMesh
 
 from .energies import Knots, energies, filled_and_size, room
@@ -95,7 +96,7 @@ class BrickLattice(Structure):
         from polycube.surface import measures as surfaces
         from polycube.surface.frames import frames
 
-        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        brick = full_cell(self.primitives)
         if brick is None:
             logger.info("bricks: no primitive is a full cell; nothing proposed")
             return []

@@ -11,6 +11,7 @@ import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
+from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, Polycube, TriMesh
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class LabelLattice(Structure):
 
         from .pieces import pieces
 
-        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        brick = full_cell(self.primitives)
         if brick is None:
             logger.info("labels: no primitive is a full cell; nothing proposed")
             return []

@@ -5,14 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.types import Candidate, HexMesh, Polycube, TriMesh
+from polycube.structure.primitives import full_cell
+from polycube.types import Candidate, HexMesh, TriMesh
 
 if TYPE_CHECKING:
     from .polyhedron import Polyhedron
@@ -48,14 +48,14 @@ class Midpoint(Structure):
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """One candidate with blocks, or none where the part is no such polyhedron."""
+        from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-        from polycube.structure.rough_map import affine_map
 
         from .cells import convex_cells
         from .division import divided
         from .polyhedron import NotPolyhedralError, polyhedron
 
-        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        brick = full_cell(self.primitives)
         if brick is None:
             logger.info("midpoint: no primitive is a full cell; nothing proposed")
             return []
@@ -71,13 +71,7 @@ class Midpoint(Structure):
         if least < LEAST:
             logger.info("midpoint: nothing is proposed, because the blocks are too poor")
             return []
-        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-        ends = np.array([0.0, 1.0])
-        polycube = Polycube(np.ones((1, 1, 1), bool), ends, ends, ends, (1, 1, 1), (brick,))
-        rough_map = affine_map(polycube, np.diag(high - low), low)
-        key = f"midpoint {sha256(hexes.tobytes()).hexdigest()}"
-        family = "midpoint"
-        return [Candidate(family, polycube, rough_map, 0.0, key, family=family, blocks=blocks)]
+        return [candidate(blocks, surface, brick, "midpoint")]
 
 
 def _conforming(vertices: np.ndarray, hexes: np.ndarray) -> HexMesh:

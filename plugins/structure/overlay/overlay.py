@@ -14,6 +14,7 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import MeshingSettings
 from polycube.kinds import Structure
 from polycube.registry import register, setting
+from polycube.structure.primitives import full_cell
 from polycube.types import OVERLAY, SPARE, Candidate, Polycube, RoughMap, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -76,7 +77,7 @@ class Overlay(Structure):
         from polycube.surface.frames import frames
         from polycube.surface.measures import diagonal
 
-        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        brick = full_cell(self.primitives)
         if brick is None:
             logger.info("overlay: no primitive is a full cell; nothing proposed")
             return []

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from polycube.surface.measures import connected
 
+from .plane import cross
 from .walls import NotSweptError
 
 SMOOTH = np.radians(30)  # turn of a polyline that stands for a curve, at most
@@ -139,22 +140,18 @@ def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.n
     one, two = order[one], order[two]
     meet = (low[one, 1] <= high[two, 1]) & (low[two, 1] <= high[one, 1])
     one, two = one[meet], two[meet]
-    det = _cross(step[one], step[two])
+    det = cross(step[one], step[two])
     out = start[two] - start[one]
     with np.errstate(divide="ignore", invalid="ignore"):
-        s, t = _cross(out, step[two]) / det, _cross(out, step[one]) / det
+        s, t = cross(out, step[two]) / det, cross(out, step[one]) / det
     length = np.linalg.norm(step, axis=1)
     inside = [
         (share * length[line] > near) & ((1 - share) * length[line] > near)
         for share, line in ((s, one), (t, two))
     ]
-    cross = inside[0] & inside[1]
-    found = start[one[cross]] + s[cross, None] * step[one[cross]]
-    return found, np.stack([one[cross], two[cross]], axis=1)
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    both = inside[0] & inside[1]
+    found = start[one[both]] + s[both, None] * step[one[both]]
+    return found, np.stack([one[both], two[both]], axis=1)
 
 
 def _without_ends(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

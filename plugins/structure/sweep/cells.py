@@ -11,6 +11,7 @@ from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
 
 from .axis import Stack
+from .plane import cross
 from .walls import NotSweptError
 
 PROBES = 5  # points of each cell that are looked at
@@ -89,7 +90,7 @@ def loops_of(points: np.ndarray, edges: np.ndarray) -> list[np.ndarray]:
 
 def loop_area(points: np.ndarray, edges: np.ndarray, loop: np.ndarray) -> float:
     a, b = np.moveaxis(points[ends(edges, loop)], 1, 0)
-    return float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
+    return float(cross(a, b).sum() / 2)
 
 
 def _home(
@@ -104,7 +105,7 @@ def _home(
     for number in outer.tolist():
         if not np.isin(loop // 2, loops[number] // 2).any():
             a, b = np.moveaxis(points[ends(edges, loops[number])] - place, 1, 0)
-            turn = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
+            turn = np.arctan2(cross(a, b), (a * b).sum(axis=1))
             if turn.sum() > np.pi:
                 return number
     return None

@@ -11,6 +11,8 @@ import numpy as np
 
 from polycube.numerics.lbfgs import descend
 
+from .plane import cross
+
 ROUNDS = ((0.3, 30), (0.03, 40), (0.003, 60))  # area that stands for none, of the mean; iterations
 POWER = 2  # of the energies before they are summed: the worse a corner, the more it counts
 
@@ -27,7 +29,7 @@ def smoothed(vertices: np.ndarray, quads: np.ndarray, is_free: np.ndarray) -> np
     if not is_free.any():
         return vertices
     corner = _corners(quads)
-    scale = np.sqrt(abs(_cross(*_edges(vertices, corner))).mean())
+    scale = np.sqrt(abs(cross(*_edges(vertices, corner))).mean())
     places = vertices / scale
     for least, iterations in ROUNDS:
 
@@ -46,7 +48,7 @@ def sines(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
     """(Q,) least sine of the angles of each quad; negative where it is folded."""
     a, b = _edges(vertices, _corners(quads))
     length = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
-    return (_cross(a, b) / np.maximum(length, 1e-300)).reshape(-1, 4).min(axis=1)
+    return (cross(a, b) / np.maximum(length, 1e-300)).reshape(-1, 4).min(axis=1)
 
 
 def _corners(quads: np.ndarray) -> np.ndarray:
@@ -58,7 +60,7 @@ def _corners(quads: np.ndarray) -> np.ndarray:
 def _energy(places: np.ndarray, corner: np.ndarray, least: float) -> tuple[float, np.ndarray]:
     """Sum over corners, and its gradient (V, 2)."""
     a, b = _edges(places, corner)
-    area = _cross(a, b)
+    area = cross(a, b)
     root = np.sqrt(area**2 + 4 * least**2)
     positive = (area + root) / 2
     shape = ((a**2).sum(axis=1) + (b**2).sum(axis=1)) / (2 * positive)
@@ -77,7 +79,3 @@ def _edges(places: np.ndarray, corner: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """(N, 2) and (N, 2) edges from the first vertex of corners (N, 3) to the others."""
     here = places[corner[:, 0]]
     return places[corner[:, 1]] - here, places[corner[:, 2]] - here
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from hashlib import sha256
 
 import numpy as np
 
 from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of
 from polycube.kinds import Structure
 from polycube.registry import register, setting
-from polycube.types import SWEEP, Candidate, HexMesh, Polycube, TriMesh
+from polycube.structure.primitives import full_cell
+from polycube.types import SWEEP, Candidate, HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -55,12 +55,12 @@ class Sweep(Structure):
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """One candidate with hexes, or none where the part is no such stack."""
+        from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.generation.quads import NoQuadsError
-        from polycube.structure.rough_map import affine_map
 
         from .walls import NotSweptError
 
-        brick = next((name for name, voxels in self.primitives.items() if voxels.all()), None)
+        brick = full_cell(self.primitives)
         if brick is None:
             logger.info("sweep: no primitive is a full cell; nothing proposed")
             return []
@@ -69,12 +69,7 @@ class Sweep(Structure):
         except (NotSweptError, NoQuadsError) as reason:
             logger.info(NONE, reason)
             return []
-        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-        ends = np.array([0.0, 1.0])
-        polycube = Polycube(np.ones((1, 1, 1), bool), ends, ends, ends, (1, 1, 1), (brick,))
-        rough_map = affine_map(polycube, np.diag(high - low), low)
-        key = f"sweep {sha256(blocks.hexes.tobytes()).hexdigest()}"
-        return [Candidate("sweep", polycube, rough_map, 0.0, key, family=SWEEP, blocks=blocks)]
+        return [candidate(blocks, surface, brick, SWEEP)]
 
     def _hexes(self, surface: TriMesh) -> HexMesh:
         from polycube.hexmesh.generation import sizing

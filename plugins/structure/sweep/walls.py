@@ -10,6 +10,8 @@ import numpy as np
 from polycube.surface.measures import area_vectors, connected, place
 from polycube.types import TriMesh
 
+from .plane import cross
+
 FLAT = 1e-3  # sine of an angle: faces along the axis or across it, taken as a whole
 FACET = 0.2  # the same of the triangles of a round wall
 SAG = 1 / 40  # of a chord: its distance from an arc that it turns by FACET
@@ -110,7 +112,7 @@ def check_walls(
     """
     beside, ends = borders
     corners = across[surface.faces]
-    flat = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    flat = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     for number in np.unique(wall[leans]):
         own = wall == number
         vertices = np.unique(surface.faces[own])
@@ -131,7 +133,3 @@ def _distance(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     out = points[:, None] - start
     share = np.clip((out * step).sum(axis=2) / square, 0, 1)
     return np.linalg.norm(out - share[..., None] * step, axis=2).min(axis=1)
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -6,6 +6,8 @@ faces.
 
 from __future__ import annotations
 
+from hashlib import sha256
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -20,8 +22,9 @@ from polycube.hexmesh.connectivity import (
     unique_rows,
 )
 from polycube.structure import lattice
+from polycube.structure.rough_map import affine_map
 from polycube.surface.measures import connected
-from polycube.types import HexMesh, Polycube
+from polycube.types import Candidate, HexMesh, Polycube, TriMesh
 
 LONGEST = 1.4  # times the size wanted: an edge of a hex
 SAME = 1e-9  # of the extent: vertices of two blocks nearer than this are one
@@ -37,6 +40,21 @@ def counts(blocks: HexMesh, size: float) -> np.ndarray:
     wanted = np.bincount(group, length) / np.bincount(group)
     np.maximum.at(wanted, group, length / LONGEST)
     return np.maximum(1, np.round(wanted / size)).astype(int)[group[opposite[:, 0]]].reshape(-1, 3)
+
+
+def candidate(blocks: HexMesh, surface: TriMesh, brick: str, proposal: str) -> Candidate:
+    """A structure of these blocks, of the family of its proposal.
+
+    Its polycube is one cell over the bounding box of the part.
+
+    brick : name of a primitive that fills its cell
+    """
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    ends = np.array([0.0, 1.0])
+    polycube = Polycube(np.ones((1, 1, 1), bool), ends, ends, ends, (1, 1, 1), (brick,))
+    rough_map = affine_map(polycube, np.diag(high - low), low)
+    key = f"{proposal} {sha256(blocks.hexes.tobytes()).hexdigest()}"
+    return Candidate(proposal, polycube, rough_map, 0.0, key, family=proposal, blocks=blocks)
 
 
 def genus_of(polycube: Polycube, blocks: HexMesh | None) -> int:

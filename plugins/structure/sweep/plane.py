@@ -1,0 +1,8 @@
+"""Vectors in the plane."""
+
+import numpy as np
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N,) areas of the parallelograms of vectors (N, 2), positive where b is left of a."""
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
