@@ -13,6 +13,7 @@ import numpy as np
 
 from polycube.hexmesh.quality import boundary_edges
 from polycube.surface import closest
+from polycube.surface.curves.features import Crease, Features
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
@@ -62,25 +63,35 @@ def feature_distances(
     edges = _tree(boundary_edges(mesh, goal))
     vertices = _tree(goal.to_unit(mesh.vertices)[np.unique(mesh.quads)][:, None])
     found = []
-    at: dict[int, list[int]] = {}
-    for number, crease in enumerate(creases):
-        for end in crease.ends[: 2 * (not crease.is_loop)]:
-            at.setdefault(end, []).append(number)
-        places = crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
+    for crease in creases:
+        places = curve_samples(crease)
         middle = goal.to_model(places[len(places) // 2])
         gaps = closest.distance(edges, places)
         found.append(_feature("curve", crease.shape, crease.faces, middle, gaps))
-    for end, own in at.items():
-        if len(own) >= 3:
-            faces = sorted({face for number in own for face in creases[number].faces})
-            gap = closest.distance(vertices, corners[[end]])
-            found.append(_feature("point", "", faces, goal.to_model(corners[end]), gap))
+    for end, own in points_of(goal.features).items():
+        faces = sorted({face for number in own for face in creases[number].faces})
+        gap = closest.distance(vertices, corners[[end]])
+        found.append(_feature("point", "", faces, goal.to_model(corners[end]), gap))
     for face, gaps in nearest.items():
         own = surface.faces[surface.region == face]
         middle = surface.vertices[own[len(own) // 2]].mean(axis=0)
         shape = surface.region_shapes[face - 1] if surface.region_shapes else ""
         found.append(_feature("face", shape, [face], middle, gaps))
     return found
+
+
+def curve_samples(crease: Crease) -> np.ndarray:
+    """(S, 3) points on a curve, evenly spaced."""
+    return crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
+
+
+def points_of(features: Features) -> dict[int, list[int]]:
+    """Corners where three curves or more meet, with the numbers of these curves."""
+    at: dict[int, list[int]] = {}
+    for number, crease in enumerate(features.creases):
+        for end in crease.ends[: 2 * (not crease.is_loop)]:
+            at.setdefault(end, []).append(number)
+    return {end: own for end, own in at.items() if len(own) >= 3}
 
 
 def _feature(

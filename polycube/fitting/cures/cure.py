@@ -1,8 +1,9 @@
 """Cure the worst hexes of a fitted mesh, one place at a time.
 
-First the faces with flat corners have sheets, those with the worst hexes first.  Then the worst hex
-of all is refitted with what is near it, as it is or with a sheet round hexes near it, and the best
-of these is kept where it helps; and so on, until no hex is poor or nothing helps.
+First the faces with flat corners have sheets, those with the worst hexes first.  Then what is near
+poor hexes is fitted anew with its boundary on the surface, and if that is not enough within an
+envelope of it.  Where hexes are poor still, sheets round hexes near them are tried, and the best is
+kept where it helps; and so on, until no hex is poor or nothing helps.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from polycube.fitting.cures import losses
+from polycube.fitting.cures.envelope import envelopes, loosened
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, poorness
-from polycube.fitting.cures.neighbourhood import Neighbourhood, neighbourhood, with_detours
+from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood, with_detours
 from polycube.fitting.cures.refit import Refit, refit
 from polycube.fitting.cures.sets import Faces
+from polycube.fitting.local_polish import region
 from polycube.hexmesh.crossings import crossings
-from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.generation.sheets import with_sheet
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
@@ -28,14 +31,14 @@ logger = logging.getLogger(__name__)
 ENOUGH = 0.4  # share of the cost of a place that a cure takes away, with which no other is tried
 LEAST = 0.02  # the same with which a cure is kept
 LITTLE = 1e-3  # cost whose loss is no gain
-CLOSE = 0.02  # below the aim by which a hex is not poor
+CLOSE = 0.05  # below the aim by which a hex is not poor
 LOWER = 0.9  # share of the least scaled Jacobian that a cure may leave, if that is not
 FINE = 0.2  # more than this
 NEAR = 0.002  # distance of vertices from the surface, in diagonals, that any cure may leave
 STRAY = 0.0004  # the same beyond what is no loss, from exact features
 
 
-def cure(mesh: HexMesh, target: Target, aim: float, trials: int) -> HexMesh:
+def cure(mesh: HexMesh, target: Target, aim: float, trials: int, width: float) -> HexMesh:
     """The mesh with fewer poor hexes, and with sheets; no cure loses a feature or makes a crossing.
 
     Parameters
@@ -43,20 +46,23 @@ def cure(mesh: HexMesh, target: Target, aim: float, trials: int) -> HexMesh:
     mesh : fitted, in model units, with exact features
     target : its surface
     aim : scaled Jacobian below which hexes are poor
-    trials : fits of neighbourhoods at most
+    trials : fits with sheets at most
+    width : distance from the surface that poor hexes may have, in diagonals
 
     Returns
     -------
     The same object where no hex is poor or nothing helps.
     """
-    cures = _Cures(fitted(mesh, target), aim, trials)
+    cures = _Cures(fitted(mesh, target), aim, trials, width)
     cures.under_faces()
-    cures.at_the_worst()
+    cures.in_an_envelope()
+    if cures.at_the_worst():
+        cures.in_an_envelope()
     found = cures.whole
     if not cures.kept:
         return mesh
     logger.info(
-        "cure: %d of %d trials kept, %d hexes more, least scaled Jacobian %.3f",
+        "cure: %d places cured, %d trials of sheets, %d hexes more, least scaled Jacobian %.3f",
         cures.kept,
         trials - cures.left,
         len(found.mesh.hexes) - len(mesh.hexes),
@@ -103,9 +109,9 @@ class _Trial:
 class _Cures:
     """Trials on a mesh, one after the other; what helps is kept."""
 
-    def __init__(self, whole: Fitted, aim: float, trials: int) -> None:
+    def __init__(self, whole: Fitted, aim: float, trials: int, width: float) -> None:
         self.whole, self.left, self.kept = whole, trials, 0
-        self._aim = aim
+        self._aim, self._width = aim, width
         self._crossings = len(crossings(whole.mesh))
 
     def under_faces(self) -> None:
@@ -127,8 +133,11 @@ class _Cures:
             if trial is not None and trial.helps(self.whole.jacobian.min()):
                 self._keep(trial)
 
-    def at_the_worst(self) -> None:
-        """Refit round the worst hex, with the best sheet; then round the next."""
+    def at_the_worst(self) -> bool:
+        """Refit round the worst hex, with the best sheet; then round the next.  Whether any was
+        kept.
+        """
+        before = self.kept
         given_up: set[tuple[int, float]] = set()
         while self.left:
             bad = self.whole.badness(self._aim)
@@ -136,9 +145,40 @@ class _Cures:
             order = worst[np.argsort(-bad[worst], kind="stable")].tolist()
             hex_ = next((h for h in order if (h, float(bad[h])) not in given_up), None)
             if hex_ is None:
-                return
+                break
             if not self._cured(hex_):
                 given_up.add((hex_, float(bad[hex_])))
+        return self.kept > before
+
+    def in_an_envelope(self) -> None:
+        """Loosen the boundary round the poor hexes, place by place."""
+        tried = np.zeros(len(self.whole.jacobian), bool)
+        while True:
+            jacobian, hexes = self.whole.jacobian, self.whole.mesh.hexes
+            poor = (jacobian < self._aim) & ~tried
+            if not poor.any():
+                return
+            worst = np.flatnonzero(poor)[[jacobian[poor].argmin()]]
+            together = region(hexes, len(self.whole.gap), worst, RINGS).hexes
+            seeds = together[jacobian[together] < self._aim]
+            near = neighbourhood(self.whole, seeds)
+            if near is None:
+                seeds, near = worst, neighbourhood(self.whole, worst)
+            tried[seeds] = near is None or not self._loosened(near)
+
+    def _loosened(self, near: Neighbourhood) -> bool:
+        """Keep the first envelope with which no hex is poor, or the best; whether it gains much."""
+        before = self._before(near)
+        helpful = []
+        for width, hold in envelopes(self._width):
+            trial = _Trial(near, loosened(near, self._aim, width, hold), *before)
+            if not trial.helps(self.whole.jacobian.min()):
+                continue
+            if trial.found.least >= self._aim and self._keep(trial):
+                return True
+            helpful.append(trial)
+        kept = self._keep_best(helpful)
+        return kept is not None and kept.gain > ENOUGH * kept.before
 
     def _cured(self, bad: int) -> bool:
         """Keep the best cure for a hex, or the first that is good enough."""
@@ -148,8 +188,12 @@ class _Cures:
                 helpful.append(trial)
                 if trial.gain > ENOUGH * trial.before:
                     break
-        helpful.sort(key=lambda trial: -trial.gain)
-        return any(self._keep(trial) for trial in helpful)
+        return self._keep_best(helpful) is not None
+
+    def _keep_best(self, helpful: list[_Trial]) -> _Trial | None:
+        """Keep the one that gains most of those that may be kept."""
+        order = sorted(helpful, key=lambda trial: -trial.gain)
+        return next((trial for trial in order if self._keep(trial)), None)
 
     def _trials_at(self, bad: int) -> Iterator[_Trial]:
         seen = set()
@@ -167,16 +211,20 @@ class _Cures:
         if near is None:
             return None
         self.left -= 1
+        before = self._before(near)
+        return _Trial(near, refit(near, self._aim, before[0]), *before)
+
+    def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
+        """Cost of a place, least scaled Jacobian there, and the largest distances."""
         moving, now = near.moving, self.whole
         gap, strayed = now.gap[moving], now.strayed[moving]
-        before = cost(now.jacobian[near.elements], gap, strayed, self._aim)
         off = float(gap.max()), float(strayed.max())
-        return _Trial(near, refit(near, self._aim, before[0]), *before, off)
+        return *cost(now.jacobian[near.elements], gap, strayed, self._aim), off
 
     def _keep(self, trial: _Trial) -> bool:
         """Take a cure, if no feature is lost by it and the boundary crosses itself no more."""
         new = _with(self.whole, trial.near, trial.found)
-        if not new.lost <= self.whole.lost or self._loses_a_face(trial, new):
+        if not new.lost <= self.whole.lost:
             return False
         number = len(crossings(new.mesh))
         if number > self._crossings:
@@ -184,15 +232,6 @@ class _Cures:
         self.whole, self._crossings = new, number
         self.kept += 1
         return True
-
-    def _loses_a_face(self, trial: _Trial, new: Fitted) -> bool:
-        """Whether a CAD face beside what moves was near the mesh before, and is not now."""
-        old = self.whole
-        beside = np.isin(old.mesh.quads, trial.near.moving).any(axis=1)
-        faces = np.unique(old.cad_face[beside]).tolist()
-        return any(
-            new.distance_of(face) > TOLERANCE >= old.distance_of(face) for face in faces if face
-        )
 
 
 def _with(whole: Fitted, near: Neighbourhood, found: Refit) -> Fitted:
@@ -214,12 +253,15 @@ def _with(whole: Fitted, near: Neighbourhood, found: Refit) -> Fitted:
         for (a, b), between in near.detours.items()
     }
     creases = whole.target.followed.creases
+    new = replace(mesh, vertices=vertices, patch=np.arange(len(mesh.quads)))
+    where = np.concatenate([whole.mesh.vertices[near.used], found.x])
     return replace(
         whole,
-        mesh=replace(mesh, vertices=vertices, patch=np.arange(len(mesh.quads))),
+        mesh=new,
         patch=whole.patch[mesh.patch],
         paths={k: with_detours(p, creases[k].is_loop, detours) for k, p in whole.paths.items()},
         cad_face=whole.cad_face[mesh.patch],
         gap=gap,
         strayed=strayed,
+        distance=losses.moved(whole.distance, new, losses.samples_of(whole.target), where),
     )

@@ -10,25 +10,18 @@ import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, held_exactly, match
 from polycube.fitting.creases.paths import path_sides
+from polycube.fitting.cures import losses
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
-from polycube.hexmesh.cad_faces import quad_regions
 from polycube.hexmesh.connectivity import quad_sides
-from polycube.hexmesh.feature_distances import MOST, TOLERANCE
-from polycube.hexmesh.inspection import SAMPLES
-from polycube.hexmesh.quality import triangles
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.surface import closest
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 OFF = 50.0  # cost of a diagonal off the surface, beyond
-NO_LOSS = 1e-3  # this distance
+NO_LOSS = 1.5e-3  # this distance
 POWER = 4  # of the cost of a hex: one bad hex counts more than many that are nearly good
 STRAYED = 100.0  # cost of a diagonal off exact features, beyond what is no loss
-FEW = 1 - MOST / 100  # share of a feature that may be farther away than is tolerable
-ROUND = 0.01  # round a CAD face, in diagonals: quads farther away do not count
-LIMIT = 0.95 * TOLERANCE  # distance of features: a sample may be farther than the middles
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +39,7 @@ class Fitted:
     cad_face : (Q,) CAD face of each quad; 0 where it is not known
     gap : (V,) distances of boundary vertices from their goals
     strayed : (V,) distances from exact features, beyond what is no loss
+    distance : (S,) of samples of the features from the mesh, as in `losses`
     """
 
     mesh: HexMesh
@@ -57,6 +51,7 @@ class Fitted:
     cad_face: np.ndarray
     gap: np.ndarray
     strayed: np.ndarray
+    distance: np.ndarray
 
     @cached_property
     def sides(self) -> tuple[np.ndarray, np.ndarray]:
@@ -74,50 +69,9 @@ class Fitted:
         return poorness(self.jacobian, aim) + off[self.mesh.hexes].max(axis=1)
 
     @cached_property
-    def lost(self) -> frozenset[tuple[str, int]]:
-        """Kinds and numbers of the features that are too far from the mesh in too many places."""
-        x, quads, creases = self.mesh.vertices, self.mesh.quads, self.target.followed.creases
-        corners = np.linalg.norm(x[self.corners] - self.corner_goals, axis=1) > LIMIT
-        lost = [("corner", k) for k in np.flatnonzero(corners).tolist()]
-        for number, path in self.paths.items():
-            crease = creases[number]
-            ends = x[path_sides(path, crease.is_loop)]
-            _, off = crease.nearest(ends.mean(axis=1))
-            length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-            if length @ _far(off + crease.off) > FEW * length.sum():
-                lost.append(("curve", number))
-        cross = np.cross(x[quads[:, 2]] - x[quads[:, 0]], x[quads[:, 3]] - x[quads[:, 1]])
-        area = np.linalg.norm(cross, axis=1)
-        middles = x[quads].mean(axis=1)
-        foot, _ = self.target.closest(middles, cad_face=self.cad_face)
-        far = _far(np.linalg.norm(foot - middles, axis=1))
-        whole, part = (np.bincount(self.cad_face, weights) for weights in (area, area * far))
-        faces = np.flatnonzero(part > FEW * whole)
-        lost += [("face", int(face)) for face in faces if face]
-        return frozenset([*lost, *(("face without a quad", face) for face in self._bare())])
-
-    def _bare(self) -> list[int]:
-        """CAD faces that no quad is on; where paths do not enclose a face, quads near it count."""
-        surface = self.target.surface
-        known = np.unique(surface.region)
-        if np.isin(known, self.cad_face).all():
-            return []
-        return np.setdiff1d(known, quad_regions(self.mesh, surface)[0]).tolist()
-
-    def distance_of(self, face: int) -> float:
-        """Distance from the mesh that some of the samples of a CAD face exceed; 0 without any."""
-        points, _, of = self.target.samples(SAMPLES)
-        points = points[of == face]
-        if not len(points):
-            return 0.0
-        corners = self.mesh.vertices[self.mesh.quads]
-        low, high = points.min(axis=0) - ROUND, points.max(axis=0) + ROUND
-        near = ((corners.max(axis=1) > low) & (corners.min(axis=1) < high)).all(axis=1)
-        if not near.any():
-            return np.inf
-        pieces = triangles(self.mesh.vertices, self.mesh.quads[near])
-        tree = closest.tree(pieces, np.zeros((len(pieces), 3)))
-        return float(np.percentile(closest.distance(tree, points), MOST))
+    def lost(self) -> frozenset[int]:
+        """Numbers of the features that are too far from the mesh, as in `losses`."""
+        return losses.lost(self.distance, losses.samples_of(self.target))
 
     @cached_property
     def on_path(self) -> np.ndarray:
@@ -147,6 +101,7 @@ def fitted(mesh: HexMesh, target: Target) -> Fitted:
         problem.cad_face,
         gap,
         strayed,
+        losses.distances(unit, losses.samples_of(target)),
     )
 
 
@@ -182,13 +137,6 @@ def offness(gap: np.ndarray, strayed: np.ndarray) -> np.ndarray:
     beyond what is no loss.
     """
     return OFF * np.maximum(0, gap - NO_LOSS) + STRAYED * strayed
-
-
-def _far(sagitta: np.ndarray) -> np.ndarray:
-    """Share of each arc farther from its chord than is tolerable, by their distance in the middle
-    (N,).
-    """
-    return np.sqrt(np.maximum(0, 1 - LIMIT / np.maximum(sagitta, 1e-30)))
 
 
 def poorness(jacobian: np.ndarray, aim: float) -> np.ndarray:

@@ -51,10 +51,10 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     x = _descended(near, x, lengths, soft, 30, WEIGHTS[-1])
     lengths = problem.lengths(x, 2, 0.05)
     x = _snapped(near, x, SNAPPED[0])
-    best = _judged(near, x, aim)
+    best = judged(near, x, aim)
     for beta, most in zip(BETAS, HOPELESS, strict=True):
         x = _slid(near, x, lengths, beta)
-        free, snapped = (_judged(near, y, aim) for y in (x, _snapped(near, x, SNAPPED[1])))
+        free, snapped = (judged(near, y, aim) for y in (x, _snapped(near, x, SNAPPED[1])))
         best = min(best, free, snapped, key=lambda each: each.cost)
         x = snapped.x if snapped.cost < WORSE * free.cost else x
         if best.cost == 0 or best.cost > most * before:
@@ -62,7 +62,8 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     return best
 
 
-def _judged(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
+def judged(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
+    """Positions (N', 3) of a neighbourhood with what they cost."""
     gap, strayed = distances(near.problem, x, near.matching)
     gap[~near.moves] = strayed[~near.moves] = 0
     return Refit(x, *cost(near.problem.scaled_jacobian(x), gap, strayed, aim), gap, strayed)

@@ -51,10 +51,14 @@ class Crease:
         return self.points[edge] + share * step, step / length[:, None], self.inside[edge]
 
     def piece(self, start: float, end: float) -> Crease:
-        """The part between two arc lengths, the second larger; that of a loop may be beyond its
+        """The part between two arc lengths, the second larger; those of a loop may be beyond its
         length.  The ends are no corners.
         """
-        arc = np.append(self.arc[:-1], self.length + self.arc[:-1]) if self.is_loop else self.arc
+        arc = self.arc
+        if self.is_loop:
+            rounds = self.length * np.floor(start / self.length)
+            start, end = start - rounds, end - rounds
+            arc = np.append(arc[:-1], self.length + arc[:-1])
         inner = arc[(arc > start + EXACT * self.length) & (arc < end - EXACT * self.length)]
         arc = np.concatenate([[start], inner, [end]])
         inside = self.at((arc[1:] + arc[:-1]) / 2)[2]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.cures.cure import cure
-from polycube.fitting.cures.fitted import fitted
+from polycube.fitting.cures.fitted import poorness
 from polycube.hexmesh import connectivity
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.inspection import inspect
@@ -21,7 +21,7 @@ def least(mesh):
 @pytest.fixture(scope="module")
 def cured():
     surface, mesh = lattice_on_rod()
-    return cure(mesh, target(surface), 0.4, 30)
+    return cure(mesh, target(surface), 0.4, 30, 0.0)
 
 
 def test_a_lattice_on_a_rod_gets_rings_at_its_ends(cured):
@@ -55,22 +55,28 @@ def test_paths_lie_on_their_curves(cured):
 
 
 def test_a_good_mesh_is_returned_as_it_is(cured):
-    surface, mesh = lattice_on_rod()
-    assert cure(cured, target(surface), 0.3, 30) is cured
-    assert cure(mesh, target(surface), 0.4, 0) is mesh
+    surface, _ = lattice_on_rod()
+    assert cure(cured, target(surface), 0.3, 30, 0.0015) is cured
 
 
-def test_distances_of_faces_are_those_of_the_whole_mesh():
+@pytest.mark.parametrize("width", [0.0, 0.0015])
+def test_without_sheets_the_boundary_stays_in_the_envelope(width):
     surface, mesh = lattice_on_rod()
-    exact = {each.faces: each.distance for each in inspect(mesh, surface).features}
-    whole = fitted(mesh, target(surface))
-    for face in (1, 2, 3):
-        assert whole.distance_of(face) == pytest.approx(exact[face,], abs=1e-12)
+    goal = target(surface)
+    found = cure(mesh, goal, 0.4, 0, width)
+    before, after = (
+        poorness(scaled_jacobian(each.vertices, each.hexes), 0.4).sum() for each in (mesh, found)
+    )
+    assert after < 0.95 * before
+    place = goal.to_unit(found.vertices[np.unique(found.quads)])
+    off = np.linalg.norm(goal.closest(place)[0] - place, axis=1).max()
+    assert off < 1e-6 if width == 0 else 1e-4 < off < width + 1e-6
+    assert not any(each.is_lost for each in inspect(found, surface).features)
 
 
 def test_the_same_input_gives_the_same_mesh(cured):
     surface, mesh = lattice_on_rod()
-    again = cure(mesh, target(surface), 0.4, 30)
+    again = cure(mesh, target(surface), 0.4, 30, 0.0)
     assert np.array_equal(again.vertices, cured.vertices)
 
 
@@ -79,7 +85,7 @@ def test_the_stage_cures_exact_features_only():
     assert least(build("meshing/cure", {"plugin": "sheets"})(surface, mesh)) > 0.35
     soft = build("meshing/cure", {"plugin": "sheets", "features": "soft"})
     assert soft(surface, mesh) is mesh
-    none = build("meshing/cure", {"plugin": "sheets", "trials": 0})
+    none = build("meshing/cure", {"plugin": "sheets", "aim": 0})
     assert none(surface, mesh) is mesh
 
 
@@ -90,7 +96,12 @@ def test_a_mesh_that_crosses_itself_in_many_places_is_not_cured(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("option", "message"), [({"aim": 2}, "aim must be"), ({"trials": -1}, "trials must be")]
+    ("option", "message"),
+    [
+        ({"aim": 2}, "aim must be"),
+        ({"trials": -1}, "trials must be"),
+        ({"envelope": 0.01}, "envelope must be"),
+    ],
 )
 def test_wrong_options_are_refused(option, message):
     with pytest.raises(ValueError, match=message):

@@ -50,8 +50,9 @@ def test_a_piece_of_a_curve():
     assert not piece.is_loop
 
 
-def test_a_piece_of_a_loop_passes_its_seam():
-    piece = square(True).piece(3.5, 4.5)
+@pytest.mark.parametrize("start", [3.5, 7.5, -0.5])
+def test_a_piece_of_a_loop_passes_its_seam(start):
+    piece = square(True).piece(start, start + 1)
     assert piece.points.tolist() == [[0, 0.5, 0], [0, 0, 0], [0.5, 0, 0]]
     assert piece.length == 1
     assert piece.inside.tolist() == [4, 1]

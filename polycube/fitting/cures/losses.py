@@ -1,0 +1,107 @@
+"""Which features of a part a mesh loses, kept up to date while parts of the mesh move.
+
+The samples of a feature and the share of them that must be near are those of
+`polycube.hexmesh.feature_distances`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from polycube.hexmesh.feature_distances import MOST, TOLERANCE, curve_samples, points_of
+from polycube.hexmesh.inspection import SAMPLES
+from polycube.hexmesh.quality import triangles
+from polycube.surface import closest
+from polycube.surface.fit_target import Target
+from polycube.types import HexMesh
+
+POINT, CURVE, FACE = range(3)
+ROUND = 0.01  # round what moves, in diagonals: features farther away are not looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points on the features of a part.
+
+    Parameters
+    ----------
+    points : (S, 3) at unit scale
+    kind : (S,) of the feature
+    feature : (S,) its number, from 0 on
+    """
+
+    points: np.ndarray
+    kind: np.ndarray
+    feature: np.ndarray
+
+
+@lru_cache(maxsize=2)
+def samples_of(target: Target) -> Samples:
+    """Points on all corners, curves and CAD faces of a target."""
+    corners = [target.features.corners[[end]] for end in points_of(target.features)]
+    curves = [curve_samples(crease) for crease in target.features.creases]
+    points, _, cad_face = target.samples(SAMPLES)
+    faces = [points[cad_face == face] for face in np.unique(cad_face[cad_face > 0])]
+    each = [*corners, *curves, *faces]
+    count = [len(part) for part in each]
+    kind = np.repeat([POINT, CURVE, FACE], [len(corners), len(curves), len(faces)])
+    feature = np.repeat(np.arange(len(each)), count)
+    return Samples(np.concatenate([np.zeros((0, 3)), *each]), kind[feature], feature)
+
+
+def distances(mesh: HexMesh, samples: Samples) -> np.ndarray:
+    """(S,) of corners from boundary vertices, of curves from edges, of faces from quads."""
+    every = np.ones(len(samples.points), bool)
+    return _distances(mesh.vertices, mesh.quads, samples, every)
+
+
+def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray) -> np.ndarray:
+    """The same of a mesh of which a part has moved.
+
+    before : (S,) distances from the mesh as it was
+    where : (N, 3) old and new places of the vertices of all hexes that moved
+    """
+    low, high = where.min(axis=0) - ROUND, where.max(axis=0) + ROUND
+    here = ((samples.points > low) & (samples.points < high)).all(axis=1)
+    corner = mesh.vertices[mesh.quads]
+    near = (corner.max(axis=1) > low - ROUND) & (corner.min(axis=1) < high + ROUND)
+    after = before.copy()
+    after[here] = _distances(mesh.vertices, mesh.quads[near.all(axis=1)], samples, here)
+    return after
+
+
+def lost(distance: np.ndarray, samples: Samples) -> frozenset[int]:
+    """Numbers of the features that are too far away, by the distances (S,) of their samples."""
+    count = np.bincount(samples.feature)
+    end = np.cumsum(count)
+    ordered = distance[np.lexsort((distance, samples.feature))]
+    last = end - 1 - (1 - MOST / 100) * (count - 1)  # as in numpy.percentile
+    low, share = np.floor(last).astype(int), np.mod(last, 1)
+    high = np.minimum(low + 1, end - 1)
+    return frozenset(
+        np.flatnonzero((1 - share) * ordered[low] + share * ordered[high] > TOLERANCE).tolist()
+    )
+
+
+def _distances(
+    vertices: np.ndarray, quads: np.ndarray, samples: Samples, which: np.ndarray
+) -> np.ndarray:
+    points, kind = samples.points[which], samples.kind[which]
+    result = np.full(len(points), np.inf)
+    if not len(quads):
+        return result
+    sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
+    pieces = (
+        vertices[quads.ravel()][:, None].repeat(3, axis=1),
+        vertices[sides[:, [0, 1, 1]]],
+        triangles(vertices, quads),
+    )
+    for number, corners in enumerate(pieces):
+        own = kind == number
+        if own.any():
+            tree = closest.tree(corners, np.zeros((len(corners), 3)))
+            result[own] = closest.distance(tree, points[own])
+    return result

@@ -1,0 +1,58 @@
+"""Features that a mesh loses: as in the report, and kept up to date."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polycube.fitting.cures.losses import CURVE, FACE, distances, lost, moved, samples_of
+from polycube.hexmesh.inspection import inspect
+from polycube.surface.fit_target import target
+from tests.fixtures.cures import lattice_on_rod
+
+
+@pytest.fixture(scope="module")
+def rod():
+    """Target, samples, and a mesh of it at unit scale."""
+    surface, mesh = lattice_on_rod()
+    goal = target(surface)
+    return goal, samples_of(goal), replace(mesh, vertices=goal.to_unit(mesh.vertices))
+
+
+def test_a_rod_has_two_rims_and_three_faces(rod):
+    _, samples, _ = rod
+    first = np.unique(samples.feature, return_index=True)[1]
+    assert samples.kind[first].tolist() == [CURVE] * 2 + [FACE] * 3
+
+
+def test_a_fitted_mesh_loses_none(rod):
+    _, samples, mesh = rod
+    assert lost(distances(mesh, samples), samples) == set()
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.02, 1.1])
+def test_losses_are_those_of_the_report(rod, factor):
+    """Rims and ends move out together."""
+    goal, samples, mesh = rod
+    vertices = mesh.vertices.copy()
+    vertices[abs(vertices[:, 2]) > 0.28] *= [1, 1, factor]
+    found = lost(distances(replace(mesh, vertices=vertices), samples), samples)
+    model = replace(mesh, vertices=goal.to_model(vertices))
+    features = inspect(model, lattice_on_rod()[0]).features
+    assert found == {k for k, each in enumerate(features) if each.is_lost}
+    assert bool(found) == (factor > 1.01)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_distances_kept_up_to_date_are_those_of_the_whole_mesh(rod, seed):
+    _, samples, mesh = rod
+    rng = np.random.default_rng(seed)
+    moves = np.zeros(len(mesh.vertices), bool)
+    moves[mesh.hexes[rng.integers(len(mesh.hexes))]] = True
+    near = np.unique(mesh.hexes[moves[mesh.hexes].any(axis=1)])
+    vertices = mesh.vertices.copy()
+    vertices[moves] += rng.uniform(-0.004, 0.004, (moves.sum(), 3))
+    new = replace(mesh, vertices=vertices)
+    where = np.concatenate([mesh.vertices[near], vertices[near]])
+    after = moved(distances(mesh, samples), new, samples, where)
+    assert after == pytest.approx(distances(new, samples), abs=1e-12)
