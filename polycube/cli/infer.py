@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -205,6 +206,8 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
             100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"]),
             f", sharp edges within {100 * creases:.2f} % (95 of 100)" * (creases > 0),
         )
+        for sentence in _fewer(numbers["counts"]):
+            logger.info(sentence)
     for warning in report.get("doubts", ()):
         logger.warning("warning: look at the mesh before you use it: %s", warning)
     is_poor = report.get("doubts") or (not report["valid"] and "hex" in report)
@@ -212,6 +215,17 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
         logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
     page = folder / "report.html"
     logger.info("results: %s", page if page.is_file() else folder)
+
+
+def _fewer(counts: Json) -> Iterator[str]:
+    """Sentences about walls and holes with fewer hexes than there should be."""
+    for kind, places, sentence in (
+        ("around", "holes", "%d of %d holes have fewer edges round them than meshing.around_hole"),
+        ("through", "walls", "%d of %d faces have fewer hexes under them than meshing.across_wall"),
+    ):
+        number = sum(row["kind"] == kind for row in counts["fewer"])
+        if number:
+            yield f"{sentence % (number, counts[places])}; the report names them"
 
 
 def _not_valid(report: Json) -> str:

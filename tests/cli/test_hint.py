@@ -1,4 +1,4 @@
-"""Where a mesh is doubted, the terminal says what else to try."""
+"""Where a mesh is doubted or has few hexes somewhere, the terminal says so."""
 
 import logging
 
@@ -26,3 +26,6 @@ def test_a_doubt_comes_with_a_hint(part, size, is_doubted, tmp_path, caplog):
         if m.startswith("hint: try structure=overlay, meshing=parametric")
     ]
     assert bool(report["doubts"]) == bool(hints) == is_doubted
+    fewer = {row["kind"] for row in report["hex"]["counts"]["fewer"]}
+    told = [m for m in caplog.messages if m.endswith("the report names them")]
+    assert len(told) == len(fewer)
