@@ -28,7 +28,7 @@ class Sheets:
 
     aim: float = 0.35
     envelope: float = 0.0015
-    trials: int = 200
+    trials: int = 100
     features: str = setting("meshing.features", MeshingSettings.features)
 
     def __post_init__(self) -> None:

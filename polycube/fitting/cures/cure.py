@@ -167,17 +167,20 @@ class _Cures:
             tried[seeds] = near is None or not self._loosened(near)
 
     def _loosened(self, near: Neighbourhood) -> bool:
-        """Keep the first envelope with which no hex is poor, or the best; whether it gains much."""
+        """Keep the exact fit if no hex is poor with it, else a loosened one, else the exact one;
+        whether much is gained.
+        """
         before = self._before(near)
-        helpful = []
+        left = []
         for width, hold in envelopes(self._width):
             trial = _Trial(near, loosened(near, self._aim, width, hold), *before)
             if not trial.helps(self.whole.jacobian.min()):
                 continue
-            if trial.found.least >= self._aim and self._keep(trial):
-                return True
-            helpful.append(trial)
-        kept = self._keep_best(helpful)
+            if width < self._width and trial.found.least < self._aim:
+                left.append(trial)
+            elif self._keep(trial):
+                return trial.gain > ENOUGH * trial.before
+        kept = self._keep_best(left)
         return kept is not None and kept.gain > ENOUGH * kept.before
 
     def _cured(self, bad: int) -> bool:

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from polycube.fitting import energy
+from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.cures.neighbourhood import Neighbourhood
 from polycube.fitting.cures.refit import Refit, judged
 from polycube.fitting.energy import Terms
@@ -21,13 +22,14 @@ from polycube.fitting.springs import Springs, pull
 from polycube.numerics.lbfgs import descend
 
 HOLD = 0.1  # weight of a pull on the boundary to where it was, per square of the size
-BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, round by round
-ITERATIONS = 40
+BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in turn
+ROUNDS = 2  # for each: the surface is looked up once in a round
+ITERATIONS = 20
 
 
 def envelopes(width: float) -> list[tuple[float, float]]:
     """Widths and holds to try one after the other, the most exact first."""
-    return [(0.0, 0.0), (width / 3, 0.0), (width, 0.0), (width, HOLD)][: 4 if width else 1]
+    return [(0.0, 0.0), (width, 0.0), (width, HOLD)] if width else [(0.0, 0.0)]
 
 
 def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refit:
@@ -42,29 +44,24 @@ def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refi
     problem = near.problem
     x = problem.mesh.vertices.copy()
     lengths = problem.lengths(x, 2, 0.05)
-    room = _room(near, x, width)
-
-    def back(y: np.ndarray) -> np.ndarray:
-        goal = _goals(near, y)
-        away = y - goal
-        distance = np.linalg.norm(away, axis=1)
-        far = near.moves & (distance > room)
-        y[far] = goal[far] + away[far] * (room[far] / distance[far])[:, None]
-        return y
-
+    at = goals_of(problem, x, near.matching, np.ones(len(x)))
+    room = _room(near, np.linalg.norm(x - at.place(problem, x), axis=1), width)
     start, every = x[problem.outer], hold / problem.size(x)[problem.outer] ** 2
     springs = pull(problem.outer, start, np.zeros_like(start), 0 * every, every)
     best = judged(near, x, aim)
-    for beta in BETAS:
+    for beta in np.repeat(BETAS, ROUNDS):
         least = energy.least_determinant(x, problem.hexes, lengths)
+        if least <= 0 or best.least >= aim:
+            break
         offset = float(problem.scaled_jacobian(x).min())
         terms = Terms(1e-3, 1e-3, 0.05, 1.0, beta, offset, min(0.5 * least, 1e-3))
         function = partial(_energy, near, lengths, terms, springs)
-
+        back = partial(_nearer, at.place(problem, x), _off(near, at), room)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
+        at = goals_of(problem, x, near.matching, np.ones(len(x)))
+        every_way = np.eye(3) * near.moves[:, None, None]
+        x = _nearer(at.place(problem, x), every_way, room, x)
         best = min(best, judged(near, x, aim), key=lambda each: each.cost)
-        if best.least >= aim:
-            break
     return best
 
 
@@ -75,16 +72,29 @@ def _energy(
     return value, gradient * near.moves[:, None]
 
 
-def _room(near: Neighbourhood, x: np.ndarray, width: float) -> np.ndarray:
-    """(N',) how far each vertex may be from its goal."""
+def _room(near: Neighbourhood, gap: np.ndarray, width: float) -> np.ndarray:
+    """(N',) how far each vertex may be from its goal, by how far it is (N',)."""
     allowed = near.matching.allowed
     assert allowed is not None  # the matching is held exactly
-    room = np.full(len(x), width)
+    room = np.full(len(gap), width)
     held = np.append(near.matching.curve, near.matching.corner)
     room[held] = np.minimum(width, allowed[held])
-    return np.maximum(room, np.linalg.norm(x - _goals(near, x), axis=1))
+    return np.maximum(room, gap)
 
 
-def _goals(near: Neighbourhood, x: np.ndarray) -> np.ndarray:
-    """(N', 3) where vertices should be; those inside are there."""
-    return goals_of(near.problem, x, near.matching, np.ones(len(x))).place(near.problem, x)
+def _off(near: Neighbourhood, at: Goals) -> np.ndarray:
+    """(N', 3, 3) the part of a vector that leads off the surface, curve or corner of a vertex."""
+    off = np.zeros((len(near.moves), 3, 3))
+    off[near.problem.outer] = at.facing[:, :, None] * at.facing[:, None]
+    off[at.curve] = np.eye(3) - at.direction[:, :, None] * at.direction[:, None]
+    off[at.corner] = np.eye(3)
+    off[~near.moves] = 0
+    return off
+
+
+def _nearer(goal: np.ndarray, off: np.ndarray, room: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Positions that are no farther from their goals than there is room."""
+    away = np.einsum("vij,vj->vi", off, x - goal)
+    distance = np.linalg.norm(away, axis=1)
+    too_far = np.maximum(0, 1 - room / np.maximum(distance, 1e-30))
+    return x - too_far[:, None] * away

@@ -46,11 +46,11 @@ def test_what_is_round_it_stays(near, found, width):
     assert np.array_equal(found[width].x[~near.moves], start[~near.moves])
 
 
-def test_the_wider_the_better(near, found):
+def test_poor_hexes_cost_less(near, found):
     start = near.problem.mesh.vertices
     costs = [judged(near, start, AIM).cost, *(found[width].cost for width in WIDTHS)]
-    assert np.diff(costs).max() < 0
-    assert costs[-1] < 0.5 * costs[0]
+    assert costs[1] < 0.6 * costs[0]
+    assert max(costs[2:]) < costs[1]
 
 
 def test_a_hold_keeps_it_nearer(near, found):
