@@ -12,7 +12,7 @@ from polycube.types import HexMesh, TriMesh
 @register("meshing/cure", "sheets")
 @dataclass(frozen=True)
 class Sheets:
-    """Cure poor hexes one place at a time: fit what is near anew, or put a sheet of hexes there.
+    """Cure poor hexes one place at a time: put sheets of hexes there, and fit what is near anew.
 
     For exact features only; any other mesh stays as it is, and so does one that crosses itself in
     many places.
@@ -22,13 +22,11 @@ class Sheets:
     aim : scaled Jacobian below which a hex is poor; 0: nothing is cured
     envelope : distance from the surface that the boundary near poor hexes may have, as a fraction
         of the diagonal, where that cures them and no feature is lost; 0: none
-    trials : fits with sheets at most
     features : exact, soft, off or auto
     """
 
     aim: float = 0.35
-    envelope: float = 0.0015
-    trials: int = 100
+    envelope: float = 0.002
     features: str = setting("meshing.features", MeshingSettings.features)
 
     def __post_init__(self) -> None:
@@ -39,8 +37,6 @@ class Sheets:
             raise ValueError(f"aim must be from 0 to 1; got {self.aim}")
         if not 0 <= self.envelope <= TOLERANCE:
             raise ValueError(f"envelope must be from 0 to {TOLERANCE}; got {self.envelope}")
-        if self.trials < 0:
-            raise ValueError(f"trials must be 0 or more; got {self.trials}")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The mesh with fewer poor hexes; the same object where nothing helps."""
@@ -52,4 +48,4 @@ class Sheets:
             return hexes
         if len(crossings(hexes)) >= MANY:
             return hexes
-        return cure(hexes, target(surface), self.aim, self.trials, self.envelope)
+        return cure(hexes, target(surface), self.aim, self.envelope)

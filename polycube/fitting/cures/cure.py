@@ -1,25 +1,23 @@
-"""Cure the worst hexes of a fitted mesh, one place at a time.
+"""Cure the poor hexes of a fitted mesh, one place at a time.
 
 First the faces with flat corners have sheets, those with the worst hexes first.  Then what is near
 poor hexes is fitted anew with its boundary on the surface, and if that is not enough within an
-envelope of it.  Where hexes are poor still, sheets round hexes near them are tried, and the best is
-kept where it helps; and so on, until no hex is poor or nothing helps.
+envelope of it.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from polycube.fitting.cures import losses
 from polycube.fitting.cures.envelope import envelopes, loosened
+from polycube.fitting.cures.faces import Faces
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, poorness
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood, with_detours
 from polycube.fitting.cures.refit import Refit, refit
-from polycube.fitting.cures.sets import Faces
 from polycube.fitting.local_polish import region
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.generation.sheets import with_sheet
@@ -28,17 +26,16 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-ENOUGH = 0.4  # share of the cost of a place that a cure takes away, with which no other is tried
+ENOUGH = 0.4  # share of the cost of a place that a fit takes away, with which it is tried again
 LEAST = 0.02  # the same with which a cure is kept
 LITTLE = 1e-3  # cost whose loss is no gain
-CLOSE = 0.05  # below the aim by which a hex is not poor
 LOWER = 0.9  # share of the least scaled Jacobian that a cure may leave, if that is not
 FINE = 0.2  # more than this
-NEAR = 0.002  # distance of vertices from the surface, in diagonals, that any cure may leave
-STRAY = 0.0004  # the same beyond what is no loss, from exact features
+NEAR = 0.005  # distance of vertices from the surface, in diagonals, that any cure may leave
+STRAY = 0.0025  # the same beyond what is no loss, from exact features
 
 
-def cure(mesh: HexMesh, target: Target, aim: float, trials: int, width: float) -> HexMesh:
+def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     """The mesh with fewer poor hexes, and with sheets; no cure loses a feature or makes a crossing.
 
     Parameters
@@ -46,25 +43,21 @@ def cure(mesh: HexMesh, target: Target, aim: float, trials: int, width: float) -
     mesh : fitted, in model units, with exact features
     target : its surface
     aim : scaled Jacobian below which hexes are poor
-    trials : fits with sheets at most
     width : distance from the surface that poor hexes may have, in diagonals
 
     Returns
     -------
     The same object where no hex is poor or nothing helps.
     """
-    cures = _Cures(fitted(mesh, target), aim, trials, width)
+    cures = _Cures(fitted(mesh, target), aim, width)
     cures.under_faces()
     cures.in_an_envelope()
-    if cures.at_the_worst():
-        cures.in_an_envelope()
     found = cures.whole
     if not cures.kept:
         return mesh
     logger.info(
-        "cure: %d places cured, %d trials of sheets, %d hexes more, least scaled Jacobian %.3f",
+        "cure: %d places cured, %d hexes more, least scaled Jacobian %.3f",
         cures.kept,
-        trials - cures.left,
         len(found.mesh.hexes) - len(mesh.hexes),
         found.jacobian.min(),
     )
@@ -109,15 +102,15 @@ class _Trial:
 class _Cures:
     """Trials on a mesh, one after the other; what helps is kept."""
 
-    def __init__(self, whole: Fitted, aim: float, trials: int, width: float) -> None:
-        self.whole, self.left, self.kept = whole, trials, 0
+    def __init__(self, whole: Fitted, aim: float, width: float) -> None:
+        self.whole, self.kept = whole, 0
         self._aim, self._width = aim, width
         self._crossings = len(crossings(whole.mesh))
 
     def under_faces(self) -> None:
         """Put sheets under the CAD faces with flat corners."""
         tried = {0}
-        while self.left:
+        while True:
             faces = Faces(self.whole)
             poor = poorness(self.whole.jacobian, self._aim)
             parts = [
@@ -129,26 +122,12 @@ class _Cures:
             if worst == 0:
                 return
             tried.add(cad_face)
-            trial = self._tried(inside=inside)
-            if trial is not None and trial.helps(self.whole.jacobian.min()):
-                self._keep(trial)
-
-    def at_the_worst(self) -> bool:
-        """Refit round the worst hex, with the best sheet; then round the next.  Whether any was
-        kept.
-        """
-        before = self.kept
-        given_up: set[tuple[int, float]] = set()
-        while self.left:
-            bad = self.whole.badness(self._aim)
-            worst = np.flatnonzero(bad > poorness(np.array(self._aim - CLOSE), self._aim))
-            order = worst[np.argsort(-bad[worst], kind="stable")].tolist()
-            hex_ = next((h for h in order if (h, float(bad[h])) not in given_up), None)
-            if hex_ is None:
-                break
-            if not self._cured(hex_):
-                given_up.add((hex_, float(bad[hex_])))
-        return self.kept > before
+            near = neighbourhood(self.whole, np.zeros(0, np.int64), inside)
+            if near is not None:
+                before = self._before(near)
+                trial = _Trial(near, refit(near, self._aim, before[0]), *before)
+                if trial.helps(self.whole.jacobian.min()):
+                    self._keep(trial)
 
     def in_an_envelope(self) -> None:
         """Loosen the boundary round the poor hexes, place by place."""
@@ -180,42 +159,7 @@ class _Cures:
                 left.append(trial)
             elif self._keep(trial):
                 return trial.gain > ENOUGH * trial.before
-        kept = self._keep_best(left)
-        return kept is not None and kept.gain > ENOUGH * kept.before
-
-    def _cured(self, bad: int) -> bool:
-        """Keep the best cure for a hex, or the first that is good enough."""
-        helpful = []
-        for trial in self._trials_at(bad):
-            if trial.helps(self.whole.jacobian.min()):
-                helpful.append(trial)
-                if trial.gain > ENOUGH * trial.before:
-                    break
-        return self._keep_best(helpful) is not None
-
-    def _keep_best(self, helpful: list[_Trial]) -> _Trial | None:
-        """Keep the one that gains most of those that may be kept."""
-        order = sorted(helpful, key=lambda trial: -trial.gain)
-        return next((trial for trial in order if self._keep(trial)), None)
-
-    def _trials_at(self, bad: int) -> Iterator[_Trial]:
-        seen = set()
-        for inside in (None, *Faces(self.whole).near(bad)):
-            key = b"" if inside is None else inside.tobytes()
-            is_proper = inside is None or (inside.any() and not inside.all())
-            if key not in seen and is_proper and self.left:
-                seen.add(key)
-                trial = self._tried(bad, inside)
-                if trial is not None:
-                    yield trial
-
-    def _tried(self, bad: int = 0, inside: np.ndarray | None = None) -> _Trial | None:
-        near = neighbourhood(self.whole, np.array([bad]), inside)
-        if near is None:
-            return None
-        self.left -= 1
-        before = self._before(near)
-        return _Trial(near, refit(near, self._aim, before[0]), *before)
+        return any(self._keep(trial) and trial.gain > ENOUGH * trial.before for trial in left)
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
         """Cost of a place, least scaled Jacobian there, and the largest distances."""

@@ -25,6 +25,9 @@ HOLD = 0.1  # weight of a pull on the boundary to where it was, per square of th
 BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in turn
 ROUNDS = 2  # for each: the surface is looked up once in a round
 ITERATIONS = 20
+REACH = 0.25  # of the size: how far a vertex goes in a round, so that the surface is flat enough
+EVERY_WAY = np.eye(3)[None]
+LITTLE = 0.05  # scaled Jacobian that a hex may lose where its vertices are brought back
 
 
 def envelopes(width: float) -> list[tuple[float, float]]:
@@ -56,11 +59,11 @@ def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refi
         offset = float(problem.scaled_jacobian(x).min())
         terms = Terms(1e-3, 1e-3, 0.05, 1.0, beta, offset, min(0.5 * least, 1e-3))
         function = partial(_energy, near, lengths, terms, springs)
-        back = partial(_nearer, at.place(problem, x), _off(near, at), room)
+        reach = REACH * problem.size(x)
+        back = partial(_held, x, reach, at.place(problem, x), _off(near, at), room)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))
-        every_way = np.eye(3) * near.moves[:, None, None]
-        x = _nearer(at.place(problem, x), every_way, room, x)
+        x = _landed(near, at.place(problem, x), room, x, aim)
         best = min(best, judged(near, x, aim), key=lambda each: each.cost)
     return best
 
@@ -92,9 +95,38 @@ def _off(near: Neighbourhood, at: Goals) -> np.ndarray:
     return off
 
 
+def _held(
+    begun: np.ndarray,
+    reach: np.ndarray,
+    goal: np.ndarray,
+    off: np.ndarray,
+    room: np.ndarray,
+    x: np.ndarray,
+) -> np.ndarray:
+    """Positions within reach of where a round began, and of their goals."""
+    return _nearer(goal, off, room, _nearer(begun, EVERY_WAY, reach, x))
+
+
+def _landed(
+    near: Neighbourhood, goal: np.ndarray, room: np.ndarray, x: np.ndarray, aim: float
+) -> np.ndarray:
+    """Positions no farther from their goals than there is room, but at hexes that get poor by it.
+
+    Goals may have jumped where the surface comes near itself.
+    """
+    landed = _nearer(goal, EVERY_WAY * near.moves[:, None, None], room, x)
+    least = np.minimum(near.problem.scaled_jacobian(x) - LITTLE, aim)
+    while (poor := near.problem.scaled_jacobian(landed) < least).any():
+        vertex = np.unique(near.problem.hexes[poor])
+        if np.array_equal(landed[vertex], x[vertex]):
+            break
+        landed[vertex] = x[vertex]
+    return landed
+
+
 def _nearer(goal: np.ndarray, off: np.ndarray, room: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Positions that are no farther from their goals than there is room."""
-    away = np.einsum("vij,vj->vi", off, x - goal)
+    away = np.einsum("vij,vj->vi", np.broadcast_to(off, (len(x), 3, 3)), x - goal)
     distance = np.linalg.norm(away, axis=1)
     too_far = np.maximum(0, 1 - room / np.maximum(distance, 1e-30))
     return x - too_far[:, None] * away

@@ -19,7 +19,7 @@ from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 OFF = 50.0  # cost of a diagonal off the surface, beyond
-NO_LOSS = 1.5e-3  # this distance
+NO_LOSS = 2e-3  # this distance
 POWER = 4  # of the cost of a hex: one bad hex counts more than many that are nearly good
 STRAYED = 100.0  # cost of a diagonal off exact features, beyond what is no loss
 
@@ -62,11 +62,6 @@ class Fitted:
     def jacobian(self) -> np.ndarray:
         """(H,) scaled Jacobians."""
         return scaled_jacobian(self.mesh.vertices, self.mesh.hexes)
-
-    def badness(self, aim: float) -> np.ndarray:
-        """(H,) cost of each hex and of its vertices."""
-        off = offness(self.gap, self.strayed)
-        return poorness(self.jacobian, aim) + off[self.mesh.hexes].max(axis=1)
 
     @cached_property
     def lost(self) -> frozenset[int]:

@@ -1,4 +1,4 @@
-"""Fit a neighbourhood alone; what is round it stays."""
+"""Fit a neighbourhood with a sheet alone; what is round it stays."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     problem = near.problem
     x = problem.mesh.vertices.copy()
     lengths = problem.lengths(x, 3, 0.1)
-    for weight in WEIGHTS if near.inside is not None else ():
+    for weight in WEIGHTS:
         x = _descended(near, x, lengths, Terms(), 40, weight)
         lengths = problem.lengths(x, 2, 0.05)
     soft = Terms(shape=0.2, barrel=0.1, jacobian=1.0, beta=5.0, offset=0.2)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from polycube.fitting.cures.faces import Faces
 from polycube.fitting.cures.fitted import cost, fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
 from polycube.fitting.cures.refit import refit
-from polycube.fitting.cures.sets import Faces
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
 

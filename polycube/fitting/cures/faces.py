@@ -1,8 +1,7 @@
-"""Sets of hexes near a bad one, round which a sheet may help.
+"""CAD faces with flat corners, and the hexes under them.
 
-A sheet under a whole face gives every vertex of its border two quads on the face; one under a few
-quads does so there alone; one round the hexes beside the bad one puts a layer between it and the
-others.
+At a flat corner, two edges of a quad lie on one line or nearly so.  A sheet of hexes under the
+whole face gives every vertex of its border two quads on the face.
 """
 
 from __future__ import annotations
@@ -15,8 +14,6 @@ from polycube.fitting.cures.fitted import Fitted, edge_keys
 from polycube.fitting.flat_corners import FLAT
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.surface.measures import connected
-
-GROWN = 3  # rings of quads round those of the bad hex at most
 
 
 class Faces:
@@ -57,25 +54,3 @@ class Faces:
         for number in np.unique(self.part[self.flat]):
             own = self.part == number
             yield int(cad_face[own][0]), self.under(own & ~self.sharp)
-
-    def near(self, bad: int) -> Iterator[np.ndarray]:
-        """Sets (H,) for a bad hex, the likeliest first; some may be equal, empty or all."""
-        at = np.zeros(self.hexes.max() + 1, bool)
-        at[self.hexes[bad]] = True
-        own = self.owner == bad
-        touching = own if own.any() else at[self.quads].any(axis=1)
-        faces = [self.part == number for number in np.unique(self.part[touching])]
-        yield from (self.under(face & ~self.sharp) for face in faces)
-        shared = at[self.hexes].sum(axis=1)
-        yield shared >= 4
-        yield shared > 0
-        for face in faces:
-            yield self.under(face)
-            grown = touching & face
-            for rings in range(GROWN + 1):
-                if rings:
-                    reached = np.zeros(len(at), bool)
-                    reached[self.quads[grown]] = True
-                    grown = face & reached[self.quads].any(axis=1)
-                yield self.under(grown)
-                yield self.under(grown & ~self.sharp)

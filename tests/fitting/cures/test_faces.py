@@ -1,10 +1,10 @@
-"""Sets of hexes round which a sheet may help."""
+"""Faces with flat corners."""
 
 import numpy as np
 import pytest
 
+from polycube.fitting.cures.faces import Faces
 from polycube.fitting.cures.fitted import fitted
-from polycube.fitting.cures.sets import Faces
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
 
@@ -28,13 +28,3 @@ def test_parts_are_the_faces(whole):
     faces = Faces(whole)
     for number in np.unique(faces.part):
         assert len(np.unique(whole.cad_face[faces.part == number])) == 1
-
-
-def test_sets_near_a_hex_hold_it_or_are_under_its_face(whole):
-    faces = Faces(whole)
-    bad = int(faces.owner[faces.flat][0])
-    sets = list(faces.near(bad))
-    assert 36 in [each.sum() for each in sets]
-    proper = [each for each in sets if each.any() and not each.all()]
-    assert len(proper) > 5
-    assert sum(each[bad] for each in proper) > len(proper) / 2
