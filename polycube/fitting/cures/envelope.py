@@ -15,7 +15,7 @@ import numpy as np
 from polycube.fitting import energy
 from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.cures.neighbourhood import Neighbourhood
-from polycube.fitting.cures.refit import Refit, judged
+from polycube.fitting.cures.refit import Refit, at_goals, judged
 from polycube.fitting.energy import Terms
 from polycube.fitting.snapping import goals_of
 from polycube.fitting.springs import Springs, pull
@@ -27,6 +27,7 @@ ROUNDS = 2  # for each: the surface is looked up once in a round
 ITERATIONS = 20
 REACH = 0.25  # of the size: how far a vertex goes in a round, so that the surface is flat enough
 EVERY_WAY = np.eye(3)[None]
+WORSE = 2e-3  # scaled Jacobian that the way home may cost
 LITTLE = 0.05  # scaled Jacobian that a hex may lose where its vertices are brought back
 
 
@@ -65,7 +66,14 @@ def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refi
         at = goals_of(problem, x, near.matching, np.ones(len(x)))
         x = _landed(near, at.place(problem, x), room, x, aim)
         best = min(best, judged(near, x, aim), key=lambda each: each.cost)
-    return best
+    return _home(near, best, aim)
+
+
+def _home(near: Neighbourhood, found: Refit, aim: float) -> Refit:
+    """The same with vertices at their goals where no hex gets poor or worse by it."""
+    least = min(aim, found.least)
+    home = judged(near, at_goals(near, found.x, least), aim)
+    return home if home.least >= least - WORSE else found
 
 
 def _energy(

@@ -50,11 +50,11 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     soft = Terms(shape=0.2, barrel=0.1, jacobian=1.0, beta=5.0, offset=0.2)
     x = _descended(near, x, lengths, soft, 30, WEIGHTS[-1])
     lengths = problem.lengths(x, 2, 0.05)
-    x = _snapped(near, x, SNAPPED[0])
+    x = at_goals(near, x, SNAPPED[0])
     best = judged(near, x, aim)
     for beta, most in zip(BETAS, HOPELESS, strict=True):
         x = _slid(near, x, lengths, beta)
-        free, snapped = (judged(near, y, aim) for y in (x, _snapped(near, x, SNAPPED[1])))
+        free, snapped = (judged(near, y, aim) for y in (x, at_goals(near, x, SNAPPED[1])))
         best = min(best, free, snapped, key=lambda each: each.cost)
         x = snapped.x if snapped.cost < WORSE * free.cost else x
         if best.cost == 0 or best.cost > most * before:
@@ -69,8 +69,8 @@ def judged(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
     return Refit(x, *cost(near.problem.scaled_jacobian(x), gap, strayed, aim), gap, strayed)
 
 
-def _snapped(near: Neighbourhood, x: np.ndarray, least: float) -> np.ndarray:
-    """The moving boundary at its goals, as far as hexes allow."""
+def at_goals(near: Neighbourhood, x: np.ndarray, least: float) -> np.ndarray:
+    """The moving boundary at its goals, less far at hexes that would fall below `least`."""
     trust = np.ones(len(x))
     at = goals_of(near.problem, x, near.matching, trust)
     return snap(near.problem, x, at, least, trust, near.moves).x
