@@ -9,23 +9,22 @@ positive is halved in each direction (de Casteljau) until a value or the bound d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
+from math import comb
 
 import numpy as np
 
 from polycube.hexmesh.connectivity import EDGES, PLACES
 
 MAX_LEVEL = 12  # halvings of a box
-MAX_BOXES = 100_000  # open at once; 22 MB
+MAX_NUMBERS = 2_700_000  # in the boxes open at once; 22 MB
 CHUNK = 50_000  # hexes at a time
 ROUNDING = 1e-12  # of the largest frame of a hex: a bound no larger is not taken for positive
 
 _NODES = np.array([0.0, 0.5, 1.0])
 _GRID = np.array(list(product(_NODES, repeat=3)))  # (27, 3), zeta fastest
 _TO_BERNSTEIN = np.array([[1, 0, 0], [-0.5, 2, -0.5], [0, 0, 1]])  # from values at the nodes
-_LOW = np.array([[1, 0, 0], [0.5, 0.5, 0], [0.25, 0.5, 0.25]])  # coefficients on [0, 1/2]
-_HALVES = (_LOW, _LOW[::-1, ::-1])
-_CORNERS = np.array([0, 2, 6, 8, 18, 20, 24, 26])  # coefficients that are values
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,37 +63,51 @@ def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.ndar
     mean = np.abs(boxes.mean(axis=1))
     length = np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2).max(axis=1)
     tiny = ROUNDING * np.maximum(length**3, np.finfo(float).tiny)
-    least, bound = _descend(boxes - tiny[:, None])
+    least, bound = signed_bounds(boxes - tiny[:, None], 2)
     return least / np.maximum(mean, tiny), bound / np.maximum(mean, tiny)
 
 
-def _descend(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least value and bound (H,) of polynomials (H, 27), box by box where the sign is open."""
+def signed_bounds(boxes: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Least value met and bound (H,) of polynomials of a degree in each of three variables.
+
+    boxes : (H, (degree + 1)^3) Bernstein coefficients on the unit cube.  A box is halved only
+        where the sign is open.
+    """
+    halves, ends = _halves(degree)
     owner = np.arange(len(boxes))
-    least = boxes[:, _CORNERS].min(axis=1)
+    least = boxes[:, ends].min(axis=1)
     settled = np.full(len(boxes), np.inf)
     for level in range(MAX_LEVEL + 1):
-        np.minimum.at(least, owner, boxes[:, _CORNERS].min(axis=1))
+        np.minimum.at(least, owner, boxes[:, ends].min(axis=1))
         bound = boxes.min(axis=1)
         is_open = (bound <= 0) & (least[owner] > 0)
-        if level == MAX_LEVEL or is_open.sum() > MAX_BOXES // 8:
+        if level == MAX_LEVEL or 8 * is_open.sum() > MAX_NUMBERS // boxes.shape[1]:
             is_open[:] = False
         np.minimum.at(settled, owner[~is_open], bound[~is_open])
         if not is_open.any():
             return least, settled
-        boxes, owner = _halve(boxes[is_open]), np.tile(owner[is_open], 8)
+        owner = np.tile(owner[is_open], 8)
+        boxes = np.concatenate([_along_axes(boxes[is_open], each) for each in halves])
     raise AssertionError("the last level returns")
 
 
-def _halve(boxes: np.ndarray) -> np.ndarray:
-    return np.concatenate([_along_axes(boxes, halves) for halves in product(_HALVES, repeat=3)])
+@lru_cache
+def _halves(degree: int) -> tuple[list[tuple[np.ndarray, ...]], np.ndarray]:
+    """Matrices along the axes that halve a box, for each of eight; which coefficients are values.
+
+    By de Casteljau's rule.
+    """
+    n = degree + 1
+    low = np.array([[comb(i, j) / 2**i for j in range(n)] for i in range(n)])
+    ends = np.array(list(product((0, degree), repeat=3))) @ [n * n, n, 1]
+    return list(product((low, low[::-1, ::-1]), repeat=3)), ends
 
 
 def _along_axes(values: np.ndarray, matrices: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Apply a (3, 3) matrix per axis to tensors (n, 27)."""
+    """Apply a (m, m) matrix per axis to tensors (n, m^3)."""
     x, y, z = matrices
-    cube = values.reshape(-1, 3, 3, 3)
-    return np.einsum("nijk,ai,bj,ck->nabc", cube, x, y, z, optimize=True).reshape(-1, 27)
+    cube = values.reshape(-1, len(x), len(x), len(x))
+    return np.einsum("nijk,ai,bj,ck->nabc", cube, x, y, z, optimize=True).reshape(values.shape)
 
 
 def _gradients(at: np.ndarray) -> np.ndarray:
