@@ -13,16 +13,18 @@ from threading import Event
 
 import numpy as np
 
+from polycube.analysis.problem import Problem
 from polycube.config import compose
 from polycube.errors import InputError, MeshingError
 from polycube.io.solids.motions import Motion
+from polycube.kinds import Export, StatesProblem
 from polycube.pipeline.improvement import Improvement, is_improvement, read_given
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.placement import Placement
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
-from polycube.registry import build, names
+from polycube.registry import build, names, provide
 from polycube.report.files import check_folder, start_folder, write_results
 from polycube.report.numbers.results import summarize
 from polycube.surface.checks import check_closed, check_surface
@@ -43,6 +45,7 @@ class Result:
     report : the numbers of `report.json`
     failure : why there is no valid result, else None
     warnings : why a user should look at the mesh
+    problem : what the analysis solves, where it says so
     """
 
     surface: TriMesh
@@ -54,6 +57,7 @@ class Result:
     failure: str | None = None
     warnings: tuple[str, ...] = ()
     interrupted: bool = False
+    problem: Problem | None = None
 
     @property
     def modes(self) -> Modes | None:
@@ -66,7 +70,8 @@ class Result:
         Raises
         ------
         InputError
-            For a suffix that no export plugin writes.
+            For a suffix that no export plugin writes, and for a place of the analysis that the mesh
+            has not, where the format holds the analysis.
         """
         path = Path(path)
         suffixes = {build("export", {"plugin": name}).suffix: name for name in names("export")}
@@ -74,7 +79,8 @@ class Result:
             what = "there is no hex mesh" if self.hexes is None else "no format has this suffix"
             raise InputError(what, str(path), f"choose one of {', '.join(sorted(suffixes))}")
         export = build("export", {"plugin": suffixes[path.suffix]})
-        return export(self.hexes, path.with_suffix(""))
+        whole = provide(export, spline=self.spline, problem=self.problem)
+        return whole(self.hexes, path.with_suffix(""))
 
 
 def mesh(
@@ -151,7 +157,9 @@ def execute(
         run = Improvement(settings, read or read_given, interrupt)
     else:
         run = Run(settings, read or read_part, interrupt)
-    exports = [build("export", config) for config in settings.export.values()]
+    problem = _problem(settings)
+    built = [build("export", config) for config in settings.export.values()]
+    exports = [provide(each, problem=problem) for each in built]
     if folder is not None:
         check_folder(folder, settings, run.names, exports)
     state = run.begin()
@@ -159,20 +167,25 @@ def execute(
         start_folder(folder, settings, state)
         started(folder)
         run.keep_input(state, folder)
-    state = _work(run, state)
+    state = _work(run, state, exports)
     report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
     if folder is not None:
         write_results(folder, state, report, exports, settings)
-    return _result(state, report)
+    return _result(state, report, problem)
 
 
-def _work(run: Run, state: RunState) -> RunState:
+def _problem(settings: Settings) -> Problem | None:
+    plugin = build("analysis", settings.analysis)
+    return plugin.problem if isinstance(plugin, StatesProblem) else None
+
+
+def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
     """Mesh and solve; a failure or an interruption ends in the state it came to."""
     try:
         if "meshing" in run.settings.order:
             state = run.mesh(state)
         if state.hexes is not None and state.failure is None and not state.interrupted:
-            run.check_places(state.hexes)
+            run.check_places(state.hexes, exports)
             state = run.solve(state)
     except MeshingError as error:
         return replace(state, failure=str(error))
@@ -184,7 +197,7 @@ def _work(run: Run, state: RunState) -> RunState:
     return state
 
 
-def _result(state: RunState, report: Mapping[str, object]) -> Result:
+def _result(state: RunState, report: Mapping[str, object], problem: Problem | None) -> Result:
     return Result(
         state.surface,
         state.polycube,
@@ -195,6 +208,7 @@ def _result(state: RunState, report: Mapping[str, object]) -> Result:
         state.failure,
         state.verdict.warnings if state.verdict else (),
         state.interrupted,
+        problem,
     )
 
 

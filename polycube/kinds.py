@@ -15,6 +15,7 @@ from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
+from polycube.analysis.problem import Problem
 from polycube.errors import InputError
 from polycube.types import (
     Candidate,
@@ -183,8 +184,21 @@ class Analysis(Protocol):
         """The solution."""
 
 
+@runtime_checkable
+class StatesProblem(Protocol):
+    """An analysis that says what it solves, for the decks of other programs."""
+
+    @property
+    def problem(self) -> Problem:
+        """Material, supports and loads."""
+
+
 class Export(Protocol):
-    """Write the hex mesh in the format of another program."""
+    """Write the hex mesh in the format of another program.
+
+    A plugin may have the fields `spline` and `problem`, declared by
+    `field(default=None, metadata=polycube.registry.BY_RUN)`: a run fills in what it has.
+    """
 
     suffix: ClassVar[str]  # of its files, such as ".inp"
 

@@ -17,7 +17,7 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, field, fields, is_dataclass
+from dataclasses import MISSING, Field, field, fields, is_dataclass, replace
 from functools import cache
 from importlib.metadata import entry_points
 from numbers import Integral, Real
@@ -31,6 +31,7 @@ GROUP = "polycube.plugins"  # entry-point group, and the name `plugins/` is impo
 
 REQUIRED = "???"  # value of an option without a default
 PROVIDED = {"structure": ("grid", "primitives")}  # options that a run provides, not a configuration
+BY_RUN = {"given": "by the run"}  # metadata of a field that `provide` fills in
 PLAIN = {  # annotations that are checked: what they admit, in code and in words
     "bool": (bool, "true or false"),
     "int": (Integral, "a whole number"),
@@ -73,6 +74,12 @@ def setting(name: str, default: object) -> Any:
     return field(default=default, metadata={"setting": name})
 
 
+def provide(plugin: Any, **values: object) -> Any:
+    """The plugin with those of the values that it declares by `field(metadata=BY_RUN)`."""
+    asked = [f.name for f in fields(plugin) if f.metadata == BY_RUN and f.name in values]
+    return replace(plugin, **{name: values[name] for name in asked})
+
+
 def choice(kind: str, name: str) -> Any:
     """Declare an option that is a plugin of another kind; `name` is the default."""
     return field(default_factory=lambda: {"plugin": name}, metadata={"choice": (kind, name)})
@@ -80,8 +87,10 @@ def choice(kind: str, name: str) -> Any:
 
 def options(kind: str, cls: type) -> dict[str, Field]:
     """Fields of a plugin class that a configuration may set, by name."""
-    provided = PROVIDED.get(kind, ())
-    return {f.name: f for f in fields(cls) if f.init and f.name not in provided}
+    given = PROVIDED.get(kind, ())
+    return {
+        f.name: f for f in fields(cls) if f.init and f.name not in given and f.metadata != BY_RUN
+    }
 
 
 def default(option: Field) -> object:

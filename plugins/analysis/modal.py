@@ -3,12 +3,16 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from polycube.analysis.material import check_units, material
 from polycube.registry import register
 from polycube.types import Modes, Spline
 
-from .places import check_supports, places, supports
+from .places import check_supports, places, prescribed, supports
+
+if TYPE_CHECKING:
+    from polycube.analysis.problem import Vibration
 
 logger = logging.getLogger(__name__)
 
@@ -51,6 +55,14 @@ class Modal:
     def places(self) -> list[object]:
         """What it needs to find on the boundary."""
         return [place for place, _ in places(self.fixed)]
+
+    @property
+    def problem(self) -> "Vibration":
+        """What it solves, for the decks of other programs."""
+        from polycube.analysis.problem import Vibration
+
+        held, lumped = prescribed(self.fixed), self.mass == "lumped"
+        return Vibration(self.units, held, material(self.material), self.modes, lumped)
 
     def __call__(self, spline: Spline) -> Modes:
         """The modes in SI units; logs mass and the elastic frequencies."""

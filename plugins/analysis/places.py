@@ -14,6 +14,7 @@ from polycube.types import Json, Spline
 
 if TYPE_CHECKING:
     from polycube.analysis.constraints import Support
+    from polycube.analysis.problem import Prescribed
 
 AXES = "xyz"
 
@@ -73,6 +74,19 @@ def supports(spline: Spline, items: Sequence[object]) -> list[Support]:
         faces = faces_of(spline, place)
         found.append(Support(place_name(place), faces, axes, said.get("value", 0.0)))
     return found
+
+
+def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:
+    """The supports of a displacement as a problem has them."""
+    from polycube.analysis.problem import Prescribed
+
+    found = []
+    for place, said in map(_split, items):
+        axes = tuple(AXES.index(axis) for axis in said.get("components", AXES))
+        value = said.get("value", 0.0)
+        values = len(axes) * (value,) if is_number(value) else tuple(value)
+        found.append(Prescribed(place, axes, tuple(map(float, values))))
+    return tuple(found)
 
 
 def places(items: Sequence[object]) -> Iterator[tuple[object, Json]]:

@@ -3,12 +3,16 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from polycube.analysis.material import check_units
 from polycube.registry import register
 from polycube.types import Potential, Spline
 
 from .places import check_items, is_number, places
+
+if TYPE_CHECKING:
+    from polycube.analysis.problem import Conduction
 
 logger = logging.getLogger(__name__)
 
@@ -55,6 +59,15 @@ class Poisson:
     def places(self) -> list[object]:
         """What it needs to find on the boundary."""
         return [place for place, _ in places((*self.fixed, *self.flux))]
+
+    @property
+    def problem(self) -> "Conduction":
+        """What it solves, for the decks of other programs."""
+        from polycube.analysis.problem import Conduction, Flow, Prescribed
+
+        held = tuple(Prescribed(at, (0,), (said["value"],)) for at, said in places(self.fixed))
+        flows = tuple(Flow(at, said["value"]) for at, said in places(self.flux))
+        return Conduction(self.units, held, self.conductivity, flows, self.source)
 
     def __call__(self, spline: Spline) -> Potential:
         """u with its flux; logs what flows through the fixed places."""

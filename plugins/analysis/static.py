@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +11,18 @@ from polycube.analysis.material import check_units, material
 from polycube.registry import register
 from polycube.types import Deformation, Spline
 
-from .places import check_items, check_supports, check_vector, is_number, places, supports
+from .places import (
+    check_items,
+    check_supports,
+    check_vector,
+    is_number,
+    places,
+    prescribed,
+    supports,
+)
+
+if TYPE_CHECKING:
+    from polycube.analysis.problem import Statics, Vector
 
 logger = logging.getLogger(__name__)
 
@@ -62,12 +74,22 @@ class Static:
         return [place for place, _ in places((*self.fixed, *self.loads))]
 
     @property
-    def _acceleration(self) -> tuple[float, ...]:
+    def _acceleration(self) -> "Vector":
         """Of gravity; where nothing is said and nothing else moves the part, along -z."""
         if self.gravity is not None:
-            return self.gravity
+            x, y, z = self.gravity
+            return x, y, z
         is_moved = any(said.get("value") for _, said in places(self.fixed))
         return (0.0, 0.0, 0.0) if self.loads or is_moved else WEIGHT
+
+    @property
+    def problem(self) -> "Statics":
+        """What it solves, for the decks of other programs."""
+        from polycube.analysis.problem import Applied, Statics
+
+        loads = tuple(Applied(place, **said) for place, said in places(self.loads))
+        held = prescribed(self.fixed)
+        return Statics(self.units, held, material(self.material), loads, self._acceleration)
 
     def __call__(self, spline: Spline) -> Deformation:
         """The solid at rest; logs the largest displacement and stress."""

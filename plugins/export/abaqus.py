@@ -2,58 +2,98 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from polycube.registry import register
-from polycube.types import HexMesh
+import numpy as np
 
-from .groups import blocks, node_sets, primitive_sets, side_sets
-from .text import count, integers, numbered, wrapped, write
+from polycube.registry import BY_RUN, register
+from polycube.types import HexMesh, Spline
 
-SIDES = (6, 4, 3, 5, 1, 2)  # Abaqus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
+from .groups import blocks, primitive_sets, side_sets
+from .text import count, lines, narrow, wrapped, write
+
+if TYPE_CHECKING:
+    from polycube.analysis.problem import Problem
 
 # hybrid, incompatible modes, reduced integration; coupled with temperature or pore pressure
-VARIANTS = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
-ELEMENTS = tuple(f"C3D8{variant}" for variant in VARIANTS)
+OF_8 = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
+OF_20 = "", "H", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
+ELEMENTS = tuple(f"C3D8{each}" for each in OF_8) + tuple(f"C3D20{each}" for each in OF_20)
+ROW_8 = "%d" + 8 * ", %d"
+ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
 
 
 @register("export", "abaqus")
 @dataclass(frozen=True)
 class Abaqus:
-    """Abaqus and CalculiX (.inp): ELSET of cells and primitives, NSET and SURFACE of each set.
+    """Abaqus and CalculiX (.inp): mesh, sets, and with them the problem of `analysis`, to be run.
 
     Parameters
     ----------
-    element : element type: C3D8, C3D8R, C3D8I
+    element : element type: C3D8I, C3D8, C3D8R, C3D20R, C3D20 and others; those of 20 nodes lie on
+        the spline where there is one; heat transfer takes DC3D8 or DC3D20 in their place
+    step : also write material, section, supports and loads of `analysis`; false: mesh and sets
     """
 
-    element: str = "C3D8"
+    element: str = "C3D8I"
+    step: bool = True
+    spline: Spline | None = field(default=None, metadata=BY_RUN)
+    problem: Problem | None = field(default=None, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
         if self.element not in ELEMENTS:
             raise ValueError(
-                f"element must be one of {', '.join(ELEMENTS)}, the hexahedra of eight nodes; "
+                f"element must be one of {', '.join(ELEMENTS)}, the hexahedra of 8 and 20 nodes; "
                 f"got {self.element!r}"
             )
 
     suffix: ClassVar[str] = ".inp"
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
-        from polycube.hexmesh.connectivity import quad_sides
+    @property
+    def places(self) -> list[object]:
+        """What it needs to find on the boundary."""
+        return self.problem.places if self.step and self.problem else []
 
-        owner, side = quad_sides(hexes)
-        parts = ["*HEADING\nhex mesh of polycube, lengths in the units of the input\n"]
-        parts += ["*NODE, NSET=all\n", numbered(hexes.vertices)]
-        parts.append(f"*ELEMENT, TYPE={self.element}, ELSET=all\n")
-        parts.append(integers(count(hexes.hexes + 1), ", "))
-        for name, own in (blocks(hexes) | primitive_sets(hexes)).items():
-            parts += [f"*ELSET, ELSET={name}\n", wrapped(own + 1, 16, between=", ")]
-        for name, own in node_sets(hexes).items():
-            parts += [f"*NSET, NSET={name}\n", wrapped(own + 1, 16, between=", ")]
+    @property
+    def _nodes(self) -> int:
+        return 20 if self.element.startswith("C3D20") else 8
+
+    def __call__(self, hexes: HexMesh, path: Path) -> Path:
+        """Write next to `path`, with this format's suffix; returns the file written.
+
+        Raises
+        ------
+        InputError
+            For a place of the problem that the boundary of the mesh has not.
+        """
+        from polycube.analysis.problem import Conduction
+        from polycube.spline.second_order import hex_elements
+
+        from .deck import deck, node_set, surface, units_of
+
+        own = hex_elements(hexes, self.spline, self._nodes)
+        problem = self.problem if self.step else None
+        units = units_of(problem) if problem else "lengths in the units of the input"
+        kind = f"DC3D{self._nodes}" if isinstance(problem, Conduction) else self.element
+        parts = ["*HEADING\nhex mesh of polycube\n", f"** {units}\n"]
+        parts += ["*NODE, NSET=all\n", *map(_node, count(own.points).tolist())]
+        parts.append(f"*ELEMENT, TYPE={kind}, ELSET=all\n")
+        parts.append(lines(count(own.hexes + 1), ROW_20 if self._nodes == 20 else ROW_8))
+        for name, rows in (blocks(hexes) | primitive_sets(hexes)).items():
+            parts += [f"*ELSET, ELSET={name}\n", wrapped(rows + 1, 16, between=", ")]
         for name, quads in side_sets(hexes).items():
-            parts.append(f"*SURFACE, TYPE=ELEMENT, NAME={name}\n")
-            parts += [f"{owner[q] + 1}, S{SIDES[side[q]]}\n" for q in quads]
+            parts.append(node_set(name, np.unique(own.quads[quads])))
+        for name, quads in side_sets(hexes).items():
+            parts.append(surface(hexes, name, quads))
+        if problem is not None:
+            parts += deck(problem, hexes, own)
+        elif self.step:
+            parts.append("** no analysis is given: material, section and step are yours to add\n")
         return write(path.with_suffix(self.suffix), *parts)
+
+
+def _node(row: list[float]) -> str:
+    """Number and place; both programs take numbers of at most 20 characters."""
+    return ", ".join([f"{row[0]:.0f}", *map(narrow, row[1:])]) + "\n"

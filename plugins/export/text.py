@@ -31,6 +31,12 @@ def numbered(points: np.ndarray, between: str = ", ") -> str:
     return lines(count(points), ["%d"] + 3 * ["%.17g"], between)
 
 
+def narrow(value: float, width: int = 20) -> str:
+    """A number with as many digits, at most 17, as fit into a field."""
+    texts = (f"{value:.{digits}g}" for digits in range(17, 0, -1))
+    return next(text for text in texts if len(text) <= width)
+
+
 def lines(values: np.ndarray, form: str | list[str], between: str = " ") -> str:
     """Rows in a format of `numpy.savetxt`."""
     text = StringIO()

@@ -18,7 +18,7 @@ from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import check_requests, unmet
 from polycube.hexmesh.named_sets import sets_of_spline
-from polycube.kinds import KINDS, Acceptance, Ranking
+from polycube.kinds import KINDS, Acceptance, Export, Ranking
 from polycube.pipeline.choices import (
     choose,
     is_fine,
@@ -303,14 +303,16 @@ class Run:
             self._save(stage.kind, state.hexes if value is None else value)
         return state
 
-    def check_places(self, hexes: HexMesh) -> None:
-        """Raise InputError for a place that an analysis needs and the boundary has not."""
+    def check_places(self, hexes: HexMesh, exports: Sequence[Export] = ()) -> None:
+        """Raise InputError for a place that an analysis or an export needs and the mesh has not."""
+        again = f"; the mesh is kept, resume={self.folder} from=spline"
         for stage in self.solving:
             try:
                 check_names(getattr(stage.plugin, "places", ()), hexes.sets)
             except InputError as error:
-                again = f"; the mesh is kept, resume={self.folder} from=spline"
                 raise InputError(f"{stage.kind}: {error}{again if self.folder else ''}") from None
+        for export in exports:
+            check_names(getattr(export, "places", ()), hexes.sets)
 
     @property
     def _resumed(self) -> Path:

@@ -18,6 +18,7 @@ from polycube.pipeline.intake import write_repaired
 from polycube.pipeline.resume import stage_name
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
+from polycube.registry import provide
 from polycube.report.numbers import quality
 from polycube.types import HexMesh, Spline, TriMesh
 
@@ -110,7 +111,7 @@ def write_results(
         with manifest.writing(folder) as scratch:
             named = replace(state.hexes, primitives=_context(state))
             for export in exports:
-                export(named, scratch / "hex")
+                provide(export, spline=state.spline)(named, scratch / "hex")
     with manifest.writing(folder) as scratch:
         _write_json(scratch / "report.json", report)
     if "report" in settings.order:

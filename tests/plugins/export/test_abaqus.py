@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.registry import build
+from polycube.spline.second_order import hex_elements
 from tests.fixtures.exports import corners, export, nodes_of, read
 
 
@@ -36,5 +37,16 @@ def test_abaqus_element_type_and_length_of_lines(mesh, tmp_path):
     text = export(mesh, tmp_path, "abaqus", element="C3D8R").read_text()
     assert "*ELEMENT, TYPE=C3D8R, ELSET=all" in text
     assert max(line.count(",") for line in text.splitlines()) <= 15
-    with pytest.raises(ValueError, match=r"one of C3D8, C3D8H, C3D8I, .*C3D8R, .*got 'C3D20R'"):
-        build("export", {"plugin": "abaqus", "element": "C3D20R"})
+    with pytest.raises(ValueError, match=r"one of C3D8, C3D8H, C3D8I, .*C3D20R, .*got 'C3D10'"):
+        build("export", {"plugin": "abaqus", "element": "C3D10"})
+
+
+def test_meshio_reads_hexes_of_20_nodes_and_their_sets(mesh, tmp_path):
+    path = export(mesh, tmp_path, "abaqus", element="C3D20R")
+    assert max(line.count(",") for line in path.read_text().splitlines()) <= 15
+    found, own = read(path), hex_elements(mesh, None, 20)
+    np.testing.assert_array_equal(found.points, own.points)
+    np.testing.assert_array_equal(found.cells_dict["hexahedron20"], own.hexes)
+    for name, quads in mesh.sets.items():
+        expected = np.unique(own.quads[quads]).tolist()
+        assert np.sort(found.point_sets[name]).tolist() == expected

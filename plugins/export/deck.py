@@ -1,0 +1,194 @@
+"""Material, section and step of a problem as Abaqus and CalculiX read them.
+
+The units are consistent: the length unit L of the part, N and s.  So a stress is in N/L^2, a mass
+in N s^2/L (tonnes where L is mm) and a power in N L/s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.analysis.boundary_sets import quads_of
+from polycube.analysis.material import Material
+from polycube.analysis.problem import Conduction, Flow, Problem, Statics, Vibration
+from polycube.hexmesh.connectivity import quad_sides
+from polycube.hexmesh.named_sets import set_name
+from polycube.spline.second_order import HexElements
+from polycube.types import HexMesh
+from polycube.units import METRES
+
+from .nodal_forces import shares
+from .text import lines, narrow, wrapped
+
+SIDES = np.array([6, 4, 3, 5, 1, 2])  # Abaqus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
+MASSES = {"mm": "t", "m": "kg"}  # N s^2/L by its name
+STRESSES = {"mm": "MPa", "m": "Pa"}  # N/L^2 likewise
+TEMPERATURE = 11  # degree of freedom
+PRINTED = {  # what the files of results hold
+    Statics: "*NODE FILE\nU, RF\n*EL FILE\nS, E\n",
+    Vibration: "*NODE FILE\nU\n",
+    Conduction: "*NODE FILE\nNT, RFL\n*EL FILE\nHFL\n",
+}
+
+
+def units_of(problem: Problem) -> str:
+    """The units of the numbers, in a line."""
+    unit = problem.units
+    mass, stress = MASSES.get(unit, f"N s^2/{unit}"), STRESSES.get(unit, f"N/{unit}^2")
+    heat = f", power N {unit}/s, temperature K" if isinstance(problem, Conduction) else ""
+    return f"length {unit}, force N, time s, mass {mass}, stress {stress}{heat}"
+
+
+def side_rows(mesh: HexMesh, quads: np.ndarray) -> np.ndarray:
+    """(N, 2) numbers of the element, from one, and of its face for some boundary quads."""
+    owner, side = quad_sides(mesh)
+    return np.column_stack([owner[quads] + 1, SIDES[side[quads]]])
+
+
+def surface(mesh: HexMesh, name: str, quads: np.ndarray) -> str:
+    """The faces under a name."""
+    rows = lines(side_rows(mesh, quads), ["%d", "S%d"], ", ")
+    return f"*SURFACE, TYPE=ELEMENT, NAME={name}\n{rows}"
+
+
+def node_set(name: str, nodes: np.ndarray) -> str:
+    """The nodes, numbered from nought, under a name."""
+    return f"*NSET, NSET={name}\n{wrapped(nodes + 1, 16, between=', ')}"
+
+
+def deck(problem: Problem, mesh: HexMesh, elements: HexElements) -> list[str]:
+    """All that follows the mesh and its sets: material, section, supports and a step with loads.
+
+    Raises
+    ------
+    InputError
+        For a place that the boundary of the mesh has not.
+    """
+    return _Deck(problem, mesh, elements).parts()
+
+
+@dataclass(frozen=True, eq=False)
+class _Deck:
+    problem: Problem
+    mesh: HexMesh
+    elements: HexElements
+
+    @property
+    def metre(self) -> float:
+        """Metres in the length unit."""
+        return METRES[self.problem.units]
+
+    def parts(self) -> list[str]:
+        sets, boundary = self._supports()
+        section = "*SOLID SECTION, ELSET=all, MATERIAL=material\n"
+        before = ["*MATERIAL, NAME=material\n", *self._material(), section, *sets]
+        named, loads = self._loads()
+        if isinstance(self.problem, Statics) and not (loads or self._moves):
+            why = "no loads, no gravity and no given displacements: there is no step"
+            return [*before, *named, f"** {why}\n", *boundary]
+        last = [*boundary, *loads, PRINTED[type(self.problem)], "*END STEP\n"]
+        return [*before, *named, "*STEP\n", *self._procedure(), *last]
+
+    @property
+    def _moves(self) -> bool:
+        return any(any(support.values) for support in self.problem.supports)
+
+    def _material(self) -> list[str]:
+        if isinstance(self.problem, Conduction):
+            return [f"*CONDUCTIVITY\n{_number(self.problem.conductivity)}\n"]
+        assert isinstance(self.problem, Statics | Vibration)
+        own: Material = self.problem.material
+        young, density = own.young * self.metre**2, own.density * self.metre**4
+        return [
+            f"*ELASTIC\n{_number(young)}, {_number(own.poisson)}\n",
+            f"*DENSITY\n{_number(density)}\n",
+        ]
+
+    def _procedure(self) -> list[str]:
+        if isinstance(self.problem, Vibration):
+            modes = f"*FREQUENCY\n{self.problem.modes}\n"
+            note = "** the mass matrix is that of the element, not analysis.mass=lumped\n"
+            return [note, modes] if self.problem.is_lumped else [modes]
+        if isinstance(self.problem, Conduction):
+            return ["*HEAT TRANSFER, STEADY STATE\n1., 1.\n"]
+        return ["*STATIC\n"]
+
+    def _supports(self) -> tuple[list[str], list[str]]:
+        """Sets of nodes that have no name yet, and what is prescribed; the last support rules."""
+        supports = self.problem.supports
+        nodes = [np.unique(self.elements.quads[self._quads(each.place)]) for each in supports]
+        ruler = np.full((len(self.elements.points), 3), -1)
+        for k, support in enumerate(supports):
+            for component in support.components:
+                ruler[nodes[k], component] = k
+        sets, rows = [], []
+        first = TEMPERATURE if isinstance(self.problem, Conduction) else 1
+        for k, support in enumerate(supports):
+            for component, value in zip(support.components, support.values, strict=True):
+                own = nodes[k][ruler[nodes[k], component] == k]
+                if len(own) == 0:
+                    continue
+                name, at = set_name(support.place), first + component
+                if isinstance(support.place, Mapping) or len(own) < len(nodes[k]):
+                    name = f"fixed_{k + 1}_{component + 1}"
+                    sets.append(node_set(name, own))
+                rows.append(f"{name}, {at}, {at}, {_number(value)}\n")
+        return sets, ["*BOUNDARY\n", *rows] if rows else []
+
+    def _quads(self, place: object) -> np.ndarray:
+        return np.unique(quads_of(self.mesh, place))
+
+    def _loads(self) -> tuple[list[str], list[str]]:
+        """Surfaces that have no name yet, and the loads of the step."""
+        if isinstance(self.problem, Conduction):
+            return [], self._heat(self.problem)
+        if isinstance(self.problem, Statics):
+            return self._forces(self.problem)
+        return [], []
+
+    def _forces(self, problem: Statics) -> tuple[list[str], list[str]]:
+        named, pressures = [], []
+        at_nodes = np.zeros_like(self.elements.points)
+        for k, load in enumerate(problem.loads):
+            quads = self._quads(load.place)
+            if load.pressure:
+                name = set_name(load.place)
+                if isinstance(load.place, Mapping):
+                    name = f"load_{k + 1}"
+                    named.append(surface(self.mesh, name, quads))
+                pressures.append(f"{name}, P, {_number(load.pressure * self.metre**2)}\n")
+            faces = self.elements.quads[quads]
+            areas = shares(self.elements.points[faces])
+            traction = np.array(load.traction) * self.metre**2 + np.array(load.force) / areas.sum()
+            np.add.at(at_nodes, faces, areas[..., None] * traction)
+        loads = ["*DSLOAD\n", *pressures] if pressures else []
+        node, axis = np.nonzero(at_nodes)
+        if len(node):
+            rows = zip(node.tolist(), axis.tolist(), at_nodes[node, axis].tolist(), strict=True)
+            loads += ["*CLOAD\n", *(f"{n + 1}, {i + 1}, {narrow(f)}\n" for n, i, f in rows)]
+        gravity = np.array(problem.acceleration) / self.metre
+        size = float(np.linalg.norm(gravity))
+        if size:
+            way = ", ".join(_number(x) for x in gravity / size)
+            loads.append(f"*DLOAD\nall, GRAV, {_number(size)}, {way}\n")
+        return named, loads
+
+    def _heat(self, problem: Conduction) -> list[str]:
+        rows = [self._flux(flow) for flow in problem.flows]
+        if problem.source:
+            rows.append(f"all, BF, {_number(problem.source * self.metre**2)}\n")
+        return ["*DFLUX\n", *rows] if rows else []
+
+    def _flux(self, flow: Flow) -> str:
+        sides = side_rows(self.mesh, self._quads(flow.place))
+        value = np.full(len(sides), flow.flux * self.metre)
+        return lines(np.column_stack([sides, value]), ["%d", "S%d", "%.9g"], ", ")
+
+
+def _number(value: float) -> str:
+    """Nine digits, with a point that makes it no whole number."""
+    text = f"{value:.9g}"
+    return text if set(text) & set(".en") else f"{text}."

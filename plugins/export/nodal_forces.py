@@ -1,0 +1,40 @@
+"""Forces on faces of elements as forces at their nodes: integrals of the functions of the nodes."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+# corners, edges and middle of a face, each the mean of some corners, in [-1, 1]^2
+CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+PLACES = np.vstack([CORNERS, (CORNERS + np.roll(CORNERS, -1, axis=0)) / 2, [[0, 0]]])
+ALL = [(i, j) for i in range(3) for j in range(3)]
+POWERS = {4: [(0, 0), (1, 0), (0, 1), (1, 1)], 8: ALL[:-1], 9: ALL}  # of x and y, by the nodes
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+def shares(faces: np.ndarray) -> np.ndarray:
+    """Integrals (Q, n) of the functions of the nodes over faces (Q, n, 3) of 4, 8 or 9 nodes.
+
+    Those of a face add up to its area.
+    """
+    n = faces.shape[1]
+    grid = np.array(list(product(POINTS, repeat=2)))
+    weights = np.prod(list(product(WEIGHTS, repeat=2)), axis=1)
+    through = np.linalg.inv(_monomials(PLACES[:n], POWERS[n], 0, 0))
+    values, along, across = (_monomials(grid, POWERS[n], *d) @ through for d in _DERIVATIVES)
+    areas = np.linalg.norm(np.cross(along @ faces, across @ faces), axis=2) * weights
+    return areas @ values
+
+
+_DERIVATIVES = ((0, 0), (1, 0), (0, 1))
+
+
+def _monomials(at: np.ndarray, powers: list[tuple[int, int]], dx: int, dy: int) -> np.ndarray:
+    """(P, n) x^i y^j at points (P, 2), or the derivative by x or y."""
+    columns = []
+    for i, j in powers:
+        column = at[:, 0] ** max(i - dx, 0) * at[:, 1] ** max(j - dy, 0)
+        columns.append(column * (i if dx else 1) * (j if dy else 1))
+    return np.stack(columns, axis=1)

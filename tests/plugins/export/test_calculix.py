@@ -1,0 +1,149 @@
+"""Decks solved by CalculiX where it is installed: exact answers, and beams."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.io.hex_meshes import patches
+from polycube.registry import build, provide
+from polycube.spline.second_order import hex_elements
+from tests.fixtures.hexmeshes import barrel, hex_box
+from tests.fixtures.splines import spline_of
+
+CCX = shutil.which("ccx")
+pytestmark = pytest.mark.skipif(CCX is None, reason="CalculiX is not installed")
+
+YOUNG, LENGTH, SIDE = 70e9, 10.0, 1.0
+WIDTHS = {"U": 4, "NT": 2}  # words of a line
+METAL = {"young": YOUNG, "poisson": 0.0, "density": 2700.0}
+BEAM = hex_box((10, 2, 2), (LENGTH, SIDE, SIDE))
+
+
+def solved(mesh, folder, analysis, element, spline=None, asked="U") -> np.ndarray:
+    """Rows of the table that CalculiX prints: number of the node, values."""
+    problem = build("analysis", analysis).problem
+    plugin = build("export", {"plugin": "abaqus", "element": element})
+    path = provide(plugin, problem=problem, spline=spline)(mesh, folder / "hex")
+    if asked:
+        more = f"*NODE PRINT, NSET=all\n{asked}\n*END STEP\n"
+        path.write_text(path.read_text().replace("*END STEP\n", more))
+    command = [CCX, "-i", path.stem]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "*ERROR" not in done.stdout, done.stdout[-2000:]
+    lines = (folder / "hex.dat").read_text().splitlines()
+    rows = []
+    for line in lines:
+        words = line.split()
+        if asked and len(words) == WIDTHS[asked] and words[0].isdigit():
+            rows.append([float(word) for word in words])
+        elif not asked and len(words) == 5 and words[0].isdigit():
+            rows.append([float(words[0]), float(words[3])])
+        elif "P A R T I C I P A T I O N" in line:
+            break
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20", "C3D20R"])
+@pytest.mark.parametrize(
+    "load", [{"traction": [2e8, 0, 0]}, {"pressure": -2e8}, {"force": [200, 0, 0]}]
+)
+def test_a_bar_in_tension_is_exact(element, load, tmp_path) -> None:
+    """u = sigma x / E: 200 MPa on one square mm, by nodes and by a pressure on faces."""
+    analysis = {
+        "plugin": "static",
+        "material": METAL,
+        "fixed": ["x_min"],
+        "loads": [{"at": "x_max", **load}],
+    }
+    rows = solved(BEAM, tmp_path, analysis, element)
+    own = hex_elements(BEAM, None, 20 if "20" in element else 8)
+    assert rows[:, 0].tolist() == list(range(1, len(own.points) + 1))
+    np.testing.assert_allclose(rows[:, 1], 2e8 / YOUNG * own.points[:, 0], atol=1e-8)
+    np.testing.assert_allclose(rows[:, 2:], 0, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("element", "within"), [("C3D8I", 2e-2), ("C3D20", 2e-3), ("C3D20R", 2e-3)]
+)
+def test_a_cantilever_bends_as_timoshenko_says(element, within, tmp_path) -> None:
+    """P L^3 / 3 E I + P L / (5/6 G A), at the middle of the free end."""
+    force = 10.0
+    analysis = {
+        "plugin": "static",
+        "material": METAL,
+        "fixed": ["x_min"],
+        "loads": [{"at": "x_max", "force": [0, 0, -force]}],
+    }
+    rows = solved(BEAM, tmp_path, analysis, element)
+    young, inertia = YOUNG * 1e-6, SIDE**4 / 12
+    expected = force * LENGTH**3 / (3 * young * inertia)
+    expected += force * LENGTH / (5 / 6 * young / 2 * SIDE**2)
+    end = np.flatnonzero((BEAM.vertices == [LENGTH, SIDE / 2, SIDE / 2]).all(axis=1))
+    assert rows[end, 3] == pytest.approx(-expected, rel=within)
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
+def test_a_bar_hangs_from_its_end_as_exactly(element, tmp_path) -> None:
+    """u = density g (L x - x^2 / 2) / E."""
+    gravity = 5e5
+    analysis = {
+        "plugin": "static",
+        "material": METAL,
+        "fixed": ["x_min"],
+        "gravity": [gravity, 0, 0],
+    }
+    rows = solved(BEAM, tmp_path, analysis, element)
+    own = hex_elements(BEAM, None, 20 if "20" in element else 8)
+    x = own.points[rows[:, 0].astype(int) - 1, 0]
+    expected = METAL["density"] * gravity / YOUNG * 1e-3 * (LENGTH * x - x**2 / 2)
+    np.testing.assert_allclose(rows[:, 1], expected, atol=1e-5 * expected.max())
+
+
+def test_a_given_displacement_of_a_curved_part_moves_it_as_given(tmp_path) -> None:
+    """A rigid motion of curved hexes of 20 nodes has no strain: all nodes move alike."""
+    plain = barrel((3, 3, 3), 0.3)
+    mesh = hex_mesh(plain.vertices, plain.hexes, plain.quads, patches(plain))
+    spline = spline_of(mesh, "h2s", fit={"rounds": 0})
+    fixed = [{"at": "z_min", "value": [0.5, -0.25, 0.125]}]
+    analysis = {"plugin": "static", "material": METAL, "fixed": fixed}
+    rows = solved(mesh, tmp_path, analysis, "C3D20R", spline)
+    np.testing.assert_allclose(rows[:, 1:], np.tile([0.5, -0.25, 0.125], (len(rows), 1)), atol=1e-6)
+
+
+def test_the_longitudinal_modes_of_a_bar(tmp_path) -> None:
+    """(2 n - 1) / 4 L times the speed of sound, among the modes that move along x alone."""
+    sides = [{"at": side, "components": side[0]} for side in ("y_min", "y_max", "z_min", "z_max")]
+    analysis = {
+        "plugin": "modal",
+        "material": METAL,
+        "fixed": [*sides, {"at": "x_min", "components": "x"}],
+        "modes": 2,
+    }
+    rows = solved(BEAM, tmp_path, analysis, "C3D8I", asked="")
+    speed = np.sqrt(YOUNG / METAL["density"]) * 1e3  # mm/s
+    expected = np.array([1, 3]) * speed / (4 * LENGTH)
+    np.testing.assert_allclose(rows[:2, 1], expected, rtol=1e-2)
+    fine = solved(BEAM, tmp_path, analysis, "C3D20", asked="")
+    np.testing.assert_allclose(fine[:2, 1], expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20"])
+def test_heat_through_a_bar_is_exact(element, tmp_path) -> None:
+    """T = 300 + q x / k with a flux, and a parabola with a source."""
+    flux, source, k = 4000.0, 1e6, 50.0
+    analysis = {
+        "plugin": "poisson",
+        "conductivity": k,
+        "fixed": [{"at": "x_min", "value": 300}],
+        "flux": [{"at": "x_max", "value": flux}],
+        "source": source,
+    }
+    rows = solved(BEAM, tmp_path, analysis, element, asked="NT")
+    own = hex_elements(BEAM, None, 20 if element == "C3D20" else 8)
+    x = own.points[rows[:, 0].astype(int) - 1, 0] * 1e-3
+    length = LENGTH * 1e-3
+    expected = flux / k * x + source / k * (length * x - x**2 / 2)
+    np.testing.assert_allclose(rows[:, 1] - 300, expected, atol=2e-4)
