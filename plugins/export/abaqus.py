@@ -6,12 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
-from .groups import blocks, primitive_sets, side_sets
+from .groups import blocks, node_sets, primitive_sets, side_sets
 from .text import count, lines, narrow, wrapped, write
 
 if TYPE_CHECKING:
@@ -83,10 +81,8 @@ class Abaqus:
         parts.append(lines(count(own.hexes + 1), ROW_20 if self._nodes == 20 else ROW_8))
         for name, rows in (blocks(hexes) | primitive_sets(hexes)).items():
             parts += [f"*ELSET, ELSET={name}\n", wrapped(rows + 1, 16, between=", ")]
-        for name, quads in side_sets(hexes).items():
-            parts.append(node_set(name, np.unique(own.quads[quads])))
-        for name, quads in side_sets(hexes).items():
-            parts.append(surface(hexes, name, quads))
+        parts += [node_set(name, nodes) for name, nodes in node_sets(hexes, own.quads).items()]
+        parts += [surface(hexes, name, quads) for name, quads in side_sets(hexes).items()]
         if problem is not None:
             parts += deck(problem, hexes, own)
         elif self.step:

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from polycube.registry import register
-from polycube.types import HexMesh
+from polycube.registry import BY_RUN, register
+from polycube.types import HexMesh, Spline
 
 from .groups import blocks, first_sets, primitive_sets, side_sets
 from .text import count, floats, integers, numbered, write
 
+if TYPE_CHECKING:
+    from polycube.spline.second_order import HexElements
+
 VERSIONS = ("2.2", "4.1")
-QUAD, HEXAHEDRON = 3, 5  # Gmsh's numbers of the kinds of element
+KINDS = {8: (3, 5), 20: (16, 17), 27: (10, 12)}  # Gmsh's numbers of quads and hexahedra
+# Gmsh's order of the nodes of a hexahedron: those of edges and faces are not VTK's
+EDGES = np.array([0, 3, 8, 1, 9, 2, 10, 11, 4, 7, 5, 6]) + 8
+FACES = np.array([4, 2, 0, 1, 3, 5]) + 20
+ORDER = np.concatenate([np.arange(8), EDGES, FACES, [26]])
 
 
 @register("export", "gmsh")
@@ -28,11 +35,17 @@ class Gmsh:
     ----------
     version : 2.2, which most solvers read: an element has one group, a quad the first set that it
         is in, a hex its grid cell; or 4.1: an element has all its groups
+    nodes : of a hex: 8, or 20 or 27, which lie on the spline where there is one
     """
 
     version: str | float = "2.2"
+    nodes: int = 8
+    spline: Spline | None = field(default=None, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
+        from polycube.spline.second_order import check_nodes
+
+        check_nodes(self.nodes)
         if str(self.version) not in VERSIONS:
             raise ValueError(f"version must be {' or '.join(VERSIONS)}; got {self.version!r}")
 
@@ -40,22 +53,27 @@ class Gmsh:
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write next to `path`, with this format's suffix; returns the file written."""
+        from polycube.spline.second_order import hex_elements
+
+        own = hex_elements(hexes, self.spline, self.nodes)
         is_simple = str(self.version) == VERSIONS[0]
-        parts = _in_one_group(hexes) if is_simple else _in_all_groups(hexes)
+        parts = _in_one_group(hexes, own) if is_simple else _in_all_groups(hexes, own)
         return write(path.with_suffix(self.suffix), f"$MeshFormat\n{self.version} 0 8\n", *parts)
 
 
-def _in_one_group(mesh: HexMesh) -> list[str]:
+def _in_one_group(mesh: HexMesh, own: HexElements) -> list[str]:
     """Format 2.2, after its first line."""
     surfaces, of_quad = first_sets(mesh)
     volumes = blocks(mesh)
     of_hex = np.searchsorted(np.unique(mesh.cell), mesh.cell)
-    quads = _tagged(QUAD, of_quad, mesh.quads, 1)
-    hexes = _tagged(HEXAHEDRON, of_hex, mesh.hexes, 1 + len(quads))
+    nodes = own.hexes.shape[1]
+    quad, hexahedron = KINDS[nodes]
+    quads = _tagged(quad, of_quad, own.quads, 1)
+    hexes = _tagged(hexahedron, of_hex, own.hexes[:, ORDER[:nodes]], 1 + len(quads))
     return [
         _names(surfaces, list(volumes)),
-        f"$Nodes\n{len(mesh.vertices)}\n",
-        numbered(mesh.vertices, " "),
+        f"$Nodes\n{len(own.points)}\n",
+        numbered(own.points, " "),
         f"$EndNodes\n$Elements\n{len(quads) + len(hexes)}\n",
         integers(quads),
         integers(hexes),
@@ -70,12 +88,12 @@ def _tagged(kind: int, group: np.ndarray, nodes: np.ndarray, first: int) -> np.n
     return np.column_stack([tags, group + 1, group + 1, nodes + 1])
 
 
-def _in_all_groups(mesh: HexMesh) -> list[str]:
+def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
     """Format 4.1, after its first line: an entity for each combination of groups."""
     surfaces, volumes = side_sets(mesh), blocks(mesh) | primitive_sets(mesh)
     quads, of_quads = _entities(surfaces, len(mesh.quads))
     hexes, of_hexes = _entities(volumes, len(mesh.hexes))
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    low, high = own.points.min(axis=0), own.points.max(axis=0)
     box = " ".join(f"{x:.17g}" for x in (*low, *high))
 
     def entity(tag: int, groups: np.ndarray) -> str:
@@ -87,16 +105,19 @@ def _in_all_groups(mesh: HexMesh) -> list[str]:
             np.column_stack([first + rows, nodes[rows] + 1])
         )
 
-    n_nodes, n_elements = len(mesh.vertices), len(mesh.quads) + len(mesh.hexes)
-    blocks_of = [(2, QUAD, mesh.quads, quads), (3, HEXAHEDRON, mesh.hexes, hexes)]
+    n_nodes, n_elements = len(own.points), len(mesh.quads) + len(mesh.hexes)
+    nodes = own.hexes.shape[1]
+    of_quad, of_hex = KINDS[nodes]
+    ordered = own.hexes[:, ORDER[:nodes]]
+    blocks_of = [(2, of_quad, own.quads, quads), (3, of_hex, ordered, hexes)]
     return [
         _names(list(surfaces), list(volumes)),
         f"$Entities\n0 0 {len(quads)} {len(hexes)}\n",
         *(entity(tag, groups) for tag, groups in enumerate(of_quads, start=1)),
         *(entity(tag, groups) for tag, groups in enumerate(of_hexes, start=1)),
         f"$EndEntities\n$Nodes\n1 {n_nodes} 1 {n_nodes}\n3 1 0 {n_nodes}\n",
-        integers(count(mesh.vertices)[:, :1]),
-        floats(mesh.vertices),
+        integers(count(own.points)[:, :1]),
+        floats(own.points),
         f"$EndNodes\n$Elements\n{len(quads) + len(hexes)} {n_elements} 1 {n_elements}\n",
         *(
             block(dimension, tag, kind, nodes, rows)

@@ -14,9 +14,13 @@ def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
     return dict(mesh.sets) or boundary_sets(mesh)
 
 
-def node_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Numbers of the vertices on the quads of each set, ascending."""
-    return {name: np.unique(mesh.quads[quads]) for name, quads in side_sets(mesh).items()}
+def node_sets(mesh: HexMesh, quads: np.ndarray | None = None) -> dict[str, np.ndarray]:
+    """Numbers of the nodes on the quads of each set, ascending.
+
+    quads : (Q, n) nodes of each, where they are not the vertices of the mesh alone
+    """
+    nodes = mesh.quads if quads is None else quads
+    return {name: np.unique(nodes[own]) for name, own in side_sets(mesh).items()}
 
 
 def first_sets(mesh: HexMesh) -> tuple[list[str], np.ndarray]:

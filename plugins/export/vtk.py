@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
-from polycube.registry import register
-from polycube.types import HexMesh
+from polycube.registry import BY_RUN, register
+from polycube.types import HexMesh, Spline
 
 from .text import floats, integers, write
+
+KINDS = {8: 12, 20: 25, 27: 29}  # VTK's numbers of hexahedra
 
 
 @register("export", "vtk")
@@ -21,7 +23,19 @@ class LegacyVtk:
 
     An array per set: 1 at its nodes; at hexes the sum of 1, 2, 4, 8, 16, 32 for its sides -xi +xi
     -eta +eta -zeta +zeta in the set.
+
+    Parameters
+    ----------
+    nodes : of a hex: 8, or 20 or 27, which lie on the spline where there is one
     """
+
+    nodes: int = 8
+    spline: Spline | None = field(default=None, metadata=BY_RUN)
+
+    def __post_init__(self) -> None:
+        from polycube.spline.second_order import check_nodes
+
+        check_nodes(self.nodes)
 
     suffix: ClassVar[str] = ".vtk"
 
@@ -29,12 +43,16 @@ class LegacyVtk:
         """Write next to `path`, with this format's suffix; returns the file written."""
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
         from polycube.io.vtk import numbered_primitives, set_arrays
+        from polycube.spline.second_order import hex_elements
 
-        n = len(hexes.hexes)
+        n, own = len(hexes.hexes), hex_elements(hexes, self.spline, self.nodes)
         names, primitive = numbered_primitives(hexes.primitives)
         legend = ", ".join(f"{i} {name}" for i, name in enumerate(names))
         title = f"hex mesh of polycube{'; primitive: ' if names else ''}{legend}"[:255]
-        at_nodes, at_hexes = set_arrays(hexes)
+        _, at_hexes = set_arrays(hexes)
+        at_nodes = {name: np.zeros(len(own.points), int) for name in at_hexes}
+        for name, marked in at_nodes.items():
+            marked[own.quads[hexes.sets[name]]] = 1
         of_hexes = {"cell": hexes.cell}
         if names:
             of_hexes["primitive"] = primitive[hexes.cell]
@@ -42,12 +60,12 @@ class LegacyVtk:
         return write(
             path.with_suffix(self.suffix),
             f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n",
-            f"POINTS {len(hexes.vertices)} double\n",
-            floats(hexes.vertices),
-            f"CELLS {n} {9 * n}\n",
-            integers(np.insert(hexes.hexes, 0, 8, axis=1)),
-            f"CELL_TYPES {n}\n" + "12\n" * n,
-            f"POINT_DATA {len(hexes.vertices)}\n",
+            f"POINTS {len(own.points)} double\n",
+            floats(own.points),
+            f"CELLS {n} {(1 + self.nodes) * n}\n",
+            integers(np.insert(own.hexes, 0, self.nodes, axis=1)),
+            f"CELL_TYPES {n}\n" + f"{KINDS[self.nodes]}\n" * n,
+            f"POINT_DATA {len(own.points)}\n",
             *(_scalars(name, "int", integers(own[:, None])) for name, own in at_nodes.items()),
             f"CELL_DATA {n}\n",
             *(
