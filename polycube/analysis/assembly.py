@@ -113,7 +113,7 @@ def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iter
     points = bezier_points(spline)
     order = np.argsort(np.diff(functions.offsets), kind="stable")
     for elements in np.array_split(order, len(order) // CHUNK + 1):
-        ids, extraction = _pad(functions, elements, len(spline.control))
+        ids, extraction = functions.padded(elements, len(spline.control))
         jacobian = np.einsum("aqm,emi->eqia", gradients, points[elements], optimize=True)
         scale = np.sqrt(weights * _positive_det(jacobian, elements))  # (n, q)
         shape = (extraction @ values.T) * scale[:, None]  # (n, f, q)
@@ -130,20 +130,6 @@ def _positive_det(jacobian: np.ndarray, elements: np.ndarray) -> np.ndarray:
             f"analysis needs det J > 0; got {det.min():.3g} at a Gauss point of element {element}"
         )
     return det
-
-
-def _pad(
-    functions: ElementFunctions, elements: np.ndarray, absent: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Functions (n, f) and dense extraction (n, f, 64) of some elements, `absent` where fewer."""
-    count = np.diff(functions.offsets)[elements]
-    element, place = np.nonzero(np.arange(count.max()) < count[:, None])
-    rows = functions.offsets[elements][element] + place
-    ids = np.full((len(elements), count.max()), absent)
-    ids[element, place] = functions.functions[rows]
-    extraction = np.zeros((*ids.shape, 64))
-    extraction[element, place] = functions.coefficients[rows].toarray()
-    return ids, extraction
 
 
 @dataclass(frozen=True)

@@ -72,3 +72,17 @@ class ElementFunctions:
     offsets: np.ndarray  # (E + 1,)
     functions: np.ndarray  # (R,) into the C control points
     coefficients: csr_matrix  # (R, 64)
+
+    def padded(self, elements: np.ndarray, absent: int) -> tuple[np.ndarray, np.ndarray]:
+        """Functions (n, f) and dense extraction (n, f, 64) of some elements (n,).
+
+        absent : stands for a function where an element has fewer than others; its row is 0
+        """
+        count = np.diff(self.offsets)[elements]
+        element, place = np.nonzero(np.arange(count.max()) < count[:, None])
+        rows = self.offsets[elements][element] + place
+        functions = np.full((len(elements), count.max()), absent)
+        functions[element, place] = self.functions[rows]
+        extraction = np.zeros((*functions.shape, 64))
+        extraction[element, place] = self.coefficients[rows].toarray()
+        return functions, extraction
