@@ -57,6 +57,7 @@ def test_the_mesh_is_saved_by_its_suffix(tmp_path):
     part = polycube.mesh(SIDES, order=["meshing"], **FAST)
     assert part.save(tmp_path / "part.inp") == tmp_path / "part.inp"
     assert len(read_hexes(str(tmp_path / "part.inp"))[0].hexes) == len(part.hexes.hexes)
+    assert "*FREQUENCY\n20\n" in (tmp_path / "part.inp").read_text()  # the analysis by default
     with pytest.raises(InputError, match=r"no format has this suffix; choose one of \.bdf"):
         part.save(tmp_path / "part.step")
 

@@ -122,3 +122,13 @@ def test_every_plugin_lies_in_the_module_of_its_kind() -> None:
             if module.startswith("polycube.plugins."):
                 place = module.removeprefix("polycube.plugins.").replace(".", "/")
                 assert place == kind or place.startswith(f"{kind}/"), f"{kind}={name} in {module}"
+
+
+def test_fields_that_a_run_fills_in_are_no_options() -> None:
+    plugin = build("export", {"plugin": "abaqus"})
+    assert set(registry.options("export", type(plugin))) == {"element", "step"}
+    spline = object()
+    given = registry.provide(plugin, spline=spline, something=1)
+    assert given.spline is spline and given.problem is None and plugin.spline is None
+    medit = build("export", {"plugin": "medit"})
+    assert registry.provide(medit, spline=spline) == medit

@@ -46,6 +46,35 @@ def test_the_sets_of_the_files_are_those_of_the_analysis(block, tmp_path):
     )
     own = re.search(r"\*NSET, NSET=x_max\n([\d, \n]*)", text)[1]
     assert (nodes[np.array(re.findall(r"\d+", own), int) - 1][:, 0] == 30).all()
+    assert "*STATIC\n" in text and "x_min, 1, 1, 0.\n" in text
+    forces = re.search(r"\*CLOAD\n([\d, .e\n-]*)", text)[1].splitlines()
+    assert sum(float(row.split(", ")[2]) for row in forces) == pytest.approx(found["load"][0])
+
+
+def test_a_deck_is_written_without_solving_and_its_places_are_refused_in_time(
+    block, tmp_path, capsys
+):
+    asked = ["order=[meshing]", "export=[abaqus]", "from=meshing/optimize"]
+    modal = resumed(block, tmp_path / "modal", "analysis.fixed=[x_min]", *asked)
+    assert _command(config(*(entry for entry in modal if entry != "from=spline"))) == 0
+    text = (tmp_path / "modal" / "hex.inp").read_text()
+    assert "*FREQUENCY\n20\n" in text and "x_min, 3, 3, 0.\n" in text
+    bad = resumed(block, tmp_path / "bad", "analysis.fixed=[hole_1]", *asked)
+    bad.remove("from=spline")
+    capsys.readouterr()
+    assert _command(config(*bad)) == 2
+    assert "no boundary set 'hole_1'; there are x_min" in capsys.readouterr().err
+    assert not (tmp_path / "bad" / "hex.inp").exists()
+    assert _command(config(*bad, "export.abaqus.step=false")) == 0
+
+
+def test_hexes_of_20_nodes_lie_on_the_spline_of_the_run(block, tmp_path):
+    order, element = "order=[meshing,spline]", "export.abaqus.element=C3D20"
+    assert run(*resumed(block, tmp_path, order, "export=[abaqus,jaxiga]", element))["valid"]
+    text = (tmp_path / "run.log").read_text()
+    assert "12 hexes of 20 nodes on the spline" in text
+    with np.load(tmp_path / "hex.npz") as space, np.load(tmp_path / "spline.npz") as spline:
+        np.testing.assert_array_equal(space["cpts"], spline["control"])
 
 
 @pytest.mark.parametrize("stage", ["spline", "analysis"])
