@@ -69,9 +69,9 @@ class Abaqus:
         from polycube.analysis.problem import Conduction
         from polycube.spline.second_order import hex_elements
 
-        from .deck import deck, node_set, surface, units_of
+        from .deck import deck, node_set, sides_of, surface, units_of
 
-        own = hex_elements(hexes, self.spline, self._nodes)
+        own, sides = hex_elements(hexes, self.spline, self._nodes), sides_of(hexes)
         problem = self.problem if self.step else None
         units = units_of(problem) if problem else "lengths in the units of the input"
         kind = f"DC3D{self._nodes}" if isinstance(problem, Conduction) else self.element
@@ -82,9 +82,9 @@ class Abaqus:
         for name, rows in (blocks(hexes) | primitive_sets(hexes)).items():
             parts += [f"*ELSET, ELSET={name}\n", wrapped(rows + 1, 16, between=", ")]
         parts += [node_set(name, nodes) for name, nodes in node_sets(hexes, own.quads).items()]
-        parts += [surface(hexes, name, quads) for name, quads in side_sets(hexes).items()]
+        parts += [surface(name, sides[quads]) for name, quads in side_sets(hexes).items()]
         if problem is not None:
-            parts += deck(problem, hexes, own)
+            parts += deck(problem, hexes, own, sides)
         elif self.step:
             parts.append("** no analysis is given: material, section and step are yours to add\n")
         return write(path.with_suffix(self.suffix), *parts)

@@ -42,16 +42,15 @@ def units_of(problem: Problem) -> str:
     return f"length {unit}, force N, time s, mass {mass}, stress {stress}{heat}"
 
 
-def side_rows(mesh: HexMesh, quads: np.ndarray) -> np.ndarray:
-    """(N, 2) numbers of the element, from one, and of its face for some boundary quads."""
+def sides_of(mesh: HexMesh) -> np.ndarray:
+    """(Q, 2) numbers of the element, from one, and of its face for the boundary quads."""
     owner, side = quad_sides(mesh)
-    return np.column_stack([owner[quads] + 1, SIDES[side[quads]]])
+    return np.column_stack([owner + 1, SIDES[side]])
 
 
-def surface(mesh: HexMesh, name: str, quads: np.ndarray) -> str:
-    """The faces under a name."""
-    rows = lines(side_rows(mesh, quads), ["%d", "S%d"], ", ")
-    return f"*SURFACE, TYPE=ELEMENT, NAME={name}\n{rows}"
+def surface(name: str, sides: np.ndarray) -> str:
+    """Faces (N, 2) of elements under a name."""
+    return f"*SURFACE, TYPE=ELEMENT, NAME={name}\n{lines(sides, ['%d', 'S%d'], ', ')}"
 
 
 def node_set(name: str, nodes: np.ndarray) -> str:
@@ -59,15 +58,17 @@ def node_set(name: str, nodes: np.ndarray) -> str:
     return f"*NSET, NSET={name}\n{wrapped(nodes + 1, 16, between=', ')}"
 
 
-def deck(problem: Problem, mesh: HexMesh, elements: HexElements) -> list[str]:
+def deck(problem: Problem, mesh: HexMesh, elements: HexElements, sides: np.ndarray) -> list[str]:
     """All that follows the mesh and its sets: material, section, supports and a step with loads.
+
+    sides : (Q, 2) of the boundary quads, see `sides_of`
 
     Raises
     ------
     InputError
         For a place that the boundary of the mesh has not.
     """
-    return _Deck(problem, mesh, elements).parts()
+    return _Deck(problem, mesh, elements, sides).parts()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +76,7 @@ class _Deck:
     problem: Problem
     mesh: HexMesh
     elements: HexElements
+    sides: np.ndarray
 
     @property
     def metre(self) -> float:
@@ -158,7 +160,7 @@ class _Deck:
                 name = set_name(load.place)
                 if isinstance(load.place, Mapping):
                     name = f"load_{k + 1}"
-                    named.append(surface(self.mesh, name, quads))
+                    named.append(surface(name, self.sides[quads]))
                 pressures.append(f"{name}, P, {_number(load.pressure * self.metre**2)}\n")
             faces = self.elements.quads[quads]
             areas = shares(self.elements.points[faces])
@@ -183,7 +185,7 @@ class _Deck:
         return ["*DFLUX\n", *rows] if rows else []
 
     def _flux(self, flow: Flow) -> str:
-        sides = side_rows(self.mesh, self._quads(flow.place))
+        sides = self.sides[self._quads(flow.place)]
         value = np.full(len(sides), flow.flux * self.metre)
         return lines(np.column_stack([sides, value]), ["%d", "S%d", "%.9g"], ", ")
 
@@ -191,4 +193,4 @@ class _Deck:
 def _number(value: float) -> str:
     """Nine digits, with a point that makes it no whole number."""
     text = f"{value:.9g}"
-    return text if set(text) & set(".en") else f"{text}."
+    return text if set(text) & set(".e") else f"{text}."

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from polycube.io.atomic import atomic_write
-from polycube.registry import register
-from polycube.types import HexMesh
+from polycube.registry import BY_RUN, register
+from polycube.types import HexMesh, Spline
 
 from .groups import blocks, node_sets, side_sets
 
 if TYPE_CHECKING:
     from scipy.io import netcdf_file, netcdf_variable
 
+    from polycube.spline.second_order import HexElements
+
 SIDES = np.array([4, 2, 1, 3, 5, 6])  # Exodus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
+# Exodus' order of the nodes of a hex: edges along zeta before those above, the middle before faces
+ORDER = np.array([*range(12), *range(16, 20), *range(12, 16), 26, 24, 25, 20, 21, 22, 23])
 NAME = 256  # longest name, with the zero at its end
 
 
@@ -28,7 +32,19 @@ class Exodus:
 
     The container is netCDF with 64-bit offsets.  Primitives are in the names of the blocks; they
     have no element sets, which VTK does not read.
+
+    Parameters
+    ----------
+    nodes : of a hex: 8, or 20 or 27, which lie on the spline where there is one
     """
+
+    nodes: int = 8
+    spline: Spline | None = field(default=None, metadata=BY_RUN)
+
+    def __post_init__(self) -> None:
+        from polycube.spline.second_order import check_nodes
+
+        check_nodes(self.nodes)
 
     suffix: ClassVar[str] = ".exo"
 
@@ -36,12 +52,15 @@ class Exodus:
         """Write next to `path`, with this format's suffix; returns the file written."""
         from scipy.io import netcdf_file
 
+        from polycube.spline.second_order import hex_elements
+
+        own = hex_elements(hexes, self.spline, self.nodes)
         path = path.with_suffix(self.suffix)
         with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
             _head(file)
-            _nodes(file, hexes)
-            _elements(file, hexes)
-            _sets(file, hexes)
+            _nodes(file, own.points)
+            _elements(file, hexes, own.hexes[:, ORDER[: self.nodes]])
+            _sets(file, hexes, own)
         return path
 
 
@@ -56,15 +75,15 @@ def _head(file: netcdf_file) -> None:
     file.createVariable("time_whole", "d", ("time_step",))
 
 
-def _nodes(file: netcdf_file, mesh: HexMesh) -> None:
+def _nodes(file: netcdf_file, points: np.ndarray) -> None:
     file.createDimension("num_dim", 3)
-    file.createDimension("num_nodes", len(mesh.vertices))
+    file.createDimension("num_nodes", len(points))
     for axis, name in enumerate("xyz"):
-        _array(file, f"coord{name}", mesh.vertices[:, axis], "num_nodes")
+        _array(file, f"coord{name}", points[:, axis], "num_nodes")
     _names(file, "coor_names", list("xyz"), "num_dim")
 
 
-def _elements(file: netcdf_file, mesh: HexMesh) -> None:
+def _elements(file: netcdf_file, mesh: HexMesh, hexes: np.ndarray) -> None:
     """A block per grid cell; `elem_num_map` has the numbers of the hexes in the mesh, from one."""
     own = blocks(mesh)
     file.createDimension("num_elem", len(mesh.hexes))
@@ -72,19 +91,20 @@ def _elements(file: netcdf_file, mesh: HexMesh) -> None:
     _listed(file, "eb", list(own), "num_el_blk")
     for k, rows in enumerate(own.values(), start=1):
         file.createDimension(f"num_el_in_blk{k}", len(rows))
-        file.createDimension(f"num_nod_per_el{k}", 8)
+        file.createDimension(f"num_nod_per_el{k}", hexes.shape[1])
         sizes = (f"num_el_in_blk{k}", f"num_nod_per_el{k}")
-        _array(file, f"connect{k}", mesh.hexes[rows] + 1, *sizes).elem_type = "HEX8"
+        connect = _array(file, f"connect{k}", hexes[rows] + 1, *sizes)
+        connect.elem_type = f"HEX{hexes.shape[1]}"
     _array(file, "elem_num_map", np.concatenate([*own.values()]) + 1, "num_elem")
 
 
-def _sets(file: netcdf_file, mesh: HexMesh) -> None:
+def _sets(file: netcdf_file, mesh: HexMesh, elements: HexElements) -> None:
     """Element numbers of sets are places in the order of the blocks."""
     place = np.argsort(np.concatenate([*blocks(mesh).values()]))
     from polycube.hexmesh.connectivity import quad_sides
 
     owner, side = quad_sides(mesh)
-    nodes, sides = node_sets(mesh), side_sets(mesh)
+    nodes, sides = node_sets(mesh, elements.quads), side_sets(mesh)
     file.createDimension("num_node_sets", len(nodes))
     _listed(file, "ns", list(nodes), "num_node_sets")
     for k, own in enumerate(nodes.values(), start=1):

@@ -1,4 +1,4 @@
-"""Hexes of 20 and 27 nodes in VTK and Gmsh, read by VTK, Gmsh and meshio."""
+"""Hexes of 20 and 27 nodes in VTK, Gmsh and Exodus, read by VTK, Gmsh and meshio."""
 
 import json
 import subprocess
@@ -99,7 +99,27 @@ def test_vtk_reads_curved_hexes_with_their_sets(bulging, nodes, kind, tmp_path) 
         np.testing.assert_allclose(place, point, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", ["vtk", "gmsh"])
+@pytest.mark.parametrize("nodes", [20, 27])
+def test_vtk_reads_curved_hexes_of_exodus_in_its_own_order(bulging, nodes, tmp_path) -> None:
+    pytest.importorskip("vtkmodules")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOExodus import vtkExodusIIReader
+
+    reader = vtkExodusIIReader()
+    reader.SetFileName(str(exported(bulging, tmp_path, "exodus", nodes=nodes)))
+    reader.UpdateInformation()
+    reader.SetGenerateGlobalNodeIdArray(1)
+    reader.Update()
+    block = reader.GetOutput().GetBlock(0).GetBlock(0)
+    number = vtk_to_numpy(block.GetPointData().GetArray("GlobalNodeId")) - 1
+    cells = number[vtk_to_numpy(block.GetCells().GetConnectivityArray())].reshape(-1, nodes)
+    own = hex_elements(*bulging, nodes)
+    np.testing.assert_array_equal(cells, own.hexes)
+    points = vtk_to_numpy(block.GetPoints().GetData())
+    np.testing.assert_array_equal(points, own.points[number].astype(np.float32))
+
+
+@pytest.mark.parametrize("name", ["vtk", "gmsh", "exodus"])
 def test_other_numbers_of_nodes_are_refused(name) -> None:
     with pytest.raises(ValueError, match="nodes must be 8, 20 or 27, those of a hex; got 10"):
         build("export", {"plugin": name, "nodes": 10})
