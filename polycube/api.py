@@ -168,6 +168,8 @@ def execute(
         started(folder)
         run.keep_input(state, folder)
     state = _work(run, state, exports)
+    if state.failure is not None or state.interrupted:  # its places were not looked up
+        exports = built
     report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
     if folder is not None:
         write_results(folder, state, report, exports, settings)

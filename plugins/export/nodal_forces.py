@@ -11,6 +11,7 @@ CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 PLACES = np.vstack([CORNERS, (CORNERS + np.roll(CORNERS, -1, axis=0)) / 2, [[0, 0]]])
 ALL = [(i, j) for i in range(3) for j in range(3)]
 POWERS = {4: [(0, 0), (1, 0), (0, 1), (1, 1)], 8: ALL[:-1], 9: ALL}  # of x and y, by the nodes
+DERIVATIVES = ((0, 0), (1, 0), (0, 1))
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
@@ -23,12 +24,9 @@ def shares(faces: np.ndarray) -> np.ndarray:
     grid = np.array(list(product(POINTS, repeat=2)))
     weights = np.prod(list(product(WEIGHTS, repeat=2)), axis=1)
     through = np.linalg.inv(_monomials(PLACES[:n], POWERS[n], 0, 0))
-    values, along, across = (_monomials(grid, POWERS[n], *d) @ through for d in _DERIVATIVES)
+    values, along, across = (_monomials(grid, POWERS[n], *d) @ through for d in DERIVATIVES)
     areas = np.linalg.norm(np.cross(along @ faces, across @ faces), axis=2) * weights
     return areas @ values
-
-
-_DERIVATIVES = ((0, 0), (1, 0), (0, 1))
 
 
 def _monomials(at: np.ndarray, powers: list[tuple[int, int]], dx: int, dy: int) -> np.ndarray:

@@ -20,7 +20,7 @@ from polycube.types import HexMesh, Spline
 logger = logging.getLogger(__name__)
 
 NODES = (8, 20, 27)  # that a hex may have
-CHUNK = 1_000  # hexes at a time
+CHUNK = 250  # hexes at a time
 
 # ends of the edges in the order of their nodes, 8 to 19; the faces follow in that of FACES
 EDGE_ENDS = np.reshape(
@@ -86,7 +86,7 @@ class HexElements:
     points: np.ndarray  # (N, 3)
     hexes: np.ndarray  # (H, 8, 20 or 27) into points
     quads: np.ndarray  # (Q, 4, 8 or 9) into points
-    straightened: int = 0  # hexes that were not positive with curved edges
+    straightened: int = 0  # hexes with a spline whose edges are straight all the same
     inverted: int = 0  # hexes that are not positive with straight ones either
 
 
@@ -208,8 +208,8 @@ def _tell(found: HexElements, spline: Spline | None) -> None:
     logger.info("%d hexes of %d nodes %s", n_hexes, nodes, where)
     if found.straightened:
         logger.warning(
-            "warning: %d of %d hexes of %d nodes have straight edges, for curved ones are not "
-            "certified to have det J > 0",
+            "warning: %d of %d hexes of %d nodes have straight edges: with curved ones det J > 0 "
+            "is not certain, or they hold spline elements of several levels",
             found.straightened,
             n_hexes,
             nodes,

@@ -108,7 +108,8 @@ def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
     asked = resumed(changed, tmp_path / "bent", *asked[-3:])
     assert _command(config(*asked)) == 3
     assert "must be 1 or more; what was made is kept" in capsys.readouterr().err
-    assert (tmp_path / "bent" / "hex.inp").is_file()
+    text = (tmp_path / "bent" / "hex.inp").read_text()
+    assert "material, section and step are yours to add" in text and "*STEP" not in text
     for bad in ("2", "true", "high"):
         assert _command(config(*asked, f"acceptance.least_jacobian={bad}")) == 2
 
