@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,39 +12,45 @@ from polycube.io.hex_meshes import patches
 from polycube.registry import build, provide
 from polycube.spline.second_order import hex_elements
 from tests.fixtures.hexmeshes import barrel, hex_box
+from tests.fixtures.runs import run
 from tests.fixtures.splines import spline_of
 
 CCX = shutil.which("ccx")
 pytestmark = pytest.mark.skipif(CCX is None, reason="CalculiX is not installed")
 
 YOUNG, LENGTH, SIDE = 70e9, 10.0, 1.0
-WIDTHS = {"U": 4, "NT": 2}  # words of a line
 METAL = {"young": YOUNG, "poisson": 0.0, "density": 2700.0}
 BEAM = hex_box((10, 2, 2), (LENGTH, SIDE, SIDE))
 
 
-def solved(mesh, folder, analysis, element, spline=None, asked="U") -> np.ndarray:
-    """Rows of the table that CalculiX prints: number of the node, values."""
+def run_ccx(deck: Path) -> str:
+    """The tables that CalculiX prints."""
+    command = [CCX, "-i", deck.stem]
+    done = subprocess.run(command, cwd=deck.parent, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and "*ERROR" not in done.stdout, done.stdout[-2000:]
+    return deck.with_suffix(".dat").read_text()
+
+
+def frequencies(table: str) -> np.ndarray:
+    """Of the modes in ascending order, in Hz."""
+    rows = map(str.split, table.partition("P A R T I C I P A T I O N")[0].splitlines())
+    return np.array([float(row[3]) for row in rows if len(row) == 5 and row[0].isdigit()])
+
+
+def written(mesh, folder, analysis, element, spline=None) -> Path:
     problem = build("analysis", analysis).problem
     plugin = build("export", {"plugin": "abaqus", "element": element})
-    path = provide(plugin, problem=problem, spline=spline)(mesh, folder / "hex")
-    if asked:
-        more = f"*NODE PRINT, NSET=all\n{asked}\n*END STEP\n"
-        path.write_text(path.read_text().replace("*END STEP\n", more))
-    command = [CCX, "-i", path.stem]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0 and "*ERROR" not in done.stdout, done.stdout[-2000:]
-    lines = (folder / "hex.dat").read_text().splitlines()
-    rows = []
-    for line in lines:
-        words = line.split()
-        if asked and len(words) == WIDTHS[asked] and words[0].isdigit():
-            rows.append([float(word) for word in words])
-        elif not asked and len(words) == 5 and words[0].isdigit():
-            rows.append([float(words[0]), float(words[3])])
-        elif "P A R T I C I P A T I O N" in line:
-            break
-    return np.array(rows)
+    return provide(plugin, problem=problem, spline=spline)(mesh, folder / "hex")
+
+
+def solved(mesh, folder, analysis, element, spline=None, asked="U") -> np.ndarray:
+    """Numbers of the nodes, and what is asked for at each."""
+    path = written(mesh, folder, analysis, element, spline)
+    more = f"*NODE PRINT, NSET=all\n{asked}\n*END STEP\n"
+    path.write_text(path.read_text().replace("*END STEP\n", more))
+    rows = map(str.split, run_ccx(path).splitlines())
+    width = {"U": 4, "NT": 2}[asked]
+    return np.array([row for row in rows if len(row) == width and row[0].isdigit()], float)
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20", "C3D20R"])
@@ -122,12 +129,11 @@ def test_the_longitudinal_modes_of_a_bar(tmp_path) -> None:
         "fixed": [*sides, {"at": "x_min", "components": "x"}],
         "modes": 2,
     }
-    rows = solved(BEAM, tmp_path, analysis, "C3D8I", asked="")
     speed = np.sqrt(YOUNG / METAL["density"]) * 1e3  # mm/s
     expected = np.array([1, 3]) * speed / (4 * LENGTH)
-    np.testing.assert_allclose(rows[:2, 1], expected, rtol=1e-2)
-    fine = solved(BEAM, tmp_path, analysis, "C3D20", asked="")
-    np.testing.assert_allclose(fine[:2, 1], expected, rtol=1e-4)
+    for element, within in [("C3D8I", 1e-2), ("C3D20", 1e-4)]:
+        found = frequencies(run_ccx(written(BEAM, tmp_path, analysis, element)))
+        np.testing.assert_allclose(found, expected, rtol=within)
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20"])
@@ -147,3 +153,22 @@ def test_heat_through_a_bar_is_exact(element, tmp_path) -> None:
     length = LENGTH * 1e-3
     expected = flux / k * x + source / k * (length * x - x**2 / 2)
     np.testing.assert_allclose(rows[:, 1] - 300, expected, atol=2e-4)
+
+
+@pytest.mark.slow
+def test_a_cylinder_from_cad_twists_at_the_frequency_of_a_round_shaft(testdata, tmp_path) -> None:
+    """sqrt(G / density) / 2 L, after six rigid modes: as round as 20 nodes on the spline are."""
+    report = run(
+        f"mesh={testdata / 'cad' / 'hexme' / 's15o_cylinder.stp'}",
+        f"output_dir={tmp_path}",
+        "order=[meshing,spline]",
+        "export=[abaqus]",
+        "export.abaqus.element=C3D20R",
+        "analysis.modes=8",
+        "analysis.material={young: 200e9, poisson: 0.25, density: 8000}",
+    )
+    length = np.ptp(report["input"]["bbox"], axis=0).max() * 1e-3
+    found = frequencies(run_ccx(tmp_path / "hex.inp"))
+    assert found[:6].max() < 1
+    twist = np.sqrt(80e9 / 8000) / (2 * length)
+    assert abs(found[6:] / twist - 1).min() < 1e-4
