@@ -65,7 +65,9 @@ def conduct(
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     return Potential(
         values=u,
-        flux=gradient_field(spline, u, lambda slope: -conductivity / metre * slope[:, 0]),
+        flux=gradient_field(
+            spline, spline.extraction @ u, lambda slope: -conductivity / metre * slope[:, 0]
+        ),
         supports=tuple(support.name for support in supports),
         flows=held.reactions(stiffness @ u - supplied)[:, 0],
         supplied=float(supplied.sum()),

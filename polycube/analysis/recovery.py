@@ -1,8 +1,9 @@
 """Fields of the gradient of a solution, such as stress, as Bezier coefficients.
 
-They are taken at 4^3 Gauss points of every element, where det J is known to be positive, carried to
-its Bezier points by the tricubic polynomial through them, and averaged over the elements that share
-a point: continuous wherever the geometry is.
+They are taken at the 3^3 Gauss points of every element, where the gradient of a tricubic solution
+is nearest to the exact one (Barlow 1976), carried to its Bezier points by the triquadratic
+polynomial through them, and averaged over the elements that share a point: continuous wherever the
+geometry is.
 """
 
 from __future__ import annotations
@@ -17,29 +18,51 @@ from polycube.spline.bezier import bezier_points
 from polycube.types import Spline
 
 CHUNK = 512  # elements at a time
-EVEN = tensor(*[bernstein(np.arange(4) / 3)] * 3)
+ALMOST_NONE = 1e-12  # weight of a value that counts only where there is no other
+EVEN_LINE = np.arange(4) / 3
+EVEN = tensor(*[bernstein(EVEN_LINE)] * 3)
+TO_BEZIER = np.linalg.inv(EVEN)
+BARLOW = gauss(3)[0]
+_QUADRATIC = bernstein(EVEN_LINE, 2) @ np.linalg.inv(bernstein(BARLOW, 2))
+CARRY = TO_BEZIER @ tensor(*[_QUADRATIC] * 3)  # (64, 27)
+
+OfGradient = Callable[[np.ndarray], np.ndarray]
 
 
 def gradient_field(
-    spline: Spline, values: np.ndarray, of: Callable[[np.ndarray], np.ndarray]
+    spline: Spline, nodal: np.ndarray, of: OfGradient, poor: np.ndarray | None = None
 ) -> np.ndarray:
     """(B, n) Bezier coefficients of a function of the gradient, averaged where elements meet.
 
-    values : (C,) or (C, m) coefficients of the solution
+    nodal : (B,) or (B, m) Bezier coefficients of the solution
     of : takes du_a/dx_i as (P, m, 3) and gives (P, n)
+    poor : (E,) elements that count only at points that no other element has
     """
-    points = bezier_points(spline)
-    local = (spline.extraction @ values.reshape(len(values), -1))[spline.nodes]
-    _, gradients = volume_basis(gauss(4)[0])
-    to_bezier = np.linalg.inv(tensor(*[bernstein(gauss(4)[0])] * 3))
-    total = []
-    for chunk in np.array_split(np.arange(len(points)), len(points) // CHUNK + 1):
+    values = CARRY @ at_places(spline, nodal, of, BARLOW)
+    return _shared(spline, values, poor)
+
+
+def at_places(
+    spline: Spline,
+    nodal: np.ndarray,
+    of: OfGradient,
+    line: np.ndarray,
+    elements: np.ndarray | None = None,
+) -> np.ndarray:
+    """(E, p^3, n) a function of the gradient, element by element, as in `gradient_field`.
+
+    line : (p,) places in each direction; elements : (E,) numbers, all by default
+    """
+    elements = np.arange(len(spline.nodes)) if elements is None else elements
+    points, local = bezier_points(spline), nodal.reshape(len(nodal), -1)[spline.nodes]
+    _, gradients = volume_basis(line)
+    found = []
+    for chunk in np.array_split(elements, len(elements) // CHUNK + 1):
         jacobian = np.einsum("aqm,emi->eqia", gradients, points[chunk], optimize=True)
         slope = np.einsum("aqm,emd->eqda", gradients, local[chunk], optimize=True)
         slope = slope @ np.linalg.inv(jacobian)  # (e, q, d, i)
-        found = of(slope.reshape(-1, *slope.shape[2:])).reshape(len(chunk), 64, -1)
-        total.append(to_bezier @ found)
-    return _shared(spline, np.concatenate(total))
+        found.append(of(slope.reshape(-1, *slope.shape[2:])).reshape(*slope.shape[:2], -1))
+    return np.concatenate(found)
 
 
 def field_of(spline: Spline, nodal: np.ndarray, of: Callable) -> np.ndarray:
@@ -48,7 +71,7 @@ def field_of(spline: Spline, nodal: np.ndarray, of: Callable) -> np.ndarray:
     nodal : (B, n) Bezier coefficients of the field; of : takes (P, n) and gives (P,)
     """
     found = of(samples(spline, nodal).reshape(-1, nodal.shape[1])).reshape(-1, 64, 1)
-    return _shared(spline, np.linalg.inv(EVEN) @ found)[:, 0]
+    return _shared(spline, TO_BEZIER @ found)[:, 0]
 
 
 def samples(spline: Spline, nodal: np.ndarray) -> np.ndarray:
@@ -56,11 +79,13 @@ def samples(spline: Spline, nodal: np.ndarray) -> np.ndarray:
     return EVEN @ nodal[spline.nodes]
 
 
-def _shared(spline: Spline, values: np.ndarray) -> np.ndarray:
-    """(B, n) mean over the elements of each node; values (E, 64, n)."""
-    nodes = spline.nodes.ravel()
-    size = spline.extraction.shape[0]
-    rows = (np.ones(len(nodes)), (nodes, np.arange(len(nodes))))
-    count = np.bincount(nodes, minlength=size).clip(1)
-    total = csr_matrix(rows, (size, len(nodes))) @ values.reshape(len(nodes), -1)
-    return total / count[:, None]
+def _shared(spline: Spline, values: np.ndarray, poor: np.ndarray | None = None) -> np.ndarray:
+    """(B, n) mean over the elements of each node, poor ones (E,) left out; values (E, 64, n)."""
+    nodes, size = spline.nodes.ravel(), spline.extraction.shape[0]
+    weight = np.ones(len(nodes))
+    if poor is not None:
+        weight[np.repeat(poor, 64)] = ALMOST_NONE
+    total = csr_matrix((weight, (nodes, np.arange(len(nodes)))), (size, len(nodes)))
+    count = np.bincount(nodes, weight, size)
+    count[count == 0] = 1
+    return total @ values.reshape(len(nodes), -1) / count[:, None]

@@ -1,7 +1,8 @@
 """Linear elasticity at rest: displacement, stress and reactions under loads.
 
 K is assembled for unit diagonal and E = 1; with l metres per diagonal the stiffness in SI is E l K,
-and forces on faces and volumes measured in diagonals are l^2 and l^3 times those.
+and forces on faces and volumes measured in diagonals are l^2 and l^3 times those.  Displacement and
+reactions are those in the spline's functions; the stress is that of all continuous tricubics.
 """
 
 from __future__ import annotations
@@ -9,16 +10,23 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from scipy.sparse import eye
 
 from polycube.analysis.assembly import assemble
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
+from polycube.analysis.continuous import Elasticity, corrected
 from polycube.analysis.material import Material
-from polycube.analysis.recovery import field_of, gradient_field
+from polycube.analysis.peaks import peaks, poor_elements
+from polycube.analysis.recovery import at_places, field_of, gradient_field
+from polycube.analysis.singular import Singular, singular_places
 from polycube.analysis.trace import trace
 from polycube.errors import InputError
 from polycube.numerics.factorization import factorize
+from polycube.spline.bernstein import gauss, volume_basis
+from polycube.spline.boundary import boundary_nodes
 from polycube.types import Deformation, Spline
 from polycube.units import METRES
 
@@ -44,43 +52,120 @@ def deform(
     acceleration: Sequence[float] = (0.0, 0.0, 0.0),
     length_unit: str = "mm",
     n_gauss: int = 4,
+    away: float = 0.02,
 ) -> Deformation:
     """The solid at rest.
 
     supports : prescribed displacements, in the part's length unit.  acceleration : of gravity,
-        m/s^2.  Stresses in Pa, forces in N, energy in J.
+        m/s^2.  away : what is nearer to a singular place, in diagonals, belongs to it.
+    Stresses in Pa, forces in N, energy in J.
     Raises InputError when the supports leave rigid motions free, MeshingError where det J <= 0.
     """
     held = _held(spline, supports)
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
-    stiffness, mass = assemble(unit, 1.0, material.poisson, 1.0, n_gauss)
-    volume = np.asarray(mass.sum(axis=1)).ravel()  # int N_a, for the functions add up to one
-    weight = material.density * metres**3 * volume
-    force = weight[:, None] * np.asarray(acceleration, dtype=np.float64)
+    stiffness, _ = assemble(unit, 1.0, material.poisson, 1.0, n_gauss)
+    elasticity = Elasticity.of(unit, material.poisson, n_gauss)
+    nodal = _nodal(spline)
+    weight = material.density * metres**3 * elasticity.volumes
+    on_nodes = weight[:, None] * np.asarray(acceleration, dtype=np.float64)
     for load in loads:
-        force += _force(spline, load, METRES[length_unit])
-    scaled = force.ravel() / (material.young * metres**2)  # of displacements in diagonals
-    offset = held.offset / diagonal
-    basis = held.basis
+        on_nodes += _force(nodal, load, METRES[length_unit])
+    scaled = on_nodes / (material.young * metres**2)  # of displacements in diagonals
+    force = (spline.extraction.T @ scaled).ravel()
+    basis, offset = held.basis, held.offset / diagonal
     factor = factorize(basis.T @ stiffness @ basis, held.points(spline))
-    u = basis @ factor.solve(basis.T @ (scaled - stiffness @ offset)) + offset
-    residual = (stiffness @ u - scaled) * (material.young * metres**2)
-    displacement = u.reshape(-1, 3) * diagonal
-    stress = gradient_field(spline, displacement, lambda slope: _stress(slope, material))
+
+    def solve(rest: np.ndarray) -> np.ndarray:
+        return basis @ factor.solve(basis.T @ rest)
+
+    def coarse(rest: np.ndarray) -> np.ndarray:
+        return spline.extraction @ solve((spline.extraction.T @ rest).ravel()).reshape(-1, 3)
+
+    u = solve(force - stiffness @ offset) + offset
+    residual = (stiffness @ u - force) * (material.young * metres**2)
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
+    continuous = diagonal * corrected(
+        unit,
+        elasticity,
+        scaled,
+        spline.extraction @ u.reshape(-1, 3),
+        _held_nodes(spline, supports),
+        coarse,
+    )
+    radius = away * diagonal
+    singular = singular_places(spline, supports, [load.faces for load in loads], radius)
     return Deformation(
-        displacement=displacement,
-        stress=stress,
-        von_mises=field_of(spline, stress, von_mises),
+        displacement=u.reshape(-1, 3) * diagonal,
         supports=tuple(support.name for support in supports),
         reactions=held.reactions(residual),
-        load=force.sum(axis=0),
+        load=on_nodes.sum(axis=0),
         strain_energy=float(u @ stiffness @ u) / 2 * material.young * metres**3,
         mass=float(weight.sum()),
         units={"length": length_unit, "stress": "Pa", "force": "N", "energy": "J", "mass": "kg"},
+        **_stresses(spline, material, continuous, elasticity, singular, radius),
     )
+
+
+def _stresses(
+    spline: Spline,
+    material: Material,
+    displacement: np.ndarray,
+    elasticity: Elasticity,
+    singular: Sequence[Singular],
+    radius: float,
+) -> dict[str, Any]:
+    """What a Deformation holds of the stress of a displacement (B, 3)."""
+
+    def stress_of(slope: np.ndarray) -> np.ndarray:
+        return _stress(slope, material)
+
+    def equivalent_of(slope: np.ndarray) -> np.ndarray:
+        return von_mises(stress_of(slope))[:, None]
+
+    poor = poor_elements(spline)
+    stress = gradient_field(spline, displacement, stress_of, poor)
+    equivalent = field_of(spline, stress, von_mises)
+    largest = peaks(spline, displacement, equivalent, equivalent_of, poor, singular, radius)
+    line = gauss(elasticity.n_gauss)[0]
+    raw = at_places(spline, displacement, stress_of, line)
+    recovered = volume_basis(line)[0] @ stress[spline.nodes]
+    return {
+        "stress": stress,
+        "von_mises": equivalent,
+        "peak": largest[0],
+        "singular": largest[1],
+        "poor": int(poor.sum()),
+        "stress_error": _relative(recovered - raw, recovered, elasticity),
+    }
+
+
+def _nodal(spline: Spline) -> Spline:
+    """The same solid with a function of each Bezier node."""
+    points = spline.extraction @ spline.control
+    return replace(spline, control=points, extraction=eye(len(points), format="csr"))
+
+
+def _held_nodes(spline: Spline, supports: Sequence[Support]) -> np.ndarray:
+    """(B, 3) whether a component is prescribed at a Bezier node."""
+    found = np.zeros((spline.extraction.shape[0], 3), bool)
+    for support in supports:
+        for component in support.components:
+            found[boundary_nodes(spline)[support.faces], component] = True
+    return found
+
+
+def _relative(rest: np.ndarray, stress: np.ndarray, elasticity: Elasticity) -> float:
+    """Norm in energy of stresses (E, q, 6) at the Gauss points as a share of that of others."""
+    poisson = elasticity.poisson
+
+    def energy(of: np.ndarray) -> float:
+        squares = (of[..., :3] ** 2).sum(axis=2) + 2 * (of[..., 3:] ** 2).sum(axis=2)
+        density = (1 + poisson) * squares - poisson * of[..., :3].sum(axis=2) ** 2
+        return float((elasticity.volume * density).sum())
+
+    return float(np.sqrt(energy(rest) / max(energy(stress), np.finfo(float).tiny)))
 
 
 def _held(spline: Spline, supports: Sequence[Support]) -> Constraints:

@@ -19,7 +19,7 @@ from polycube.types.polycube import (
     Polycube,
     RoughMap,
 )
-from polycube.types.solution import Deformation, Modes, Potential, Solution
+from polycube.types.solution import Deformation, Modes, Peak, Potential, Solution
 from polycube.types.spline import ElementFunctions, Spline
 from polycube.types.surface import Frame, PointImage, TriMesh
 
@@ -37,6 +37,7 @@ __all__ = [
     "Labels",
     "Modes",
     "Parametrization",
+    "Peak",
     "PerAxis",
     "PointImage",
     "Polycube",

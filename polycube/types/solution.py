@@ -28,6 +28,17 @@ class Modes:
         return np.sqrt(np.maximum(self.eigenvalues, 0)) / (2 * np.pi)
 
 
+@dataclass(frozen=True)
+class Peak:
+    """A largest von Mises stress."""
+
+    value: float
+    at: tuple[float, ...]  # (3,) place
+    error: float  # estimate of how far off the value is
+    on: str = ""  # name of the boundary face there
+    what: str = ""  # singular place that it is near, where the stress has no bound
+
+
 @dataclass(frozen=True, eq=False)
 class Deformation:
     """Elastic solid at rest under load.  Stresses are Bezier coefficients, as the geometry's."""
@@ -41,6 +52,10 @@ class Deformation:
     strain_energy: float
     mass: float
     units: dict[str, str] = field(default_factory=dict)  # of length, stress, force, energy, mass
+    peak: Peak | None = None  # the largest stress away from singular places
+    singular: Peak | None = None  # a larger one near a singular place
+    poor: int = 0  # elements of so bad a shape that their stress does not count
+    stress_error: float | None = None  # estimated, in the energy norm, share of the stress
 
     def __post_init__(self) -> None:
         freeze(

@@ -38,7 +38,7 @@ def test_a_block_pulled_with_finer_elements_at_a_corner(space, mesh, error, tmp_
     assert report["hex"] == plain["hex"]
     assert report["spline"]["elements"] > report["hex"]["hexes"] and report["spline"]["is_positive"]
     static = report["static"]
-    assert static["max_von_mises"] == pytest.approx(2e11 * 1e-3, rel=error)
+    assert static["max_von_mises"] == pytest.approx(2e11 * 1e-3, rel=2 * error)
     assert static["max_displacement"] == pytest.approx(0.01, rel=error)
     assert static["mass"] == pytest.approx(7800 * 1e-6, rel=error)
     assert static["strain_energy"] == pytest.approx(2e11 * 1e-6 / 2 * 1e-6, rel=error)

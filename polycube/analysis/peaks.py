@@ -1,0 +1,105 @@
+"""The largest stress: where, how sure, and whether it is one that grows with every refinement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.analysis.boundary_sets import sets_of_sides
+from polycube.analysis.recovery import EVEN_LINE, OfGradient, at_places, samples
+from polycube.analysis.singular import Singular
+from polycube.spline.bernstein import bernstein
+from polycube.spline.bezier import scaled_detj
+from polycube.spline.boundary import boundary_nodes
+from polycube.types import Peak, Spline
+
+POOR = 0.05  # least det J of an element over its volume, below which its stress is not trusted
+
+
+def poor_elements(spline: Spline) -> np.ndarray:
+    """(E,) whether det J comes so near to 0 somewhere in an element that gradients are in doubt."""
+    return scaled_detj(spline) < POOR
+
+
+def peaks(
+    spline: Spline,
+    displacement: np.ndarray,
+    von_mises: np.ndarray,
+    von_mises_of: OfGradient,
+    poor: np.ndarray,
+    singular: Sequence[Singular],
+    radius: float,
+) -> tuple[Peak, Peak | None]:
+    """The largest equivalent stress away from singular places, and the larger one at these.
+
+    Parameters
+    ----------
+    displacement : (B, 3) that the stress was taken of
+    von_mises : (B,) recovered
+    von_mises_of : (P, 1) of displacement gradients (P, 3, 3)
+    poor : (E,) whether an element is badly shaped; these count only where all are
+    radius : what is nearer to a singular place belongs to it, and so do elements that touch it
+
+    Returns
+    -------
+    The first is the largest of all where no place is away from singular ones; the second is None
+    where nothing at such a place is larger.
+    """
+    values = samples(spline, von_mises[:, None])[..., 0]
+    points = samples(spline, spline.extraction @ spline.control)
+    sound = np.broadcast_to(~poor[:, None] | poor.all(), values.shape)
+    distance = np.full((len(singular), *values.shape), np.inf)
+    for k, place in enumerate(singular):
+        distance[k] = cKDTree(place.points).query(points, distance_upper_bound=radius)[0]
+        distance[k, np.isin(spline.nodes, place.nodes).any(axis=1)] = 0
+    near = (distance <= radius).any(axis=0)
+
+    def largest(among: np.ndarray) -> Peak:
+        element, place = np.unravel_index(np.where(among, values, -1).argmax(), values.shape)
+        value = float(values[element, place])
+        around = (spline.nodes == spline.nodes[element, place]).any(axis=1)
+        around = np.flatnonzero(around & ~poor if (around & ~poor).any() else around)
+        raw = at_places(spline, displacement, von_mises_of, EVEN_LINE, around)[..., 0]
+        return Peak(
+            value=value,
+            at=tuple(points[element, place].tolist()),
+            error=float(abs(raw - values[around]).max()),
+            on=boundary_name(spline, points[element, place]),
+        )
+
+    away = sound & ~near
+    peak = largest(away if away.any() else sound)
+    if not (sound & near).any():
+        return peak, None
+    other = largest(sound & near)
+    if other.value < peak.value:
+        return peak, None
+    nearest = [cKDTree(place.points).query(other.at)[0] for place in singular]
+    return peak, replace(other, what=singular[int(np.argmin(nearest))].what)
+
+
+def boundary_name(spline: Spline, point: np.ndarray) -> str:
+    """The name of the boundary face at an even place of it, of the CAD model if it has one.
+
+    It is empty inside the solid.
+    """
+    even = np.kron(*[bernstein(EVEN_LINE)] * 2)
+    points = even @ (spline.extraction @ spline.control)[boundary_nodes(spline)]
+    distance, index = cKDTree(points.reshape(-1, 3)).query(point)
+    size = np.linalg.norm(np.ptp(spline.control, axis=0))
+    if distance > 1e-9 * size:
+        return ""
+    side = index // 16
+    sets = spline.sets or sets_of_sides(spline)
+    names = [name for name, faces in sets.items() if side in faces]
+    return min(names, key=_rank, default="")
+
+
+def _rank(name: str) -> int:
+    """Names of the CAD model, then its faces, then holes and ends, then patches."""
+    prefixes = ("cad_face_", "cad_", "patch_")
+    first = next((p for p in prefixes if name.startswith(p)), "")
+    return ("cad_", "cad_face_", "", "patch_").index(first)

@@ -1,0 +1,130 @@
+"""The largest stress: its value and place in an L-bracket, singular places and squashed hexes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import eye
+
+from polycube.analysis.boundary_sets import faces_of
+from polycube.analysis.constraints import Support
+from polycube.analysis.material import Material
+from polycube.analysis.peaks import boundary_name, poor_elements
+from polycube.analysis.recovery import EVEN, TO_BEZIER
+from polycube.analysis.singular import singular_places
+from polycube.analysis.static import Load, deform
+from polycube.io.hex_meshes import boundary
+from polycube.registry import build
+from tests.fixtures.industrial import FILLET, LEG, THICK, WIDE, bracket, filleted_bracket
+from tests.fixtures.splines import box, spline_of
+
+SOLID = Material(3.0, 0.3, 2.0)
+
+# Largest von Mises stress, in Pa, and its place in x and z, of the bracket held at x = 0 under
+# 100 N across its other end: tetrahedra of second order made by Gmsh on half of the part, with
+# edges of 0.5 mm at the fillet and 4 mm elsewhere, 114,325 unknowns (0.8 mm: 23.57e6).
+LARGEST, PLACE = 23.62e6, (11.0, 6.1)
+
+
+@pytest.mark.parametrize("space", ["h2s", "optimal"])
+def test_largest_stress_of_a_bracket_is_in_its_fillet(space):
+    mesh, surface = filleted_bracket(6, 3, 3), boundary(filleted_bracket(24, 3, 3))
+    spline = build("spline", {"plugin": space})(surface, mesh)
+    loads = [{"at": "x_max", "force": [0.0, 0.0, -100.0]}]
+    steel = {"young": 210e9, "poisson": 0.3, "density": 7850}
+    options = {"fixed": ["x_min"], "loads": loads, "material": steel}
+    found = build("analysis", {"plugin": "static", **options})(spline)
+    assert found.peak.value == pytest.approx(LARGEST, rel=0.05)
+    assert abs(found.peak.value - LARGEST) < found.peak.error
+    x, y, z = found.peak.at
+    assert [x, z] == pytest.approx(PLACE, abs=0.1 * FILLET) and 0 < y < WIDE
+    assert np.hypot(x - THICK - FILLET, z - THICK - FILLET) == pytest.approx(FILLET, abs=0.02)
+    assert found.singular is None and 0.01 < found.stress_error < 0.05
+
+
+def test_a_sharp_corner_is_named_and_left_out():
+    """With the corner sharp, what is found away from it hardly depends on the size of the hexes."""
+    away, near = [], []
+    for n in (8, 16):
+        spline = spline_of(bracket(0.0, n), "optimal")
+        found = build(
+            "analysis",
+            {
+                "plugin": "static",
+                "fixed": ["x_min"],
+                "loads": [{"at": "x_max", "force": [0.0, 0.0, -100.0]}],
+                "away": 0.1,
+            },
+        )(spline)
+        assert found.singular.what == "sharp inner edge"
+        assert np.hypot(found.singular.at[0] - THICK, found.singular.at[2] - THICK) < THICK
+        distance = np.hypot(found.peak.at[0] - THICK, found.peak.at[2] - THICK)
+        assert distance > 0.1 * np.linalg.norm([LEG, WIDE, LEG])
+        away.append(found.peak.value)
+        near.append(found.singular.value)
+    assert away[1] == pytest.approx(away[0], rel=0.05) and near[1] > 1.1 * near[0]
+
+
+def places(spline, supports=(), loaded=(), radius=0.1):
+    return [place.what for place in singular_places(spline, supports, loaded, radius)]
+
+
+def test_singular_places_follow_from_the_angles():
+    spline = box((2, 2, 2))
+    assert places(spline) == []
+    held = Support("wall", faces_of(spline, "x_min"))
+    assert places(spline, [held]) == ["border of wall"]
+    assert places(spline, [replace(held, components=(0,))]) == []  # a plane of symmetry
+    assert places(spline, [replace(held, components=(1,))]) == ["border of wall"]
+    every = Support("all", np.arange(len(spline.sides)))
+    assert places(spline, [every]) == []
+    assert places(spline_of(bracket())) == ["sharp inner edge"]
+    top = faces_of(spline, "z_max")  # of area 1 / 4 each
+    assert places(spline, (), [top[:1]], 0.25) == []
+    assert places(spline, (), [top[:1]], 0.3) == ["load on a small area"]
+
+
+def test_points_of_singular_places_lie_on_them():
+    spline = box((2, 2, 2))
+    [border] = singular_places(spline, [Support("a", faces_of(spline, "x_min"))], [], 0.1)
+    y, z = border.points[:, 1:].T
+    assert abs(border.points[:, 0]).max() < 1e-12
+    assert (np.minimum(y * (1 - y), z * (1 - z)) < 1e-12).all()
+    assert len(border.nodes) == 8 * 3  # of eight edges of cubic elements
+
+
+def squashed(by):
+    """A block of 4^3 cubes, the inner corner at (1, 1, 1) moved `by` of the way to (2, 2, 2)."""
+    spline = box((4, 4, 4), (4.0, 4.0, 4.0), "c0")
+    points = spline.extraction @ spline.control
+    corner = np.array([1.0, 1.0, 1.0])
+    hat = np.prod(np.clip(1 - abs(points - corner), 0, None), axis=1)
+    moved = points + by * hat[:, None]
+    return replace(spline, control=moved, extraction=eye(len(points), format="csr"))
+
+
+@pytest.mark.parametrize(("by", "poor"), [(0.2, 0), (0.325, 1)])
+def test_squashed_elements_are_counted_and_their_stress_left_out(by, poor):
+    spline = squashed(by)
+    assert poor_elements(spline).sum() == poor
+    held = Support("foot", faces_of(spline, {"plane": [0, 0, 1, 0]}))
+    top = Load(faces_of(spline, {"plane": [0, 0, 1, 4]}), traction=(0.5, 0.0, 1.0))
+    found = deform(spline, SOLID, [held], [top], length_unit="m")
+    assert found.poor == poor
+    reference = deform(squashed(0.0), SOLID, [held], [top], length_unit="m")
+    assert found.peak.value == pytest.approx(reference.peak.value, rel=0.02)
+    assert found.peak.at == pytest.approx(reference.peak.at)
+
+
+def test_even_places_and_bezier_points_are_two_forms_of_a_polynomial():
+    assert TO_BEZIER @ EVEN == pytest.approx(np.eye(64), abs=1e-12)
+
+
+def test_boundary_faces_are_named_after_the_model_where_they_can_be():
+    spline = box((2, 1, 1), (2.0, 1.0, 1.0))
+    assert boundary_name(spline, np.array([2.0, 1 / 3, 2 / 3])) == "x_max"
+    assert boundary_name(spline, np.array([0.7, 1 / 3, 2 / 3])) == ""
+    right = faces_of(spline, "x_max")
+    for names in (["patch_1", "x_max"], ["x_max", "cad_face_2"], ["cad_face_2", "cad_TIP"]):
+        named = replace(spline, sets=dict.fromkeys(names, right))
+        assert boundary_name(named, np.array([2.0, 1 / 3, 2 / 3])) == names[1]
