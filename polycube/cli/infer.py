@@ -190,7 +190,9 @@ def _attempt(
 
 
 def _say(report: Json, folder: Path, cfg: Json) -> None:
-    """The outcome in two lines; warnings, and what else to try, in more."""
+    """The mesh, the results of the analysis and where all is; warnings, and what else to try."""
+    from polycube.report.numbers.words import cautions, sentences
+
     if "hex" in report:
         numbers = report["hex"]
         creases = numbers["creases_to_edges_p95"]
@@ -208,6 +210,10 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
         )
         for sentence in _fewer(numbers["counts"]):
             logger.info(sentence)
+    for result in sentences(report):
+        logger.info("%s", result)
+    for caution in cautions(report):
+        logger.warning("warning: %s", caution)
     for warning in report.get("doubts", ()):
         logger.warning("warning: look at the mesh before you use it: %s", warning)
     is_poor = report.get("doubts") or (not report["valid"] and "hex" in report)

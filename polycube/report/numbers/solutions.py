@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import numpy as np
 
 from polycube.analysis.recovery import samples
 from polycube.pipeline.state import RunState
+from polycube.report.numbers.words import beside, cautions, largest, megapascal
 from polycube.report.page.markup import (
     Pictures,
     facts,
@@ -39,10 +42,20 @@ def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
 
 def _static(spline: Spline, found: Deformation) -> dict[str, object]:
     moved = samples(spline, spline.extraction @ found.displacement)
-    stress = samples(spline, found.von_mises[:, None])
+    peak, other = found.peak, found.singular
+    stress = samples(spline, found.von_mises[:, None])[..., 0]
+    found_there = _largest(spline, "von_mises", stress)
+    if peak is not None:
+        found_there = {"max_von_mises": peak.value, "max_von_mises_at": list(peak.at)}
+    singular = other and {"von_mises": other.value, "at": list(other.at), "what": other.what}
     return {
         **_largest(spline, "displacement", np.linalg.norm(moved, axis=2)),
-        **_largest(spline, "von_mises", stress[..., 0]),
+        **found_there,
+        "max_von_mises_on": peak.on if peak else "",
+        "max_von_mises_error": peak and peak.error,
+        "stress_error": found.stress_error,
+        "singular": singular,
+        "poor_elements": found.poor,
         "load": found.load.tolist(),
         "reactions": [
             {"at": name, "force": force}
@@ -85,7 +98,7 @@ def tile(report: Json) -> dict[str, str | None]:
         return {"first elastic frequency": first}
     if "static" in report:
         found = report["static"]
-        return {"largest von Mises stress": _stress(found["max_von_mises"])}
+        return {"largest von Mises stress": largest(found)}
     if "poisson" in report:
         found = report["poisson"]
         return {"u": f"{show(found['min_u'])} to {show(found['max_u'])}"}
@@ -136,16 +149,19 @@ def _static_section(spline: Spline, found: Deformation, told: Json, pictures: Pi
     points = spline.extraction @ spline.control
     times = exaggeration(points, told["max_displacement"])
     caption = f"Displacement drawn {times:.3g} times as large; von Mises stress."
-    legend = gradient(FIELD_COLOURS, "0", _stress(told["max_von_mises"]))
+    legend = gradient(FIELD_COLOURS, "0", megapascal(told["max_von_mises"]))
     rows = [
         {"at": row["at"], **{f"{axis}, N": row["force"][i] for i, axis in enumerate("xyz")}}
         for row in [*told["reactions"], {"at": "loads", "force": told["load"]}]
     ]
+    notes = [*beside(told), *cautions({"static": told})]
     about = {
         f"largest displacement, {units['length']}": told["max_displacement"],
         "at": told["max_displacement_at"],
-        "largest von Mises stress": _stress(told["max_von_mises"]),
+        "largest von Mises stress": largest(told),
         "there at": told["max_von_mises_at"],
+        "on": told["max_von_mises_on"] or None,
+        "estimated error of the stress field": told["stress_error"],
         "strain energy, J": told["strain_energy"],
         "mass, kg": told["mass"],
     }
@@ -153,6 +169,7 @@ def _static_section(spline: Spline, found: Deformation, told: Json, pictures: Pi
         "static",
         "At rest under load",
         grid(figure(pictures.get("static"), caption, legend), facts(about)),
+        *(f"<p>{escape(said[0].upper() + said[1:])}.</p>" for said in notes),
         "<h3>Reactions, and all loads together</h3>",
         table(rows),
     )
@@ -183,7 +200,3 @@ def _frequency(value: float, unit: str) -> str:
     if unit == "Hz" and value >= 1e4:
         return f"{value / 1e6:.4g} MHz" if value >= 1e6 else f"{value / 1e3:.4g} kHz"
     return f"{show(value)} {unit}".strip()
-
-
-def _stress(value: float) -> str:
-    return f"{show(value / 1e6)} MPa"

@@ -39,12 +39,16 @@ def mode(spline: Spline, modes: Modes, number: int, amplitude: float = AMPLITUDE
 
 
 def deformed(spline: Spline, found: Deformation) -> Scene:
-    """The solid moved, exaggerated, in the colour of its von Mises stress."""
+    """The solid moved, exaggerated, in the colour of its von Mises stress.
+
+    The last colour is that of the largest stress away from singular places, and of all above.
+    """
     skin, points = _skin(spline)
     shift = skin.points @ (spline.extraction @ found.displacement)
     stress = skin.points @ found.von_mises
     scale = exaggeration(points, np.linalg.norm(shift, axis=1).max())
-    colours = ramp(stress / max(stress.max(), TINY), FIELD_COLOURS)
+    largest = found.peak.value if found.peak else stress.max()
+    colours = ramp(stress / max(largest, TINY), FIELD_COLOURS)
     return [Layer(points + scale * shift, skin.quads, colours, skin.edges, smooth=True)]
 
 

@@ -1,12 +1,14 @@
 """The solid at rest and potentials in report.json, on the page, in pictures and as files."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from polycube.io.bezier import write_solution
 from polycube.pipeline.state import RunState
 from polycube.registry import build
-from polycube.report.numbers import solutions
+from polycube.report.numbers import solutions, words
 from polycube.report.pictures import fields
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.pictures import pictures
@@ -46,6 +48,53 @@ def test_numbers_of_a_pulled_bar(bar, pulled):
     assert [row["at"] for row in found["reactions"]] == ["x_min", "y_min", "z_min", "x_max"]
     assert found["reactions"][3]["force"] == pytest.approx([2100.0, 0, 0], abs=1e-6)
     assert found["units"]["stress"] == "Pa"
+    assert found["stress_error"] < 1e-9 and found["max_von_mises_error"] < 1
+    assert found["singular"] is None and found["poor_elements"] == 0
+    assert found["max_von_mises_on"] in {
+        f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")
+    }
+
+
+@pytest.fixture(scope="module")
+def bent(bar):
+    loads = [{"at": "x_max", "force": [0.0, 0.0, -100.0]}]
+    return build("analysis", {"plugin": "static", "fixed": ["x_min"], "loads": loads})(bar)
+
+
+def test_a_bent_bar_is_told_in_sentences(bar, bent):
+    told = solutions.numbers(bar, bent)
+    found = told["static"]
+    moved, stressed, beside = words.sentences(told)
+    assert moved.startswith(f"largest displacement {found['max_displacement']:.4g} mm at (4, ")
+    value, error = found["max_von_mises"] / 1e6, found["max_von_mises_error"] / 1e6
+    assert stressed.startswith(f"largest von Mises stress {value:.4g} MPa ± {error:.2g} at (1, ")
+    assert stressed.endswith(f" on {found['max_von_mises_on']}")
+    assert beside.startswith("near a border of x_min, at (")
+    assert 0 <= found["singular"]["at"][0] <= 1  # in the first element
+    assert f"{found['singular']['von_mises'] / 1e6:.4g} MPa; it has no bound there" in beside
+    text, tile = page_of(bar, bent)
+    assert "Near a border of x_min, at (" in text
+    assert tile == {"largest von Mises stress": f"{value:.4g} MPa ± {error:.2g}"}
+    assert list(words.cautions(told)) == []
+
+
+def test_badly_shaped_elements_are_told(bar, bent):
+    told = solutions.numbers(bar, replace(bent, poor=3))
+    [caution] = words.cautions(told)
+    assert caution.startswith("the stress in 3 elements does not count, for their shape is too bad")
+    state = RunState(TETRAHEDRON, spline=bar, solution=bent)
+    assert "The stress in 3 elements does not count" in solutions.section_of(state, told, {})
+
+
+def test_modes_and_potentials_are_told_in_sentences(bar, warm):
+    modes = build("analysis", {"plugin": "modal", "modes": 8})(bar)
+    first, second = modes.frequency[6:8]
+    [said] = words.sentences(solutions.numbers(bar, modes))
+    assert said == f"lowest elastic frequencies {first:.0f}, {second:.0f} Hz"
+    values, flux = words.sentences(solutions.numbers(bar, warm))
+    assert values == "u from 10 to 30 K"
+    assert flux.startswith("largest flux 250000 W/m^2 at (")
+    assert list(words.sentences({})) == [] == list(words.cautions({}))
 
 
 def test_numbers_of_a_warm_bar(bar, warm):

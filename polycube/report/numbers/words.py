@@ -1,0 +1,72 @@
+"""What a solution comes to, in sentences for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from polycube.types import Json
+
+N_FREQUENCIES = 3  # that are told
+VISIBLE = 1e-3  # share of a stress, below which its error is not told
+
+
+def sentences(report: Json) -> Iterator[str]:
+    """The results of the analysis in the numbers of a report."""
+    if "modes" in report:
+        found = report["modes"]
+        elastic = found["frequency_hz"][found["rigid"] :][:N_FREQUENCIES]
+        if elastic:
+            yield f"lowest elastic frequencies {', '.join(map(number, elastic))} Hz"
+    elif "static" in report:
+        found = report["static"]
+        unit, place = found["units"]["length"], _place(found["max_displacement_at"])
+        yield f"largest displacement {number(found['max_displacement'])} {unit} at {place}"
+        place, on = _place(found["max_von_mises_at"]), found["max_von_mises_on"]
+        yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")
+        yield from beside(found)
+    elif "poisson" in report:
+        found = report["poisson"]
+        unit, place = found["units"], _place(found["max_flux_at"])
+        yield f"u from {number(found['min_u'])} to {number(found['max_u'])} {unit['u']}"
+        yield f"largest flux {number(found['max_flux'])} {unit['flux']} at {place}"
+
+
+def beside(static: Json) -> Iterator[str]:
+    """Larger stresses of a solid at rest that its largest one leaves out, and why."""
+    other = static["singular"]
+    if other:
+        yield (
+            f"near a {other['what']}, at {_place(other['at'])}, the stress is "
+            f"{megapascal(other['von_mises'])}; it has no bound there and grows as the mesh is "
+            "refined"
+        )
+
+
+def cautions(report: Json) -> Iterator[str]:
+    """What makes the results of the analysis in the numbers of a report doubtful."""
+    poor = report.get("static", {}).get("poor_elements")
+    if poor:
+        yield (
+            f"the stress in {poor} elements does not count, for their shape is too bad "
+            "(det J near 0); try another meshing.size"
+        )
+
+
+def megapascal(value: float) -> str:
+    """A stress of so many Pa, in MPa."""
+    return f"{number(value / 1e6)} MPa"
+
+
+def number(value: float) -> str:
+    """Four digits, or all before the point."""
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+
+
+def largest(static: Json) -> str:
+    """The largest stress of a solid at rest with its estimated error, where that can be seen."""
+    value, error = static["max_von_mises"], static["max_von_mises_error"] or 0
+    return megapascal(value) + (f" ± {error / 1e6:.2g}" if error > VISIBLE * value else "")
+
+
+def _place(at: Sequence[float]) -> str:
+    return f"({', '.join(f'{x + 0.0:.4g}' for x in at)})"
