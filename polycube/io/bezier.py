@@ -1,21 +1,16 @@
-"""Bezier elements and solutions for ParaView: cells of type VTK_BEZIER_HEXAHEDRON, degree 3."""
+"""Splines as Bezier cells of VTK, and the fields of solutions by their values at points."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from polycube.analysis.recovery import samples
 from polycube.io.atomic import atomic_write
-from polycube.io.vtk import HEXAHEDRON, write_cells
+from polycube.io.vtk import BEZIER_HEXAHEDRON, HEXAHEDRON, LAGRANGE_HEXAHEDRON, write_cells
 from polycube.types import Deformation, Modes, Solution, Spline
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
-
-BEZIER_HEXAHEDRON = 79  # VTK's number for the cell
 
 
 def _vtk_order() -> np.ndarray:
@@ -35,94 +30,82 @@ def _vtk_order() -> np.ndarray:
 
 
 VTK_ORDER = _vtk_order()
+OLD_ORDER = VTK_ORDER.copy()  # of Lagrange cells in files of version 1.0: two edges change places
+OLD_ORDER[28:32] = VTK_ORDER[[30, 31, 28, 29]]
 
 
 def write_bezier_vtu(
-    path: Path,
-    spline: Spline,
-    point_data: Mapping[str, np.ndarray] | None = None,
-    bezier_data: Mapping[str, np.ndarray] | None = None,
-    cell_data: Mapping[str, np.ndarray] | None = None,
-    precision: str = "double",
+    path: Path, spline: Spline, cell_data: Mapping[str, np.ndarray] | None = None
 ) -> Path:
     """Write the Bezier elements, with the hex each came from.
 
-    point_data : coefficients at the control points, (C,) or (C, n), of fields on the spline
-    bezier_data : Bezier coefficients of other fields, (B,) or (B, n)
     cell_data : numbers of the elements, (E,) or (E, n)
-    precision : "single" or "double", of the fields; points are double
     """
-    fields = _fields(spline.extraction, point_data, bezier_data, precision)
     return write_cells(
         path,
         spline.extraction @ spline.control,
         spline.nodes[:, VTK_ORDER],
         BEZIER_HEXAHEDRON,
-        fields,
+        {},
         {"hex": spline.element_hex, **(cell_data or {})},
     )
 
 
-def write_corner_vtu(
+def write_field_vtu(
     path: Path,
     spline: Spline,
-    point_data: Mapping[str, np.ndarray] | None = None,
-    bezier_data: Mapping[str, np.ndarray] | None = None,
+    fields: Mapping[str, np.ndarray],
+    is_curved: bool = True,
     precision: str = "double",
 ) -> Path:
-    """Write hexahedra of eight nodes, the corners of the elements, and the fields there.
+    """Write fields by their values at points of the elements, with the hex each came from.
 
-    Arguments are those of `write_bezier_vtu`.  The Bezier coefficients at the corners of an element
-    are values of the field.
+    fields : Bezier coefficients, (B,) or (B, n)
+    is_curved : cells are cubic Lagrange hexahedra, whose points are at 4^3 even places; otherwise
+        hexahedra of eight nodes, the corners of the elements
+    precision : "single" or "double", of the fields; points are double
     """
-    used, cells = np.unique(spline.nodes[:, VTK_ORDER[:8]], return_inverse=True)
-    at_corners = {name: array[used] for name, array in (bezier_data or {}).items()}
+    places = OLD_ORDER if is_curved else VTK_ORDER[:8]
+    _, first, cells = np.unique(spline.nodes[:, places], return_index=True, return_inverse=True)
+    kind = {"single": np.float32, "double": np.float64}[precision]
+
+    def values(coefficients: np.ndarray) -> np.ndarray:
+        each = samples(spline, coefficients.reshape(len(coefficients), -1))[:, places]
+        return each.reshape(-1, each.shape[2])[first].reshape(-1, *coefficients.shape[1:])
+
     return write_cells(
         path,
-        spline.extraction[used] @ spline.control,
-        cells.reshape(-1, 8),
-        HEXAHEDRON,
-        _fields(spline.extraction[used], point_data, at_corners, precision),
+        values(spline.extraction @ spline.control),
+        cells.reshape(-1, len(places)),
+        LAGRANGE_HEXAHEDRON if is_curved else HEXAHEDRON,
+        {name: values(coefficients).astype(kind) for name, coefficients in fields.items()},
         {"hex": spline.element_hex},
     )
-
-
-def _fields(
-    extraction: csr_matrix,
-    point_data: Mapping[str, np.ndarray] | None,
-    bezier_data: Mapping[str, np.ndarray] | None,
-    precision: str,
-) -> dict[str, np.ndarray]:
-    """Fields at the Bezier nodes that the rows of `extraction` belong to."""
-    fields = {name: extraction @ array for name, array in (point_data or {}).items()}
-    kind = {"single": np.float32, "double": np.float64}[precision]
-    return {name: array.astype(kind) for name, array in {**fields, **(bezier_data or {})}.items()}
 
 
 def write_solution(
     folder: Path,
     spline: Spline,
     solution: Solution,
-    has_bezier: bool = True,
+    is_curved: bool = True,
     precision: str = "double",
 ) -> None:
     """Write the files of a solution: modes.csv and modes.vtu, static.vtu, or poisson.vtu.
 
-    has_bezier : the cells are Bezier elements; otherwise hexahedra of eight nodes
-    precision : "single" or "double", of the fields
+    is_curved, precision : see `write_field_vtu`
     """
-    at_nodes: dict[str, np.ndarray] = {}
     if isinstance(solution, Modes):
         write_modes_csv(folder / "modes.csv", solution)
-        name, at_control = "modes.vtu", scaled_shapes(spline, solution)
+        shapes = scaled_shapes(spline, solution).items()
+        name, fields = "modes.vtu", {key: spline.extraction @ shape for key, shape in shapes}
     elif isinstance(solution, Deformation):
-        name, at_control = "static.vtu", {"displacement": solution.displacement}
-        at_nodes = {"stress": solution.stress, "von_mises": solution.von_mises}
+        displacement = spline.extraction @ solution.displacement
+        name, fields = "static.vtu", {"displacement": displacement, "stress": solution.stress}
+        fields["von_mises"] = solution.von_mises
     else:
-        name, at_control = "poisson.vtu", {"u": solution.values}
-        at_nodes = {"flux": solution.flux}
-    write = write_bezier_vtu if has_bezier else write_corner_vtu
-    write(folder / name, spline, at_control, at_nodes, precision=precision)
+        name, fields = "poisson.vtu", {"u": spline.extraction @ solution.values}
+        fields["flux"] = solution.flux
+    write_field_vtu(folder / name, spline, fields, is_curved, precision)
 
 
 def scaled_shapes(spline: Spline, modes: Modes) -> dict[str, np.ndarray]:

@@ -3,9 +3,9 @@
 Written without the VTK library, so results leave a machine that has none; equal data gives equal
 bytes.  Lengths are in the user's units, the polycube's in cells.
 
-Files of plain cells are XML with base64 inside, which other programs read too.  Those of Bezier
-cells, which VTK alone reads, have their data behind the XML as bytes, a quarter smaller.  Arrays
-are compressed one after the other on their way to the file, so memory does not grow with it.
+Files of other cells than Bezier's are XML with base64 inside, which other programs read too.  Those
+of Bezier cells, which VTK alone reads, have their data behind the XML as bytes, a quarter smaller.
+Arrays are compressed one after the other on their way to the file, so memory does not grow with it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from polycube.io.atomic import atomic_write
 from polycube.structure.lattice import cell_of_box
 from polycube.types import HexMesh, Labels, Polycube, TriMesh
 
-HEXAHEDRON = 12  # VTK's number for the cell
+HEXAHEDRON, BEZIER_HEXAHEDRON, LAGRANGE_HEXAHEDRON = 12, 79, 72  # VTK's numbers for the cells
 BLOCK = 1 << 20  # bytes that are compressed together
 LEVEL = 3  # of zlib: more is slower and hardly smaller
 _TYPES = {"i": "Int", "u": "UInt", "f": "Float"}
@@ -130,7 +130,7 @@ def write_cells(
         "Cells": {"connectivity": cells.ravel(), "offsets": offsets, "types": types},
     }
     counts = f'NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}"'
-    version = "1.0" if cell_type == HEXAHEDRON else "2.1"  # 2.1: today's order of Bezier points
+    version = "2.1" if cell_type == BEZIER_HEXAHEDRON else "1.0"  # 2.1: today's order of its points
     return _write(path, "UnstructuredGrid", counts, sections, comment, version)
 
 

@@ -9,7 +9,7 @@ from polycube.errors import InputError
 LARGE = 4000  # elements; from more on, `auto` chooses the smaller files
 CHOICES = {
     "bext": ("auto", "1", "2", "both"),
-    "cells": ("auto", "bezier", "corners"),
+    "cells": ("auto", "lagrange", "corners"),
     "precision": ("single", "double"),
 }
 
@@ -41,6 +41,6 @@ class Files:
             return (2,) if elements > LARGE else (1, 2)
         return (1, 2) if self.bext == "both" else (int(self.bext),)
 
-    def has_bezier_fields(self, elements: int) -> bool:
-        """Whether the files of a solution hold Bezier elements, or hexahedra of eight nodes."""
-        return self.cells == "bezier" or (self.cells == "auto" and elements <= LARGE)
+    def has_curved_cells(self, elements: int) -> bool:
+        """Whether the files of a solution hold curved cells, or hexahedra of eight nodes."""
+        return self.cells == "lagrange" or (self.cells == "auto" and elements <= LARGE)

@@ -168,9 +168,9 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
     arrays = {name: getattr(spline, name) for name in ARRAYS}
     np.savez_compressed(folder / "spline.npz", **arrays, **matrix)
     if state.solution is not None:
-        has_bezier = settings.files.has_bezier_fields(n_elements)
+        is_curved = settings.files.has_curved_cells(n_elements)
         precision = settings.files.precision
-        bezier.write_solution(folder, spline, state.solution, has_bezier, precision)
+        bezier.write_solution(folder, spline, state.solution, is_curved, precision)
 
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:

@@ -7,10 +7,11 @@ import pyvista
 from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkCommonDataModel import vtkHigherOrderHexahedron
 
+from polycube.analysis.recovery import EVEN, samples
 from polycube.io.bezier import (
     VTK_ORDER,
     write_bezier_vtu,
-    write_corner_vtu,
+    write_field_vtu,
     write_modes_csv,
     write_solution,
 )
@@ -58,17 +59,41 @@ def test_vtk_evaluates_the_same_solid(spline, element, tmp_path):
         assert found == pytest.approx(basis[0] @ bezier_points(spline)[element], abs=1e-12)
 
 
-def test_fields_are_carried_to_the_bezier_points(spline, tmp_path):
-    fields = {"x": spline.control[:, 0], "shift": 2 * spline.control}
-    grid = pyvista.read(write_bezier_vtu(tmp_path / "spline.vtu", spline, fields))
-    assert grid.point_data["x"] == pytest.approx(grid.points[:, 0], abs=1e-14)
-    assert grid.point_data["shift"] == pytest.approx(2 * grid.points, abs=1e-14)
+@pytest.mark.parametrize("element", [0, 7, 20])
+def test_curved_cells_are_the_elements_with_the_values_of_the_fields(spline, element, tmp_path):
+    """VTK evaluates the same solid and the same tricubic field, also where cells are curved."""
+    square = spline.extraction @ spline.control[:, 1] ** 2  # Bezier coefficients
+    path = write_field_vtu(tmp_path / "fields.vtu", spline, {"square": square})
+    grid = pyvista.read(path)
+    assert (grid.celltypes == 72).all() and np.array_equal(
+        grid.cell_data["hex"], spline.element_hex
+    )
+    cell, weights = grid.GetCell(element), [0.0] * 64
+    numbers = [cell.GetPointId(k) for k in range(64)]
+    for place in ([0.0, 0.0, 0.0], [0.2, 0.7, 0.4], [1.0, 0.3, 0.9], [0.0, 1.0, 0.4]):
+        found = [0.0, 0.0, 0.0]
+        cell.EvaluateLocation(reference(0), place, found, weights)
+        basis = tensor(*bernstein(np.array(place))[:, None])[0]
+        assert found == pytest.approx(basis @ bezier_points(spline)[element], abs=1e-12)
+        value = np.array(weights) @ grid.point_data["square"][numbers]
+        assert value == pytest.approx(basis @ square[spline.nodes[element]], abs=1e-12)
+
+
+def test_other_programs_read_the_values_at_the_points(spline, tmp_path):
+    """The field is y^2 + z at the points, as the file says; control values would be others."""
+    even = samples(spline, spline.extraction @ spline.control)
+    nodal = np.zeros(spline.extraction.shape[0])
+    nodal[spline.nodes] = (even[..., 1] ** 2 + even[..., 2]) @ np.linalg.inv(EVEN).T
+    mesh = meshio.read(write_field_vtu(tmp_path / "fields.vtu", spline, {"f": nodal}))
+    assert [block.type for block in mesh.cells] == ["VTK_LAGRANGE_HEXAHEDRON"]
+    exact = mesh.points[:, 1] ** 2 + mesh.points[:, 2]
+    assert mesh.point_data["f"].ravel() == pytest.approx(exact, abs=1e-12)
 
 
 def test_corners_are_hexahedra_with_the_values_of_the_fields(spline, tmp_path):
     square = spline.extraction @ spline.control[:, 1] ** 2  # Bezier coefficients
-    path = tmp_path / "corners.vtu"
-    write_corner_vtu(path, spline, {"shift": 2 * spline.control}, {"square": square}, "single")
+    fields = {"shift": 2 * (spline.extraction @ spline.control), "square": square}
+    path = write_field_vtu(tmp_path / "corners.vtu", spline, fields, False, "single")
     grid = pyvista.read(path)
     assert (grid.celltypes == 12).all() and grid.n_cells == len(spline.nodes)
     assert np.array_equal(grid.cell_data["hex"], spline.element_hex)
@@ -104,7 +129,8 @@ def test_mode_shapes_are_named_by_number_and_frequency(spline, modes, tmp_path):
         "mode_08 1500 Hz",
     ]
     shape = grid.point_data["mode_08 1500 Hz"]
-    direction = spline.extraction @ modes.shapes[7]
+    direction = np.zeros((spline.extraction.shape[0], 3))
+    direction[spline.nodes] = samples(spline, spline.extraction @ modes.shapes[7])
     assert shape / direction == pytest.approx(np.full(shape.shape, (shape / direction)[0, 0]))
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     assert 0.02 * diagonal < np.linalg.norm(shape, axis=1).max() <= 0.1 * diagonal

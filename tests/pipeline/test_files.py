@@ -17,11 +17,11 @@ def test_versions_of_bext(bext, small, large):
 
 @pytest.mark.parametrize(
     ("cells", "small", "large"),
-    [("auto", True, False), ("bezier", True, True), ("corners", False, False)],
+    [("auto", True, False), ("lagrange", True, True), ("corners", False, False)],
 )
 def test_cells_of_a_solution(cells, small, large):
     files = Files(cells=cells)
-    assert (files.has_bezier_fields(LARGE), files.has_bezier_fields(LARGE + 1)) == (small, large)
+    assert (files.has_curved_cells(LARGE), files.has_curved_cells(LARGE + 1)) == (small, large)
 
 
 @pytest.mark.parametrize(

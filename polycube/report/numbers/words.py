@@ -69,4 +69,5 @@ def largest(static: Json) -> str:
 
 
 def _place(at: Sequence[float]) -> str:
-    return f"({', '.join(f'{x + 0.0:.4g}' for x in at)})"
+    size = max(*map(abs, at), 1e-300)
+    return f"({', '.join(f'{round(x / size, 6) * size + 0.0:.4g}' for x in at)})"
