@@ -110,6 +110,17 @@ def test_a_bar_pulled_by_displacement(spline):
     assert found.strain_energy == pytest.approx(stress * 200e-6 * 1e-4 / 2, rel=1e-9)
 
 
+def test_away_decides_what_is_near_a_support(spline):
+    load = {"at": "x_max", "force": [0.0, 0.0, -10.0]}
+    places = []
+    for away in (0.0, 0.3):
+        found = static(fixed=["x_min"], loads=[load], away=away)(spline)
+        assert found.singular.what == "border of x_min" and found.singular.at[0] < 30
+        assert found.singular.value > found.peak.value
+        places.append(found.peak.at[0])
+    assert places[0] == pytest.approx(25) and places[1] > 0.3 * np.linalg.norm([100, 20, 10])
+
+
 def test_heat_flows_through_a_bar(spline, caplog):
     ends = [{"at": "x_min", "value": 20.0}, {"at": "x_max", "value": 30.0}]
     with caplog.at_level(logging.INFO):
@@ -156,6 +167,7 @@ def test_refuses_too_few_supports_and_places_that_are_not_there(spline):
         (static, {"loads": [{"at": 1, "pressure": "p"}]}, "loads: pressure must be a number"),
         (static, {"gravity": [1, 2]}, "gravity must be 3 numbers"),
         (static, {"gauss": 1}, "gauss >= 2 is needed; got 1"),
+        (static, {"away": 1.0}, "away must be a share of the diagonal, 0 <= away < 1; got 1.0"),
         (static, {"material": "wood"}, "material must be one of steel"),
         (poisson, {"fixed": ["x_min"]}, "fixed takes places as {at: place, value}; got 'x_min'"),
         (poisson, {"flux": [{"at": 1, "value": [1]}]}, "flux: value must be a number"),
