@@ -14,12 +14,14 @@ from polycube.fitting.cures import losses
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.connectivity import quad_sides
+from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 OFF = 50.0  # cost of a diagonal off the surface, beyond
 NO_LOSS = 2e-3  # this distance
+LIMITS = (0.95 * TOLERANCE, TOLERANCE)  # other samples of a feature may be a little farther
 POWER = 4  # of the cost of a hex: one bad hex counts more than many that are nearly good
 STRAYED = 100.0  # cost of a diagonal off exact features, beyond what is no loss
 
@@ -64,9 +66,14 @@ class Fitted:
         return scaled_jacobian(self.mesh.vertices, self.mesh.hexes)
 
     @cached_property
-    def lost(self) -> frozenset[int]:
-        """Numbers of the features that are too far from the mesh, as in `losses`."""
-        return losses.lost(self.distance, losses.samples_of(self.target))
+    def lost(self) -> frozenset[tuple[float, int]]:
+        """Limits of the distance from the mesh, and the features (`losses`) that are beyond."""
+        samples = losses.samples_of(self.target)
+        return frozenset(
+            (limit, feature)
+            for limit in LIMITS
+            for feature in losses.lost(self.distance, samples, limit)
+        )
 
     @cached_property
     def on_path(self) -> np.ndarray:

@@ -73,8 +73,8 @@ def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray
     return after
 
 
-def lost(distance: np.ndarray, samples: Samples) -> frozenset[int]:
-    """Numbers of the features that are too far away, by the distances (S,) of their samples."""
+def lost(distance: np.ndarray, samples: Samples, limit: float = TOLERANCE) -> frozenset[int]:
+    """Numbers of the features farther away than a limit, by the distances (S,) of their samples."""
     count = np.bincount(samples.feature)
     end = np.cumsum(count)
     ordered = distance[np.lexsort((distance, samples.feature))]
@@ -82,7 +82,7 @@ def lost(distance: np.ndarray, samples: Samples) -> frozenset[int]:
     low, share = np.floor(last).astype(int), np.mod(last, 1)
     high = np.minimum(low + 1, end - 1)
     return frozenset(
-        np.flatnonzero((1 - share) * ordered[low] + share * ordered[high] > TOLERANCE).tolist()
+        np.flatnonzero((1 - share) * ordered[low] + share * ordered[high] > limit).tolist()
     )
 
 
