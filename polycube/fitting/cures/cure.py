@@ -20,6 +20,7 @@ from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbour
 from polycube.fitting.cures.refit import Refit, refit
 from polycube.fitting.local_polish import region
 from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.generation.sheets import with_sheet
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
@@ -31,6 +32,7 @@ LEAST = 0.02  # the same with which a cure is kept
 LITTLE = 1e-3  # cost whose loss is no gain
 LOWER = 0.9  # share of the least scaled Jacobian that a cure may leave, if that is not
 FINE = 0.2  # more than this
+LIMITS = (0.95 * TOLERANCE, TOLERANCE)  # of a feature in an envelope: others sample it elsewhere
 NEAR = 0.005  # distance of vertices from the surface, in diagonals, that any cure may leave
 STRAY = 0.0025  # the same beyond what is no loss, from exact features
 
@@ -150,16 +152,18 @@ class _Cures:
         whether much is gained.
         """
         before = self._before(near)
-        left = []
+        exact = None
         for width, hold in envelopes(self._width):
             trial = _Trial(near, loosened(near, self._aim, width, hold), *before)
             if not trial.helps(self.whole.jacobian.min()):
                 continue
             if width < self._width and trial.found.least < self._aim:
-                left.append(trial)
-            elif self._keep(trial):
+                exact = trial
+            elif self._keep(trial, LIMITS):
                 return trial.gain > ENOUGH * trial.before
-        return any(self._keep(trial) and trial.gain > ENOUGH * trial.before for trial in left)
+        if exact is None or not self._keep(exact, LIMITS):
+            return False
+        return exact.gain > ENOUGH * exact.before
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
         """Cost of a place, least scaled Jacobian there, and the largest distances."""
@@ -168,10 +172,12 @@ class _Cures:
         off = float(gap.max()), float(strayed.max())
         return *cost(now.jacobian[near.elements], gap, strayed, self._aim), off
 
-    def _keep(self, trial: _Trial) -> bool:
-        """Take a cure, if no feature is lost by it and the boundary crosses itself no more."""
+    def _keep(self, trial: _Trial, limits: tuple[float, ...] = (TOLERANCE,)) -> bool:
+        """Take a cure, if it brings no feature beyond a limit of its distance from the mesh, and
+        the boundary crosses itself no more.
+        """
         new = _with(self.whole, trial.near, trial.found)
-        if not new.lost <= self.whole.lost:
+        if any(not new.lost(limit) <= self.whole.lost(limit) for limit in limits):
             return False
         number = len(crossings(new.mesh))
         if number > self._crossings:

@@ -21,7 +21,6 @@ from polycube.types import HexMesh
 
 OFF = 50.0  # cost of a diagonal off the surface, beyond
 NO_LOSS = 2e-3  # this distance
-LIMITS = (0.95 * TOLERANCE, TOLERANCE)  # other samples of a feature may be a little farther
 POWER = 4  # of the cost of a hex: one bad hex counts more than many that are nearly good
 STRAYED = 100.0  # cost of a diagonal off exact features, beyond what is no loss
 
@@ -65,15 +64,9 @@ class Fitted:
         """(H,) scaled Jacobians."""
         return scaled_jacobian(self.mesh.vertices, self.mesh.hexes)
 
-    @cached_property
-    def lost(self) -> frozenset[tuple[float, int]]:
-        """Limits of the distance from the mesh, and the features (`losses`) that are beyond."""
-        samples = losses.samples_of(self.target)
-        return frozenset(
-            (limit, feature)
-            for limit in LIMITS
-            for feature in losses.lost(self.distance, samples, limit)
-        )
+    def lost(self, limit: float = TOLERANCE) -> frozenset[int]:
+        """Numbers of the features that are farther from the mesh than a limit, as in `losses`."""
+        return losses.lost(self.distance, losses.samples_of(self.target), limit)
 
     @cached_property
     def on_path(self) -> np.ndarray:

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.feature_distances import MOST, TOLERANCE, curve_samples, points_of
+from polycube.hexmesh.feature_distances import MOST, curve_samples, points_of
 from polycube.hexmesh.inspection import SAMPLES
 from polycube.hexmesh.quality import triangles
 from polycube.surface import closest
@@ -73,7 +73,7 @@ def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray
     return after
 
 
-def lost(distance: np.ndarray, samples: Samples, limit: float = TOLERANCE) -> frozenset[int]:
+def lost(distance: np.ndarray, samples: Samples, limit: float) -> frozenset[int]:
     """Numbers of the features farther away than a limit, by the distances (S,) of their samples."""
     count = np.bincount(samples.feature)
     end = np.cumsum(count)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.cures.losses import CURVE, FACE, distances, lost, moved, samples_of
+from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.inspection import inspect
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
@@ -27,7 +28,7 @@ def test_a_rod_has_two_rims_and_three_faces(rod):
 
 def test_a_fitted_mesh_loses_none(rod):
     _, samples, mesh = rod
-    assert lost(distances(mesh, samples), samples) == set()
+    assert lost(distances(mesh, samples), samples, TOLERANCE) == set()
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.02, 1.1])
@@ -36,7 +37,7 @@ def test_losses_are_those_of_the_report(rod, factor):
     goal, samples, mesh = rod
     vertices = mesh.vertices.copy()
     vertices[abs(vertices[:, 2]) > 0.28] *= [1, 1, factor]
-    found = lost(distances(replace(mesh, vertices=vertices), samples), samples)
+    found = lost(distances(replace(mesh, vertices=vertices), samples), samples, TOLERANCE)
     model = replace(mesh, vertices=goal.to_model(vertices))
     features = inspect(model, lattice_on_rod()[0]).features
     assert found == {k for k, each in enumerate(features) if each.is_lost}
