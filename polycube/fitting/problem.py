@@ -94,7 +94,7 @@ class FitProblem:
         """(V,) mean length of the boundary edges at a vertex, at least 0.3 of the median."""
         length = np.linalg.norm(x[self.sides[:, 0]] - x[self.sides[:, 1]], axis=1)
         mean = self._side_mean @ length
-        return np.maximum(mean, 0.3 * np.median(mean[self.outer]))
+        return np.maximum(mean, 0.3 * np.median(mean[self.outer])) if len(self.outer) else mean
 
     def lengths(self, x: np.ndarray, smooth: int, isotropy: float) -> np.ndarray:
         """(H, 3) wanted edge lengths: the present means, smoothed over like neighbours.

@@ -54,7 +54,7 @@ def _measured(
     if at.allowed is not None:
         strayed = float((gap - at.allowed)[held].max(initial=0.0))
     jacobian = float(problem.scaled_jacobian(x).min())
-    return State(x, jacobian, float(gap[problem.outer].max()), trust, strayed)
+    return State(x, jacobian, float(gap[problem.outer].max(initial=0.0)), trust, strayed)
 
 
 def snap(

@@ -60,7 +60,8 @@ def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refi
         offset = float(problem.scaled_jacobian(x).min())
         terms = Terms(1e-3, 1e-3, 0.05, 1.0, beta, offset, min(0.5 * least, 1e-3))
         function = partial(_energy, near, lengths, terms, springs)
-        reach = REACH * problem.size(x)
+        reach = np.full(len(x), np.inf)
+        reach[problem.outer] = REACH * problem.size(x)[problem.outer]
         back = partial(_held, x, reach, at.place(problem, x), _off(near, at), room)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))

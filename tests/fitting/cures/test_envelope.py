@@ -8,8 +8,11 @@ from polycube.fitting.cures.fitted import fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
 from polycube.fitting.cures.refit import judged
 from polycube.fitting.snapping import goals_of
+from polycube.hexmesh.connectivity import hex_mesh
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
+from tests.fixtures.hexmeshes import unit_cubes
+from tests.fixtures.surfaces import box
 
 AIM = 0.4
 WIDTHS = (0.0, 0.0005, 0.0015)
@@ -59,6 +62,17 @@ def test_a_hold_keeps_it_nearer(near, found):
     outer = near.problem.outer
     far = [np.linalg.norm((each.x - start)[outer], axis=1).max() for each in (held, found[0.0015])]
     assert far[0] < far[1]
+
+
+def test_a_neighbourhood_without_boundary_is_raised():
+    vertices, hexes = unit_cubes(13, 13, 13)
+    middle = np.flatnonzero((vertices == 6).all(axis=1))
+    vertices[middle] += 0.3
+    whole = fitted(hex_mesh(vertices, hexes), target(box(high=(13, 13, 13))))
+    inner = neighbourhood(whole, np.flatnonzero((hexes == middle).any(axis=1))[:1])
+    assert not len(inner.problem.outer)
+    before = judged(inner, inner.problem.mesh.vertices, AIM)
+    assert 0 < before.least < AIM <= loosened(inner, AIM, 0.0005, 0.0).least
 
 
 def test_the_most_exact_is_tried_first():
