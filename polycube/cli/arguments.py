@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os.path import isfile  # unlike Path.is_file, it bears names that are too long
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
@@ -21,7 +21,7 @@ def with_mesh(arguments: list[str]) -> list[str]:
     -------
     All arguments; unchanged where none or several are files, or where an input is named already.
     """
-    bare = [word for word in arguments if not word.startswith("-") and Path(word).is_file()]
+    bare = [word for word in arguments if not word.startswith("-") and isfile(word)]
     if len(bare) != 1 or any(word.startswith(("mesh=", "hex=", "resume=")) for word in arguments):
         return arguments
     return [f"mesh={word}" if word == bare[0] else word for word in arguments]

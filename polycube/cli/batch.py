@@ -17,6 +17,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
 from glob import glob
+from os.path import exists, isdir  # unlike those of Path, they bear names that are too long
 from pathlib import Path
 from typing import Any
 
@@ -84,12 +85,12 @@ def _sweep(argument: str) -> list[str]:
 
 def _files(value: str) -> list[str]:
     """Surfaces that a folder, a pattern or a list names; empty for one file or example."""
-    if Path(value).is_dir():
+    if isdir(value):
         found = sorted(str(p) for p in Path(value).iterdir() if p.suffix.lower() in KNOWN)
         if not found:
             raise InputError(f"{value}: the folder holds no surface ({', '.join(KNOWN)})")
         return found
-    if Path(value).exists():
+    if exists(value):
         return []
     if any(sign in value for sign in "*?["):
         found = sorted(glob(value, recursive=True))

@@ -29,6 +29,7 @@ def test_the_only_file_is_the_mesh(name: str) -> None:
         ["mesh=other.stl", "part.step"],
         ["hex=other.stl", "part.step"],
         ["--help"],
+        ["mesh=" + ",".join(f"parts/{n}.step" for n in range(1000))],
         [],
     ],
 )

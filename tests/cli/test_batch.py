@@ -67,6 +67,12 @@ def test_lists_that_make_no_sense_are_refused(parts, given, sentence):
         expanded([f"mesh={given}"])
 
 
+def test_a_list_may_be_longer_than_a_path(parts):
+    names = [f"parts/{number}.obj" for number in range(1000)]
+    [_, mesh, *_] = expanded(["mesh=" + ",".join(names)])
+    assert mesh == "mesh=" + ",".join(f"'{name}'" for name in names)
+
+
 def test_a_job_is_not_done_twice_unless_something_changed(parts, tmp_path, capsys):
     done = []
 
