@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 CRITERIA = ("validity", "features", "distances", "scaled_jacobian")
 CERTIFY = ("corners", "everywhere")
+POOR = 2  # features that a poor worst hex counts as, where a mesh loses some anyway
 DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
 
 
@@ -28,11 +29,12 @@ class Standard(Acceptance):
     """Valid first, then features kept, then distances, then the worst hex.
 
     Each criterion is met or missed; the features that a CAD part loses are counted, one that is far
-    off as often as it is off by the limit.  Of two meshes the better one meets the first criterion
-    in which they differ, or has the lower count; where they differ in none, it has fewer CAD faces
-    without a quad, which may be as near as any, or else the larger merit of the fitting stages
-    (`polycube.fitting.merit`), less 0.01 for each doubling of the number of hexes.  Lengths are
-    shares of the bounding-box diagonal unless another unit is named.
+    off as often as it is off by the limit, and a poor worst hex beside them as two more.  Of two
+    meshes the better one meets the first criterion in which they differ, or has the lower count;
+    where they differ in none, it has fewer CAD faces without a quad, which may be as near as any,
+    or else the larger merit of the fitting stages (`polycube.fitting.merit`), less 0.01 for each
+    doubling of the number of hexes.  Lengths are shares of the bounding-box diagonal unless another
+    unit is named.
 
     Parameters
     ----------
@@ -87,15 +89,16 @@ class Standard(Acceptance):
         from polycube.hexmesh.inspection import inspect
 
         found, open_ones = inspect(hexes, surface), self._not_certified(hexes)
-        lost = self._lost(found)
+        lost, weight = self._lost(found), self._weight(found)
+        is_poor = found.scaled_jacobian < self.poor_jacobian
         failures = tuple(self._failures(found, open_ones, len(hexes.hexes)))
         is_positive = found.scaled_jacobian > 0 and not len(open_ones)
         levels = {
             # inverted hexes are worse than crossings, these than any other failure
             "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
-            "features": -self._weight(found),
+            "features": -(weight + POOR * is_poor if weight else 0),
             "distances": -self._is_far(found),
-            "scaled_jacobian": -(found.scaled_jacobian < self.poor_jacobian),
+            "scaled_jacobian": -is_poor,
         }
         return Verdict(
             failures=failures,

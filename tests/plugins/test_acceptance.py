@@ -121,6 +121,9 @@ def test_features_of_a_cad_part_are_counted_and_named():
     times = 0.1 / np.sqrt(6) // JUDGE.features  # by which each is off
     assert found.key[1] == -3 * times < -3
     assert Standard(features=0.03)(off, part).key[1] == -3
+    never_fine = Standard(poor_jacobian=1.1)
+    assert never_fine(off, part).key[1] == -3 * times - 2
+    assert never_fine(mesh, part).key[1] == 0
     assert any(
         w.startswith("3 of 32 points, curves and faces of the CAD model") for w in found.warnings
     )
