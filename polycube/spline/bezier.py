@@ -12,18 +12,21 @@ from itertools import product
 
 import numpy as np
 
-from polycube.spline.bernstein import bernstein, derivative, tensor
+from polycube.spline.bernstein import bernstein, tensor
+from polycube.spline.det_kernels import detj, least_detj
 from polycube.types import Spline
 
 DEGREE = 8  # of det J
 CORNERS = np.array([0, 8, 72, 80, 648, 656, 720, 728])  # of a (9, 9, 9) tensor
 LINE = (1 - np.cos(np.pi * np.arange(9) / 8)) / 2  # Chebyshev's extrema: stable to interpolate at
+TO_BERNSTEIN = np.linalg.inv(bernstein(LINE, DEGREE))  # from values on it
+WEIGHTS = TO_BERNSTEIN.mean(axis=0)  # exact integral by mean coefficient
 GRID = np.stack(np.meshgrid(LINE, LINE, LINE, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1]
 MAX_LEVEL = 16  # halvings of a box
 MAX_BOXES = 20_000  # held at once; 117 MB
 HALVINGS = 3  # for the bounds of all elements
 SLACK = 0.01  # of the volume, that such a bound may lie below a value
-CHUNK = 64  # elements at a time
+CHUNK = 64  # elements at a time whose coefficients are kept
 
 
 @dataclass(frozen=True)
@@ -43,13 +46,10 @@ def bezier_points(spline: Spline) -> np.ndarray:
     return (spline.extraction @ spline.control)[spline.nodes]
 
 
-def scaled_detj(spline: Spline) -> np.ndarray:
+def scaled_detj(spline: Spline, elements: np.ndarray | slice = slice(None)) -> np.ndarray:
     """(E,) least det J among 9^3 samples of each element over the element's volume."""
-    values = _values(bezier_points(spline))
-    weights = np.linalg.inv(bernstein(LINE, DEGREE)).mean(
-        axis=0
-    )  # exact integral by mean coefficient
-    return _scaled(values @ tensor(*[weights[None]] * 3)[0], values)
+    points = spline.extraction @ spline.control
+    return _scaled(*least_detj(points, spline.nodes[elements], LINE, WEIGHTS))
 
 
 @lru_cache(maxsize=4)
@@ -59,19 +59,20 @@ def min_detj(spline: Spline) -> Jacobian:
     Samples 9^3 points per element, then halves the boxes whose bound lies below the least value.
     Kept, for plugin and report ask alike.
     """
-    coefficients, values = _detj(bezier_points(spline))
-    volumes = coefficients.mean(axis=1)
-    least = values.min(axis=1)
+    points, nodes = spline.extraction @ spline.control, spline.nodes
+    least, volumes = least_detj(points, nodes, LINE, WEIGHTS)
     element = int(least.argmin())
-    best = float(least[element]), element, GRID[values[element].argmin()]
-    best, bound = _descend(coefficients, best, tolerance=1e-6 * np.abs(volumes).mean())
+    [values] = detj(points, nodes[[element]], LINE)
+    best = float(values.min()), element, GRID[values.argmin()]
+    tolerance = 1e-6 * np.abs(volumes).mean()
+    best, bound = _descend(*_open(points, nodes, best[0] - tolerance), best, tolerance)
     value, element, place = best
-    position = tensor(*bernstein(place)[:, None]) @ bezier_points(spline)[element]
+    position = tensor(*bernstein(place)[:, None]) @ points[nodes[element]]
     return Jacobian(
         volume=float(volumes.sum()),
         min_detj=value,
         lower_bound=bound,
-        min_scaled_detj=float(_scaled(volumes, values).min()),
+        min_scaled_detj=float(_scaled(least, volumes).min()),
         element=element,
         position=tuple(position[0].tolist()),
     )
@@ -82,17 +83,18 @@ def scaled_bounds(spline: Spline) -> np.ndarray:
 
     At most a hundredth below the least value met, or after three halvings of the element.
     """
-    points = bezier_points(spline)
+    points, nodes = spline.extraction @ spline.control, spline.nodes
     return np.concatenate(
-        [_bounds(chunk) for chunk in np.array_split(points, len(points) // CHUNK + 1)]
+        [_bounds(points, chunk) for chunk in np.array_split(nodes, len(nodes) // CHUNK + 1)]
     )
 
 
-def _bounds(points: np.ndarray) -> np.ndarray:
-    boxes, values = _detj(points)
+def _bounds(points: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    values = detj(points, nodes, LINE)
+    boxes = _along_axes(values, TO_BERNSTEIN)
     volume = np.maximum(np.abs(boxes.mean(axis=1)), np.finfo(float).tiny)
-    least, settled = values.min(axis=1), np.full(len(points), np.inf)
-    element, origin = np.arange(len(points)), np.zeros((len(points), 3))
+    least, settled = values.min(axis=1), np.full(len(nodes), np.inf)
+    element, origin = np.arange(len(nodes)), np.zeros((len(nodes), 3))
     for level in range(HALVINGS + 1):
         np.minimum.at(least, element, boxes[:, CORNERS].min(axis=1))
         bound = boxes.min(axis=1)
@@ -104,40 +106,24 @@ def _bounds(points: np.ndarray) -> np.ndarray:
     return settled / volume
 
 
-def _scaled(volumes: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return values.min(axis=1) / np.maximum(np.abs(volumes), np.finfo(float).tiny)
+def _scaled(least: np.ndarray, volumes: np.ndarray) -> np.ndarray:
+    return least / np.maximum(np.abs(volumes), np.finfo(float).tiny)
 
 
-def _detj(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bernstein coefficients and grid values (E, 729) of det J; points (E, 64, 3)."""
-    values = _values(points)
-    return _along_axes(values, np.linalg.inv(bernstein(LINE, DEGREE))), values
-
-
-def _values(points: np.ndarray) -> np.ndarray:
-    chunks = np.array_split(points, len(points) // CHUNK + 1)
-    return np.concatenate([detj(chunk, LINE) for chunk in chunks])
-
-
-def detj(points: np.ndarray, line: np.ndarray) -> np.ndarray:
-    """(E, n^3) det J of elements with Bezier points (E, 64, 3) on the grid line x line x line."""
-    values, slopes = bernstein(line), derivative(line)
-    n = len(line)
-    cube = points.transpose(1, 0, 2).reshape(4, -1)  # elements last: no step has to transpose
-    z = (np.concatenate([values, slopes]) @ cube).reshape(2, n, 4, -1)
-    plain = values @ z.reshape(2, n, 4, -1)  # (2, n, n, 4 * 3 E)
-    bent = slopes @ z[0]
-
-    def tangent(table: np.ndarray, lines: np.ndarray) -> np.ndarray:
-        """(3, n^3, E) coordinates, from values or slopes along x of lines (n, n, 12 E)."""
-        at = table @ lines.reshape(n, n, 4, -1)
-        return np.ascontiguousarray(at.reshape(n**3, -1, 3).transpose(2, 0, 1))
-
-    a, b, c = tangent(slopes, plain[0]), tangent(values, bent), tangent(values, plain[1])
-    det = a[0] * (b[1] * c[2] - b[2] * c[1])
-    det += a[1] * (b[2] * c[0] - b[0] * c[2])
-    det += a[2] * (b[0] * c[1] - b[1] * c[0])
-    return np.ascontiguousarray(det.T)
+def _open(
+    points: np.ndarray, nodes: np.ndarray, limit: float
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Bernstein coefficients (n, 729) of the elements (n,) that have some below a limit, and the
+    least coefficient of all others.
+    """
+    boxes, elements, settled = [], [], np.inf
+    for part in np.array_split(np.arange(len(nodes)), len(nodes) // CHUNK + 1):
+        coefficients = _along_axes(detj(points, nodes[part], LINE), TO_BERNSTEIN)
+        bound = coefficients.min(axis=1)
+        settled = min(settled, bound[bound >= limit].min(initial=np.inf))
+        boxes.append(coefficients[bound < limit])
+        elements.append(part[bound < limit])
+    return np.concatenate(boxes), np.concatenate(elements), settled
 
 
 def _along_axes(values: np.ndarray, *matrices: np.ndarray) -> np.ndarray:
@@ -148,14 +134,21 @@ def _along_axes(values: np.ndarray, *matrices: np.ndarray) -> np.ndarray:
 
 
 def _descend(
-    boxes: np.ndarray, best: tuple[float, int, np.ndarray], tolerance: float
+    boxes: np.ndarray,
+    element: np.ndarray,
+    settled: float,
+    best: tuple[float, int, np.ndarray],
+    tolerance: float,
 ) -> tuple[tuple[float, int, np.ndarray], float]:
     """Improve the least value (value, element, place) and return the bound, box by box.
 
-    boxes : (n, 729) Bernstein coefficients, at first of whole elements
+    boxes : (n, 729) Bernstein coefficients, at first of whole elements (n,)
+    settled : no coefficient of all other elements is less
     """
-    element, origin, settled = np.arange(len(boxes)), np.zeros((len(boxes), 3)), np.inf
+    origin = np.zeros((len(boxes), 3))
     for level in range(MAX_LEVEL + 1):
+        if len(boxes) == 0:
+            return best, float(settled)
         corners = boxes[:, CORNERS]
         box, corner = np.unravel_index(corners.argmin(), corners.shape)
         if corners[box, corner] < best[0]:

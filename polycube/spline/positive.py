@@ -11,8 +11,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.numerics.lbfgs import descend
-from polycube.spline.bernstein import volume_basis
-from polycube.spline.bezier import bezier_points, detj, scaled_detj
+from polycube.spline.bezier import scaled_detj
+from polycube.spline.det_kernels import detj, squared_lack
 from polycube.spline.matching import Matches
 from polycube.types import Spline
 
@@ -24,7 +24,6 @@ WATCHED = 3.0  # floors below which an element near them is raised as well, shou
 ABOVE = 1.1  # floors that a sample is raised to: between samples det J is lower
 ITERATIONS = 60
 TANGENTIAL = 0.05  # weight of a gap along the surface beside one across
-CHUNK = 128  # elements at a time
 STIFF = 0.02  # of the membrane on the step, by the means of the diagonals
 
 
@@ -105,8 +104,7 @@ class _Lack:
         self, spline: Spline, moves: np.ndarray, share: csr_matrix, wanted: float, floor: float
     ) -> None:
         near = np.flatnonzero(share[:, moves].getnnz(axis=1))
-        points = bezier_points(spline)[near]
-        values = detj(points, LINE)
+        values = detj(spline.extraction @ spline.control, spline.nodes[near], LINE)
         volume = np.abs(values.mean(axis=1))  # near enough for a scale
         watched = values.min(axis=1) < WATCHED * floor * volume
         nodes, local = np.unique(spline.nodes[near[watched]], return_inverse=True)
@@ -114,33 +112,11 @@ class _Lack:
         self.rows, self.local = rows[:, moves], local.reshape(-1, 64)
         self.rest = rows @ spline.control - self.rows @ spline.control[moves]
         self.unit, self.wanted = floor * volume[watched], ABOVE * wanted / floor
-        _, gradients = volume_basis(LINE)
-        self.table = gradients.reshape(-1, 64)  # of u, v, w at the samples
 
     def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        points = (self.rows @ y + self.rest)[self.local]  # (e, 64, 3)
-        value, by_point = 0.0, np.zeros_like(points)
-        for start in range(0, len(points), CHUNK):
-            part = slice(start, start + CHUNK)
-            more, by_point[part] = self._of(points[part], self.unit[part])
-            value += more
-        by_node = np.zeros((len(self.rest), 3))
-        np.add.at(by_node, self.local.ravel(), by_point.reshape(-1, 3))
-        return value, self.rows.T @ by_node
-
-    def _of(self, points: np.ndarray, unit: np.ndarray) -> tuple[float, np.ndarray]:
-        """Of some elements: the value, and its slope by their points (e, 64, 3)."""
-        flat = self.table @ points.transpose(1, 2, 0).reshape(64, -1)
-        u, v, w = flat.reshape(3, -1, 3, len(points)).transpose(0, 2, 1, 3)  # (3, samples, e)
-        cofactor = _cross(v, w)
-        lack = np.maximum(self.wanted - (u * cofactor).sum(axis=0) / unit, 0)
-        if not lack.any():
-            return 0.0, np.zeros_like(points)
-        by_det = -2 * lack / unit
-        cofactors = cofactor, _cross(w, u), _cross(u, v)
-        by_tangent = np.stack([(c * by_det).transpose(1, 0, 2) for c in cofactors])
-        by_point = self.table.T @ by_tangent.reshape(len(self.table), -1)
-        return float((lack**2).sum()), by_point.reshape(64, 3, -1).transpose(2, 0, 1)
+        points = self.rows @ y + self.rest
+        value, by_point = squared_lack(points, self.local, LINE, self.unit, self.wanted)
+        return value, self.rows.T @ by_point
 
 
 class _Gap:
@@ -159,9 +135,3 @@ class _Gap:
         value = self.weight @ (across**2 + TANGENTIAL * (gap**2).sum(axis=1))
         slope = across[:, None] * self.normal + TANGENTIAL * gap
         return float(value), self.rows.T @ (2 * self.weight[:, None] * slope)
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )

@@ -1,0 +1,175 @@
+"""det J of tricubic elements on a grid: its values, the least ones, and what they lack."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from numba import njit
+
+from polycube.numerics.fast_math import FAST
+from polycube.numerics.threads import parts, side_by_side
+from polycube.spline.bernstein import bernstein, derivative
+from polycube.spline.element_tangents import LANES, add_back, gather, room, tangents
+
+LEAST = 256  # elements for a thread
+
+
+def detj(points: np.ndarray, nodes: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """(E, n^3) det J of elements with Bezier points[nodes] on the grid line x line x line.
+
+    points : (B, 3).  nodes : (E, 64).  line : (n,) parameters
+    """
+    tables = bernstein(line), derivative(line)
+    work = [partial(_values, points, nodes[p], *tables) for p in parts(len(nodes), LEAST)]
+    return np.concatenate(side_by_side(work))
+
+
+def least_detj(
+    points: np.ndarray, nodes: np.ndarray, line: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(E,) least value of each element on the grid, and the (E,) sums of values by weights.
+
+    weights : (n,) of a rule on the line, whose tensor product weighs the values
+    """
+    tables = bernstein(line), derivative(line)
+    work = [partial(_least, points, nodes[p], *tables, weights) for p in parts(len(nodes), LEAST)]
+    least, volume = zip(*side_by_side(work), strict=True)
+    return np.concatenate(least), np.concatenate(volume)
+
+
+def squared_lack(
+    points: np.ndarray, nodes: np.ndarray, line: np.ndarray, unit: np.ndarray, wanted: float
+) -> tuple[float, np.ndarray]:
+    """Sum of max(wanted - det J / unit, 0)^2 over elements and grid, and (B, 3) its derivatives.
+
+    unit : (E,) of each element
+    """
+    tables = bernstein(line), derivative(line)
+    work = [
+        partial(_lack, points, nodes[p], *tables, unit[p], wanted) for p in parts(len(nodes), LEAST)
+    ]
+    values, slopes = zip(*side_by_side(work), strict=True)
+    return sum(values), np.sum(slopes, axis=0)
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _determinants(tangents: np.ndarray, out: np.ndarray) -> None:
+    """(n^2, LANES) of tangents (n^2, 3, 3 LANES)."""
+    lanes = out.shape[1]
+    for s in range(len(out)):
+        a, b, c, det = tangents[s, 0], tangents[s, 1], tangents[s, 2], out[s]
+        for x in range(lanes):
+            y, z = lanes + x, 2 * lanes + x
+            det[x] = (
+                a[x] * (b[y] * c[z] - b[z] * c[y])
+                + a[y] * (b[z] * c[x] - b[x] * c[z])
+                + a[z] * (b[x] * c[y] - b[y] * c[x])
+            )
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _by_tangents(by_det: np.ndarray, tangents: np.ndarray, out: np.ndarray) -> None:
+    """Derivatives by the tangents, both (n^2, 3, 3 LANES), from those by det J (n^2, LANES)."""
+    lanes = by_det.shape[1]
+    for s in range(len(by_det)):
+        for k in range(3):
+            b, c, slope = tangents[s, (k + 1) % 3], tangents[s, (k + 2) % 3], out[s, k]
+            for x in range(lanes):
+                y, z, by = lanes + x, 2 * lanes + x, by_det[s, x]
+                slope[x] = by * (b[y] * c[z] - b[z] * c[y])
+                slope[y] = by * (b[z] * c[x] - b[x] * c[z])
+                slope[z] = by * (b[x] * c[y] - b[y] * c[x])
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _values(
+    points: np.ndarray, nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray
+) -> np.ndarray:
+    """(E, n^3)."""
+    n = len(values)
+    found = np.empty((len(nodes), n**3))
+    net, planes, lines, slope, det = room(n)
+    for start in range(0, len(nodes), LANES):
+        gather(points, nodes, start, net)
+        for k in range(n):
+            tangents(net, values, slopes, k, planes, lines, slope)
+            _determinants(slope, det)
+            for at in range(min(LANES, len(nodes) - start)):
+                for s in range(n * n):
+                    found[start + at, n * n * k + s] = det[s, at]
+    return found
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _least(
+    points: np.ndarray,
+    nodes: np.ndarray,
+    values: np.ndarray,
+    slopes: np.ndarray,
+    weights: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least value (E,) and weighted sum (E,)."""
+    n = len(values)
+    least, total = np.empty(len(nodes)), np.empty(len(nodes))
+    net, planes, lines, slope, det = room(n)
+    low, sums = np.empty(LANES), np.empty(LANES)
+    for start in range(0, len(nodes), LANES):
+        gather(points, nodes, start, net)
+        low[:], sums[:] = np.inf, 0
+        for k in range(n):
+            tangents(net, values, slopes, k, planes, lines, slope)
+            _determinants(slope, det)
+            for s in range(n * n):
+                weight = weights[k] * weights[s // n] * weights[s % n]
+                for at in range(LANES):
+                    low[at] = min(low[at], det[s, at])
+                    sums[at] += weight * det[s, at]
+        for at in range(min(LANES, len(nodes) - start)):
+            least[start + at], total[start + at] = low[at], sums[at]
+    return least, total
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _lack(
+    points: np.ndarray,
+    nodes: np.ndarray,
+    values: np.ndarray,
+    slopes: np.ndarray,
+    unit: np.ndarray,
+    wanted: float,
+) -> tuple[float, np.ndarray]:
+    """The value, and its derivatives (B, 3) by the points."""
+    n, value = len(values), 0.0
+    by_point = np.zeros(points.shape)
+    net, planes, lines, slope, det = room(n)
+    by_net, by_tangents = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
+    for start in range(0, len(nodes), LANES):
+        used = min(LANES, len(nodes) - start)
+        gather(points, nodes, start, net)
+        by_net[:] = 0
+        lacks = False
+        for k in range(n):
+            tangents(net, values, slopes, k, planes, lines, slope)
+            _determinants(slope, det)
+            here = 0.0
+            for s in range(n * n):
+                for at in range(used):
+                    lack = max(wanted - det[s, at] / unit[start + at], 0.0)
+                    here += lack * lack
+                    det[s, at] = -2 * lack / unit[start + at]
+                for at in range(used, LANES):
+                    det[s, at] = 0
+            if here == 0:
+                continue
+            value += here
+            lacks = True
+            _by_tangents(det, slope, by_tangents)
+            add_back(by_tangents, values, slopes, k, planes, lines, by_net)
+        if not lacks:
+            continue
+        for at in range(used):
+            for r in range(64):
+                for d in range(3):
+                    by_point[nodes[start + at, r], d] += by_net[(3 * r + d) * LANES + at]
+    return value, by_point
