@@ -40,14 +40,17 @@ def damped(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matr
     scaled det J would fall below its floor (E,).
     """
     step = moved - spline.control
-    kept = np.ones(len(step))
+    kept, scaled = np.ones(len(step)), np.empty(len(floor))
+    near: np.ndarray | slice = slice(None)  # elements that changed
     for number in range(DAMPINGS):
         now = replace(spline, control=spline.control + kept[:, None] * step)
-        low = np.flatnonzero(scaled_detj(now) < floor)
+        scaled[near] = scaled_detj(now, near)
+        low = np.flatnonzero(scaled < floor)
         if len(low) == 0:
             break
         felt = np.minimum(3 * share[low].max(axis=0).toarray().ravel(), 1)
         kept *= (DAMPED if number < DAMPINGS - 1 else 0.0) ** felt
+        near = np.flatnonzero(share @ felt)
     return spline.control + kept[:, None] * step
 
 
@@ -55,13 +58,15 @@ def restored(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_ma
     """`moved` (C, 3) with the spline's own control points round elements whose scaled det J is
     below their floor (E,), at most the spline's own: then none is.
     """
-    control = moved.copy()
+    control, scaled = moved.copy(), np.empty(len(floor))
+    near: np.ndarray | slice = slice(None)  # elements that changed
     while True:
-        low = np.flatnonzero(scaled_detj(replace(spline, control=control)) < floor)
-        felt = np.flatnonzero(share[low].getnnz(axis=0))
+        scaled[near] = scaled_detj(replace(spline, control=control), near)
+        felt = share[np.flatnonzero(scaled < floor)].getnnz(axis=0) > 0
         if np.array_equal(control[felt], spline.control[felt]):
             return control
         control[felt] = spline.control[felt]
+        near = np.flatnonzero(share @ felt)
 
 
 def raised(
