@@ -30,7 +30,8 @@ STIFF = 0.02  # of the membrane on the step, by the means of the diagonals
 def shares(spline: Spline) -> csr_matrix:
     """(E, C) largest Bezier coefficient of each control point on each element."""
     found = spline.element_functions()
-    most = abs(found.coefficients).max(axis=1).toarray().ravel()
+    rows = found.coefficients
+    most = np.maximum.reduceat(np.abs(rows.data), rows.indptr[:-1])
     shape = (len(spline.nodes), len(spline.control))
     return csr_matrix((most, found.functions, found.offsets), shape)
 

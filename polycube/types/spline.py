@@ -49,17 +49,15 @@ class Spline:
         """Extraction operators of elements, functions that vanish there left out."""
         from scipy.sparse import csr_matrix  # commands that compute nothing start without it
 
-        n_functions = self.extraction.shape[1]
-        nodes = self.nodes[elements]
-        rows = self.extraction[nodes.ravel()].tocoo()
-        element, node = np.divmod(rows.row.astype(np.int64), 64)
-        pairs, row = np.unique(element * n_functions + rows.col, return_inverse=True)
-        element, functions = np.divmod(pairs, n_functions)
-        return ElementFunctions(
-            offsets=np.searchsorted(element, np.arange(len(nodes) + 1)),
-            functions=functions,
-            coefficients=csr_matrix((rows.data, (row, node)), (len(pairs), 64)),
+        from polycube.types.local_functions import gathered
+
+        nodes, matrix = self.nodes[elements], self.extraction
+        offsets, functions, *rows = gathered(
+            matrix.indptr, matrix.indices, matrix.data, nodes, matrix.shape[1]
         )
+        starts, places, values = rows
+        coefficients = csr_matrix((values, places, starts), (len(functions), 64))
+        return ElementFunctions(offsets, functions, coefficients)
 
 
 @dataclass(frozen=True, eq=False)

@@ -246,3 +246,17 @@ def test_with_all_hexes_straight_the_spline_is_the_mesh(mesh):
     found = volumetric_spline(mesh, NONE, (), np.arange(len(mesh.hexes)))
     expected = TRILINEAR @ mesh.vertices[mesh.hexes[:, TENSOR]]
     assert bezier_points(found) == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("elements", [slice(None), slice(3, 7)])
+def test_functions_of_an_element_are_those_that_its_nodes_have(elements):
+    spline = volumetric_spline(hex_cylinder(2, 2, 2), NONE)
+    found = spline.element_functions(elements)
+    for number, nodes in enumerate(spline.nodes[elements]):
+        rows = slice(*found.offsets[number : number + 2])
+        dense = spline.extraction[nodes].toarray()
+        functions = np.flatnonzero(dense.any(axis=0))
+        assert found.functions[rows].tolist() == functions.tolist()
+        assert (found.coefficients[rows].toarray() == dense[:, functions].T).all()
+    assert found.coefficients.has_canonical_format
+    assert len(found.offsets) == number + 2
