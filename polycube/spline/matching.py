@@ -55,6 +55,7 @@ class Matcher:
         self.rows, self._du, self._dv = (part @ spline.extraction for part in at)
         self._skin = skin @ spline.extraction
         self._own_face: np.ndarray | None = None
+        self._trees: closest.Forest | None = None
         self._points, self._normals, self._on = target.samples(SAMPLES)
         found = set(cad_face.tolist())
         loose = (c for c in target.followed.creases if not found.issuperset(c.faces))
@@ -85,7 +86,7 @@ class Matcher:
         """Of the points of the surface that face the spline, and of the creases within reach."""
         pieces = triangles(self._skin @ control, PIECES)
         facing = normals(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
-        tree = closest.tree(pieces, facing)
+        tree = self._moved(pieces, facing).tree
         face, piece, rows = self._place(tree, self._points, self._normals)
         faces_it = np.einsum("nd,nd->n", self._normals, facing[piece]) > 0.3
         faces_it &= (self._cad_face[face] == 0) | (self._cad_face[face] == self._on)
@@ -101,6 +102,14 @@ class Matcher:
         length, side = np.linalg.norm(gap, axis=1), np.sqrt(area[face])
         weight = CREASE * STEP / side * share[face] * (length < REACH * side)
         return [cover, Matches(rows, self._creases, gap / (length[:, None] + 1e-12), weight)]
+
+    def _moved(self, pieces: np.ndarray, facing: np.ndarray) -> closest.Forest:
+        """Trees of the pieces of the boundary, split as they were the first time."""
+        if self._trees is None:
+            self._trees = closest.forest(pieces, facing, np.zeros(len(pieces), np.int64))
+        else:
+            self._trees = closest.moved(self._trees, pieces, facing)
+        return self._trees
 
     def _along(self, control: np.ndarray, share: np.ndarray) -> Matches:
         """Of the edges between CAD faces."""
