@@ -26,6 +26,7 @@ STILL = 1e-6  # of a control point's own step: those the boundary hardly feels s
 EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface already
 LOOSE = 0.5  # share of its scaled det J that an element keeps at least, before it is raised
 WORTH = 0.001  # distance, in diagonals, that half the least scaled det J is worth below the floor
+SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}  # and positive definite
 FIRST = 0.2  # share of the floor that is wanted as long as an element is not positive
 
 
@@ -76,6 +77,7 @@ def _positive(
         return 1 + min(least, enough), -price
 
     best = at(damped(spline, moved, LOOSE * np.minimum(old, options.floor), share))
+    worth = value(best)
     for _ in range(options.rounds):
         low = best[1].min()
         if low >= options.floor:
@@ -83,13 +85,15 @@ def _positive(
         wanted = options.floor * (1 if low > 0 else FIRST)
         matches = matcher(best[0].control)
         higher = at(raised(*best, wanted, options.floor, share, matches, graph))
-        if value(higher) <= value(best):
+        reached = value(higher)
+        if reached <= worth:
             break
-        best = higher
+        best, worth = higher, reached
     control = best[0].control
     back = damped(spline, control, np.minimum(old, max(enough, LOOSE * options.floor)), share)
     safe = restored(spline, control, np.minimum(old, enough), share)
-    return max(at(back), at(safe), best, key=value)[0].control
+    worths = {worth: control} | {value(at(other)): other for other in (safe, back)}
+    return worths[max(worths)]
 
 
 def laplacian(spline: Spline) -> csr_matrix:
@@ -135,7 +139,8 @@ def _on_boundary(
         size = square.diagonal().mean()
         square = square + FAIR * size / fair.diagonal().mean() * fair
         square = square + STILL * size * identity(len(touched))
-        step = splu(square.tocsc()).solve(weighted @ (goal - rows @ control))
+        factor = splu(square.tocsc(), **SYMMETRIC, options={"SymmetricMode": True})
+        step = factor.solve(weighted @ (goal - rows @ control))
         last, longest = longest, np.linalg.norm(step, axis=1).max()
         if longest > last:  # the matches contradict each other
             break
