@@ -19,7 +19,8 @@ Result = TypeVar("Result")
 
 
 def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
-    """Results of the calls, in order; the first runs on this thread.
+    """Results of the calls, in order; the first runs on this thread, which then takes the last
+    ones that no other has begun.
 
     A call must not use this function itself: it would wait for a thread that waits.
     """
@@ -27,7 +28,11 @@ def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
     if workers is None or len(calls) == 1:
         return [call() for call in calls]
     others = [workers.submit(call) for call in calls[1:]]
-    return [calls[0](), *(other.result() for other in others)]
+    found = {0: calls[0]()}
+    for number in reversed(range(1, len(calls))):
+        if others[number - 1].cancel():
+            found[number] = calls[number]()
+    return [found[k] if k in found else others[k - 1].result() for k in range(len(calls))]
 
 
 def parts(number: int, least: int) -> list[slice]:

@@ -1,5 +1,7 @@
 """Kernels on several threads: the same numbers however many there are."""
 
+from threading import Event, get_ident
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,25 @@ def test_results_come_in_order_and_failures_come_through():
     assert threads.side_by_side([lambda k=k: k for k in range(9)]) == list(range(9))
     with pytest.raises(ZeroDivisionError):
         threads.side_by_side([lambda: 1, lambda: 1 / 0])
+
+
+def test_a_thread_that_is_done_takes_what_no_other_has_begun(monkeypatch):
+    monkeypatch.setattr(threads, "cores", lambda: 2)
+    threads.pool.cache_clear()
+    begun, done = Event(), Event()
+
+    def long():
+        begun.set()
+        return done.wait(10) and get_ident()
+
+    def last_of_the_others():
+        done.set()
+        return get_ident()
+
+    calls = [lambda: begun.wait(10) and get_ident(), long, last_of_the_others, get_ident]
+    first, other, *rest = threads.side_by_side(calls)
+    threads.pool.cache_clear()
+    assert rest == [first, first] and other not in (0, first)
 
 
 @pytest.mark.parametrize("cores", [1, 2, 8])
