@@ -44,13 +44,9 @@ def squared_lack(
     """Sum of max(wanted - det J / unit, 0)^2 over elements and grid, and (B, 3) its derivatives.
 
     unit : (E,) of each element
+    It runs on the thread that asks and holds no lock.
     """
-    tables = bernstein(line), derivative(line)
-    work = [
-        partial(_lack, points, nodes[p], *tables, unit[p], wanted) for p in parts(len(nodes), LEAST)
-    ]
-    values, slopes = zip(*side_by_side(work), strict=True)
-    return sum(values), np.sum(slopes, axis=0)
+    return _lack(points, nodes, bernstein(line), derivative(line), unit, wanted)
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
@@ -80,6 +76,30 @@ def _by_tangents(by_det: np.ndarray, tangents: np.ndarray, out: np.ndarray) -> N
                 slope[x] = by * (b[y] * c[z] - b[z] * c[y])
                 slope[y] = by * (b[z] * c[x] - b[x] * c[z])
                 slope[z] = by * (b[x] * c[y] - b[y] * c[x])
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _take_in(det: np.ndarray, weights: np.ndarray, low: np.ndarray, sums: np.ndarray) -> None:
+    """Bring the least values and weighted sums (LANES,) up to date with a plane (n^2, LANES)."""
+    for s in range(len(det)):
+        for at in range(len(low)):
+            low[at] = min(low[at], det[s, at])
+            sums[at] += weights[s] * det[s, at]
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _lack_of(det: np.ndarray, goal: np.ndarray, inverse: np.ndarray) -> float:
+    """Squared lack of a plane (n^2, LANES), which takes the derivatives; of lanes: the inverse of
+    the unit and how many are wanted.
+    """
+    total = 0.0
+    for s in range(len(det)):
+        row = det[s]
+        for at in range(len(goal)):
+            lack = max(goal[at] - row[at] * inverse[at], 0.0)
+            total += lack * lack
+            row[at] = -2 * lack * inverse[at]
+    return total
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
@@ -113,6 +133,7 @@ def _least(
     n = len(values)
     least, total = np.empty(len(nodes)), np.empty(len(nodes))
     net, planes, lines, slope, det = room(n)
+    square = np.outer(weights, weights).ravel()
     low, sums = np.empty(LANES), np.empty(LANES)
     for start in range(0, len(nodes), LANES):
         gather(points, nodes, start, net)
@@ -120,11 +141,7 @@ def _least(
         for k in range(n):
             tangents(net, values, slopes, k, planes, lines, slope)
             _determinants(slope, det)
-            for s in range(n * n):
-                weight = weights[k] * weights[s // n] * weights[s % n]
-                for at in range(LANES):
-                    low[at] = min(low[at], det[s, at])
-                    sums[at] += weight * det[s, at]
+            _take_in(det, weights[k] * square, low, sums)
         for at in range(min(LANES, len(nodes) - start)):
             least[start + at], total[start + at] = low[at], sums[at]
     return least, total
@@ -143,23 +160,18 @@ def _lack(
     n, value = len(values), 0.0
     by_point = np.zeros(points.shape)
     net, planes, lines, slope, det = room(n)
+    goal, inverse = np.full(LANES, wanted), np.zeros(LANES)
     by_net, by_tangents = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
     for start in range(0, len(nodes), LANES):
         used = min(LANES, len(nodes) - start)
         gather(points, nodes, start, net)
-        by_net[:] = 0
+        by_net[:], goal[used:] = 0, -np.inf
+        inverse[:used] = 1 / unit[start : start + used]
         lacks = False
         for k in range(n):
             tangents(net, values, slopes, k, planes, lines, slope)
             _determinants(slope, det)
-            here = 0.0
-            for s in range(n * n):
-                for at in range(used):
-                    lack = max(wanted - det[s, at] / unit[start + at], 0.0)
-                    here += lack * lack
-                    det[s, at] = -2 * lack / unit[start + at]
-                for at in range(used, LANES):
-                    det[s, at] = 0
+            here = _lack_of(det, goal, inverse)
             if here == 0:
                 continue
             value += here

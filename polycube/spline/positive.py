@@ -23,11 +23,11 @@ LINE = np.arange(5) / 4  # where an element is sampled while it is raised, each 
 DAMPINGS = 8  # at most; the last one takes all of the move back
 DAMPED = 0.6  # what is left of a step after one
 INFLUENCE = 0.02  # least coefficient of a control point that moves, on an element to raise
-WATCHED = 3.0  # floors below which an element near them is raised as well, should it fall
 ABOVE = 1.1  # floors that a sample is raised to: between samples det J is lower
 ITERATIONS = 60
 TANGENTIAL = 0.05  # weight of a gap along the surface beside one across
-LEAST = 2000  # gaps for a thread
+ELEMENTS = 256  # for a thread
+GAPS = 2000  # for a thread
 STIFF = 0.02  # of the membrane on the step, by the means of the diagonals
 
 
@@ -90,17 +90,20 @@ def raised(
     the gaps of the boundary to its matches, over the mean area of a face, and a membrane.
     """
     moves = np.flatnonzero((share[scaled < wanted] > INFLUENCE).sum(axis=0))
-    lack = _Lack(spline, moves, share, wanted, floor)
-    gap = _Gap(spline.control, moves, matches)
+    near = np.flatnonzero((share[:, moves] > INFLUENCE).sum(axis=1))
+    felt = np.flatnonzero(matches.rows[:, moves].getnnz(axis=1))
+    terms: list[_Lack | _Gap] = [
+        _Lack(spline, moves, near[part], wanted, floor) for part in parts(len(near), ELEMENTS)
+    ]
+    terms += [_Gap(spline.control, moves, matches, felt[p]) for p in parts(len(felt), GAPS)]
     membrane = graph[moves][:, moves]
     stiff = STIFF * matches.weight.mean() / membrane.diagonal().mean()
     start = spline.control[moves]
 
     def function(y: np.ndarray) -> tuple[float, np.ndarray]:
-        (first, by_first), (second, by_second) = lack(y), gap(y)
+        values, slopes = zip(*side_by_side([partial(term, y) for term in terms]), strict=True)
         pull = stiff * (membrane @ (y - start))
-        third = float(np.vdot(pull, y - start))
-        return first + second + third, by_first + by_second + 2 * pull
+        return sum(values) + float(np.vdot(pull, y - start)), sum(slopes) + 2 * pull
 
     control = spline.control.copy()
     control[moves] = descend(function, start, ITERATIONS)
@@ -108,20 +111,18 @@ def raised(
 
 
 class _Lack:
-    """Squared lack of det J in the watched elements round moving control points (n,)."""
+    """Squared lack of det J in elements (e,), by moving control points (n,)."""
 
     def __init__(
-        self, spline: Spline, moves: np.ndarray, share: csr_matrix, wanted: float, floor: float
+        self, spline: Spline, moves: np.ndarray, elements: np.ndarray, wanted: float, floor: float
     ) -> None:
-        near = np.flatnonzero(share[:, moves].getnnz(axis=1))
-        values = detj(spline.extraction @ spline.control, spline.nodes[near], LINE)
+        values = detj(spline.extraction @ spline.control, spline.nodes[elements], LINE)
         volume = np.abs(values.mean(axis=1))  # near enough for a scale
-        watched = values.min(axis=1) < WATCHED * floor * volume
-        nodes, local = np.unique(spline.nodes[near[watched]], return_inverse=True)
+        nodes, local = np.unique(spline.nodes[elements], return_inverse=True)
         rows = spline.extraction[nodes]
         self.rows, self.local = rows[:, moves], local.reshape(-1, 64)
         self.rest = rows @ spline.control - self.rows @ spline.control[moves]
-        self.unit, self.wanted = floor * volume[watched], ABOVE * wanted / floor
+        self.unit, self.wanted = floor * volume, ABOVE * wanted / floor
 
     def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         points = self.rows @ y + self.rest
@@ -130,24 +131,19 @@ class _Lack:
 
 
 class _Gap:
-    """Weighted squared gaps of the matches that moving control points (n,) have a share in."""
+    """Weighted squared gaps of some matches (m,), by moving control points (n,)."""
 
-    def __init__(self, control: np.ndarray, moves: np.ndarray, matches: Matches) -> None:
-        felt = np.flatnonzero(matches.rows[:, moves].getnnz(axis=1))
+    def __init__(
+        self, control: np.ndarray, moves: np.ndarray, matches: Matches, felt: np.ndarray
+    ) -> None:
         rows = matches.rows[felt]
         self.rows = rows[:, moves]
         self.rest = rows @ control - self.rows @ control[moves] - matches.goal[felt]
         self.normal, self.weight = matches.normal[felt], matches.weight[felt]
 
     def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        work = [partial(self._part, p, y) for p in parts(len(self.rest), LEAST)]
-        values, slopes = zip(*side_by_side(work), strict=True)
-        return sum(values), np.sum(slopes, axis=0)
-
-    def _part(self, p: slice, y: np.ndarray) -> tuple[float, np.ndarray]:
-        starts = self.rows.indptr[p.start : p.stop + 1]
-        gaps = self.rest[p], self.normal[p], self.weight[p]
-        return _squared_gaps(starts, self.rows.indices, self.rows.data, *gaps, y)
+        rows = self.rows.indptr, self.rows.indices, self.rows.data
+        return _squared_gaps(*rows, self.rest, self.normal, self.weight, y)
 
 
 @njit(cache=True, nogil=True)

@@ -27,7 +27,7 @@ EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface alr
 LOOSE = 0.5  # share of its scaled det J that an element keeps at least, before it is raised
 WORTH = 0.001  # distance, in diagonals, that half the least scaled det J is worth below the floor
 SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}  # and positive definite
-FIRST = 0.2  # share of the floor that is wanted as long as an element is not positive
+FIRST = 0.2  # share of the floor that is wanted where the whole of it cannot be had at once
 
 
 def fit_to_surface(
@@ -77,18 +77,21 @@ def _positive(
         return 1 + min(least, enough), -price
 
     best = at(damped(spline, moved, LOOSE * np.minimum(old, options.floor), share))
-    worth = value(best)
+    worth, part = value(best), 1.0
     for _ in range(options.rounds):
         low = best[1].min()
-        if low >= options.floor:
+        wanted = options.floor * (part if low > 0 else FIRST)
+        if low >= wanted:
             break
-        wanted = options.floor * (1 if low > 0 else FIRST)
         matches = matcher(best[0].control)
         higher = at(raised(*best, wanted, options.floor, share, matches, graph))
         reached = value(higher)
-        if reached <= worth:
+        if reached > worth:
+            best, worth = higher, reached
+        elif low <= 0 or part == FIRST:
             break
-        best, worth = higher, reached
+        else:
+            part = FIRST
     control = best[0].control
     back = damped(spline, control, np.minimum(old, max(enough, LOOSE * options.floor)), share)
     safe = restored(spline, control, np.minimum(old, enough), share)

@@ -29,15 +29,15 @@ def test_damping_looks_again_only_where_something_changed():
     assert (damped(spline, moved, floor, share) == expected).all()
 
 
-@pytest.mark.parametrize("number", [50, 9000])
-def test_gaps_weigh_most_along_their_normals(number):
+def test_gaps_weigh_most_along_their_normals():
+    number = 50
     rng = np.random.default_rng(0)
     rows = random_matrix(number, 40, 0.1, "csr", rng=rng)
     normal = rng.standard_normal((number, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     matches = Matches(rows, rng.standard_normal((number, 3)), normal, rng.uniform(size=number))
     control, moves = rng.standard_normal((40, 3)), np.arange(0, 40, 2)
-    felt = rows[:, moves].getnnz(axis=1) > 0
+    felt = np.arange(0, number, 3)
 
     def slow(y):
         all_of = control.copy()
@@ -47,7 +47,7 @@ def test_gaps_weigh_most_along_their_normals(number):
         return matches.weight[felt] @ square
 
     y, way = rng.standard_normal((2, len(moves), 3))
-    value, slope = _Gap(control, moves, matches)(y)
+    value, slope = _Gap(control, moves, matches, felt)(y)
     assert value == pytest.approx(slow(y), rel=1e-12)
     ahead, behind = slow(y + way), slow(y - way)  # exact, for it is quadratic
     assert np.vdot(slope, way) == pytest.approx((ahead - behind) / 2, rel=1e-10)
