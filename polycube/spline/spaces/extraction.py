@@ -17,7 +17,8 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from numba import njit
+from scipy.sparse import csr_matrix
 
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_sides, unique_rows
 from polycube.spline.spaces.sharp_features import is_among
@@ -190,22 +191,55 @@ def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matri
     dimension = np.zeros(n_nodes, np.int64)
     for stratum in strata:
         dimension[stratum.nodes] = stratum.dimension
-    parts = (
-        diags((dimension == stratum.dimension).astype(np.float64))
-        @ _mean_rows(stratum, n_nodes, n_vertices)
-        for stratum in strata
+    rows = sum(
+        _mean_rows(stratum, dimension == stratum.dimension, n_vertices) for stratum in strata
     )
-    return csr_matrix(sum(parts))
+    rows.sort_indices()
+    return rows
 
 
-def _mean_rows(cells: Cells, n_nodes: int, n_vertices: int) -> csr_matrix:
-    """(B, C) mean over the cells round a node of their trilinear weights at thirds."""
+def _mean_rows(cells: Cells, ruled: np.ndarray, n_vertices: int) -> csr_matrix:
+    """(B, C) mean over the cells round a node of their trilinear weights at thirds; ruled : (B,)
+    the nodes that have a row.
+    """
     weights: np.ndarray = np.ones((1, 1))
     for _ in range(cells.dimension):
         weights = np.kron(weights, NEAREST)
-    count = np.bincount(cells.nodes.ravel(), minlength=n_nodes)
-    shape = (len(cells.nodes), *weights.shape)  # (c, 4^d, 2^d)
-    rows = np.broadcast_to(cells.nodes[..., None], shape)
-    columns = np.broadcast_to(cells.corners[:, None], shape)
-    values = weights / count[rows]
-    return csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), (n_nodes, n_vertices))
+    starts, columns, values = _means(cells.nodes, cells.corners, weights, ruled, n_vertices)
+    return csr_matrix((values, columns, starts), (len(ruled), n_vertices))
+
+
+@njit(cache=True, nogil=True)
+def _means(
+    nodes: np.ndarray,
+    corners: np.ndarray,
+    weights: np.ndarray,
+    ruled: np.ndarray,
+    n_vertices: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Starts (B + 1,), columns and values of the rows of `_mean_rows`."""
+    n_local, n_corners = weights.shape
+    ends = np.zeros(len(ruled) + 1, np.int64)
+    for node in nodes.flat:
+        ends[node + 1] += ruled[node]
+    ends = np.cumsum(ends)
+    place, where = ends[:-1].copy(), np.empty(ends[-1], np.int64)  # in `nodes` of each node
+    for at, node in enumerate(nodes.flat):
+        if ruled[node]:
+            where[place[node]] = at
+            place[node] += 1
+    columns, values = np.empty(len(where) * n_corners, np.int32), np.empty(len(where) * n_corners)
+    starts, size = np.zeros(len(ruled) + 1, np.int32), 0
+    seen, entry = np.full(n_vertices, -1), np.empty(n_vertices, np.int64)
+    for node in range(len(ruled)):
+        for at in where[ends[node] : ends[node + 1]]:
+            cell, local = at // n_local, at % n_local
+            for k in range(n_corners):
+                c = corners[cell, k]
+                if seen[c] != node:
+                    seen[c], entry[c] = node, size
+                    columns[size], values[size] = c, 0
+                    size += 1
+                values[entry[c]] += weights[local, k] / (ends[node + 1] - ends[node])
+        starts[node + 1] = size
+    return starts, columns[:size].copy(), values[:size].copy()
