@@ -47,7 +47,7 @@ def bezier_points(spline: Spline) -> np.ndarray:
 
 
 def scaled_detj(spline: Spline, elements: np.ndarray | slice = slice(None)) -> np.ndarray:
-    """(E,) least det J among 9^3 samples of each element over the element's volume."""
+    """(E,) least det J among 9^3 samples of each element, or of some, over its volume."""
     points = spline.extraction @ spline.control
     return _scaled(*least_detj(points, spline.nodes[elements], LINE, WEIGHTS))
 

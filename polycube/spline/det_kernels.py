@@ -89,8 +89,9 @@ def _take_in(det: np.ndarray, weights: np.ndarray, low: np.ndarray, sums: np.nda
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _lack_of(det: np.ndarray, goal: np.ndarray, inverse: np.ndarray) -> float:
-    """Squared lack of a plane (n^2, LANES), which takes the derivatives; of lanes: the inverse of
-    the unit and how many are wanted.
+    """Squared lack of det J (n^2, LANES), in whose place its derivatives come.
+
+    goal, inverse : (LANES,) of each lane: units that are wanted, and 1 / unit
     """
     total = 0.0
     for s in range(len(det)):
