@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, identity, kron, vstack
-from scipy.sparse.linalg import splu
 
+from polycube.numerics.factorization import factorize
 from polycube.structure.rough_map import weights
 from polycube.surface import closest
 from polycube.surface.measures import face_normals
@@ -13,7 +13,7 @@ from polycube.types import PerAxis, RoughMap, TriMesh
 
 SPACING = 0.08  # of the control planes, in diagonals
 MOST = 4  # control intervals between two knots
-CONTROLS = 20_000  # control positions at most: their factorization takes seconds
+CONTROLS = 20_000  # control positions at most
 MIXED = 0.5  # weight of mixed differences against second ones
 ON = 1e-4  # distance from the surface, in bricks, of control positions that are on it
 EXACT = 100.0  # weight of these against the mean over the surface
@@ -39,7 +39,8 @@ def fitted(
     size = int(np.prod(shape))
     bending = _differences(shape, (x, y, z))
     matrix = weights((u, v, w), placed.vertices)
-    node, goal = _on_surface((u, v, w), placed, points)
+    lattice = np.stack(np.meshgrid(u, v, w, indexing="ij"), axis=-1).reshape(-1, 3)
+    node, goal = _on_surface(lattice, placed, points)
     middle = points.mean(axis=0)
     normal = matrix.T @ matrix / len(points) + smoothness / size * (bending.T @ bending)
     pull = np.full(size, LEAST)
@@ -47,16 +48,15 @@ def fitted(
     goals = np.zeros((size, 3))
     goals[node] = EXACT / size * (goal - middle)
     normal = normal + diags(pull)
-    solver = splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    positions = solver.solve(matrix.T @ (points - middle) / len(points) + goals) + middle
+    right = matrix.T @ (points - middle) / len(points) + goals
+    positions = factorize(csr_matrix(normal), lattice).solve(right) + middle
     return RoughMap(u, v, w, positions.reshape(*shape, 3))
 
 
 def _on_surface(
-    lines: PerAxis, placed: TriMesh, points: np.ndarray
+    lattice: np.ndarray, placed: TriMesh, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Control positions (M,) that lie on the placed surface, and where they are in the part."""
-    lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    """Points (M,) of a lattice that lie on the placed surface, and where they are in the part."""
     tree = closest.tree(placed.vertices[placed.faces], face_normals(placed))
     nearest, face, share = closest.closest(tree, lattice)
     on = np.linalg.norm(nearest - lattice, axis=1) < ON
