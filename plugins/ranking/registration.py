@@ -31,7 +31,8 @@ class Registration:
     polycube's corners, curves of a CAD part without a path on the mesh's edges, and the cost that
     the proposal itself gave; smaller is better.  Overlays rank last, as they are: they have many
     more hexes, and are for parts that nothing coarser fits.  After them come spare lattices, which
-    have another genus and say so.
+    have another genus and say so.  A structure of more boxes than an overlay has cells does not
+    rank, for it is no coarser.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ class Registration:
         same = [c for c in solid if genus_of(c.polycube, c.blocks) == wanted]
         fitting = [c for c in same if c.family != SPARE]
         ranked = []
-        coarse = [c for c in fitting if c.family != OVERLAY]
+        coarse = _coarser([c for c in fitting if c.family != OVERLAY], fitting)
         for proposal in dict.fromkeys(c.proposal for c in coarse):
             ours = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)
             ranked += [self._judged(c, goal, ours[0].cost) for c in ours[: self.limit]]
@@ -101,6 +102,24 @@ class Registration:
             number = len(goal.followed.creases)
             score += self.lost * (1 - matched_curves(hexes, goal) / max(number, 1))
         return Ranked(candidate, score, asdict(quality), hexes, positions)
+
+
+def _coarser(candidates: list[Candidate], fitting: list[Candidate]) -> list[Candidate]:
+    """Candidates of no more boxes than the coarsest overlay has cells; those of blocks stay."""
+
+    def size(candidate: Candidate) -> int:
+        return np.count_nonzero(candidate.polycube.occupancy)
+
+    most = min((size(c) for c in fitting if c.family == OVERLAY), default=np.inf)
+    found = [c for c in candidates if c.blocks is not None or size(c) <= most]
+    if len(found) < len(candidates):
+        logger.info(
+            "%d structures do not rank: the largest has %d boxes, an overlay %d cells",
+            len(candidates) - len(found),
+            max(size(c) for c in candidates if c.blocks is None),
+            most,
+        )
+    return found
 
 
 def _unregistered(candidate: Candidate) -> Ranked:

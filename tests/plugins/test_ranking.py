@@ -62,6 +62,18 @@ def test_overlays_come_last_and_are_not_registered():
     assert np.ptp(lattice_hexes.vertices, axis=0) == pytest.approx(np.diag(SCALE) * [2, 1, 1])
 
 
+def test_a_structure_of_more_boxes_than_an_overlay_has_cells_does_not_rank(caplog):
+    caplog.set_level(logging.INFO)
+    surface, few = part(("cube", "cube"), SCALE), candidate(("cube", "cube"))
+    overlay = replace(candidate(("cube", "cube")), family="overlay")
+    boxes = lattice(TWO, ("cube", "cube"), PRIMITIVES)
+    large = replace(few, polycube=boxes, rough_map=affine_map(boxes, SCALE, np.zeros(3)))
+    ranked = rank(surface, [large, overlay, few], rounds=1)
+    assert [entry.candidate for entry in ranked] == [few, overlay]
+    assert "the largest has 54 boxes, an overlay 1 cells" in caplog.text
+    assert [entry.candidate for entry in rank(surface, [large], rounds=1)] == [large]
+
+
 def test_cost_counts_within_a_proposal_and_only_the_cheapest_are_tried():
     surface = part(("cube", "cube"), SCALE)
     costs = [0.3, 0.1, 0.2]
