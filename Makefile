@@ -22,7 +22,7 @@ RUN := .venv/bin/python
 PIP := $(RUN) -m pip install
 READY := .venv/ready
 TORCH := $(shell grep '^torch==' requirements.lock)
-CODE := polycube plugins tests train.py infer.py
+CODE := polycube plugins tests docs train.py infer.py
 
 export MPLBACKEND := Agg
 export PYVISTA_OFF_SCREEN := true
