@@ -2,26 +2,29 @@
 
 Per element the gradients g of its functions at Gauss points give S[ai, bj] = int g_ai g_bj, and
 K[ai, bj] = lambda S[ai, bj] + mu S[aj, bi] + mu delta_ij sum_k S[ak, bk]; its trace over i = j is
-the Laplacian's.  Elements go through in chunks of similar function counts; their blocks are added
-into one sparse pattern.
+the Laplacian's.  Elements of one colour go through at once, their blocks are added into the lower
+triangle of one sparse pattern.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit
 from scipy.sparse import bsr_matrix, csr_matrix
 
+from polycube.analysis.element_matrices import add_elements, elastic
 from polycube.errors import MeshingError
+from polycube.numerics.element_sums import colours, zero_matrices
+from polycube.numerics.products import Symmetric
+from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import gauss, tensor, volume_basis
-from polycube.spline.bezier import bezier_points
 from polycube.types import ElementFunctions, Spline
 
 CHUNK = 64  # elements at a time
-BLOCKS = 100_000  # pairs of functions at a time
+PAIRS = 10_000  # of functions, from which two threads pay
 
 
 @dataclass(frozen=True)
@@ -46,42 +49,69 @@ class Integrals:
         flat = self.slope.reshape(n, q, 3 * f)
         return (flat.swapaxes(1, 2) @ flat).reshape(n, f, 3, f, 3)
 
-    @property
-    def laplace(self) -> np.ndarray:
-        """(n, f, f) of grad N_a . grad N_b."""
-        n, q, f, _ = self.slope.shape
-        flat = self.slope.swapaxes(2, 3).reshape(n, 3 * q, f)
-        return flat.swapaxes(1, 2) @ flat
-
 
 def assemble(
     spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
 ) -> tuple[bsr_matrix, csr_matrix]:
+    """Both triangles of `assemble_lower`."""
+    stiffness, mass = assemble_lower(spline, young, poisson, density, n_gauss)
+    return stiffness.full(), mass.full().tocsr()
+
+
+def assemble_lower(
+    spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
+) -> tuple[Symmetric, Symmetric]:
     """Stiffness (3 C, 3 C), displacement i of control point a at 3 a + i, and mass (C, C).
 
     The mass is the same for the three directions.  n_gauss : Gauss points per direction.
     Raises MeshingError where det J <= 0 at a Gauss point.
     """
-    functions = spline.element_functions()
-    pattern = _Pattern.of(functions, len(spline.control))
-    stiffness, mass = pattern.zeros(3), pattern.zeros(1)
-    for chunk in integrate(spline, functions, n_gauss):
-        pattern.add(stiffness, chunk.functions, chunk.gradient.swapaxes(2, 3))
-        pattern.add(mass, chunk.functions, density * chunk.mass[..., None, None])
-    for rows in np.array_split(stiffness, len(stiffness) // BLOCKS + 1):
-        rows[:] = _elastic(rows, young, poisson)
-    return pattern.matrix(stiffness), pattern.matrix(mass).tocsr()
+    stiffness, mass = _gradient_and_mass(spline, 3, density, n_gauss)
+    shear = young / (2 * (1 + poisson))
+    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    cuts = parts(len(stiffness.blocks), PAIRS)
+    side_by_side([partial(elastic, stiffness.blocks[cut], lame, shear) for cut in cuts])
+    return stiffness, mass
 
 
 def assemble_scalar(spline: Spline, n_gauss: int = 4) -> tuple[csr_matrix, csr_matrix]:
-    """Stiffness of -laplace u and mass, both (C, C).  Raises MeshingError as `assemble`."""
+    """Both triangles of `assemble_scalar_lower`."""
+    laplace, mass = assemble_scalar_lower(spline, n_gauss)
+    return laplace.full().tocsr(), mass.full().tocsr()
+
+
+def assemble_scalar_lower(spline: Spline, n_gauss: int = 4) -> tuple[Symmetric, Symmetric]:
+    """Stiffness of -laplace u and mass, both (C, C).  Raises MeshingError as `assemble_lower`."""
+    return _gradient_and_mass(spline, 1, 1.0, n_gauss)
+
+
+def _gradient_and_mass(
+    spline: Spline, order: int, density: float, n_gauss: int
+) -> tuple[Symmetric, Symmetric]:
+    """Integrals of dN_a/dx_i dN_b/dx_j (order 3), or their sum over i = j (order 1), and mass."""
+    t, w = gauss(n_gauss)
+    values, gradients = volume_basis(t)
+    tables = (
+        tensor(w[None], w[None], w[None])[0],
+        np.ascontiguousarray(values.T),
+        np.concatenate(gradients).T.copy(),
+    )
     functions = spline.element_functions()
-    pattern = _Pattern.of(functions, len(spline.control))
-    laplace, mass = pattern.zeros(1), pattern.zeros(1)
-    for chunk in integrate(spline, functions, n_gauss):
-        pattern.add(laplace, chunk.functions, chunk.laplace[..., None, None])
-        pattern.add(mass, chunk.functions, chunk.mass[..., None, None])
-    return pattern.matrix(laplace).tocsr(), pattern.matrix(mass).tocsr()
+    gradient, mass = zero_matrices(functions, len(spline.control), order, 1)
+    matrix = functions.coefficients
+    given = (
+        *(functions.offsets, functions.functions, matrix.indptr, matrix.indices, matrix.data),
+        *(spline.extraction @ spline.control, spline.nodes, *tables, density),
+        *(gradient.indptr, gradient.indices, gradient.blocks, mass.blocks),
+    )
+    for runs in colours(functions, len(spline.control)):
+        found = side_by_side(
+            [partial(add_elements, runs[cut], *given) for cut in parts(len(runs), 1)]
+        )
+        det, element = min(found)
+        if det <= 0:
+            raise _inverted(det, element)
+    return gradient, mass
 
 
 def moments(
@@ -97,92 +127,38 @@ def moments(
     return total[:-1]
 
 
-def _elastic(gradient: np.ndarray, young: float, poisson: float) -> np.ndarray:
-    """(Z, 3, 3) stiffness from the gradient products S[i, j] of pairs of functions."""
-    shear = young / (2 * (1 + poisson))
-    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
-    laplace = np.trace(gradient, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    return lame * gradient + shear * (gradient.swapaxes(1, 2) + laplace)
-
-
 def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iterator[Integrals]:
     """Integrate chunk by chunk, elements with equally many functions together."""
+    order = np.argsort(np.diff(functions.offsets), kind="stable")
+    for elements in np.array_split(order, len(order) // CHUNK + 1):
+        yield _integrals(spline, functions, elements, n_gauss)
+
+
+def _integrals(
+    spline: Spline, functions: ElementFunctions, elements: np.ndarray, n_gauss: int
+) -> Integrals:
     t, w = gauss(n_gauss)
     weights = tensor(w[None], w[None], w[None])[0]
     values, gradients = volume_basis(t)
-    points = bezier_points(spline)
-    order = np.argsort(np.diff(functions.offsets), kind="stable")
-    for elements in np.array_split(order, len(order) // CHUNK + 1):
-        ids, extraction = functions.padded(elements, len(spline.control))
-        jacobian = np.einsum("aqm,emi->eqia", gradients, points[elements], optimize=True)
-        scale = np.sqrt(weights * _positive_det(jacobian, elements))  # (n, q)
-        shape = (extraction @ values.T) * scale[:, None]  # (n, f, q)
-        local = np.einsum("efm,aqm->eqfa", extraction, gradients, optimize=True)
-        slope = local @ np.linalg.inv(jacobian) * scale[..., None, None]
-        yield Integrals(ids, values @ points[elements], scale, shape, slope)
+    points = (spline.extraction @ spline.control)[spline.nodes[elements]]
+    ids, extraction = functions.padded(elements, len(spline.control))
+    jacobian = np.einsum("aqm,emi->eqia", gradients, points, optimize=True)
+    scale = np.sqrt(weights * _positive_det(jacobian, elements))  # (n, q)
+    shape = (extraction @ values.T) * scale[:, None]  # (n, f, q)
+    local = np.einsum("efm,aqm->eqfa", extraction, gradients, optimize=True)
+    slope = local @ np.linalg.inv(jacobian) * scale[..., None, None]
+    return Integrals(ids, values @ points, scale, shape, slope)
 
 
 def _positive_det(jacobian: np.ndarray, elements: np.ndarray) -> np.ndarray:
     det = np.linalg.det(jacobian)
     if det.min() <= 0:
         element = elements[np.unravel_index(det.argmin(), det.shape)[0]]
-        raise MeshingError(
-            f"analysis needs det J > 0; got {det.min():.3g} at a Gauss point of element {element}"
-        )
+        raise _inverted(det.min(), int(element))
     return det
 
 
-@dataclass(frozen=True)
-class _Pattern:
-    """Pairs of functions that share an element, by rows."""
-
-    indptr: np.ndarray  # (C + 1,)
-    indices: np.ndarray  # (Z,) ascending in each row
-
-    @classmethod
-    def of(cls, functions: ElementFunctions, size: int) -> _Pattern:
-        """The pattern of all elements, for `size` functions."""
-        has = csr_matrix(
-            (np.ones(len(functions.functions), bool), functions.functions, functions.offsets),
-            (len(functions.offsets) - 1, size),
-        )
-        pairs = (has.T @ has).tocsr()
-        pairs.sort_indices()
-        return cls(pairs.indptr, pairs.indices)
-
-    def zeros(self, n: int) -> np.ndarray:
-        """(Z, n, n) blocks."""
-        return np.zeros((len(self.indices), n, n))
-
-    def add(self, total: np.ndarray, functions: np.ndarray, blocks: np.ndarray) -> None:
-        """Add blocks (e, f, f, n, n) of elements with functions (e, f) to a total (Z, n, n)."""
-        _add(self.indptr, self.indices, functions, blocks, total)
-
-    def matrix(self, blocks: np.ndarray) -> bsr_matrix:
-        """(n C, n C) of blocks (Z, n, n)."""
-        size = blocks.shape[1] * (len(self.indptr) - 1)
-        return bsr_matrix((blocks, self.indices, self.indptr), (size, size))
-
-
-@njit(cache=True, nogil=True)
-def _add(
-    indptr: np.ndarray,
-    indices: np.ndarray,
-    functions: np.ndarray,
-    blocks: np.ndarray,
-    total: np.ndarray,
-) -> None:
-    size, n = len(indptr) - 1, total.shape[1]
-    for element in range(len(functions)):
-        present = functions[element]
-        for a in range(len(present)):
-            row = present[a]
-            if row == size:
-                continue
-            first, last = indptr[row], indptr[row + 1]
-            for b in range(len(present)):
-                if present[b] < size:
-                    at = first + np.searchsorted(indices[first:last], present[b])
-                    for i in range(n):
-                        for j in range(n):
-                            total[at, i, j] += blocks[element, a, b, i, j]
+def _inverted(det: float, element: int) -> MeshingError:
+    return MeshingError(
+        f"analysis needs det J > 0; got {det:.3g} at a Gauss point of element {element}"
+    )

@@ -113,7 +113,8 @@ def test_squashed_elements_are_counted_and_their_stress_left_out(by, poor):
     assert found.poor == poor
     reference = deform(squashed(0.0), SOLID, [held], [top], length_unit="m")
     assert found.peak.value == pytest.approx(reference.peak.value, rel=0.02)
-    assert found.peak.at == pytest.approx(reference.peak.at)
+    x, y, z = reference.peak.at  # or at its mirror image across y = 2: equal up to rounding
+    assert found.peak.at in (pytest.approx((x, y, z)), pytest.approx((x, 4 - y, z)))
 
 
 def test_even_places_and_bezier_points_are_two_forms_of_a_polynomial():

@@ -1,0 +1,142 @@
+"""Compiled integrals of products of functions and of their gradients, added to matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from polycube.numerics.element_sums import RUN
+
+BAND = 48  # rows of products at a time: those above the diagonal are not needed
+
+
+@njit(cache=True, nogil=True)
+def add_elements(
+    runs: np.ndarray,
+    offsets: np.ndarray,
+    functions: np.ndarray,
+    starts: np.ndarray,
+    places: np.ndarray,
+    coefficients: np.ndarray,
+    points: np.ndarray,
+    nodes: np.ndarray,
+    weights: np.ndarray,
+    values: np.ndarray,
+    gradients: np.ndarray,
+    density: float,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    stiffness: np.ndarray,
+    mass: np.ndarray,
+) -> tuple[float, int]:
+    """Add the integrals over runs of elements; the least det J at a Gauss point, and its element.
+
+    Parameters
+    ----------
+    offsets, functions, starts, places, coefficients : ElementFunctions and its sparse matrix
+    points, nodes : (B, 3) Bezier points, and (E, 64) those of each element
+    weights, values, gradients : (q,), (64, q) and (64, 3 q), of the Bezier functions
+    indptr, indices : lower triangle by rows
+    stiffness : (Z, n, n) of dN_a/dx_i dN_b/dx_j for n = 3, of their sum over i = j for n = 1
+    mass : (Z, 1, 1) of density N_a N_b
+    """
+    q, n = len(weights), stiffness.shape[1]
+    least, worst, count = np.inf, -1, -1
+    for element in _elements(runs, len(nodes)):
+        own = functions[offsets[element] : offsets[element + 1]]
+        if len(own) != count:
+            count = len(own)
+            extraction, shape = np.empty((count, 64)), np.empty((count, q))
+            slope = np.empty((count, 3 * q))
+            products = np.empty((n * count, n * count))
+            masses = np.empty((count, count))
+        extraction[:] = 0
+        for a in range(count):
+            row = offsets[element] + a
+            for k in range(starts[row], starts[row + 1]):
+                extraction[a, places[k]] = coefficients[k]
+        at = points[nodes[element]].T.copy()
+        inverse, det = _inverse(np.dot(at, gradients).reshape(3, 3, q))
+        if det.min() < least:
+            least, worst = det.min(), element
+        if least <= 0:
+            break
+        root = np.sqrt(weights * det)
+        np.dot(extraction, values, shape)
+        shape *= np.sqrt(density) * root
+        np.dot(extraction, gradients, slope)
+        _to_space(slope.reshape(count, 3, q), inverse * root)
+        side = slope.reshape(n * count, -1)
+        for end in range(BAND, len(side) + BAND, BAND):
+            products[end - BAND : end, :end] = np.dot(side[end - BAND : end], side[:end].T)
+        np.dot(shape, shape.T, masses)
+        _add(own, indptr, indices, products, stiffness, masses, mass)
+    return least, worst
+
+
+@njit(cache=True, nogil=True)
+def _inverse(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverse (3, 3, q), [j, i] = d xi_j / d x_i, and determinant (q,) of d x_i / d xi_j."""
+    cofactor = np.empty_like(jacobian)
+    for i in range(3):
+        k, m = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            r, s = (j + 1) % 3, (j + 2) % 3
+            cofactor[j, i] = jacobian[k, r] * jacobian[m, s] - jacobian[k, s] * jacobian[m, r]
+    det = (jacobian[:, 0] * cofactor[0]).sum(axis=0)
+    return cofactor / det, det
+
+
+@njit(cache=True, nogil=True)
+def _to_space(slope: np.ndarray, inverse: np.ndarray) -> None:
+    """Turn derivatives (f, 3, q) by parameters into those by coordinates."""
+    for a in range(len(slope)):
+        own = slope[a]
+        for p in range(own.shape[1]):
+            x, y, z = own[0, p], own[1, p], own[2, p]
+            for i in range(3):
+                own[i, p] = x * inverse[0, i, p] + y * inverse[1, i, p] + z * inverse[2, i, p]
+
+
+@njit(cache=True, nogil=True)
+def _add(
+    own: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    products: np.ndarray,
+    stiffness: np.ndarray,
+    masses: np.ndarray,
+    mass: np.ndarray,
+) -> None:
+    """Add the blocks of an element with functions (f,), ascending."""
+    n = stiffness.shape[1]
+    for a in range(len(own)):
+        at = indptr[own[a]]
+        for b in range(a + 1):
+            while indices[at] < own[b]:
+                at += 1
+            mass[at, 0, 0] += masses[a, b]
+            for i in range(n):
+                for j in range(n):
+                    stiffness[at, i, j] += products[a * n + i, b * n + j]
+
+
+@njit(cache=True, nogil=True)
+def _elements(runs: np.ndarray, number: int) -> np.ndarray:
+    """Elements of runs, of so many in all."""
+    found = (runs[:, None] * RUN + np.arange(RUN)).ravel()
+    return found[found < number]
+
+
+@njit(cache=True, nogil=True)
+def elastic(blocks: np.ndarray, lame: float, shear: float) -> None:
+    """Turn gradient products S[i, j] of pairs of functions (Z, 3, 3) into their stiffness."""
+    for pair in range(len(blocks)):
+        s = blocks[pair]
+        laplace = shear * (s[0, 0] + s[1, 1] + s[2, 2])
+        for i in range(3):
+            for j in range(i):
+                upper, lower = s[j, i], s[i, j]
+                s[i, j] = lame * lower + shear * upper
+                s[j, i] = lame * upper + shear * lower
+            s[i, i] = (lame + shear) * s[i, i] + laplace

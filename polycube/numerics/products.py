@@ -1,0 +1,139 @@
+"""Sparse matrices times blocks of vectors, on a few threads.
+
+Each part of the rows adds to sums of its own, which are added up in a fixed order: the numbers do
+not depend on how many threads there are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numba import njit
+from scipy.sparse import bsr_matrix, coo_matrix
+
+from polycube.numerics.threads import parts, side_by_side
+
+LEAST = 500  # rows of blocks, from which two parts pay
+
+
+@dataclass(frozen=True, eq=False)
+class Symmetric:
+    """A symmetric matrix of C x C blocks (n, n), of which the lower triangle is kept."""
+
+    indptr: np.ndarray  # (C + 1,)
+    indices: np.ndarray  # (Z,) columns of each row, ascending, the last the row's own
+    blocks: np.ndarray  # (Z, n, n)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(n C, n C)."""
+        size = self.blocks.shape[1] * (len(self.indptr) - 1)
+        return size, size
+
+    def full(self) -> bsr_matrix:
+        """Both triangles."""
+        n = self.blocks.shape[1]
+        row = np.repeat(np.arange(len(self.indptr) - 1, dtype=np.int32), np.diff(self.indptr))
+        below = np.flatnonzero(row != self.indices)
+        rows = np.concatenate([row, self.indices[below]])
+        columns = np.concatenate([self.indices, row[below]])
+        place = np.arange(len(rows), dtype=np.int32)
+        order = coo_matrix((place, (rows, columns)), [len(self.indptr) - 1] * 2).tocsr()
+        order.sort_indices()
+        number, blocks = order.data, np.empty((len(place), n, n), self.blocks.dtype)
+        is_below = number >= len(row)
+        blocks[~is_below] = self.blocks[number[~is_below]]
+        blocks[is_below] = self.blocks[below[number[is_below] - len(row)]].swapaxes(1, 2)
+        return bsr_matrix((blocks, order.indices, order.indptr), self.shape)
+
+    def __matmul__(self, x: np.ndarray) -> np.ndarray:
+        """Product with vectors (n C,) or (n C, k)."""
+        n, size = self.blocks.shape[1], len(self.indptr) - 1
+        columns = np.ascontiguousarray(x, self.blocks.dtype).reshape(size, n, -1)
+        kernel = _three if n == 3 else _any
+        cuts = parts(size, LEAST)
+        sums = np.zeros((len(cuts), *columns.shape), columns.dtype)
+        side_by_side(
+            [
+                partial(
+                    kernel,
+                    self.indptr,
+                    self.indices,
+                    self.blocks,
+                    columns,
+                    cut.start,
+                    cut.stop,
+                    own,
+                )
+                for cut, own in zip(cuts, sums, strict=True)
+            ]
+        )
+        for own in sums[1:]:
+            sums[0] += own
+        return sums[0].reshape(x.shape)
+
+
+@njit(cache=True, nogil=True)
+def _any(
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    blocks: np.ndarray,
+    x: np.ndarray,
+    first: int,
+    last: int,
+    total: np.ndarray,
+) -> None:
+    """Add what rows `first` to `last`, and the columns like them, give to total (C, n, k)."""
+    n, k = x.shape[1:]
+    for row in range(first, last):
+        for at in range(indptr[row], indptr[row + 1]):
+            column = indices[at]
+            for i in range(n):
+                for j in range(n):
+                    value = blocks[at, i, j]
+                    for m in range(k):
+                        total[row, i, m] += value * x[column, j, m]
+                    if column < row:
+                        for m in range(k):
+                            total[column, j, m] += value * x[row, i, m]
+
+
+@njit(cache=True, nogil=True)
+def _three(
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    blocks: np.ndarray,
+    x: np.ndarray,
+    first: int,
+    last: int,
+    total: np.ndarray,
+) -> None:
+    """`_any` with n = 3, in loops over vectors that the compiler makes fast."""
+    k = x.shape[2]
+    here, own = np.empty(3 * k, x.dtype), np.empty(3 * k, x.dtype)
+    for row in range(first, last):
+        here[:] = x[row].ravel()
+        own[:] = 0
+        end = indptr[row + 1] - 1
+        for at in range(indptr[row], end):
+            b, there, change = blocks[at], x[indices[at]], total[indices[at]]
+            xx, xy, xz = b[0, 0], b[0, 1], b[0, 2]
+            yx, yy, yz = b[1, 0], b[1, 1], b[1, 2]
+            zx, zy, zz = b[2, 0], b[2, 1], b[2, 2]
+            for m in range(k):
+                x0, x1, x2 = there[0, m], there[1, m], there[2, m]
+                own[m] += xx * x0 + xy * x1 + xz * x2
+                own[k + m] += yx * x0 + yy * x1 + yz * x2
+                own[2 * k + m] += zx * x0 + zy * x1 + zz * x2
+            for m in range(k):
+                x0, x1, x2 = here[m], here[k + m], here[2 * k + m]
+                change[0, m] += xx * x0 + yx * x1 + zx * x2
+                change[1, m] += xy * x0 + yy * x1 + zy * x2
+                change[2, m] += xz * x0 + yz * x1 + zz * x2
+        for i in range(3):
+            for m in range(k):
+                for j in range(3):
+                    own[i * k + m] += blocks[end, i, j] * here[j * k + m]
+                total[row, i, m] += own[i * k + m]
