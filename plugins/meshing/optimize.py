@@ -49,9 +49,10 @@ class Polish:
         from polycube.surface.fit_target import target
 
         kept = features_of(self.features, surface)
+        goal = target(surface)
         best = polish(
             hexes,
-            target(surface),
+            goal,
             features=kept == "exact" or (kept == "soft" and not self.release),
             exact=kept == "exact",
             soft_rounds=self.soft_rounds,
@@ -60,4 +61,4 @@ class Polish:
             crease_rounds=self.crease_rounds,
             samples=self.samples,
         )
-        return without_crossings(best)
+        return without_crossings(best, goal)

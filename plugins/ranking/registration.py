@@ -108,9 +108,10 @@ def _coarser(candidates: list[Candidate], fitting: list[Candidate]) -> list[Cand
     """Candidates of no more boxes than the coarsest overlay has cells; those of blocks stay."""
 
     def size(candidate: Candidate) -> int:
-        return np.count_nonzero(candidate.polycube.occupancy)
+        return int(np.count_nonzero(candidate.polycube.occupancy))
 
-    most = min((size(c) for c in fitting if c.family == OVERLAY), default=np.inf)
+    cells = [size(c) for c in fitting if c.family == OVERLAY]
+    most = min(cells) if cells else max(map(size, candidates), default=0)
     found = [c for c in candidates if c.blocks is not None or size(c) <= most]
     if len(found) < len(candidates):
         logger.info(

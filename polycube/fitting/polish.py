@@ -103,10 +103,10 @@ def _begun(
     return problem, matching, best
 
 
-def untangled(problem: FitProblem, x: np.ndarray) -> np.ndarray:
+def untangled(problem: FitProblem, x: np.ndarray, moves: np.ndarray | None = None) -> np.ndarray:
     """The same positions where all hexes are valid, else moved until they are.
 
-    The boundary is held at its place ever more weakly.
+    The boundary is held at its place ever more weakly.  moves : (V,) which may; None: all
     """
     place = x[problem.outer]
     for weight in 0.3 ** np.arange(12):
@@ -114,7 +114,7 @@ def untangled(problem: FitProblem, x: np.ndarray) -> np.ndarray:
             break
         every = weight / problem.size(x)[problem.outer] ** 2
         springs = pull(problem.outer, place, np.zeros_like(place), 0 * every, every)
-        x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), [springs], 50)
+        x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), [springs], 50, moves)
     return x
 
 

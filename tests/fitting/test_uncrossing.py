@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polycube.fitting import uncrossing
 from polycube.fitting.uncrossing import SHARES, without_crossings
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.generation.graded_lattice import graded
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.types import HexMesh
+from polycube.surface.fit_target import Target, target
+from polycube.types import HexMesh, TriMesh
 
 FULL = np.ones((10, 8, 4), bool)
 FULL[4:6, 2:] = False  # a slot between two legs, of hexes two cells wide
@@ -25,11 +27,19 @@ def slot(**moves: tuple[float, float, float]) -> HexMesh:
     return replace(mesh, vertices=vertices)
 
 
+def own_surface(mesh: HexMesh) -> Target:
+    """The boundary of a mesh as what it is fitted to."""
+    return target(TriMesh(mesh.vertices, mesh.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)))
+
+
+GOAL = own_surface(slot())
+
+
 def test_a_vertex_that_sticks_into_the_other_leg_goes_back_as_far_as_it_must():
     before = slot(left=(2.15, 0, 0))
     assert len(crossings(before))
     assert scaled_jacobian(before.vertices, before.hexes).min() > 0
-    after = without_crossings(before)
+    after = without_crossings(before, GOAL)
     assert not len(crossings(after))
     assert scaled_jacobian(after.vertices, after.hexes).min() > 0
     moved = np.linalg.norm(after.vertices - before.vertices, axis=1)
@@ -42,13 +52,24 @@ def test_a_vertex_that_sticks_into_the_other_leg_goes_back_as_far_as_it_must():
 
 def test_a_mesh_without_crossings_is_the_same():
     mesh = slot(left=(1.5, 0, 0))
-    assert without_crossings(mesh) is mesh
+    assert without_crossings(mesh, GOAL) is mesh
 
 
-def test_what_is_not_mended_is_the_same():
+def test_a_vertex_far_in_the_other_leg_goes_back_and_hexes_near_it_are_untangled():
+    before = slot(left=(5.0, 0, 0))
+    assert len(crossings(before))
+    after = without_crossings(before, GOAL)
+    assert not len(crossings(after))
+    assert scaled_jacobian(after.vertices, after.hexes).min() > 0
+    moved = np.linalg.norm(after.vertices - before.vertices, axis=1) > 1e-9
+    place = np.array([4.0, 6, 2])
+    assert np.linalg.norm(slot().vertices[moved] - place, axis=1).max() < 8  # three hexes away
+
+
+def test_what_is_not_mended_is_the_same(monkeypatch):
     far = slot(left=(5.0, 0, 0))
-    assert len(crossings(far))
-    assert without_crossings(far) is far
+    monkeypatch.setattr(uncrossing, "MOST", len(crossings(far)) - 1)
+    assert without_crossings(far, GOAL) is far
     inverted = slot(left=(2.15, 0, 0), right=(3.0, 0, 0))
     assert scaled_jacobian(inverted.vertices, inverted.hexes).min() <= 0
-    assert without_crossings(inverted) is inverted
+    assert without_crossings(inverted, GOAL) is inverted
