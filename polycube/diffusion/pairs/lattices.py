@@ -1,0 +1,165 @@
+"""Random lattices with the shapes of machined parts: a profile, then holes, slots, bosses and ribs.
+
+Every feature is a box in lattice indices.  Along each axis it goes from end to end (all), from an
+end to somewhere (end), or lies between the ends (mid), which is what tells the features apart:
+
+    all all mid : a gap, which would part the solid  |  all end end : step
+    all mid mid : hole                               |  all end mid : slot
+    end mid mid : blind hole or pocket               |  end end end : notch, a corner cut off
+
+Bosses and ribs are what is left of a slab at an end: boss end mid mid, rib end mid all.  What would
+not be one manifold solid without voids is not made.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from polycube.structure.lattice import collapse
+from polycube.structure.neighbourhoods import solid_genus
+from polycube.types import Polycube
+
+MOST_SLABS = 6  # along an axis
+MOST_HANDLES = 8
+SLABS = (0.03, 0.06, 0.13, 0.16, 0.26, 0.36)  # share of axes that begin with 1 .. 6 slabs
+MIRRORED = 0.4  # share of axes across which features come in pairs
+FEATURES = 16  # tried at most, besides the profile
+NARROW = 0.6  # share of intervals that are one slab wide
+KINDS = {  # along its own axis and the two others; the share among those tried
+    "hole": (("all", "mid", "mid"), 0.42),
+    "blind hole": (("end", "mid", "mid"), 0.16),
+    "slot": (("all", "end", "mid"), 0.12),
+    "step": (("all", "end", "end"), 0.06),
+    "notch": (("end", "end", "end"), 0.06),
+    "boss": (("end", "mid", "mid"), 0.1),
+    "rib": (("end", "mid", "all"), 0.08),
+}
+STAYS = ("boss", "rib")  # the box stays, the rest of its slabs goes
+PROFILES = {  # what begins the part, in how many of its two directions twofold; their share
+    "block": ("", (), 0.4),
+    "L": ("step", (), 0.16),
+    "T": ("step", (1,), 0.12),
+    "cross": ("step", (1, 2), 0.06),
+    "U": ("slot", (), 0.14),
+    "H": ("slot", (1,), 0.06),
+    "frame": ("hole", (), 0.06),
+}
+
+
+class Feature(NamedTuple):
+    """A box of the lattice that was cut away, or left standing."""
+
+    kind: str
+    low: tuple[int, ...]  # its first knot along each axis
+    high: tuple[int, ...]  # its last knot
+    axis: int  # 0..2, its own direction
+
+
+class Lattice(NamedTuple):
+    """Full and empty boxes, and the features that can be seen in them."""
+
+    occupancy: np.ndarray  # (X, Y, Z) bool, no two equal slabs in a row, no empty end
+    features: list[Feature]
+    genus: int
+
+
+def random_lattice(rng: np.random.Generator) -> Lattice:
+    """One manifold solid without voids, of 1 to 6 slabs per axis and genus 0 to 8."""
+    full = np.ones(rng.choice(MOST_SLABS, 3, p=SLABS) + 1, bool)
+    mirrored = np.flatnonzero(rng.random(3) < MIRRORED)
+    full, made, genus = _profile(full, rng)
+    kinds, shares = list(KINDS), [share for _, share in KINDS.values()]
+    for number in rng.choice(len(kinds), rng.integers(FEATURES + 1), p=shares):
+        feature = _feature(kinds[number], full.shape, rng.permutation(3), rng)
+        images = _images(feature, full.shape, mirrored) if feature else []
+        after = _apply(full, images)
+        found = None if np.array_equal(after, full) else solid_genus(after)
+        if found is not None and found <= MOST_HANDLES:
+            full, genus, made = after, found, made + images
+    return _collapsed(full, made, genus)
+
+
+def _profile(full: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, list[Feature], int]:
+    """The block, cut to a random profile along a random axis; what was cut; its genus."""
+    names = list(PROFILES)
+    kind, twofold, _ = PROFILES[rng.choice(names, p=[share for _, _, share in PROFILES.values()])]
+    order = rng.permutation(3)
+    feature = _feature(kind, full.shape, order, rng) if kind else None
+    cut = _images(feature, full.shape, order[list(twofold)]) if feature else []
+    after = _apply(full, cut)
+    genus = solid_genus(after)
+    return (full, [], 0) if genus is None else (after, cut, genus)
+
+
+def _feature(
+    kind: str, shape: tuple[int, ...], order: np.ndarray, rng: np.random.Generator
+) -> Feature | None:
+    """A feature at a random place, its own axis first in `order`; None where there is no room."""
+    low, high = [0, 0, 0], [0, 0, 0]
+    for axis, extent in zip(order, KINDS[kind][0], strict=True):
+        n = shape[axis]
+        if n < {"all": 1, "end": 2, "mid": 3}[extent]:
+            return None
+        low[axis], high[axis] = _interval(extent, n, rng)
+    return Feature(kind, tuple(low), tuple(high), int(order[0]))
+
+
+def _interval(extent: str, n: int, rng: np.random.Generator) -> tuple[int, int]:
+    """Knots of n slabs between which a feature lies."""
+    if extent == "all":
+        return 0, n
+    low = 0 if extent == "end" else int(rng.integers(1, n - 1))
+    high = low + 1 if rng.random() < NARROW else int(rng.integers(low + 1, n))
+    return (n - high, n - low) if rng.random() < 0.5 else (low, high)
+
+
+def _images(feature: Feature, shape: tuple[int, ...], mirrored: np.ndarray) -> list[Feature]:
+    """The feature and its mirror images across the middle of the lattice."""
+    images = [feature]
+    for axis in mirrored:
+        for each in list(images):
+            low, high = list(each.low), list(each.high)
+            low[axis], high[axis] = shape[axis] - high[axis], shape[axis] - low[axis]
+            image = each._replace(low=tuple(low), high=tuple(high))
+            images += [image] if image not in images else []
+    return images
+
+
+def _apply(full: np.ndarray, features: list[Feature]) -> np.ndarray:
+    """The boxes without what the features, all of one kind, cut away."""
+    after = full.copy()
+    stays = bool(features) and features[0].kind in STAYS
+    for feature in features:
+        after[_slabs(feature) if stays else _box(feature)] = False
+    for feature in features if stays else []:
+        after[_box(feature)] = full[_box(feature)]
+    return after
+
+
+def _box(feature: Feature) -> tuple[slice, ...]:
+    return tuple(slice(a, b) for a, b in zip(feature.low, feature.high, strict=True))
+
+
+def _slabs(feature: Feature) -> tuple[slice, ...]:
+    """All boxes that lie beside the feature and in it."""
+    box = _box(feature)
+    return tuple(box[axis] if axis == feature.axis else slice(None) for axis in range(3))
+
+
+def _collapsed(full: np.ndarray, made: list[Feature], genus: int) -> Lattice:
+    """Without knots that hold nothing, and without features that others have cut away."""
+    x, y, z = (np.arange(n + 1.0) for n in full.shape)
+    kept = collapse(Polycube(full, x, y, z, (1, 1, 1), ("lattice",)))
+    seen = {}
+    for feature in made:
+        low, high = (
+            tuple(int((k < i)[:-1].sum()) for k, i in zip(kept.knots, ends, strict=True))
+            for ends in (feature.low, feature.high)
+        )
+        moved = feature._replace(low=low, high=high)
+        inside = kept.occupancy[_box(moved)]
+        if inside.size and (inside == (feature.kind in STAYS)).all():
+            seen[low, high, feature.axis] = moved
+    return Lattice(kept.occupancy, list(seen.values()), genus)

@@ -1,0 +1,48 @@
+"""Genus and manifoldness by look-up, against the slow way round the whole boundary."""
+
+import numpy as np
+import pytest
+
+from polycube.structure.lattice import genus, is_manifold
+from polycube.structure.neighbourhoods import codes, solid_genus
+from polycube.types import Polycube
+
+
+def polycube(occupancy: np.ndarray) -> Polycube:
+    knots = [np.arange(n + 1.0) for n in occupancy.shape]
+    return Polycube(occupancy, *knots, (1, 1, 1), ("boxes",))
+
+
+def test_a_box_a_ring_a_void_and_boxes_that_touch_in_a_point_or_edge() -> None:
+    block = np.ones((3, 3, 3), bool)
+    ring, void = block.copy(), block.copy()
+    ring[1, 1], void[1, 1, 1] = False, False
+    assert solid_genus(block) == 0
+    assert solid_genus(ring) == 1
+    assert solid_genus(void) is None
+    for second in ((1, 1, 1), (1, 1, 0), (2, 0, 0)):
+        pair = np.zeros((3, 3, 3), bool)
+        pair[0, 0, 0] = pair[second] = True
+        assert solid_genus(pair) is None
+    assert solid_genus(np.zeros((2, 2, 2), bool)) is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_equal_to_the_boundary_of_random_boxes(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    found = 0
+    for share in np.tile([0.2, 0.5, 0.75, 0.9, 0.95], 40):
+        occupancy = rng.random(rng.integers(1, 5, 3)) < share
+        expected = genus(polycube(occupancy)) if is_manifold(polycube(occupancy)) else None
+        assert solid_genus(occupancy) == expected
+        found += expected is not None
+    assert found > 20
+
+
+def test_codes_are_of_the_boxes_about_a_vertex() -> None:
+    occupancy = np.zeros((2, 1, 1), bool)
+    occupancy[1] = True
+    found = codes(occupancy)
+    assert found.shape == (3, 2, 2)
+    assert found[1, 0, 0] == 2**7 and found[2, 0, 0] == 2**3 and found[1, 1, 1] == 2**4
+    assert not found[0].any()
