@@ -39,7 +39,8 @@ def _euler(full: np.ndarray) -> float:
     for spans in np.ndindex(2, 2, 2):  # axes along which an element at the vertex has an extent
         elements = full
         for axis, has_extent in enumerate(spans):
-            elements = elements if has_extent else elements.any(axis=axis, keepdims=True)
+            if not has_extent:
+                elements = np.logical_or.reduce(elements, axis=axis, keepdims=True)
         total += (-0.5) ** sum(spans) * elements.sum()
     return total
 

@@ -1,0 +1,81 @@
+"""The surface of a lattice as small triangles that know which knot plane they lie in."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from polycube.structure.lattice import CORNERS
+from polycube.types import PerAxis
+
+TRIANGLES = 8000  # at most, where MOST_SLABS along each axis are not exceeded
+PIECES = (8, 6, 4, 3, 2)  # into which a slab may be cut
+GRADING = 0.5  # 0: equal pieces; towards 1: those at the knots smaller, for fillets
+
+
+class Tessellation(NamedTuple):
+    """Triangles of the surface of a lattice, counter-clockwise from outside."""
+
+    vertices: np.ndarray  # (V, 3)
+    quads: np.ndarray  # (Q, 4) into vertices, counter-clockwise from outside
+    faces: np.ndarray  # (2 Q, 3) into vertices: the halves of each quad
+    axis: np.ndarray  # (2 Q,) 0..5, outward, see types.AXES
+    knot: np.ndarray  # (2 Q,) number of the knot on that axis
+
+
+def tessellate(occupancy: np.ndarray, knots: PerAxis, pieces: int | None = None) -> Tessellation:
+    """Surface of (X, Y, Z) boxes between knots, each slab cut into as many pieces.
+
+    pieces : by default the most of PIECES that make at most TRIANGLES triangles.
+    """
+    axis, box = exposed(occupancy)
+    pieces = pieces or next((n for n in PIECES if 2 * len(axis) * n**2 <= TRIANGLES), PIECES[-1])
+    shape = pieces * np.array(occupancy.shape) + 1
+    at = _corners(axis, box, pieces)  # (Q, n, n, 4, 3)
+    number = np.ravel_multi_index(np.moveaxis(at, -1, 0), shape).reshape(-1, 4)
+    is_used = np.zeros(np.prod(shape), bool)
+    is_used[number] = True
+    index = np.unravel_index(np.flatnonzero(is_used), shape)
+    nodes = [cut(each, pieces) for each in knots]
+    vertices = np.stack([n[i] for n, i in zip(nodes, index, strict=True)], axis=1)
+    quads = (np.cumsum(is_used) - 1)[number]
+    plane = box[np.arange(len(axis)), axis // 2] + 1 - axis % 2
+    faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    return Tessellation(
+        vertices, quads, faces, axis.repeat(2 * pieces**2), plane.repeat(2 * pieces**2)
+    )
+
+
+def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Box faces between full and empty: axis label (Q,) and the full box (Q, 3)."""
+    axes, boxes = [], []
+    for axis in range(3):
+        pad = [(1, 1) if other == axis else (0, 0) for other in range(3)]
+        step = np.diff(np.pad(occupancy, pad).astype(np.int8), axis=axis)
+        for label, kind in ((2 * axis, -1), (2 * axis + 1, 1)):
+            box = np.argwhere(step == kind)
+            box[:, axis] -= kind == -1
+            axes.append(np.full(len(box), label))
+            boxes.append(box)
+    return np.concatenate(axes), np.concatenate(boxes)
+
+
+def cut(knots: np.ndarray, pieces: int) -> np.ndarray:
+    """Knots with the slabs between them cut, into pieces that are smaller near the knots."""
+    t = np.arange(pieces) / pieces
+    t = t - GRADING * np.sin(2 * np.pi * t) / (2 * np.pi)
+    return np.append(knots[:-1, None] + np.diff(knots)[:, None] * t, knots[-1])
+
+
+def _corners(axis: np.ndarray, box: np.ndarray, pieces: int) -> np.ndarray:
+    """(Q, n, n, 4, 3) indices of the corners of the n x n pieces of box faces."""
+    corner = np.broadcast_to(CORNERS[axis][:, None, None], (len(axis), pieces, pieces, 4, 3))
+    piece = np.zeros((3, pieces, pieces, 3), np.int64)  # place of a piece, for each axis
+    for normal in range(3):
+        across = np.delete(np.arange(3), normal)
+        piece[normal][..., across] = np.moveaxis(np.indices((pieces, pieces)), 0, -1)
+    is_normal = np.arange(3) == axis[:, None] // 2
+    scale = np.where(is_normal, pieces, 1)[:, None, None, None]
+    origin = pieces * box[:, None, None, None] + piece[axis // 2][:, :, :, None]
+    return origin + scale * corner
