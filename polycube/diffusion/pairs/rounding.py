@@ -1,0 +1,87 @@
+"""Fillets and chamfers of lattice edges as a map of space, exact on the sides of an edge.
+
+Across an edge of radius r let y be the distances from the centre of the arc over r: the sides of
+the edge are where |y|_inf = 1, the edge is at (1, 1).  The square ring |y|_inf = m is taken to the
+ring |y|_2 = m of a fillet, or |y|_1 = m of a chamfer:
+
+    y -> y m / |y|_p
+
+Four edges of a square section with the largest radius thus make a disc.  Outside, the map
+fades between a third of the way to the next knot and that knot; inside, up to the depth at which
+something else begins; along the edge, beyond its ends.  So the planes of other knots stay.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from polycube.diffusion.pairs.edge_runs import EdgeRuns
+
+FILLET, CHAMFER = 2, 1  # the norm p
+KEPT = 1 / 3  # of the way to the next knot, where rings are still round
+DEEPEST = 0.6  # of a radius: where something else begins inside, at most
+
+
+def largest_radii(edges: EdgeRuns) -> np.ndarray:
+    """(E,) radius of each edge at which it meets its neighbours, half-way along a side."""
+    return np.minimum(edges.side.min(axis=1) / 2, edges.depth / (1 - DEEPEST))
+
+
+def rounded(
+    vertices: np.ndarray, edges: EdgeRuns, radius: np.ndarray, norm: np.ndarray
+) -> np.ndarray:
+    """(V, 3) points of a lattice moved for edges of radius (E,) and norm (E,); 0: left sharp.
+
+    The axis with the most of rounding comes last, so that a chamfered hole or boss becomes round.
+    """
+    much = [radius[edges.axis == axis].sum() for axis in range(3)]
+    x = vertices.copy()
+    for axis in np.argsort(much, kind="stable"):
+        used = (edges.axis == axis) & (radius > 0)
+        if used.any():
+            order = np.array([(axis + 1) % 3, (axis + 2) % 3, axis])
+            inner = np.maximum(1 - edges.depth[used] / radius[used], 0)
+            after = np.where(
+                edges.is_free[used],
+                edges.after[used],
+                np.minimum(edges.after[used], radius[used, None]),
+            )
+            sizes = np.column_stack([radius[used], norm[used], inner])
+            places = (edges.at[used], edges.outward[used], edges.ends[used])
+            _move(x, order, *places, edges.beyond[used], after, sizes)
+    return x
+
+
+@njit(cache=True)
+def _move(
+    x: np.ndarray,
+    order: np.ndarray,
+    at: np.ndarray,
+    outward: np.ndarray,
+    ends: np.ndarray,
+    beyond: np.ndarray,
+    after: np.ndarray,
+    sizes: np.ndarray,
+) -> None:
+    """Add up what all edges along one axis do to each point."""
+    for v in range(len(x)):
+        u, w, along = x[v, order[0]], x[v, order[1]], x[v, order[2]]
+        for e in range(len(at)):
+            radius, norm, inner = sizes[e]
+            off = max((ends[e, 0] - along) / after[e, 0], (along - ends[e, 1]) / after[e, 1])
+            y_u = 1 + outward[e, 0] * (u - at[e, 0]) / radius
+            y_w = 1 + outward[e, 1] * (w - at[e, 1]) / radius
+            if off >= 1 or y_u <= 0 or y_w <= 0:
+                continue
+            m = max(y_u, y_w)
+            away = radius * max((y_u - 1) / beyond[e, 0], (y_w - 1) / beyond[e, 1])
+            if away >= 1 or m <= inner:
+                continue
+            length = np.sqrt(y_u**2 + y_w**2) if norm == 2 else y_u + y_w
+            share = min(1.0, 1 - off) * min(1.0, (1 - away) / (1 - KEPT))
+            if m < 1:
+                share *= (1 - inner / m) / (1 - inner)
+            step = share * radius * (m / length - 1)
+            x[v, order[0]] += outward[e, 0] * step * y_u
+            x[v, order[1]] += outward[e, 1] * step * y_w
