@@ -46,15 +46,18 @@ class Deformation:
 
     def deform(self, template: Template, rng: np.random.Generator) -> np.ndarray:
         """(V, 3) vertices of the template, deformed."""
+        x = self._rounded(template, rng)
+        return self.bent(self._warped(x, template, rng), rng)
+
+    def bent(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """(V, 3) points after all steps but rounding and warp, which need a template."""
         from scipy.spatial.transform import Rotation
 
-        x = self._rounded(template, rng)
-        x = self._warped(x, template, rng)
         x = self._disc(x, rng)
         x = (x - (x.max(axis=0) + x.min(axis=0)) / 2) * np.exp(rng.normal(0, self.stretch, 3))
         x = self._profiled(x, rng)
         x = self._waved(x, rng)
-        x = self._bent(x, rng)
+        x = self._curved(x, rng)
         return x @ Rotation.from_rotvec(rng.normal(0, self.rotation, 3)).as_matrix().T
 
     def _rounded(self, template: Template, rng: np.random.Generator) -> np.ndarray:
@@ -103,7 +106,7 @@ class Deformation:
         amplitude = rng.normal(0, self.waves, (6, 3)) * rng.uniform(0, 1)
         return x + np.ptp(x, axis=0).max() / 2 * np.sin(phase) @ amplitude
 
-    def _bent(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def _curved(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """A parabola across the x axis and a twist about it, each for some shapes."""
         u = _unit(x)[:, 0]
         if rng.random() < 0.4:

@@ -1,0 +1,132 @@
+"""Pairs of any structure: random lattices as parts look, without grid or primitives.
+
+Pair i of a stream depends on (seed, i) only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from polycube.diffusion.encoding import learning_frame
+from polycube.diffusion.pairs.cad_shapes import CadShapes
+from polycube.diffusion.pairs.deformation import Deformation
+from polycube.diffusion.pairs.lattices import random_lattice
+from polycube.diffusion.pairs.pairs import sample
+from polycube.diffusion.pairs.smoothing import smoothed
+from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
+from polycube.diffusion.pairs.widths import random_knots
+from polycube.types import Polycube, freeze
+
+STYLES = ("cad", "organic", "both")
+CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # the box of the learning frame
+
+
+@dataclass(frozen=True)
+class LatticeShapes:
+    """How the geometries of random lattices vary.
+
+    Parameters
+    ----------
+    cad, organic : shares of parts that are only as CAD makes them, and only deformed; the others
+        are both
+    smoothing : largest number of smoothing steps of the deformed ones
+    shapes : what CAD gives a part
+    deformation : what deforms a part; its rounding, warp and stretch are not used, for the
+        polycube has the widths of the part, and `smoothing` rounds it
+    """
+
+    cad: float = 0.5
+    organic: float = 0.25
+    smoothing: int = 40
+    shapes: CadShapes = field(default_factory=CadShapes)
+    deformation: Deformation = field(
+        default_factory=lambda: Deformation(rounding=0, warp=0, stretch=0)
+    )
+
+    def style(self, rng: np.random.Generator) -> str:
+        """One of STYLES."""
+        return str(rng.choice(STYLES, p=[self.cad, self.organic, 1 - self.cad - self.organic]))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A geometry and its polycube, triangle by triangle, both in the learning frame."""
+
+    geometry: np.ndarray  # (V, 3)
+    surface: Tessellation  # of the polycube; its triangles are those of the geometry too
+    polycube: Polycube
+    style: str
+
+
+@dataclass(frozen=True, eq=False)
+class LatticePair:
+    """Corresponding points of a geometry and of its polycube, both in the learning frame."""
+
+    geometry: np.ndarray  # (N, 3)
+    normals: np.ndarray  # (N, 3) outward unit normals of the geometry
+    points: np.ndarray  # (N, 3) of the polycube
+    labels: np.ndarray  # (N, 2) of its face there: outward axis 0..5, knot number on that axis
+    polycube: Polycube  # collapsed
+
+    def __post_init__(self) -> None:
+        freeze(
+            self,
+            geometry=("N 3", np.float64),
+            normals=("N 3", np.float64),
+            points=("N 3", np.float64),
+            labels=("N 2", np.int64),
+        )
+
+
+class LatticePairs:
+    """Random lattices, formed at random: an endless stream of pairs with n_points each."""
+
+    def __init__(self, seed: int, n_points: int, options: LatticeShapes | None = None) -> None:
+        self.seed, self.n_points, self.options = seed, n_points, options or LatticeShapes()
+
+    def __call__(self, index: int) -> LatticePair:
+        """Pair number `index` >= 0: equal numbers of points per area of the geometry."""
+        rng = np.random.default_rng([self.seed, index])
+        part = self._part(rng)
+        faces = part.surface.faces
+        face, weights = sample(faces, part.geometry, self.n_points, rng)
+        corners = part.geometry[faces[face]]
+        points = np.einsum("nk,nkd->nd", weights, part.surface.vertices[faces[face]])
+        geometry = np.einsum("nk,nkd->nd", weights, corners)
+        normals = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        deformation = self.options.deformation
+        noise, tilt = rng.uniform(0, [deformation.roughness, deformation.tilt])
+        return LatticePair(
+            geometry + rng.normal(0, noise, geometry.shape),
+            _unit(normals + rng.normal(0, tilt, normals.shape)),
+            points,
+            np.stack([part.surface.axis[face], part.surface.knot[face]], axis=1),
+            part.polycube,
+        )
+
+    def part(self, index: int) -> Part:
+        """The surfaces that pair number `index` is sampled from."""
+        return self._part(np.random.default_rng([self.seed, index]))
+
+    def _part(self, rng: np.random.Generator) -> Part:
+        options = self.options
+        style = options.style(rng)
+        lattice = random_lattice(rng)
+        rounds = [] if style == "organic" else options.shapes.round_features(lattice, rng)
+        knots = random_knots(lattice, rounds, rng)
+        surface = tessellate(lattice.occupancy, knots)
+        x = surface.vertices
+        if style != "organic":
+            x = options.shapes.shaped(x, lattice, knots, rounds, rng)
+        if style != "cad":
+            x = smoothed(x, surface.quads, int(rng.integers(options.smoothing + 1)))
+            in_cube = np.concatenate([x, CUBE])  # so that a thin part bends as a thick one does
+            x = options.deformation.bent(in_cube, rng)[: -len(CUBE)]
+        polycube = Polycube(lattice.occupancy, *knots, (1, 1, 1), ("lattice",))
+        return Part(learning_frame(x).apply(x), surface, polycube, style)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

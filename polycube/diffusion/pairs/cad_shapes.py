@@ -1,0 +1,134 @@
+"""Lattices as parts from CAD look: round holes, fillets, chamfers, slanted faces, draft."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.diffusion.pairs.edge_runs import EdgeRuns, edge_runs
+from polycube.diffusion.pairs.lattices import Feature, Lattice
+from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, largest_radii, rounded
+from polycube.types import PerAxis
+
+ROUND_KINDS = ("hole", "blind hole", "boss")
+FLAT = 0.6  # share of parts whose main axis is the one along which they are shortest
+FULL = 0.8  # of the largest radius: what a fillet that is no disc may have
+
+
+@dataclass(frozen=True)
+class CadShapes:
+    """How often parts have what CAD gives them; all are shares, 0 to 1, unless said otherwise.
+
+    Parameters
+    ----------
+    rounds : of the holes, blind holes and bosses: those that are round
+    turned : of the parts: those whose whole section is round
+    corners : of the parts: those with round corners, seen along their main axis
+    radius : largest radius of such corners, in units of the learning frame
+    edges : of the kinds of other edges of a part: those that have a fillet or a chamfer
+    edge_radius : their largest size, in units of the learning frame
+    chamfers : of the fillets and chamfers: those that are chamfers
+    slants : of the parts: those with one or two slanted planes
+    slant : largest slant at an end of a plane, of the way to the next knot; below 0.5
+    drafts : of the parts: those with a draft along their main axis
+    draft : its largest share of the section, at each end
+    """
+
+    rounds: float = 0.8
+    turned: float = 0.12
+    corners: float = 0.4
+    radius: float = 0.6
+    edges: float = 0.3
+    edge_radius: float = 0.15
+    chamfers: float = 0.5
+    slants: float = 0.35
+    slant: float = 0.45
+    drafts: float = 0.15
+    draft: float = 0.12
+
+    def round_features(self, lattice: Lattice, rng: np.random.Generator) -> list[Feature]:
+        """Those that become round where there is room; all of one kind and size alike.
+
+        The part as a whole may be one of them.
+        """
+        style: dict[tuple[object, ...], bool] = {}
+        chosen = []
+        for each in lattice.features:
+            size = tuple(np.subtract(each.high, each.low).tolist())
+            is_round = style.setdefault((each.kind, *size), bool(rng.random() < self.rounds))
+            chosen += [each] if is_round and each.kind in ROUND_KINDS else []
+        if rng.random() < self.turned:
+            whole = Feature("boss", (0, 0, 0), lattice.occupancy.shape, int(rng.integers(3)))
+            chosen.append(whole)
+        return chosen
+
+    def shaped(
+        self,
+        vertices: np.ndarray,
+        lattice: Lattice,
+        knots: PerAxis,
+        rounds: Sequence[Feature],
+        rng: np.random.Generator,
+    ) -> np.ndarray:
+        """(V, 3) points of the surface of the lattice between the knots, made a part of CAD."""
+        edges = edge_runs(lattice.occupancy, knots)
+        lengths = [each[-1] - each[0] for each in knots]
+        main = int(np.argmin(lengths) if rng.random() < FLAT else rng.integers(3))
+        radius, norm = self._edges(edges, main, rng)
+        for feature in rounds:
+            own = corners(edges, feature)
+            if own.any() and edges.is_free[own].all():
+                radius[own], norm[own] = largest_radii(edges)[own], FILLET
+        x = rounded(vertices, edges, radius, norm)
+        if rng.random() < self.slants:
+            x = self._slanted(x, knots, rng)
+        return self._drafted(x, main, rng) if rng.random() < self.drafts else x
+
+    def _edges(
+        self, edges: EdgeRuns, main: int, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Radius and norm of the edges, alike for all of a kind."""
+        radius, norm = np.zeros(len(edges.axis)), np.full(len(edges.axis), FILLET)
+        is_along = edges.axis == main
+        for is_kind, share, largest in (
+            (is_along & edges.is_convex, self.corners, self.radius),
+            (is_along & ~edges.is_convex, self.edges, self.edge_radius),
+            (~is_along & edges.is_convex, self.edges, self.edge_radius),
+            (~is_along & ~edges.is_convex, self.edges, self.edge_radius),
+        ):
+            if rng.random() < share:
+                radius[is_kind] = largest * rng.uniform(0.2, 1)
+                norm[is_kind] = CHAMFER if rng.random() < self.chamfers else FILLET
+        return np.minimum(radius, FULL * largest_radii(edges)), norm
+
+    def _slanted(self, x: np.ndarray, knots: PerAxis, rng: np.random.Generator) -> np.ndarray:
+        """Each of a few knot planes moved by a linear function of the place in it."""
+        places = x / [max(abs(each[0]), abs(each[-1])) for each in knots]  # -1 to 1
+        x = x.copy()
+        for _ in range(rng.integers(1, 3)):
+            axis = int(rng.integers(3))
+            own = knots[axis]
+            number = int(rng.integers(len(own)))
+            around = own[max(number - 1, 0) : number + 2]
+            way = np.delete(np.eye(3), axis, axis=0)[rng.integers(2)]
+            size = self.slant * rng.uniform(-1, 1) * np.diff(around).min()
+            weight = np.interp(x[:, axis], around, around == own[number])
+            x[:, axis] += size * weight * (places @ way)
+        return x
+
+    def _drafted(self, x: np.ndarray, main: int, rng: np.random.Generator) -> np.ndarray:
+        """Sections along the main axis scaled, linearly from end to end."""
+        x, place = x.copy(), x[:, main] / np.abs(x[:, main]).max()
+        x[:, np.arange(3) != main] *= 1 + self.draft * rng.uniform(-1, 1) * place[:, None]
+        return x
+
+
+def corners(edges: EdgeRuns, feature: Feature) -> np.ndarray:
+    """(E,) which edges are those of the feature along its axis."""
+    own = edges.axis == feature.axis
+    for place, axis in enumerate(((feature.axis + 1) % 3, (feature.axis + 2) % 3)):
+        own = own & np.isin(edges.line[:, place], (feature.low[axis], feature.high[axis]))
+    low, high = feature.low[feature.axis], feature.high[feature.axis]
+    return own & (edges.span[:, 0] < high) & (edges.span[:, 1] > low)
