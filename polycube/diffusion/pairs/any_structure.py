@@ -37,12 +37,14 @@ class LatticeShapes:
         polycube has the widths of the part, and `smoothing` rounds it
     """
 
-    cad: float = 0.5
-    organic: float = 0.25
+    cad: float = 0.6
+    organic: float = 0.2
     smoothing: int = 40
     shapes: CadShapes = field(default_factory=CadShapes)
     deformation: Deformation = field(
-        default_factory=lambda: Deformation(rounding=0, warp=0, stretch=0)
+        default_factory=lambda: Deformation(
+            rounding=0, warp=0, stretch=0, disc=0.5, profile=0.12, waves=0.04, bend=0.25
+        )
     )
 
     def style(self, rng: np.random.Generator) -> str:

@@ -79,7 +79,7 @@ class CadShapes:
         radius, norm = self._edges(edges, main, rng)
         for feature in rounds:
             own = corners(edges, feature)
-            if own.any() and edges.is_free[own].all():
+            if own.sum() == 4 and edges.is_free[own].all():
                 radius[own], norm[own] = largest_radii(edges)[own], FILLET
         x = rounded(vertices, edges, radius, norm)
         if rng.random() < self.slants:

@@ -9,41 +9,60 @@ import numpy as np
 from polycube.diffusion.pairs.lattices import Feature, Lattice
 from polycube.types import PerAxis
 
-SPREAD = 0.45  # standard deviation of the logarithm of the width of a slab
-EXTENT = 0.35  # of the logarithm of the length of the part along an axis
+SPREAD = 0.5  # standard deviation of the logarithm of the width of a slab
+EXTENT = 0.4  # of the logarithm of the length of the part along an axis
 CROWDED = 0.5  # a part of n slabs is as long as n^CROWDED slabs, before it is made random
+THIN = 0.4, 0.35  # share of axes' parts that are plates or bars, and how much shorter they are
 LEAST = 0.06  # width of a slab, of the longest edge of the part
+SHRINKS = 0.5  # of a slab's width at most, for square sections
 
 
 def random_knots(lattice: Lattice, square: Sequence[Feature], rng: np.random.Generator) -> PerAxis:
     """Knots of the slabs, centred, the longest edge 2: as in the learning frame.
 
     A part that is its own mirror image remains so.  The features in `square` get square sections
-    across their axes, as far as one does not contradict the other.
+    across their axes, all or, where some slab would become too narrow, the first of them.
     """
-    widths = [_widths(lattice.occupancy, axis, rng) for axis in range(3)]
-    for feature in square:
-        u, v = (slice(feature.low[a], feature.high[a]) for a in _across(feature.axis))
-        wide, narrow = (widths[a] for a in _across(feature.axis))
-        narrow[v] *= wide[u].sum() / narrow[v].sum()
-    longest = max(each.sum() for each in widths)
-    widths = [np.maximum(each, LEAST * longest) for each in widths]
-    longest = max(each.sum() for each in widths)
-    x, y, z = (_knots(2 / longest * each) for each in widths)
+    lengths = np.exp(rng.normal(0, EXTENT, 3))
+    if rng.random() < THIN[0]:
+        lengths[rng.choice(3, rng.integers(1, 3), replace=False)] *= THIN[1]
+    shape = lattice.occupancy.shape
+    slabs = [_widths(lattice.occupancy, axis, rng) * lengths[axis] for axis in range(3)]
+    longest = max(each.sum() for each in slabs)
+    widths = np.maximum(np.concatenate(slabs), LEAST * longest)
+    widths = _with_squares(widths, np.array([_difference(each, shape) for each in square]))
+    slabs = np.split(widths, np.cumsum(shape)[:2])
+    longest = max(each.sum() for each in slabs)
+    x, y, z = (_knots(2 / longest * each) for each in slabs)
     return x, y, z
 
 
 def _widths(occupancy: np.ndarray, axis: int, rng: np.random.Generator) -> np.ndarray:
+    """(n,) widths of the slabs across an axis, together n^CROWDED."""
     n = occupancy.shape[axis]
     widths = np.exp(rng.normal(0, SPREAD, n))
     if np.array_equal(occupancy, np.flip(occupancy, axis)):
         widths = (widths + widths[::-1]) / 2
-    return widths * n**CROWDED / widths.sum() * np.exp(rng.normal(0, EXTENT))
+    return widths * n**CROWDED / widths.sum()
+
+
+def _difference(feature: Feature, shape: tuple[int, ...]) -> np.ndarray:
+    """Weights of all widths, which add up to the one side of a section less the other."""
+    rows = [np.zeros(n) for n in shape]
+    for axis, sign in (((feature.axis + 1) % 3, 1), ((feature.axis + 2) % 3, -1)):
+        rows[axis][feature.low[axis] : feature.high[axis]] = sign
+    return np.concatenate(rows)
+
+
+def _with_squares(widths: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Nearest widths, relative to what they were, of which the rows add up to nothing."""
+    for n in range(len(rows), 0, -1):
+        scaled = rows[:n] * widths
+        factor = 1 - np.linalg.lstsq(scaled, scaled.sum(axis=1), rcond=1e-9)[0]
+        if factor.min() >= SHRINKS:
+            return widths * factor
+    return widths
 
 
 def _knots(widths: np.ndarray) -> np.ndarray:
     return np.append(0, np.cumsum(widths)) - widths.sum() / 2
-
-
-def _across(axis: int) -> tuple[int, int]:
-    return (axis + 1) % 3, (axis + 2) % 3
