@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.diffusion.pairs.edge_runs import EdgeRuns, edge_runs
-from polycube.diffusion.pairs.lattices import Feature, Lattice
+from polycube.diffusion.pairs.edge_runs import EdgeRuns, edge_runs, section
+from polycube.diffusion.pairs.lattices import STAYS, Feature, Lattice
 from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, largest_radii, rounded
 from polycube.types import PerAxis
 
-ROUND_KINDS = ("hole", "blind hole", "boss")
+ROUND_KINDS = ("hole", "blind hole", "boss", "slot")
 FLAT = 0.6  # share of parts whose main axis is the one along which they are shortest
+BRIDGED = 0.6  # of the length of an edge that others cross: what must be there for it to be round
 FULL = 0.8  # of the largest radius: what a fillet that is no disc may have
 
 
@@ -78,9 +79,7 @@ class CadShapes:
         main = int(np.argmin(lengths) if rng.random() < FLAT else rng.integers(3))
         radius, norm = self._edges(edges, main, rng)
         for feature in rounds:
-            own = corners(edges, feature)
-            if own.sum() == 4 and edges.is_free[own].all():
-                radius[own], norm[own] = largest_radii(edges)[own], FILLET
+            edges, radius, norm = _round(feature, knots, edges, radius, norm)
         x = rounded(vertices, edges, radius, norm)
         if rng.random() < self.slants:
             x = self._slanted(x, knots, rng)
@@ -123,6 +122,32 @@ class CadShapes:
         x, place = x.copy(), x[:, main] / np.abs(x[:, main]).max()
         x[:, np.arange(3) != main] *= 1 + self.draft * rng.uniform(-1, 1) * place[:, None]
         return x
+
+
+def _round(
+    feature: Feature, knots: PerAxis, edges: EdgeRuns, radius: np.ndarray, norm: np.ndarray
+) -> tuple[EdgeRuns, np.ndarray, np.ndarray]:
+    """Edges, radius and norm with those of the section of a feature, round: a disc or a slot.
+
+    Where the section is open, as at the mouth of a slot, only the edges that it has are round.
+    """
+    own = corners(edges, feature) & (edges.is_convex == (feature.kind in STAYS))
+    whole = section(feature.low, feature.high, feature.axis, knots)
+    lengths = np.where(own, np.diff(edges.ends).ravel(), 0)
+    on_line = [(edges.line == line).all(axis=1) for line in whole.line]
+    covered = np.array([lengths[is_on].sum() for is_on in on_line]) / np.diff(whole.ends).ravel()
+    if (covered == 0).any():
+        is_clear = own & edges.is_free.all(axis=1)
+        radius = np.where(is_clear, largest_radii(edges), radius)
+        return edges, radius, np.where(is_clear, FILLET, norm)
+    if (covered < BRIDGED).any():
+        return edges, radius, norm
+    whole = whole._replace(depth=np.minimum(whole.depth, edges.depth[own].min()))
+    return (
+        EdgeRuns(*map(np.concatenate, zip(edges, whole, strict=True))),
+        np.append(np.where(own, 0, radius), largest_radii(whole)),
+        np.append(norm, np.full(4, FILLET)),
+    )
 
 
 def corners(edges: EdgeRuns, feature: Feature) -> np.ndarray:
