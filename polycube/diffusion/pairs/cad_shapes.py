@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.diffusion.pairs.edge_runs import EdgeRuns, edge_runs, section
-from polycube.diffusion.pairs.lattices import STAYS, Feature, Lattice
-from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, largest_radii, rounded
+from polycube.diffusion.pairs.edge_runs import EdgeRuns, edge_runs
+from polycube.diffusion.pairs.lattices import Feature, Lattice
+from polycube.diffusion.pairs.round_sections import with_round_section
+from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, Fillets, largest_radii, rounded
 from polycube.types import PerAxis
 
 ROUND_KINDS = ("hole", "blind hole", "boss", "slot")
 FLAT = 0.6  # share of parts whose main axis is the one along which they are shortest
-BRIDGED = 0.6  # of the length of an edge that others cross: what must be there for it to be round
 FULL = 0.8  # of the largest radius: what a fillet that is no disc may have
 
 
@@ -77,18 +77,16 @@ class CadShapes:
         edges = edge_runs(lattice.occupancy, knots)
         lengths = [each[-1] - each[0] for each in knots]
         main = int(np.argmin(lengths) if rng.random() < FLAT else rng.integers(3))
-        radius, norm = self._edges(edges, main, rng)
+        fillets = self._fillets(edges, main, rng)
         for feature in rounds:
-            edges, radius, norm = _round(feature, knots, edges, radius, norm)
-        x = rounded(vertices, edges, radius, norm)
+            fillets = with_round_section(fillets, feature, knots)
+        x = rounded(vertices, fillets)
         if rng.random() < self.slants:
             x = self._slanted(x, knots, rng)
         return self._drafted(x, main, rng) if rng.random() < self.drafts else x
 
-    def _edges(
-        self, edges: EdgeRuns, main: int, rng: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Radius and norm of the edges, alike for all of a kind."""
+    def _fillets(self, edges: EdgeRuns, main: int, rng: np.random.Generator) -> Fillets:
+        """Fillets and chamfers, alike for all edges of a kind."""
         radius, norm = np.zeros(len(edges.axis)), np.full(len(edges.axis), FILLET)
         is_along = edges.axis == main
         for is_kind, share, largest in (
@@ -100,7 +98,7 @@ class CadShapes:
             if rng.random() < share:
                 radius[is_kind] = largest * rng.uniform(0.2, 1)
                 norm[is_kind] = CHAMFER if rng.random() < self.chamfers else FILLET
-        return np.minimum(radius, FULL * largest_radii(edges)), norm
+        return Fillets(edges, np.minimum(radius, FULL * largest_radii(edges)), norm)
 
     def _slanted(self, x: np.ndarray, knots: PerAxis, rng: np.random.Generator) -> np.ndarray:
         """Each of a few knot planes moved by a linear function of the place in it."""
@@ -122,38 +120,3 @@ class CadShapes:
         x, place = x.copy(), x[:, main] / np.abs(x[:, main]).max()
         x[:, np.arange(3) != main] *= 1 + self.draft * rng.uniform(-1, 1) * place[:, None]
         return x
-
-
-def _round(
-    feature: Feature, knots: PerAxis, edges: EdgeRuns, radius: np.ndarray, norm: np.ndarray
-) -> tuple[EdgeRuns, np.ndarray, np.ndarray]:
-    """Edges, radius and norm with those of the section of a feature, round: a disc or a slot.
-
-    Where the section is open, as at the mouth of a slot, only the edges that it has are round.
-    """
-    own = corners(edges, feature) & (edges.is_convex == (feature.kind in STAYS))
-    whole = section(feature.low, feature.high, feature.axis, knots)
-    lengths = np.where(own, np.diff(edges.ends).ravel(), 0)
-    on_line = [(edges.line == line).all(axis=1) for line in whole.line]
-    covered = np.array([lengths[is_on].sum() for is_on in on_line]) / np.diff(whole.ends).ravel()
-    if (covered == 0).any():
-        is_clear = own & edges.is_free.all(axis=1)
-        radius = np.where(is_clear, largest_radii(edges), radius)
-        return edges, radius, np.where(is_clear, FILLET, norm)
-    if (covered < BRIDGED).any():
-        return edges, radius, norm
-    whole = whole._replace(depth=np.minimum(whole.depth, edges.depth[own].min()))
-    return (
-        EdgeRuns(*map(np.concatenate, zip(edges, whole, strict=True))),
-        np.append(np.where(own, 0, radius), largest_radii(whole)),
-        np.append(norm, np.full(4, FILLET)),
-    )
-
-
-def corners(edges: EdgeRuns, feature: Feature) -> np.ndarray:
-    """(E,) which edges are those of the feature along its axis."""
-    own = edges.axis == feature.axis
-    for place, axis in enumerate(((feature.axis + 1) % 3, (feature.axis + 2) % 3)):
-        own = own & np.isin(edges.line[:, place], (feature.low[axis], feature.high[axis]))
-    low, high = feature.low[feature.axis], feature.high[feature.axis]
-    return own & (edges.span[:, 0] < high) & (edges.span[:, 1] > low)

@@ -6,7 +6,6 @@ convex edge and empty at a concave one.  Both are rounded within the odd box and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -58,40 +57,6 @@ def edge_runs(occupancy: np.ndarray, knots: PerAxis) -> EdgeRuns:
         after=x[:, 8:10],
         depth=x[:, 10],
     )
-
-
-def section(low: Sequence[int], high: Sequence[int], axis: int, knots: PerAxis) -> EdgeRuns:
-    """The four edges along an axis of a box from knots `low` to `high`, also where others cross it.
-
-    The odd box is taken to be inside, and nothing to come there.
-    """
-    far = sum(each[-1] - each[0] for each in knots)
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    is_high = np.array(list(np.ndindex(2, 2)))
-    line = np.where(is_high, [high[u], high[v]], [low[u], low[v]])
-    next_slab = [
-        [_width(knots[a], low[a] - 1, far), _width(knots[a], high[a], far)] for a in (u, v)
-    ]
-    after = [_width(knots[axis], low[axis] - 1, far), _width(knots[axis], high[axis], far)]
-    side = [knots[a][high[a]] - knots[a][low[a]] for a in (u, v)]
-    return EdgeRuns(
-        axis=np.full(4, axis),
-        line=line,
-        span=np.tile([low[axis], high[axis]], (4, 1)),
-        outward=2 * is_high - 1,
-        is_convex=np.full(4, False),
-        is_free=np.full((4, 2), True),
-        at=np.stack([knots[u][line[:, 0]], knots[v][line[:, 1]]], axis=1),
-        ends=np.tile(knots[axis][[low[axis], high[axis]]], (4, 1)),
-        side=np.tile(side, (4, 1)),
-        beyond=np.array(next_slab)[np.arange(2), is_high],
-        after=np.tile(after, (4, 1)),
-        depth=np.full(4, min(side)),
-    )
-
-
-def _width(knots: np.ndarray, slab: int, far: float) -> float:
-    return knots[slab + 1] - knots[slab] if 0 <= slab < len(knots) - 1 else far
 
 
 @njit(cache=True)

@@ -24,8 +24,9 @@ from polycube.types import Polycube
 MOST_SLABS = 6  # along an axis
 MOST_HANDLES = 8
 SLABS = (0.03, 0.06, 0.13, 0.16, 0.26, 0.36)  # share of axes that begin with 1 .. 6 slabs
-MIRRORED = 0.4  # share of axes across which features come in pairs
+MIRRORED = 0.5  # share of axes across which features come in pairs
 FEATURES = 16  # tried at most, besides the profile
+LEFT = 0.4  # share of the full boxes that a feature leaves, at least
 NARROW = 0.6  # share of intervals that are one slab wide
 KINDS = {  # along its own axis and the two others; the share among those tried
     "hole": (("all", "mid", "mid"), 0.42),
@@ -38,11 +39,11 @@ KINDS = {  # along its own axis and the two others; the share among those tried
 }
 STAYS = ("boss", "rib")  # the box stays, the rest of its slabs goes
 PROFILES = {  # what begins the part, in how many of its two directions twofold; their share
-    "block": ("", (), 0.4),
-    "L": ("step", (), 0.16),
+    "block": ("", (), 0.34),
+    "L": ("step", (), 0.18),
     "T": ("step", (1,), 0.12),
     "cross": ("step", (1, 2), 0.06),
-    "U": ("slot", (), 0.14),
+    "U": ("slot", (), 0.18),
     "H": ("slot", (1,), 0.06),
     "frame": ("hole", (), 0.06),
 }
@@ -71,11 +72,12 @@ def random_lattice(rng: np.random.Generator) -> Lattice:
     mirrored = np.flatnonzero(rng.random(3) < MIRRORED)
     full, made, genus = _profile(full, rng)
     kinds, shares = list(KINDS), [share for _, share in KINDS.values()]
-    for number in rng.choice(len(kinds), rng.integers(FEATURES + 1), p=shares):
+    for number in rng.choice(len(kinds), rng.integers(2, FEATURES + 1), p=shares):
         feature = _feature(kinds[number], full.shape, rng.permutation(3), rng)
         images = _images(feature, full.shape, mirrored) if feature else []
         after = _apply(full, images)
-        found = None if np.array_equal(after, full) else solid_genus(after)
+        left = np.count_nonzero(after) / np.count_nonzero(full)
+        found = solid_genus(after) if LEFT <= left < 1 else None
         if found is not None and found <= MOST_HANDLES:
             full, genus, made = after, found, made + images
     return _collapsed(full, made, genus)
@@ -160,6 +162,6 @@ def _collapsed(full: np.ndarray, made: list[Feature], genus: int) -> Lattice:
         )
         moved = feature._replace(low=low, high=high)
         inside = kept.occupancy[_box(moved)]
-        if inside.size and (inside == (feature.kind in STAYS)).all():
+        if 0 < inside.size < kept.occupancy.size and (inside == (feature.kind in STAYS)).all():
             seen[low, high, feature.axis] = moved
     return Lattice(kept.occupancy, list(seen.values()), genus)

@@ -13,6 +13,8 @@ something else begins; along the edge, beyond its ends.  So the planes of other 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -23,34 +25,44 @@ KEPT = 1 / 3  # of the way to the next knot, where rings are still round
 DEEPEST = 0.6  # of a radius: where something else begins inside, at most
 
 
+class Fillets(NamedTuple):
+    """Edges that are rounded."""
+
+    edges: EdgeRuns
+    radius: np.ndarray  # (E,) 0: left sharp
+    norm: np.ndarray  # (E,) FILLET or CHAMFER
+
+
 def largest_radii(edges: EdgeRuns) -> np.ndarray:
     """(E,) radius of each edge at which it meets its neighbours, half-way along a side."""
     return np.minimum(edges.side.min(axis=1) / 2, edges.depth / (1 - DEEPEST))
 
 
-def rounded(
-    vertices: np.ndarray, edges: EdgeRuns, radius: np.ndarray, norm: np.ndarray
-) -> np.ndarray:
-    """(V, 3) points of a lattice moved for edges of radius (E,) and norm (E,); 0: left sharp.
+def rounded(vertices: np.ndarray, fillets: Fillets) -> np.ndarray:
+    """(V, 3) points of a lattice moved as its edges become round.
 
     The axis with the most of rounding comes last, so that a chamfered hole or boss becomes round.
     """
+    edges, radius, _ = fillets
     much = [radius[edges.axis == axis].sum() for axis in range(3)]
     x = vertices.copy()
     for axis in np.argsort(much, kind="stable"):
         used = (edges.axis == axis) & (radius > 0)
         if used.any():
-            order = np.array([(axis + 1) % 3, (axis + 2) % 3, axis])
-            inner = np.maximum(1 - edges.depth[used] / radius[used], 0)
-            after = np.where(
-                edges.is_free[used],
-                edges.after[used],
-                np.minimum(edges.after[used], radius[used, None]),
-            )
-            sizes = np.column_stack([radius[used], norm[used], inner])
-            places = (edges.at[used], edges.outward[used], edges.ends[used])
-            _move(x, order, *places, edges.beyond[used], after, sizes)
+            _move_along(int(axis), x, fillets, used)
     return x
+
+
+def _move_along(axis: int, x: np.ndarray, fillets: Fillets, used: np.ndarray) -> None:
+    """What the used edges, all along one axis, do to the points x."""
+    edges, radius = fillets.edges, fillets.radius[used]
+    run_out = np.where(edges.is_free[used], np.inf, radius[:, None])
+    after = np.minimum(edges.after[used], run_out)
+    inner = np.maximum(1 - edges.depth[used] / radius, 0)
+    sizes = np.column_stack([radius, fillets.norm[used], inner])
+    order = np.array([(axis + 1) % 3, (axis + 2) % 3, axis])
+    places = (edges.at[used], edges.outward[used], edges.ends[used])
+    _move(x, order, *places, edges.beyond[used], after, sizes)
 
 
 @njit(cache=True)

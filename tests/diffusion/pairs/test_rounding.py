@@ -5,7 +5,7 @@ import pytest
 
 from polycube.diffusion.pairs.edge_runs import EdgeRuns, edge_runs
 from polycube.diffusion.pairs.lattices import random_lattice
-from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, largest_radii, rounded
+from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, Fillets, largest_radii, rounded
 from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
 
 KNOTS = (np.array([0, 2, 3, 5.0]), np.array([0, 1, 2, 4.0]), np.array([0, 1, 3.0]))
@@ -40,7 +40,7 @@ def test_a_square_section_becomes_a_disc(occupancy: np.ndarray) -> None:
     inner &= edges.at[:, 1] < 3
     radius = round_along_z(edges, inner)
     assert (radius > 0).sum() == 4 and radius.max() == 0.5
-    x = rounded(found.vertices, edges, radius, np.full(len(radius), FILLET))
+    x = rounded(found.vertices, Fillets(edges, radius, np.full(len(radius), FILLET)))
     is_wall = wall(found, (0, 1), (1, 2))
     assert np.hypot(*(x[is_wall, :2] - [2.5, 1.5]).T) == pytest.approx(0.5, abs=1e-12)
     assert np.array_equal(x[:, 2], found.vertices[:, 2])
@@ -56,7 +56,7 @@ def test_chamfers_and_fillets_of_a_block_touch_their_planes() -> None:
     own = np.unique(found.faces.ravel()[is_side])
     for norm, order in ((CHAMFER, 1), (FILLET, 2)):
         radius = np.where(corner, 0.75, 0.0)
-        x = rounded(found.vertices, edges, radius, np.full(len(radius), norm))[own, :2]
+        x = rounded(found.vertices, Fillets(edges, radius, np.full(len(radius), norm)))[own, :2]
         y = np.maximum((x - [4.25, 3.25]) / 0.75, 0)
         near = (found.vertices[own, :2] >= [4.25, 3.25]).all(axis=1)
         assert near.sum() > 10
@@ -71,7 +71,7 @@ def test_the_inner_wall_of_a_tube_stays() -> None:
     edges = edge_runs(occupancy, TUBE_KNOTS)
     radius = round_along_z(edges, edges.is_convex)
     assert radius.max() == 1.5
-    x = rounded(found.vertices, edges, radius, np.full(len(radius), FILLET))
+    x = rounded(found.vertices, Fillets(edges, radius, np.full(len(radius), FILLET)))
     hole, outside = wall(found, (0, 1), (1, 2)), wall(found, (0, 1), (0, 3))
     assert np.array_equal(x[hole], found.vertices[hole])
     assert np.hypot(*(x[outside, :2] - 1.5).T) == pytest.approx(1.5, abs=1e-12)
@@ -82,7 +82,7 @@ def test_three_fillets_round_a_corner() -> None:
     occupancy, ends = np.ones((1, 1, 1), bool), np.array([0, 1.0])
     found = tessellate(occupancy, (ends, ends, ends))
     edges = edge_runs(occupancy, (ends, ends, ends))
-    x = rounded(found.vertices, edges, np.full(12, 0.5), np.full(12, FILLET))
+    x = rounded(found.vertices, Fillets(edges, np.full(12, 0.5), np.full(12, FILLET)))
     distance = 2 * np.linalg.norm(x - 0.5, axis=1)
     assert distance.max() < 1 + 1e-12 and distance.min() > 0.85
     corner = (found.vertices % 1 == 0).all(axis=1)
