@@ -45,8 +45,8 @@ def sheet(path: Path, seed: int = 0, first: int = 0) -> None:
 def beside(part: Part) -> Scene:
     """A part and, on its right, its polycube."""
     surface = part.surface
-    is_same = 8 * surface.axis + surface.knot  # in faces of one plane, which never touch
-    labels = Labels(surface.axis, is_same)
+    plane = 8 * surface.axis + surface.knot  # faces of one plane never touch
+    labels = Labels(surface.axis, plane)
     [shape] = labelled(TriMesh(part.geometry, surface.faces), labels)
     [goal] = polycube_faces(part.polycube)
     right = view()[0]

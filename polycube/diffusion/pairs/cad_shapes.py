@@ -101,19 +101,18 @@ class CadShapes:
         return Fillets(edges, np.minimum(radius, FULL * largest_radii(edges)), norm)
 
     def _slanted(self, x: np.ndarray, knots: PerAxis, rng: np.random.Generator) -> np.ndarray:
-        """Each of a few knot planes moved by a linear function of the place in it."""
+        """One or two knot planes moved by a linear function of the place in them."""
         places = x / [max(abs(each[0]), abs(each[-1])) for each in knots]  # -1 to 1
-        x = x.copy()
+        moved = x.copy()
         for _ in range(rng.integers(1, 3)):
             axis = int(rng.integers(3))
-            own = knots[axis]
-            number = int(rng.integers(len(own)))
-            around = own[max(number - 1, 0) : number + 2]
-            way = np.delete(np.eye(3), axis, axis=0)[rng.integers(2)]
+            number = int(rng.integers(len(knots[axis])))
+            around = knots[axis][max(number - 1, 0) : number + 2]
+            along = np.delete(np.arange(3), axis)[rng.integers(2)]
             size = self.slant * rng.uniform(-1, 1) * np.diff(around).min()
-            weight = np.interp(x[:, axis], around, around == own[number])
-            x[:, axis] += size * weight * (places @ way)
-        return x
+            weight = np.interp(x[:, axis], around, around == knots[axis][number])
+            moved[:, axis] += size * weight * places[:, along]
+        return moved
 
     def _drafted(self, x: np.ndarray, main: int, rng: np.random.Generator) -> np.ndarray:
         """Sections along the main axis scaled, linearly from end to end."""

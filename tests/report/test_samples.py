@@ -1,0 +1,47 @@
+"""The sheet of random parts: each beside its polycube, in the colours of the axes."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polycube.cli import samples
+from polycube.diffusion.pairs.any_structure import LatticePairs
+from polycube.report.pictures.colours import AXIS_COLOURS, rgb
+from polycube.report.pictures.render import view
+
+
+def test_a_part_stands_left_of_its_polycube() -> None:
+    part = LatticePairs(0, 0).part(3)
+    shape, goal = samples.beside(part)
+    right = view()[0]
+    assert (goal.points @ right).min() == pytest.approx((shape.points @ right).max() + samples.GAP)
+    assert np.array_equal(shape.colours, rgb(AXIS_COLOURS)[part.surface.axis])
+    assert np.array_equal(shape.points, part.geometry)
+    assert {tuple(c) for c in goal.colours} == {tuple(c) for c in shape.colours}
+
+
+def test_the_sheet_has_a_tile_for_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    image = pytest.importorskip("PIL.Image")
+    file = io.BytesIO()
+    image.new("RGB", (400, 300), "red").save(file, "PNG")
+    asked = {}
+
+    def draw(found: dict) -> dict[str, bytes]:
+        asked.update(found)
+        return {"5": file.getvalue()}  # the others could not be drawn
+
+    monkeypatch.setattr(samples, "draw", draw)
+    samples.sheet(tmp_path / "sheet.png", seed=2, first=10)
+    assert len(asked) == samples.COLUMNS * samples.ROWS
+    assert np.array_equal(asked["5"][0].points, LatticePairs(2, 0).part(15).geometry)
+    sheet = np.asarray(image.open(tmp_path / "sheet.png").convert("RGB"))
+    width, height = samples.TILE
+    assert sheet.shape == (samples.ROWS * height, samples.COLUMNS * width, 3)
+    red = (sheet == [255, 0, 0]).all(axis=2)
+    row, column = divmod(5, samples.COLUMNS)
+    assert red[row * height : (row + 1) * height, column * width : (column + 1) * width].sum() == (
+        red.sum()
+    )
+    assert red.sum() > 40_000
