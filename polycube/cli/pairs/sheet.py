@@ -1,7 +1,7 @@
 """A sheet of random parts, each beside its polycube, as a diffusion model is trained on them:
 
-    python -m polycube.cli.samples sheet.png         # the first 24 pairs of seed 0
-    python -m polycube.cli.samples sheet.png 7 48    # pairs 48 to 71 of seed 7
+    python -m polycube.cli.pairs.sheet sheet.png         # the first 24 pairs of seed 0
+    python -m polycube.cli.pairs.sheet sheet.png 7 48    # pairs 48 to 71 of seed 7
 
 Colours are of the axes, lines between faces of the polycube.
 """

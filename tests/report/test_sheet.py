@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.cli import samples
+from polycube.cli.pairs import sheet
 from polycube.diffusion.pairs.any_structure import LatticePairs
 from polycube.report.pictures.colours import AXIS_COLOURS, rgb
 from polycube.report.pictures.render import view
@@ -14,9 +14,9 @@ from polycube.report.pictures.render import view
 
 def test_a_part_stands_left_of_its_polycube() -> None:
     part = LatticePairs(0, 0).part(3)
-    shape, goal = samples.beside(part)
+    shape, goal = sheet.beside(part)
     right = view()[0]
-    assert (goal.points @ right).min() == pytest.approx((shape.points @ right).max() + samples.GAP)
+    assert (goal.points @ right).min() == pytest.approx((shape.points @ right).max() + sheet.GAP)
     assert np.array_equal(shape.colours, rgb(AXIS_COLOURS)[part.surface.axis])
     assert np.array_equal(shape.points, part.geometry)
     assert {tuple(c) for c in goal.colours} == {tuple(c) for c in shape.colours}
@@ -32,15 +32,15 @@ def test_the_sheet_has_a_tile_for_each(tmp_path: Path, monkeypatch: pytest.Monke
         asked.update(found)
         return {"5": file.getvalue()}  # the others could not be drawn
 
-    monkeypatch.setattr(samples, "draw", draw)
-    samples.sheet(tmp_path / "sheet.png", seed=2, first=10)
-    assert len(asked) == samples.COLUMNS * samples.ROWS
+    monkeypatch.setattr(sheet, "draw", draw)
+    sheet.sheet(tmp_path / "sheet.png", seed=2, first=10)
+    assert len(asked) == sheet.COLUMNS * sheet.ROWS
     assert np.array_equal(asked["5"][0].points, LatticePairs(2, 0).part(15).geometry)
-    sheet = np.asarray(image.open(tmp_path / "sheet.png").convert("RGB"))
-    width, height = samples.TILE
-    assert sheet.shape == (samples.ROWS * height, samples.COLUMNS * width, 3)
-    red = (sheet == [255, 0, 0]).all(axis=2)
-    row, column = divmod(5, samples.COLUMNS)
+    page = np.asarray(image.open(tmp_path / "sheet.png").convert("RGB"))
+    width, height = sheet.TILE
+    assert page.shape == (sheet.ROWS * height, sheet.COLUMNS * width, 3)
+    red = (page == [255, 0, 0]).all(axis=2)
+    row, column = divmod(5, sheet.COLUMNS)
     assert red[row * height : (row + 1) * height, column * width : (column + 1) * width].sum() == (
         red.sum()
     )

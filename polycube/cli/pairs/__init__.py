@@ -1,0 +1,1 @@
+"""What is shown of the pairs that a diffusion model is trained on."""
