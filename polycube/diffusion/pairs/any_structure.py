@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from polycube.diffusion.encoding import learning_frame
-from polycube.diffusion.pairs.cad_shapes import CadShapes
+from polycube.diffusion.pairs.cad_shapes import DISCS, CadShapes
 from polycube.diffusion.pairs.deformation import Deformation
 from polycube.diffusion.pairs.lattices import random_lattice
 from polycube.diffusion.pairs.pairs import sample
@@ -117,7 +117,7 @@ class LatticePairs:
         style = options.style(rng)
         lattice = random_lattice(rng)
         rounds = [] if style == "organic" else options.shapes.round_features(lattice, rng)
-        knots = random_knots(lattice, rounds, rng)
+        knots = random_knots(lattice, [each for each in rounds if each.kind in DISCS], rng)
         surface = tessellate(lattice.occupancy, knots)
         x = surface.vertices
         if style != "organic":

@@ -13,7 +13,7 @@ from polycube.diffusion.pairs.round_sections import with_round_section
 from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, Fillets, largest_radii, rounded
 from polycube.types import PerAxis
 
-ROUND_KINDS = ("hole", "blind hole", "boss", "slot")
+DISCS = ("hole", "blind hole", "boss")  # round in a square; slots get round ends
 FLAT = 0.6  # share of parts whose main axis is the one along which they are shortest
 FULL = 0.8  # of the largest radius: what a fillet that is no disc may have
 
@@ -59,7 +59,7 @@ class CadShapes:
         for each in lattice.features:
             size = tuple(np.subtract(each.high, each.low).tolist())
             is_round = style.setdefault((each.kind, *size), bool(rng.random() < self.rounds))
-            chosen += [each] if is_round and each.kind in ROUND_KINDS else []
+            chosen += [each] if is_round and each.kind in (*DISCS, "slot") else []
         if rng.random() < self.turned:
             whole = Feature("boss", (0, 0, 0), lattice.occupancy.shape, int(rng.integers(3)))
             chosen.append(whole)

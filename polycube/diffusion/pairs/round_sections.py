@@ -15,25 +15,43 @@ BRIDGED = 0.6  # of the length of an edge that others cross: what must be there 
 def with_round_section(fillets: Fillets, feature: Feature, knots: PerAxis) -> Fillets:
     """The fillets, the section of a feature round: a disc where it is a square, else a slot.
 
-    Where the section is open, as at the mouth of a slot, the edges that it has become round.
-    Where too much of it is cut away by others it stays as it is.
+    Where the section is open all along, as at the mouth of a slot, the edges that it has become
+    round.  Where others cut much of it away, it is round between them.
     """
     edges, radius, norm = fillets
     own = corners(edges, feature)
-    whole = section(feature, knots)
-    covered = _covered(edges, own, whole)
-    if (covered == 0).any():
+    there = _slabs(edges, own, feature)
+    if not there.any(axis=1).all():
         is_clear = own & edges.is_free.all(axis=1)
         radius = np.where(is_clear, largest_radii(edges), radius)
         return Fillets(edges, radius, np.where(is_clear, FILLET, norm))
-    if (covered < BRIDGED).any():
-        return fillets
-    whole = whole._replace(depth=np.minimum(whole.depth, edges.depth[own].min()))
-    return Fillets(
-        EdgeRuns(*map(np.concatenate, zip(edges, whole, strict=True))),
-        np.append(np.where(own, 0, radius), largest_radii(whole)),
-        np.append(norm, np.full(4, FILLET)),
-    )
+    lengths = np.diff(knots[feature.axis])[feature.low[feature.axis] : feature.high[feature.axis]]
+    is_bridged = (there @ lengths >= BRIDGED * lengths.sum()).all()
+    own_edges = EdgeRuns(*(each[own] for each in edges))
+    pieces = [section(feature, knots)] if is_bridged else _pieces(feature, knots, there, own_edges)
+    radii = [np.where(own, 0, radius)]
+    for number, piece in enumerate(pieces):
+        pieces[number] = piece._replace(depth=np.minimum(piece.depth, own_edges.depth.min()))
+        radii.append(largest_radii(pieces[number]))
+    norm = np.append(norm, np.full(4 * len(pieces), FILLET))
+    joined = EdgeRuns(*map(np.concatenate, zip(edges, *pieces, strict=True)))
+    return Fillets(joined, np.concatenate(radii), norm)
+
+
+def _pieces(feature: Feature, knots: PerAxis, there: np.ndarray, own: EdgeRuns) -> list[EdgeRuns]:
+    """Sections of a feature, one for each row of slabs in which all four edges are there."""
+    axis = feature.axis
+    steps = np.diff(np.concatenate([[0], there.all(axis=0), [0]]))
+    found = []
+    for ends in zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1), strict=True):
+        first, last = (int(feature.low[axis] + end) for end in ends)
+        low, high = list(feature.low), list(feature.high)
+        low[axis], high[axis] = first, last
+        piece = section(feature._replace(low=tuple(low), high=tuple(high)), knots)
+        is_in = (own.span[:, 0] < last) & (own.span[:, 1] > first)
+        is_free = own.is_free[is_in] & (own.span[is_in] == [first, last])
+        found.append(piece._replace(is_free=np.tile(is_free.all(axis=0), (4, 1))))
+    return found
 
 
 def corners(edges: EdgeRuns, feature: Feature) -> np.ndarray:
@@ -45,11 +63,15 @@ def corners(edges: EdgeRuns, feature: Feature) -> np.ndarray:
     return own & (edges.span[:, 0] < high) & (edges.span[:, 1] > low)
 
 
-def _covered(edges: EdgeRuns, own: np.ndarray, whole: EdgeRuns) -> np.ndarray:
-    """(4,) share of each edge of a section that there is, among its own edges."""
-    lengths = np.where(own, np.diff(edges.ends).ravel(), 0)
-    found = [lengths[(edges.line == line).all(axis=1)].sum() for line in whole.line]
-    return np.array(found) / np.diff(whole.ends).ravel()
+def _slabs(edges: EdgeRuns, own: np.ndarray, feature: Feature) -> np.ndarray:
+    """(4, n) in which slabs of a feature each edge of its section is there, among its own edges."""
+    axis = feature.axis
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    slabs = np.arange(feature.low[axis], feature.high[axis])
+    first, last = edges.span[own].T[:, :, None]
+    is_in = (first <= slabs) & (slabs < last)
+    side = (edges.line[own] == [feature.high[u], feature.high[v]]) @ [2, 1]
+    return np.array([is_in[side == number].any(axis=0) for number in range(4)])
 
 
 def section(feature: Feature, knots: PerAxis) -> EdgeRuns:

@@ -14,14 +14,14 @@ EXTENT = 0.4  # of the logarithm of the length of the part along an axis
 CROWDED = 0.5  # a part of n slabs is as long as n^CROWDED slabs, before it is made random
 THIN = 0.4, 0.35  # share of axes' parts that are plates or bars, and how much shorter they are
 LEAST = 0.06  # width of a slab, of the longest edge of the part
-SHRINKS = 0.5  # of a slab's width at most, for square sections
+SHRINKS = 0.4  # what must be left of a slab's width where sections become square
 
 
 def random_knots(lattice: Lattice, square: Sequence[Feature], rng: np.random.Generator) -> PerAxis:
     """Knots of the slabs, centred, the longest edge 2: as in the learning frame.
 
     A part that is its own mirror image remains so.  The features in `square` get square sections
-    across their axes, all or, where some slab would become too narrow, the first of them.
+    across their axes, one after the other, where no slab becomes too narrow by it.
     """
     lengths = np.exp(rng.normal(0, EXTENT, 3))
     if rng.random() < THIN[0]:
@@ -30,7 +30,7 @@ def random_knots(lattice: Lattice, square: Sequence[Feature], rng: np.random.Gen
     slabs = [_widths(lattice.occupancy, axis, rng) * lengths[axis] for axis in range(3)]
     longest = max(each.sum() for each in slabs)
     widths = np.maximum(np.concatenate(slabs), LEAST * longest)
-    widths = _with_squares(widths, np.array([_difference(each, shape) for each in square]))
+    widths = _with_squares(widths, [_difference(each, shape) for each in square])
     slabs = np.split(widths, np.cumsum(shape)[:2])
     longest = max(each.sum() for each in slabs)
     x, y, z = (_knots(2 / longest * each) for each in slabs)
@@ -54,14 +54,16 @@ def _difference(feature: Feature, shape: tuple[int, ...]) -> np.ndarray:
     return np.concatenate(rows)
 
 
-def _with_squares(widths: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _with_squares(widths: np.ndarray, rows: Sequence[np.ndarray]) -> np.ndarray:
     """Nearest widths, relative to what they were, of which the rows add up to nothing."""
-    for n in range(len(rows), 0, -1):
-        scaled = rows[:n] * widths
+    kept: list[np.ndarray] = []
+    found = widths
+    for row in rows:
+        scaled = np.array([*kept, row * widths])
         factor = 1 - np.linalg.lstsq(scaled, scaled.sum(axis=1), rcond=1e-9)[0]
         if factor.min() >= SHRINKS:
-            return widths * factor
-    return widths
+            kept, found = list(scaled), widths * factor
+    return found
 
 
 def _knots(widths: np.ndarray) -> np.ndarray:

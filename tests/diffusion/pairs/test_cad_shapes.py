@@ -53,9 +53,29 @@ def test_an_open_section_keeps_its_mouth() -> None:
     assert np.array_equal(x[mouth], found.vertices[mouth])
 
 
-def test_a_section_that_is_mostly_cut_away_stays() -> None:
+def test_a_hole_through_two_flanges_is_round_in_both() -> None:
+    """And its web, which closes the gap on one side, is where it was but near the flanges."""
+    z = np.array([-1, -0.75, -0.25, 0.25, 0.75, 1.0])
+    occupancy = np.ones((3, 3, 5), bool)
+    occupancy[1, 1] = occupancy[1:, :, 1:4] = False
+    knots = (KNOTS[0], KNOTS[1], z)
+    edges = edge_runs(occupancy, knots)
+    fillets = Fillets(edges, np.zeros(len(edges.axis)), np.full(len(edges.axis), FILLET))
+    hole = Feature("hole", (1, 1, 0), (2, 2, 5), 2)
+    found = tessellate(occupancy, knots)
+    before, x = found.vertices, rounded(found.vertices, with_round_section(fillets, hole, knots))
+    in_flange = np.abs(before[:, 2]) >= 0.75
+    wall = in_flange & (np.abs(before[:, :2]).max(axis=1) == 0.25)
+    assert wall.sum() > 50
+    assert np.hypot(*x[wall, :2].T) == pytest.approx(0.25, abs=1e-12)
+    far = np.abs(before[:, 2]) <= 0.5
+    assert far.any() and np.array_equal(x[far], before[far])
+
+
+def test_a_section_of_which_no_edge_is_whole_stays() -> None:
     occupancy = PLATE.copy()
     occupancy[0, :, :2] = False
+    occupancy[2, :, 2:] = False
     assert with_round_section(sharp(occupancy), HOLE, KNOTS).radius.max() == 0
 
 
