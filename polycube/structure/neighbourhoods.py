@@ -12,18 +12,23 @@ from scipy.ndimage import label
 
 def solid_genus(occupancy: np.ndarray) -> int | None:
     """Genus of the union of (X, Y, Z) boxes; None where it is not one manifold without voids."""
-    around = codes(occupancy)
+    full = np.zeros(np.add(occupancy.shape, 2), bool)
+    full[1:-1, 1:-1, 1:-1] = occupancy
+    around = codes(full)
     if not _IS_MANIFOLD[around].all():
         return None
-    if label(occupancy)[1] != 1 or label(~np.pad(occupancy, 1))[1] != 1:
+    if label(full)[1] != 1 or label(~full)[1] != 1:
         return None
     return 1 - round(_EULER[around].sum())
 
 
-def codes(occupancy: np.ndarray) -> np.ndarray:
-    """(X+1, Y+1, Z+1) which of the eight boxes about a vertex are full: bit 4 x + 2 y + z."""
-    full = np.pad(occupancy, 1).astype(np.uint8)
-    along_x = full[:-1] | full[1:] << 4
+def codes(full: np.ndarray) -> np.ndarray:
+    """(X-1, Y-1, Z-1) which of the eight boxes about each inner vertex are full.
+
+    Bit 4 x + 2 y + z is of the box (x, y, z) of the eight.
+    """
+    bits = full.astype(np.uint8)
+    along_x = bits[:-1] | bits[1:] << 4
     along_y = along_x[:, :-1] | along_x[:, 1:] << 2
     return along_y[..., :-1] | along_y[..., 1:] << 1
 

@@ -42,7 +42,7 @@ def test_equal_to_the_boundary_of_random_boxes(seed: int) -> None:
 def test_codes_are_of_the_boxes_about_a_vertex() -> None:
     occupancy = np.zeros((2, 1, 1), bool)
     occupancy[1] = True
-    found = codes(occupancy)
+    found = codes(np.pad(occupancy, 1))
     assert found.shape == (3, 2, 2)
     assert found[1, 0, 0] == 2**7 and found[2, 0, 0] == 2**3 and found[1, 1, 1] == 2**4
     assert not found[0].any()

@@ -154,10 +154,14 @@ def _collapsed(full: np.ndarray, made: list[Feature], genus: int) -> Lattice:
     """Without knots that hold nothing, and without features that others have cut away."""
     x, y, z = (np.arange(n + 1.0) for n in full.shape)
     kept = collapse(Polycube(full, x, y, z, (1, 1, 1), ("lattice",)))
+    number = [  # of each knot, or of the next one that is kept
+        np.searchsorted(knots[:-1], np.arange(n + 1)).tolist()
+        for knots, n in zip(kept.knots, full.shape, strict=True)
+    ]
     seen = {}
     for feature in made:
         low, high = (
-            tuple(int((k < i)[:-1].sum()) for k, i in zip(kept.knots, ends, strict=True))
+            tuple(own[i] for own, i in zip(number, ends, strict=True))
             for ends in (feature.low, feature.high)
         )
         moved = feature._replace(low=low, high=high)
