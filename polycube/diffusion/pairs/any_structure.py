@@ -39,7 +39,7 @@ class LatticeShapes:
 
     cad: float = 0.6
     organic: float = 0.2
-    smoothing: int = 40
+    smoothing: int = 80
     shapes: CadShapes = field(default_factory=CadShapes)
     deformation: Deformation = field(
         default_factory=lambda: Deformation(

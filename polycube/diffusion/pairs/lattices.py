@@ -23,8 +23,8 @@ from polycube.types import Polycube
 
 MOST_SLABS = 6  # along an axis
 MOST_HANDLES = 8
-SLABS = (0.03, 0.06, 0.13, 0.16, 0.26, 0.36)  # share of axes that begin with 1 .. 6 slabs
-MIRRORED = 0.5  # share of axes across which features come in pairs
+SLABS = (0.03, 0.06, 0.11, 0.14, 0.2, 0.46)  # share of axes that begin with 1 .. 6 slabs
+MIRRORED = 0.4  # share of axes across which features come in pairs
 FEATURES = 16  # tried at most, besides the profile
 LEFT = 0.4  # share of the full boxes that a feature leaves, at least
 NARROW = 0.6  # share of intervals that are one slab wide
