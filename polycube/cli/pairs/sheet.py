@@ -36,8 +36,8 @@ def sheet(path: Path, seed: int = 0, first: int = 0) -> None:
         tile = Image.open(io.BytesIO(png)).convert("RGBA")
         tile.thumbnail((TILE[0] - 20, TILE[1] - 20))
         row, column = divmod(int(name), COLUMNS)
-        corner = (column * TILE[0] + 10, row * TILE[1] + (TILE[1] - tile.height) // 2)
-        page.paste(tile, corner, tile)
+        left, top = ((room - size) // 2 for room, size in zip(TILE, tile.size, strict=True))
+        page.paste(tile, (column * TILE[0] + left, row * TILE[1] + top), tile)
     with atomic_write(path) as temporary:
         page.save(temporary, "PNG", optimize=True)
 

@@ -9,7 +9,7 @@ import numpy as np
 from polycube.structure.lattice import CORNERS
 from polycube.types import PerAxis
 
-TRIANGLES = 8000  # at most, where MOST_SLABS along each axis are not exceeded
+TRIANGLES = 8000  # at most; two pieces are always few enough
 PIECES = (8, 6, 4, 3, 2)  # into which a slab may be cut
 GRADING = 0.5  # 0: equal pieces; towards 1: those at the knots smaller, for fillets
 
