@@ -95,11 +95,13 @@ class _Space:
         w = w / np.linalg.norm(w, axis=0)
         for _ in range(2):
             w = w - v @ (mv.T @ w)
-            lengths, turn = np.linalg.eigh(w.T @ (self.mass @ w))
+            mw = self.mass @ w
+            lengths, turn = np.linalg.eigh(w.T @ mw)
             long = lengths > DEPENDENT * lengths[-1]
-            w = w @ (turn[:, long] / np.sqrt(lengths[long]))
+            turn = turn[:, long] / np.sqrt(lengths[long])
+            w, mw = w @ turn, mw @ turn
         end = self.size + w.shape[1]
-        for part, new in zip(self._kept, (w, self.stiffness @ w, self.mass @ w), strict=True):
+        for part, new in zip(self._kept, (w, self.stiffness @ w, mw), strict=True):
             part[:, self.size : end] = new
         self.size = end
 
