@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 
-from polycube.analysis.element_matrices import add_elements, elastic
 from polycube.errors import MeshingError
+from polycube.numerics.element_matrices import add_elements, elastic
 from polycube.numerics.element_sums import colours, zero_matrices
 from polycube.numerics.products import Symmetric
 from polycube.numerics.threads import parts, side_by_side
@@ -50,23 +50,39 @@ class Integrals:
         return (flat.swapaxes(1, 2) @ flat).reshape(n, f, 3, f, 3)
 
 
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """Bezier elements and the functions that each of them has."""
+
+    functions: ElementFunctions
+    points: np.ndarray  # (B, 3) Bezier points
+    nodes: np.ndarray  # (E, 64) those of each element
+    size: int  # number of functions in all
+
+    @classmethod
+    def of(cls, spline: Spline) -> Elements:
+        """Those of a spline."""
+        points = spline.extraction @ spline.control
+        return cls(spline.element_functions(), points, spline.nodes, len(spline.control))
+
+
 def assemble(
     spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
 ) -> tuple[bsr_matrix, csr_matrix]:
     """Both triangles of `assemble_lower`."""
-    stiffness, mass = assemble_lower(spline, young, poisson, density, n_gauss)
+    stiffness, mass = assemble_lower(Elements.of(spline), young, poisson, density, n_gauss)
     return stiffness.full(), mass.full().tocsr()
 
 
 def assemble_lower(
-    spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
+    elements: Elements, young: float, poisson: float, density: float, n_gauss: int = 4
 ) -> tuple[Symmetric, Symmetric]:
     """Stiffness (3 C, 3 C), displacement i of control point a at 3 a + i, and mass (C, C).
 
     The mass is the same for the three directions.  n_gauss : Gauss points per direction.
     Raises MeshingError where det J <= 0 at a Gauss point.
     """
-    stiffness, mass = _gradient_and_mass(spline, 3, density, n_gauss)
+    stiffness, mass = _gradient_and_mass(elements, 3, density, n_gauss)
     shear = young / (2 * (1 + poisson))
     lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
     cuts = parts(len(stiffness.blocks), PAIRS)
@@ -76,17 +92,17 @@ def assemble_lower(
 
 def assemble_scalar(spline: Spline, n_gauss: int = 4) -> tuple[csr_matrix, csr_matrix]:
     """Both triangles of `assemble_scalar_lower`."""
-    laplace, mass = assemble_scalar_lower(spline, n_gauss)
+    laplace, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
     return laplace.full().tocsr(), mass.full().tocsr()
 
 
-def assemble_scalar_lower(spline: Spline, n_gauss: int = 4) -> tuple[Symmetric, Symmetric]:
+def assemble_scalar_lower(elements: Elements, n_gauss: int = 4) -> tuple[Symmetric, Symmetric]:
     """Stiffness of -laplace u and mass, both (C, C).  Raises MeshingError as `assemble_lower`."""
-    return _gradient_and_mass(spline, 1, 1.0, n_gauss)
+    return _gradient_and_mass(elements, 1, 1.0, n_gauss)
 
 
 def _gradient_and_mass(
-    spline: Spline, order: int, density: float, n_gauss: int
+    elements: Elements, order: int, density: float, n_gauss: int
 ) -> tuple[Symmetric, Symmetric]:
     """Integrals of dN_a/dx_i dN_b/dx_j (order 3), or their sum over i = j (order 1), and mass."""
     t, w = gauss(n_gauss)
@@ -96,15 +112,15 @@ def _gradient_and_mass(
         np.ascontiguousarray(values.T),
         np.concatenate(gradients).T.copy(),
     )
-    functions = spline.element_functions()
-    gradient, mass = zero_matrices(functions, len(spline.control), order, 1)
+    functions = elements.functions
+    gradient, mass = zero_matrices(functions, elements.size, order, 1)
     matrix = functions.coefficients
     given = (
         *(functions.offsets, functions.functions, matrix.indptr, matrix.indices, matrix.data),
-        *(spline.extraction @ spline.control, spline.nodes, *tables, density),
+        *(elements.points, elements.nodes, *tables, density),
         *(gradient.indptr, gradient.indices, gradient.blocks, mass.blocks),
     )
-    for runs in colours(functions, len(spline.control)):
+    for runs in colours(functions, elements.size):
         found = side_by_side(
             [partial(add_elements, runs[cut], *given) for cut in parts(len(runs), 1)]
         )

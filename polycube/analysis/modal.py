@@ -2,7 +2,8 @@
 
 Solved for unit diagonal, E = 1 and density 1, and scaled to SI afterwards: omega^2 by
 E / (density L^2), mass by density L^3.  The modes are found in double precision, helped by a
-Cholesky factor in single precision of K - shift M, with a shift just below zero.
+Cholesky factor in single precision of K - shift M, with a shift just below zero, or in large models
+by what is near it.
 """
 
 from __future__ import annotations
@@ -16,11 +17,13 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix, diags, eye, kron, spmatrix
 from scipy.sparse.linalg import LinearOperator
 
-from polycube.analysis.assembly import assemble
-from polycube.analysis.constraints import Support, constrain, free_rigid_motions
+from polycube.analysis.assembly import Elements, assemble_lower
+from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.material import Material
+from polycube.analysis.preconditioner import elastic_preconditioner
 from polycube.numerics.davidson import davidson
 from polycube.numerics.factorization import factorize
+from polycube.numerics.products import Symmetric
 from polycube.types import Modes, Spline
 from polycube.units import METRES
 
@@ -52,25 +55,36 @@ def free_modes(
         raise ValueError(f"modes must be in [1, {held.basis.shape[1] - 1}]; got {n_modes}")
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = replace(spline, control=spline.control / diagonal)
-    stiffness, mass = assemble(unit, 1.0, material.poisson, 1.0, n_gauss)
-    if lumped:
-        mass = diags(np.asarray(mass.sum(axis=1)).ravel())
-    basis = held.basis
-    inertia = mass
-    if supports:
-        inertia = kron(mass, eye(3), "csr")
-        stiffness, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness, inertia))
-    values, vectors = lowest(stiffness, inertia, n_modes, points=held.points(spline))
+    stiffness, mass = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
+    each = mass @ np.ones(mass.shape[0])  # of each function
+    near = elastic_preconditioner(unit, held, material.poisson, SHIFT)
+    if near is None:
+        inertia = diags(each) if lumped else mass.full().tocsr()
+        values, vectors = _direct(stiffness, inertia, held, n_modes, held.points(spline))
+    else:
+        inertia = near.restricted(diags(each) if lumped else mass)
+        values, vectors = davidson(near.restricted(stiffness), inertia, near, n_modes, SHIFT)
     length = diagonal * METRES[length_unit]
     weight = material.density * length**3
-    logger.info("%d modes of %d degrees of freedom", n_modes, stiffness.shape[0])
+    logger.info("%d modes of %d degrees of freedom", n_modes, held.basis.shape[1])
     return Modes(
         eigenvalues=values * material.young / (material.density * length**2),
-        shapes=(basis @ vectors).T.reshape(n_modes, -1, 3) / np.sqrt(weight),
-        mass=weight * mass.sum(),
+        shapes=(held.basis @ vectors).T.reshape(n_modes, -1, 3) / np.sqrt(weight),
+        mass=weight * each.sum(),
         units={"length": length_unit, "mass": "kg", "time": "s", "frequency": "Hz"},
         rigid=min(n_modes, free_rigid_motions(spline, held)),
     )
+
+
+def _direct(
+    stiffness: Symmetric, mass: spmatrix, held: Constraints, n_modes: int, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`lowest` of the free unknowns."""
+    if not held.supports:
+        return lowest(stiffness.full(), mass, n_modes, points=points)
+    basis, inertia = held.basis, kron(mass, eye(3), "csr")
+    free, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness.full(), inertia))
+    return lowest(free, inertia, n_modes, points=points)
 
 
 def lowest(

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.analysis.assembly import assemble_scalar, moments
+from polycube.analysis.assembly import Elements, assemble_scalar_lower, moments
 from polycube.analysis.constraints import Support, constrain
+from polycube.analysis.preconditioner import scalar_preconditioner, solvers
 from polycube.analysis.recovery import gradient_field
 from polycube.analysis.trace import trace
 from polycube.errors import InputError
-from polycube.numerics.factorization import factorize
 from polycube.types import Potential, Spline
 from polycube.units import METRES
 
@@ -49,19 +49,20 @@ def conduct(
         )
     metre = METRES[length_unit]
     held = constrain(spline, supports, 1)
-    laplace, mass = assemble_scalar(spline, n_gauss)
-    stiffness = conductivity * metre * laplace
+    stiffness, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
+    stiffness.blocks[:] *= conductivity * metre
     if callable(source):
         supplied = metre**3 * moments(spline, source, n_gauss)
     else:
-        supplied = metre**3 * source * np.asarray(mass.sum(axis=1)).ravel()
+        supplied = metre**3 * source * (mass @ np.ones(mass.shape[0]))
     for inflow in inflows:
         here = trace(spline, inflow.faces)
         flux = inflow.flux(here.points, here.normals) if callable(inflow.flux) else inflow.flux
         supplied = supplied + metre**2 * here.moments(np.broadcast_to(flux, here.area.shape))
     basis, offset = held.basis, held.offset
-    factor = factorize(basis.T @ stiffness @ basis, held.points(spline))
-    u = basis @ factor.solve(basis.T @ (supplied - stiffness @ offset)) + offset
+    near = scalar_preconditioner(spline, held)
+    solve, _ = solvers(stiffness, held, held.points(spline), near)
+    u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     return Potential(
         values=u,

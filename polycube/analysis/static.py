@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 from scipy.sparse import eye
 
-from polycube.analysis.assembly import assemble
+from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, corrected
 from polycube.analysis.material import Material
 from polycube.analysis.peaks import peaks, poor_elements
+from polycube.analysis.preconditioner import elastic_preconditioner, solvers
 from polycube.analysis.recovery import at_places, field_of, gradient_field
 from polycube.analysis.singular import Singular, singular_places
 from polycube.analysis.trace import trace
 from polycube.errors import InputError
-from polycube.numerics.factorization import factorize
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.boundary import boundary_nodes
 from polycube.types import Deformation, Spline
@@ -65,7 +65,7 @@ def deform(
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
-    stiffness, _ = assemble(unit, 1.0, material.poisson, 1.0, n_gauss)
+    stiffness, _ = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
     elasticity = Elasticity.of(unit, material.poisson, n_gauss)
     nodal = _nodal(spline)
     weight = material.density * metres**3 * elasticity.volumes
@@ -75,15 +75,14 @@ def deform(
     scaled = on_nodes / (material.young * metres**2)  # of displacements in diagonals
     force = (spline.extraction.T @ scaled).ravel()
     basis, offset = held.basis, held.offset / diagonal
-    factor = factorize(basis.T @ stiffness @ basis, held.points(spline))
-
-    def solve(rest: np.ndarray) -> np.ndarray:
-        return basis @ factor.solve(basis.T @ rest)
+    near = elastic_preconditioner(unit, held, material.poisson)
+    solve, rough = solvers(stiffness, held, held.points(spline), near)
 
     def coarse(rest: np.ndarray) -> np.ndarray:
-        return spline.extraction @ solve((spline.extraction.T @ rest).ravel()).reshape(-1, 3)
+        forces = basis.T @ (spline.extraction.T @ rest).ravel()
+        return spline.extraction @ (basis @ rough(forces)).reshape(-1, 3)
 
-    u = solve(force - stiffness @ offset) + offset
+    u = basis @ solve(basis.T @ (force - stiffness @ offset)) + offset
     residual = (stiffness @ u - force) * (material.young * metres**2)
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     continuous = diagonal * corrected(
@@ -101,7 +100,7 @@ def deform(
         supports=tuple(support.name for support in supports),
         reactions=held.reactions(residual),
         load=on_nodes.sum(axis=0),
-        strain_energy=float(u @ stiffness @ u) / 2 * material.young * metres**3,
+        strain_energy=float(u @ (stiffness @ u)) / 2 * material.young * metres**3,
         mass=float(weight.sum()),
         units={"length": length_unit, "stress": "Pa", "force": "N", "energy": "J", "mass": "kg"},
         **_stresses(spline, material, continuous, elasticity, singular, radius),

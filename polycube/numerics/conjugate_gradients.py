@@ -1,0 +1,43 @@
+"""Preconditioned conjugate gradients for a symmetric positive definite matrix."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+
+from polycube.errors import MeshingError
+
+logger = logging.getLogger(__name__)
+
+TOLERANCE = 1e-12  # of the residual at the start, in the norm of the preconditioner
+ITERATIONS = 500  # at most
+
+Operator = Callable[[np.ndarray], np.ndarray]
+
+
+def conjugate_gradients(matrix: Operator, right: np.ndarray, precondition: Operator) -> np.ndarray:
+    """Solution (N,) of A x = right (N,).
+
+    precondition : near the inverse; it may be in single precision, so directions are made conjugate
+        with the change of the residual (Polak and Ribiere)
+    Raises MeshingError when the residual is not at TOLERANCE after ITERATIONS.
+    """
+    found, rest = np.zeros_like(right), right
+    better = direction = precondition(rest)
+    size = first = rest @ better
+    for step in range(ITERATIONS):
+        if size <= TOLERANCE**2 * first:
+            logger.info("%d unknowns after %d steps", len(right), step)
+            return found
+        against = matrix(direction)
+        length = size / (direction @ against)
+        found = found + length * direction
+        change, rest = -length * against, rest - length * against
+        better = precondition(rest)
+        direction = better + (better @ change) / size * direction
+        size = rest @ better
+    raise MeshingError(
+        f"the solution did not converge in {ITERATIONS} steps: residual {np.sqrt(size / first):.1e}"
+    )

@@ -1,0 +1,96 @@
+"""Models from `preconditioner.LIMIT` functions on: the same answers as by the direct factor."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from polycube.analysis import preconditioner
+from polycube.analysis.boundary_sets import faces_of
+from polycube.analysis.constraints import Support
+from polycube.analysis.material import MATERIALS
+from polycube.analysis.modal import free_modes
+from polycube.analysis.poisson import conduct
+from polycube.analysis.static import Load, deform
+from polycube.analysis.vertex_model import LEAST, VertexModel
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
+from tests.fixtures.splines import cube, spline_of
+
+STEEL = MATERIALS["steel"]
+
+
+def both(monkeypatch, solve):
+    """What a function gives by the direct factor and iteratively."""
+    direct = solve()
+    monkeypatch.setattr(preconditioner, "LIMIT", 0)
+    return direct, solve()
+
+
+@pytest.mark.parametrize("mesh", [hex_box((5, 4, 3)), hex_cylinder(2, 2, 2), hex_ball(2)])
+def test_mean_at_vertices_has_its_eigenvalues_between_a_27th_and_one(mesh):
+    spline = spline_of(mesh, "h2s")
+    model = VertexModel.of(spline)
+    values = np.linalg.eigvals(model.values.toarray())
+    assert abs(values.imag).max() < 1e-6
+    assert LEAST < values.real.min() and values.real.max() == pytest.approx(1)
+    assert model.values @ np.ones(len(spline.control)) == pytest.approx(1)
+
+
+def test_other_functions_than_those_of_vertices_have_no_model():
+    assert VertexModel.of(cube(3, "h2s")) is not None
+    assert VertexModel.of(cube(3, "optimal")) is None
+    assert VertexModel.of(cube(3, "c0")) is None
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("lumped", [False, True])
+def test_frequencies(monkeypatch, caplog, held, lumped):
+    spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
+    supports = [Support("end", faces_of(spline, "z_min"), (0, 2))] if held else []
+    caplog.set_level(logging.INFO)
+    direct, found = both(
+        monkeypatch, lambda: free_modes(spline, STEEL, 12, lumped=lumped, supports=supports)
+    )
+    elastic = slice(direct.rigid, None)
+    assert found.frequency[elastic] == pytest.approx(direct.frequency[elastic], rel=1e-9)
+    assert found.mass == direct.mass and "iterations" in caplog.text
+
+
+@pytest.mark.parametrize("components", [(0, 1, 2), (0, 2)])
+def test_displacement_and_reactions(monkeypatch, components):
+    spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
+    foot = Support("foot", faces_of(spline, "z_min"))
+    top = Support("top", faces_of(spline, "z_max"), components, 0.01)
+    load = Load(faces_of(spline, "z_max"), traction=(2e6, 0.0, 1e6))
+
+    direct, found = both(
+        monkeypatch, lambda: deform(spline, STEEL, [foot, top], [load], (0.0, 0.0, -9.81))
+    )
+    largest = abs(direct.displacement).max()
+    assert found.displacement == pytest.approx(direct.displacement, abs=1e-9 * largest)
+    assert found.reactions == pytest.approx(
+        direct.reactions, abs=1e-9 * abs(direct.reactions).max()
+    )
+    assert found.strain_energy == pytest.approx(direct.strain_energy, rel=1e-9)
+    assert found.peak.value == pytest.approx(direct.peak.value, rel=1e-3)
+
+
+def test_conduction(monkeypatch):
+    spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
+    foot = Support("foot", faces_of(spline, "z_min"), (0,), 300.0)
+    top = Support("top", faces_of(spline, "z_max"), (0,), 400.0)
+    direct, found = both(monkeypatch, lambda: conduct(spline, 50.0, [foot, top], source=1e8))
+    assert found.values == pytest.approx(direct.values, rel=1e-9)
+    assert found.flows == pytest.approx(direct.flows, rel=1e-9)
+
+
+def test_steps_do_not_grow_with_the_number_of_hexes(monkeypatch, caplog):
+    monkeypatch.setattr(preconditioner, "LIMIT", 0)
+    caplog.set_level(logging.INFO, "polycube.numerics")
+    steps = []
+    for n in (4, 8, 12):
+        spline = cube(n, "h2s")
+        foot = Support("foot", faces_of(spline, "z_min"), (0,), 300.0)
+        conduct(spline, 50.0, [foot], source=1e8)
+        steps.append(caplog.records[-1].args[1])
+    assert max(steps) < 50 and steps[-1] <= steps[1] + 4, steps
