@@ -25,7 +25,7 @@ TORCH := $(shell grep '^torch==' requirements.lock)
 CODE := polycube plugins tests docs train.py infer.py
 
 export MPLBACKEND := Agg
-export OPENBLAS_NUM_THREADS := 1 # as the commands set it themselves: polycube/cli/blas.py
+export OPENBLAS_NUM_THREADS := 1
 export PYVISTA_OFF_SCREEN := true
 
 .PHONY: demo test train gallery bench lint types doctor
