@@ -15,14 +15,16 @@ from scipy.sparse import spmatrix
 from scipy.sparse.linalg import LinearOperator
 
 from polycube.errors import MeshingError
+from polycube.numerics.threads import parts, side_by_side
 
 logger = logging.getLogger(__name__)
 
 TOLERANCE = 1e-10  # of the residual, in the norm of the inverse, to the root of lambda - shift
 ROOM = 8  # vectors kept per pair sought, before a restart with a quarter of them
 ROUNDING = 1e-6  # residual, below which one that does not halve in PATIENCE iterations is final
-PATIENCE = 6
+PATIENCE = 3
 ITERATIONS = 500  # at most
+ROWS = 4000  # of tall matrices, from which two threads pay
 DEPENDENT = 1e-14  # share of the largest squared length, below which a direction is left out
 
 
@@ -42,13 +44,15 @@ def davidson(
     start = np.random.default_rng(0).standard_normal((stiffness.shape[0], n_pairs))
     space = _Space(stiffness, mass, ROOM * max(n_pairs, 4))
     space.add(precondition(mass @ start))
+    error = np.full(n_pairs, np.inf)  # of each pair when it was last looked at
     errors: list[float] = []
     while True:
         values, x, kx, mx = space.ritz(n_pairs)
-        residual = kx - mx * values
+        left = np.flatnonzero(error > TOLERANCE)
+        residual = kx[:, left] - mx[:, left] * values[left]
         better = precondition(residual)
         energy = np.einsum("nk,nk->k", residual, better)
-        error = np.sqrt(np.maximum(energy, 0) / (values - shift))
+        error[left] = np.sqrt(np.maximum(energy, 0) / (values[left] - shift))
         errors.append(error.max())
         before = min(errors[:-PATIENCE], default=np.inf)
         if errors[-1] <= TOLERANCE or (before < ROUNDING and min(errors) > before / 2):
@@ -57,7 +61,7 @@ def davidson(
             raise MeshingError(
                 f"the modes did not converge in {ITERATIONS} iterations: residual {errors[-1]:.1e}"
             )
-        space.add(better[:, error > TOLERANCE])
+        space.add(better[:, error[left] > TOLERANCE])
     logger.info(
         "eigenvalues %.3g to %.3g after %d iterations, %d vectors, residual at most %.1e",
         values[0],
@@ -77,38 +81,60 @@ class _Space:
         self.stiffness, self.mass = stiffness, mass
         self.seen = self.size = 0
         self._kept = np.zeros((3, stiffness.shape[0], room))
-
-    @property
-    def parts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """V, K V and M V, each (N, size)."""
-        v, kv, mv = self._kept[..., : self.size]
-        return v, kv, mv
+        self._small = np.zeros((room, room))  # V^T K V
 
     def add(self, w: np.ndarray) -> None:
         """Enlarge the space by the columns of w (N, k), made M-orthonormal to it."""
         self.seen += w.shape[1]
         if self.size + w.shape[1] > self._kept.shape[2]:
-            kept = np.stack(self.ritz(self._kept.shape[2] // 4)[1:])
-            self.size = kept.shape[2]
-            self._kept[..., : self.size] = kept
-        v, _, mv = self.parts
+            self._reduce(self._kept.shape[2] // 4)
+        v, _, mv = self._kept[..., : self.size]
         w = w / np.linalg.norm(w, axis=0)
         for _ in range(2):
-            w = w - v @ (mv.T @ w)
+            w = w - _combined(v, _products(mv, w))
             mw = self.mass @ w
-            lengths, turn = np.linalg.eigh(w.T @ mw)
+            lengths, turn = np.linalg.eigh(_products(w, mw))
             long = lengths > DEPENDENT * lengths[-1]
             turn = turn[:, long] / np.sqrt(lengths[long])
             w, mw = w @ turn, mw @ turn
-        end = self.size + w.shape[1]
-        for part, new in zip(self._kept, (w, self.stiffness @ w, mw), strict=True):
-            part[:, self.size : end] = new
-        self.size = end
+        kw = self.stiffness @ w
+        new = slice(self.size, self.size + w.shape[1])
+        for part, columns in zip(self._kept, (w, kw, mw), strict=True):
+            part[:, new] = columns
+        self.size = new.stop
+        beside = _products(self._kept[0, :, : self.size], kw)
+        self._small[: self.size, new] = beside
+        self._small[new, : self.size] = beside.T
 
     def ritz(self, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Lowest n Ritz values (n,), vectors x (N, n), K x and M x."""
-        v, kv, mv = self.parts
-        small = v.T @ kv
-        values, turn = np.linalg.eigh((small + small.T) / 2)
-        turn = turn[:, :n]
-        return values[:n], v @ turn, kv @ turn, mv @ turn
+        values, turn = self._lowest(n)
+        x, kx, mx = (_combined(part[:, : self.size], turn) for part in self._kept)
+        return values, x, kx, mx
+
+    def _lowest(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        """Ritz values, and the vectors in terms of V."""
+        values, turn = np.linalg.eigh(self._small[: self.size, : self.size])
+        return values[:n], turn[:, :n]
+
+    def _reduce(self, n: int) -> None:
+        values, turn = self._lowest(n)
+        for part in self._kept:
+            part[:, :n] = _combined(part[:, : self.size], turn)
+        self._small[:n, :n] = np.diag(values)
+        self.size = n
+
+
+def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a^T b of tall matrices, summed in an order that does not depend on the threads."""
+    cuts = parts(len(a), ROWS)
+    return sum(side_by_side([lambda cut=cut: a[cut].T @ b[cut] for cut in cuts]))
+
+
+def _combined(a: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """A tall matrix times a small one."""
+    found = np.empty((len(a), turn.shape[1]))
+    side_by_side(
+        [lambda cut=cut: np.matmul(a[cut], turn, out=found[cut]) for cut in parts(len(a), ROWS)]
+    )
+    return found
