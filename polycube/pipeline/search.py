@@ -272,13 +272,17 @@ def search(
     short = leader.best_short()
     beats_full = not tried[0].trial and short is not None and short[0] == leader.best
     enough = np.inf if beats_full else leader.acceptance.good
+    lost = np.inf  # features that a short run may lose to be repeated in full
     for _ in range(REPEATED):
         shorts = [(best, start) for start in tried if (best := start.best_short())]
         if not shorts or _leader(tried).reaches >= enough:
             break
         (_, number), start = max(shorts, key=lambda each: each[0][0])
+        if start.attempts[number, True].verdict.lost > lost:
+            break
         start.run(number)
         enough = -np.finfo(float).max  # another only where something is missed
+        lost = _leader(tried).taken().verdict.lost
     found = _leader(tried)
     return found if found.attempts else tried[0]
 

@@ -246,6 +246,26 @@ def test_two_short_runs_are_repeated_where_the_first_misses_something(floor, ful
     assert size(found.finish()[0]) == 4.0
 
 
+@dataclass(frozen=True)
+class Loses(AtLeast):
+    """A mesh loses so many features for each unit that it is smaller than 4."""
+
+    per_unit: int = 0
+
+    def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
+        found = super().__call__(hexes, surface)
+        return replace(found, lost=int(self.per_unit * (4 - hexes.vertices.max())))
+
+
+@pytest.mark.parametrize(("per_unit", "full"), [(0, [1.0, 4.0, 3.0]), (2, [1.0, 4.0])])
+def test_a_short_run_that_loses_more_features_than_the_best_is_not_repeated(per_unit, full):
+    options = [{"meshing/optimize": {"to": to}} for to in (1.0, 3.0, 4.0)]
+    stages = [Stage("meshing/optimize", Grow())]
+    judge = Loses(floor=10.0, good=20.0, per_unit=per_unit)
+    search([Variants(stages, options, START, judge, trial=TRIAL)], lambda tried: False)
+    assert [to for to, short in CALLS if not short] == full
+
+
 @pytest.mark.parametrize(("first", "large", "runs"), [(-1.0, 0, 1), (1.0, 0, 3), (-1.0, 9, 3)])
 def test_large_meshes_with_inverted_hexes_have_no_other_variants(monkeypatch, first, large, runs):
     monkeypatch.setattr("polycube.pipeline.search.LARGE", large)
