@@ -12,17 +12,19 @@ from polycube.diffusion.pairs.deformation import Deformation
 from polycube.registry import register
 
 if TYPE_CHECKING:
+    from polycube.diffusion.pairs.any_structure import LatticePairs
     from polycube.diffusion.pairs.pairs import Pairs
     from polycube.diffusion.pairs.templates import Context
 
-Grid = Sequence[int]
+Grid = Sequence[int] | None  # none for any structure
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
 TYPES = ("all", "published")
+N_POINTS = 1024  # of a pair without a grid
 SHAPES = {field.name for field in fields(Deformation)} - {"roughness"}
 
 
-def published(grid: Grid, primitives: Primitives) -> list[Context]:
+def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
     """Contexts of the published set: each primitive alone in each cell, the first in all cells.
 
     Nine of the 24 contexts of the 2x1 grid with four primitives.
@@ -41,6 +43,9 @@ def published(grid: Grid, primitives: Primitives) -> list[Context]:
 class Paired(Deformation):
     """Polycubes of all contexts of the grid, deformed into shapes like real parts.
 
+    With grid=any, random lattices as `polycube/diffusion/pairs/any_structure.py` makes them; the
+    options are of grids.
+
     Parameters
     ----------
     types : contexts: all of the grid, or published, the nine of the published 2x1 set
@@ -54,11 +59,14 @@ class Paired(Deformation):
         if self.types not in TYPES:
             raise ValueError(f"types must be {' or '.join(TYPES)}; got {self.types!r}")
 
-    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs:
+    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs | LatticePairs:
         """Pairs by number."""
+        from polycube.diffusion.pairs.any_structure import LatticePairs
         from polycube.diffusion.pairs.pairs import Pairs
         from polycube.diffusion.pairs.templates import contexts
 
+        if not grid:
+            return LatticePairs(seed, N_POINTS)
         chosen = {"all": contexts, "published": published}[self.types](grid, primitives)
         return Pairs(grid, primitives, chosen, self, seed)
 
@@ -83,5 +91,7 @@ class Published:
         """Pairs by number."""
         from polycube.diffusion.pairs.pairs import Pairs
 
+        if not grid:
+            raise ValueError("data=paper needs a grid; with grid=any take data=paired")
         noise = Deformation(**dict.fromkeys(SHAPES, 0.0), roughness=self.jitter)
         return Pairs(grid, primitives, published(grid, primitives), noise, seed, pads=True)

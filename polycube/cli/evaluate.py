@@ -21,6 +21,7 @@ from polycube import __version__, registry
 from polycube.cli.command import OTHER_FOLDER, command
 from polycube.cli.train import HELD_OUT
 from polycube.diffusion.denoiser import Denoiser
+from polycube.diffusion.training.any_evaluation import evaluate_any
 from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
 from polycube.diffusion.weights import load_denoiser, shipped
 from polycube.errors import InputError
@@ -54,6 +55,11 @@ TABLE = {  # head -> column of `diffusion.evaluation`, and its format
     "top-3 ": ("turned_top3", "{:.1%}"),
     "s": ("seconds", "{:.3g}"),
     "1/s": ("samples_per_second", "{:.3g}"),
+}
+WITHOUT_GRID = {  # the same of any structure; shown beside where there is such
+    "axis": ("labelled_axis", "{:.1%}"),
+    "knot": ("labelled_knot", "{:.1%}"),
+    "nearest: axis": ("nearest_axis", "{:.1%}"),
 }
 
 
@@ -90,16 +96,18 @@ def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
 
 def table(rows: Sequence[Row]) -> str:
     """Markdown: a line of every row's columns, empty where it has none, and one of every part."""
-    lines = [["weights", *TABLE], ["-"] * (1 + len(TABLE))]
+    has_any = any("nearest_axis" in row["columns"] for row in rows)
+    heads = TABLE | (WITHOUT_GRID if has_any else {})
+    lines = [["weights", *heads], ["-"] * (1 + len(heads))]
     for row in rows:
         columns = row["columns"]
         lines.append([_short(row["path"])])
-        lines[-1] += [f.format(columns[c]) if c in columns else "" for c, f in TABLE.values()]
+        lines[-1] += [f.format(columns[c]) if c in columns else "" for c, f in heads.values()]
     for row in rows:
         if row["parts"]:
-            heads = ("part", "genus", "hint", "context", "cost", "seconds")
-            lines += [[], [f"{_short(row['path'])}: {heads[0]}", *heads[1:]], ["-"] * len(heads)]
-            lines += [[str(part[head]) for head in heads] for part in row["parts"]]
+            titles = ("part", "genus", "hint", "context", "cost", "seconds")
+            lines += [[], [f"{_short(row['path'])}: {titles[0]}", *titles[1:]], ["-"] * len(titles)]
+            lines += [[str(part[head]) for head in titles] for part in row["parts"]]
     return "".join(f"| {' | '.join(line)} |\n" if line else "\n" for line in lines)
 
 
@@ -110,9 +118,14 @@ def main() -> None:
 
 def _measured(denoiser: Denoiser, cfg: Json) -> Row:
     """Columns of held-out pairs of the denoiser's grid, of all and of each kind of pair."""
-    primitives = voxels(denoiser.cells)
+    primitives = voxels(denoiser.condition.cells)
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
-    pairs = data(denoiser.grid, primitives, cfg["seed"] + HELD_OUT)
+    pairs = data(denoiser.condition.grid, primitives, cfg["seed"] + HELD_OUT)
+    if not denoiser.condition.grid:
+        columns = evaluate_any(
+            denoiser, pairs, cfg["pairs"], sampler, cfg["batch_size"], cfg["seed"]
+        )
+        return {"threads": threads(), "columns": summary(columns)}
     pairs.pads = denoiser.options.pads  # as many points as the network was trained to see
     made, columns = evaluate(
         denoiser, pairs, cfg["pairs"], primitives, sampler, cfg["batch_size"], cfg["seed"]
@@ -135,7 +148,7 @@ def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> l
     """What the structure plugin makes of surfaces with these weights; there is no truth, so its
     least cost, and what a person wrote of the part where a manifest has it."""
     config = {**cfg["structure"], "weights": path}
-    known = {"grid": denoiser.grid, "primitives": voxels(denoiser.cells)}
+    known = {"grid": denoiser.condition.grid, "primitives": voxels(denoiser.condition.cells)}
     rows = []
     for file in files:
         propose = registry.build("structure", config, **known)

@@ -56,31 +56,30 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     manifest.check(folder, ["loss.png", *WEIGHTS, *CHECKPOINTS], remedy=OTHER_FOLDER)
     L.seed_everything(cfg["seed"], verbose=False)
     data = _build("data", cfg["data"])
-    primitives = _checked(voxels, cfg["primitives"]["use"])
+    if cfg["grid"].get("among"):
+        raise InputError("grid=auto is found for a part; train.py needs a grid, or grid=any")
+    grid = cfg["grid"]["shape"]
+    primitives = _checked(voxels, cfg["primitives"]["use"]) if grid else {}
     config = _denoiser_config(cfg, pads=data.pads)
     denoiser = _checked(make_denoiser, config, _build)
     if cfg["begin_from"]:
         taken = begin_from(denoiser, load_denoiser(_build, cfg["begin_from"]))
         given = (taken, len(denoiser.state_dict()), cfg["begin_from"])
         logger.info("%d of %d tensors begin as those of %s", *given)
-    learning, grid = _learning(cfg), cfg["grid"]["shape"]
-
-    def images(seed: int) -> PairImages:
-        return PairImages(data(grid, primitives, seed), tuple(primitives))
-
-    training_images, size = images(cfg["seed"]), cfg["batch_size"]
+    learning, size = _learning(cfg), cfg["batch_size"]
+    pairs, others = (_checked(data, grid, primitives, cfg["seed"] + n) for n in (0, HELD_OUT))
     turned = None
     if denoiser.options.classifier:
-        turned = turned_contexts(training_images.pairs.contexts, grid, primitives)
+        turned = turned_contexts(pairs.contexts, grid, primitives)
     module = DDPMPolycube(denoiser, learning, _build("sampler", cfg["sampler"]), config, turned)
     training = training_loader(
-        training_images,
+        PairImages(pairs, denoiser.condition),
         size,
         cfg["batches_per_epoch"],
         cfg["workers"],
         done=lambda: module.pairs_done,
     )
-    held_out = validation_loader(images(cfg["seed"] + HELD_OUT), cfg["held_out"], size)
+    held_out = validation_loader(PairImages(others, denoiser.condition), cfg["held_out"], size)
     trainer, checkpoint = _trainer(cfg, folder), _checkpoint(cfg["ckpt"], config, folder)
     if cfg["fit"]:
         trainer.fit(module, training, held_out, ckpt_path=checkpoint)
@@ -111,7 +110,7 @@ def _write(
         history.draw({"sampled": history.curves(folder)}, scratch / "loss.png")
         save_denoiser(module.denoiser, config, metrics, scratch / "weights")
     path = folder / WEIGHTS[0]
-    logger.info("error %.3f cells; weights in %s", metrics.get("error", float("nan")), path)
+    logger.info("error %.3f; weights in %s", metrics.get("error", float("nan")), path)
 
 
 def _learning(cfg: Json) -> Learning:
@@ -136,12 +135,16 @@ def main() -> None:
 
 def _denoiser_config(cfg: Json, pads: bool) -> Recipe:
     """What is needed to build the denoiser again, kept with checkpoints and weights."""
+    grid = cfg["grid"]["shape"]
+    options = {**cfg["denoiser"], "pads": pads}
+    if not grid:  # no contexts that could be classified
+        options["classifier"] = False
     return {
-        "grid": list(cfg["grid"]["shape"]),
-        "primitives": list(cfg["primitives"]["use"]),
+        "grid": list(grid) if grid else None,
+        "primitives": list(cfg["primitives"]["use"]) if grid else [],
         "schedule": dict(cfg["schedule"]),
         "model": dict(cfg["model"]),
-        "options": {**cfg["denoiser"], "pads": pads},
+        "options": options,
     }
 
 

@@ -5,24 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
 from polycube.diffusion.classifier import ContextClassifier
-from polycube.diffusion.encoding import (
-    context_length,
-    context_vector,
-    image_size,
-    to_pixels,
-    to_points,
-    x_order,
-)
-from polycube.diffusion.pairs.pairs import n_sample_points
+from polycube.diffusion.conditions import Condition
+from polycube.diffusion.encoding import to_pixels, to_points, x_order
 from polycube.diffusion.pairs.templates import Context
 from polycube.diffusion.process import DiffusionProcess, Predict
-from polycube.structure.primitives import Item, primitive_name
 
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the kept states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
@@ -53,7 +46,7 @@ class DenoiserOptions:
     geometry_channels: bool = True  # the geometry's points beside x_t as three more channels
     normals: bool = True  # and its unit normals as three more
     labels: bool = True  # also says of each point its polycube face: axis, cell, wall
-    classifier: bool = True  # a second network says the context
+    classifier: bool = True  # a second network says the context; needs a grid
     noise_scale: float = 0.25  # s, in learning-frame units; the paper has 1
     pads: bool = False  # single cells have 512 points and zeros, as published
 
@@ -66,10 +59,13 @@ class DenoiserOptions:
 
 @dataclass(frozen=True, eq=False)
 class Denoised:
-    """Where points of geometries lie on their polycubes; cell edge 1, origin at the grid's corner.
+    """Where points of geometries lie on their polycubes.
 
-    log_labels : log-probabilities (B, N, 6) of the face's axis, (B, N, cells) of its grid cell,
-        (B, N, 2) of its being an outer wall or that of a hole; none if the network says no labels
+    On a grid a cell has edge 1 and the origin is at the grid's corner; else this is the learning
+    frame.
+
+    log_labels : log-probabilities (B, N, classes) of each of the labels of the condition; none if
+        the network says no labels
     """
 
     points: np.ndarray  # (B, N, 3)
@@ -78,34 +74,29 @@ class Denoised:
 
 
 class Denoiser(nn.Module):
-    """A network with its process, its grid and the contexts it knows.
+    """A network with its process and what it knows of structures.
 
     network : (channels, outputs, context_length, image) -> module, as a model plugin makes it
-    primitives : of a cell, by name or with options, in the order of the context vector
+    condition : a grid and its contexts, or any structure
     """
 
     def __init__(
         self,
         network: Callable[[int, int, int, tuple[int, int]], nn.Module],
         alpha_bar: np.ndarray,
-        grid: Sequence[int],
-        primitives: Sequence[Item],
+        condition: Condition,
         options: DenoiserOptions,
     ) -> None:
         super().__init__()
-        self.grid, self.cells, self.options = tuple(grid), tuple(primitives), options
-        self.primitives = tuple(map(primitive_name, primitives))
+        self.condition, self.options = condition, options
         self.process = DiffusionProcess(alpha_bar, options.noise_scale)
-        self.image = image_size(grid)
-        n_cells = int(np.prod(grid))
-        self.classes = (6, n_cells, 2) if options.labels else ()  # of axis, cell and wall
+        self.classes = tuple(condition.labels.values()) if options.labels else ()
         channels = 3 * (1 + options.geometry_channels + options.normals)
-        length = context_length(len(self.primitives), n_cells)
-        self.network = network(channels, 3 + sum(self.classes), length, self.image)
+        outputs = 3 + sum(self.classes)
+        self.network = network(channels, outputs, condition.length, condition.image)
         if options.classifier:
-            self.classifier = ContextClassifier(
-                3 * (1 + options.normals), n_cells, len(self.primitives)
-            )
+            n_cells, n_primitives = int(np.prod(condition.grid)), len(condition.primitives)
+            self.classifier = ContextClassifier(3 * (1 + options.normals), n_cells, n_primitives)
 
     def forward(self, x_t: Tensor, geometry: Tensor, t: Tensor, context: Tensor) -> Tensor:
         """What the network says about x_t (B, 3, h, w) at steps t (B,): target and label logits.
@@ -133,39 +124,40 @@ class Denoiser(nn.Module):
         return x_0
 
     def log_labels(self, geometry: Tensor, context: Tensor) -> tuple[Tensor, ...]:
-        """Log-probabilities (B, classes, h, w) of axis, cell and wall of each point at t = T."""
+        """Log-probabilities (B, classes, h, w) of each label of each point at t = T."""
         steps = torch.full((len(geometry),), self.process.steps, device=geometry.device)
         said = self(geometry[:, :3], geometry, steps, context)[:, 3:].float()
         return tuple(logits.log_softmax(dim=1) for logits in said.split(self.classes, dim=1))
 
-    def n_points(self, context: Context) -> int:
-        """Sample points of a geometry of this context."""
-        return n_sample_points(context, self.options.pads)
+    def n_points(self, told: Any) -> int:
+        """Sample points of a geometry of which this is told."""
+        return self.condition.n_points(told, self.options.pads)
 
-    def vectors(self, contexts: Sequence[Context]) -> Tensor:
-        """(B, K) context vectors; raises LookupError for a primitive that was not trained."""
-        n_cells = int(np.prod(self.grid))
-        rows = [context_vector(context, self.primitives, n_cells) for context in contexts]
-        return torch.from_numpy(np.stack(rows))
+    def vectors(self, told: Sequence[Any]) -> Tensor:
+        """(B, K) vectors of what is told; raises LookupError for a primitive not trained."""
+        return torch.from_numpy(np.stack([self.condition.vector(each) for each in told]))
 
     @_same_everywhere()
     def denoise(
         self,
         points: np.ndarray,
         normals: np.ndarray,
-        contexts: Sequence[Context],
+        told: Sequence[Any],
         sampler: Sampler,
         seed: int,
     ) -> Denoised:
-        """Polycube points for (B, N, 3) points and normals of geometries in the learning frame."""
+        """Polycube points for (B, N, 3) points and normals of geometries in the learning frame.
+
+        told : of each geometry its context on the grid; without a grid its genus, or None
+        """
         self.eval()
         order = x_order(points)
-        geometry, context = self._images(points, normals, order), self.vectors(contexts)
+        geometry, context = self._images(points, normals, order), self.vectors(told)
         predict = self.predict(geometry, context)
         draw = torch.Generator().manual_seed(seed)
         x_0, states = sampler(predict, geometry[:, :3], self.process, draw)
         labels = self.log_labels(geometry, context) if self.classes else ()
-        origin = np.array(self.grid) / 2
+        origin = self.condition.origin
         return Denoised(
             to_points(x_0.numpy(), order) + origin,
             np.stack([to_points(s.numpy(), order) for s in states]) + origin,
@@ -199,10 +191,10 @@ class Denoiser(nn.Module):
 
     def classes_of(self, contexts: Sequence[Context]) -> Tensor:
         """(C, n_cells) int64 number of each cell's primitive; that of empty comes last."""
-        number = {name: i for i, name in enumerate((*self.primitives, None))}
+        number = {name: i for i, name in enumerate((*self.condition.primitives, None))}
         return torch.tensor([[number[name] for name in context] for context in contexts])
 
     def _images(self, points: np.ndarray, normals: np.ndarray, order: np.ndarray) -> Tensor:
         """(B, 6, h, w)"""
-        both = [to_pixels(rows, order, self.image) for rows in (points, normals)]
+        both = [to_pixels(rows, order, self.condition.image) for rows in (points, normals)]
         return torch.from_numpy(np.concatenate(both, axis=1))

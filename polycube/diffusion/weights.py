@@ -18,11 +18,12 @@ from safetensors.torch import load_file, save
 from torch import Tensor
 
 from polycube import HOME
+from polycube.diffusion.conditions import condition
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.errors import InputError
 from polycube.io.atomic import atomic_write
 
-SHIPPED = HOME / "plugins" / "weights"  # a folder for each grid, such as 2x1
+SHIPPED = HOME / "plugins" / "weights"  # a folder for each grid, such as 2x1, and any
 PAPERS = (2, 1, 1)  # the grid of the paper
 
 # (kind, config) -> plugin: `polycube.registry.build`, handed in because it lies above this layer
@@ -32,7 +33,7 @@ Build = Callable[[str, Mapping[str, object]], Callable]
 class Recipe(TypedDict):
     """What is needed to build an untrained denoiser; plain values, as YAML has them."""
 
-    grid: list[int]
+    grid: list[int] | None  # none for any structure
     primitives: list[str]
     schedule: dict[str, object]
     model: dict[str, object]
@@ -41,13 +42,13 @@ class Recipe(TypedDict):
 
 def shipped_grids() -> list[tuple[int, ...]]:
     """Grids whose weights ship, smallest first."""
-    names = [path.parent.name for path in SHIPPED.glob("*/weights.safetensors")]
+    names = [path.parent.name for path in SHIPPED.glob("*x*/weights.safetensors")]
     grids = [tuple(map(int, (name + "x1").split("x")[:3])) for name in names]
     return sorted(grids, key=lambda grid: (math.prod(grid), grid))
 
 
 def shipped(grid: Sequence[int] = PAPERS) -> Path:
-    """Folder of the weights that ship for a grid; raises InputError if none do."""
+    """Folder of the weights for a grid, () for any structure; raises InputError if none ship."""
     folder = SHIPPED / _name(grid)
     if not (folder / "weights.safetensors").is_file():
         known = ", ".join(map(_name, shipped_grids())) or "none"
@@ -59,7 +60,9 @@ def shipped(grid: Sequence[int] = PAPERS) -> Path:
 
 
 def _name(grid: Sequence[int]) -> str:
-    """2x1 for (2, 1, 1), 2x2x2 for (2, 2, 2)."""
+    """2x1 for (2, 1, 1), 2x2x2 for (2, 2, 2), any for ()."""
+    if not grid:
+        return "any"
     return "x".join(map(str, grid if grid[2] > 1 else grid[:2]))
 
 
@@ -72,8 +75,7 @@ def make_denoiser(config: Recipe, build: Build) -> Denoiser:
     return Denoiser(
         build("model", config["model"]),
         build("schedule", config["schedule"])(),
-        config["grid"],
-        config["primitives"],
+        condition(config["grid"], config["primitives"]),
         DenoiserOptions(**options),
     )
 

@@ -46,7 +46,9 @@ def propose(
 def grids(settings: Settings) -> list[Grid]:
     """The grid, or those of grid=auto; of these the first that a given context fits."""
     given = settings.grid["shape"]
-    shapes = [tuple(shape) for shape in ([given] if given else settings.grid["among"])]
+    shapes = [tuple(shape) for shape in ([given] if given else settings.grid.get("among", []))]
+    if not shapes:
+        raise InputError("grid=any is for train.py; a part has a grid of cells, or grid=auto")
     if not settings.context:
         return shapes
     large = [shape for shape in shapes if len(settings.context) <= math.prod(shape)]

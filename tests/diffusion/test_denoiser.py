@@ -5,6 +5,7 @@ import pytest
 import torch
 from torch import Tensor, nn
 
+from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.diffusion.encoding import x_order
 from polycube.diffusion.weights import load_denoiser
@@ -29,7 +30,7 @@ class Halved(nn.Module):
 
 
 def known(**options: object) -> Denoiser:
-    return Denoiser(Halved, ALPHA_BAR, (2, 1, 1), FOUR, DenoiserOptions(**options))
+    return Denoiser(Halved, ALPHA_BAR, GridContexts((2, 1, 1), FOUR), DenoiserOptions(**options))
 
 
 def cloud(n: int = 1024, batch: int = 2) -> tuple[np.ndarray, np.ndarray]:
@@ -94,7 +95,7 @@ def test_the_network_sees_what_it_is_meant_to_see(points: bool, normals: bool) -
             return x
 
     options = DenoiserOptions(geometry_channels=points, normals=normals)
-    denoiser = Denoiser(Spy, ALPHA_BAR, (2, 1, 1), ("cube",), options)
+    denoiser = Denoiser(Spy, ALPHA_BAR, GridContexts((2, 1, 1), ("cube",)), options)
     x_t, geometry = torch.full((1, 3, 32, 32), 7.0), torch.arange(6.0)[:, None, None]
     geometry = geometry.expand(1, 6, 32, 32)
     denoiser.predict(geometry, torch.zeros(1, 5))(x_t, 30)

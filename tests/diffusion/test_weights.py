@@ -35,7 +35,8 @@ def test_loading_gives_the_saved_network(denoiser: Denoiser, config: dict, tmp_p
         again = load_denoiser(build, given)
         assert torch.allclose(_answer(again), _answer(denoiser), atol=5e-3)
         assert not again.training
-        assert again.primitives == denoiser.primitives and again.grid == (2, 1, 1)
+        assert again.condition.primitives == denoiser.condition.primitives
+        assert again.condition.grid == (2, 1, 1)
     assert json.loads(path.with_suffix(".json").read_text()) == {"error": 0.5}
     assert yaml.safe_load(path.with_suffix(".yaml").read_text()) == config
 
@@ -43,15 +44,15 @@ def test_loading_gives_the_saved_network(denoiser: Denoiser, config: dict, tmp_p
 @pytest.mark.parametrize("grid", shipped_grids())
 def test_shipped_weights_know_their_grid_and_are_small(grid: tuple[int, ...]) -> None:
     denoiser = load_denoiser(build, grid=grid)
-    assert denoiser.grid == grid
-    assert {"cube", "hole_z", "hole_x", "hole_y"} <= set(denoiser.primitives)
+    assert denoiser.condition.grid == grid
+    assert {"cube", "hole_z", "hole_x", "hole_y"} <= set(denoiser.condition.primitives)
     assert (shipped(grid) / "weights.safetensors").stat().st_size < 20e6
 
 
 def test_the_papers_grid_ships_and_is_the_default() -> None:
     assert (2, 1, 1) in shipped_grids()
     assert shipped() == shipped((2, 1, 1)) == SHIPPED / "2x1"
-    assert load_denoiser(build).primitives == ("cube", "hole_z", "hole_x", "hole_y")
+    assert load_denoiser(build).condition.primitives == ("cube", "hole_z", "hole_x", "hole_y")
 
 
 def test_a_grid_without_weights_is_refused_with_those_that_have_some() -> None:

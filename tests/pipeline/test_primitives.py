@@ -66,8 +66,8 @@ def test_weights_keep_the_options_of_primitives(notch, tmp_path):
     folder = tmp_path / "weights"
     save_denoiser(make_denoiser(config, registry.build), config, {}, folder)
     trained = load_denoiser(registry.build, folder)
-    assert trained.primitives == ("cube", "notch_depth_2")
-    assert not voxels(trained.cells)["notch_depth_2"][1:, 0, 2].any()
+    assert trained.condition.primitives == ("cube", "notch_depth_2")
+    assert not voxels(trained.condition.cells)["notch_depth_2"][1:, 0, 2].any()
 
 
 @pytest.mark.parametrize("made", [np.ones((4, 4, 4), bool), np.ones((3, 3, 3)), [True]])

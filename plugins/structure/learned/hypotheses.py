@@ -68,15 +68,17 @@ def known_denoiser(
         logger.info("no weights ship for grid %s; nothing proposed", "x".join(map(str, grid)))
         return None
     denoiser = load_denoiser(build, weights, grid)
-    if tuple(grid) == denoiser.grid and set(primitives) <= set(denoiser.primitives):
+    if tuple(grid) == denoiser.condition.grid and set(primitives) <= set(
+        denoiser.condition.primitives
+    ):
         return denoiser
     logger.log(
         logging.INFO if weights is None else logging.WARNING,
         "nothing proposed%s on grid %s: the weights know grid %s with %s only",
         f" by {weights}" if weights else "",
         "x".join(map(str, grid)),
-        "x".join(map(str, denoiser.grid)),
-        ", ".join(denoiser.primitives),
+        "x".join(map(str, denoiser.condition.grid)),
+        ", ".join(denoiser.condition.primitives),
     )
     return None
 
@@ -131,14 +133,14 @@ def _solids(
     denoiser: Denoiser, primitives: Mapping[str, np.ndarray], wanted: int
 ) -> Callable[[tuple[int, ...]], Polycube | None]:
     """The solid of a filling, None where it is not one of the wanted genus or starts elsewhere."""
-    names = (*denoiser.primitives, None)
+    names = (*denoiser.condition.primitives, None)
 
     @cache
     def solid(filling: tuple[int, ...]) -> Polycube | None:
         context = tuple(names[number] for number in filling)
         if not any(context) or not set(context) <= {*primitives, None}:
             return None
-        polycube = collapse(lattice(denoiser.grid, context, primitives))
+        polycube = collapse(lattice(denoiser.condition.grid, context, primitives))
         at_corner = all(knots[0] == 0 for knots in polycube.knots)  # others are the same, moved
         fits = at_corner and genus(polycube) == wanted and is_manifold(polycube)
         return polycube if fits else None
@@ -157,7 +159,7 @@ def _fillings(
     denoiser: Denoiser, surface: TriMesh, placed: list[np.ndarray], seed: int
 ) -> Iterator[tuple[int, tuple[int, ...], float]]:
     """Orientation, filling as numbers of primitives, log-probability; likeliest first in each."""
-    n_points = int(np.prod(denoiser.image))
+    n_points = int(np.prod(denoiser.condition.image))
     points, normals = sample(surface, n_points, np.random.default_rng(seed))
     seen = np.stack([learning_frame(surface.vertices, r).apply(points) for r in placed])
     turned = np.stack([normals @ r.T for r in placed])
@@ -165,7 +167,11 @@ def _fillings(
         log_cells, log_along = denoiser.log_cells(seen, turned)
     else:
         log_cells = np.zeros(
-            (len(placed), int(np.prod(denoiser.grid)), len(denoiser.primitives) + 1)
+            (
+                len(placed),
+                int(np.prod(denoiser.condition.grid)),
+                len(denoiser.condition.primitives) + 1,
+            )
         )
         log_along = np.zeros(len(placed))
     cells = np.empty((len(placed), 1, 0), int)

@@ -20,6 +20,7 @@ from polycube.diffusion.pairs.widths import random_knots
 from polycube.types import Polycube, freeze
 
 STYLES = ("cad", "organic", "both")
+UNTOLD = 0.1  # share of pairs whose genus is not told, as that of a noisy scan is not known
 CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # the box of the learning frame
 
 
@@ -59,6 +60,7 @@ class Part:
     geometry: np.ndarray  # (V, 3)
     surface: Tessellation  # of the polycube; its triangles are those of the geometry too
     polycube: Polycube
+    genus: int
     style: str
 
 
@@ -68,16 +70,17 @@ class LatticePair:
 
     geometry: np.ndarray  # (N, 3)
     normals: np.ndarray  # (N, 3) outward unit normals of the geometry
-    points: np.ndarray  # (N, 3) of the polycube
+    polycube: np.ndarray  # (N, 3)
     labels: np.ndarray  # (N, 2) of its face there: outward axis 0..5, knot number on that axis
-    polycube: Polycube  # collapsed
+    solid: Polycube  # collapsed
+    genus: int | None  # as it is told; UNTOLD of the pairs say none
 
     def __post_init__(self) -> None:
         freeze(
             self,
             geometry=("N 3", np.float64),
             normals=("N 3", np.float64),
-            points=("N 3", np.float64),
+            polycube=("N 3", np.float64),
             labels=("N 2", np.int64),
         )
 
@@ -95,7 +98,7 @@ class LatticePairs:
         faces = part.surface.faces
         face, weights = sample(faces, part.geometry, self.n_points, rng)
         corners = part.geometry[faces[face]]
-        points = np.einsum("nk,nkd->nd", weights, part.surface.vertices[faces[face]])
+        polycube = np.einsum("nk,nkd->nd", weights, part.surface.vertices[faces[face]])
         geometry = np.einsum("nk,nkd->nd", weights, corners)
         normals = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
         deformation = self.options.deformation
@@ -103,9 +106,10 @@ class LatticePairs:
         return LatticePair(
             geometry + rng.normal(0, noise, geometry.shape),
             _unit(normals + rng.normal(0, tilt, normals.shape)),
-            points,
+            polycube,
             np.stack([part.surface.axis[face], part.surface.knot[face]], axis=1),
             part.polycube,
+            None if rng.random() < UNTOLD else part.genus,
         )
 
     def part(self, index: int) -> Part:
@@ -127,7 +131,7 @@ class LatticePairs:
             in_cube = np.concatenate([x, CUBE])  # so that a thin part bends as a thick one does
             x = options.deformation.bent(in_cube, rng)[: -len(CUBE)]
         polycube = Polycube(lattice.occupancy, *knots, (1, 1, 1), ("lattice",))
-        return Part(learning_frame(x).apply(x), surface, polycube, style)
+        return Part(learning_frame(x).apply(x), surface, polycube, lattice.genus, style)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

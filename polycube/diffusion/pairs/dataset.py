@@ -11,8 +11,10 @@ import torch
 from torch import Tensor, distributed
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from polycube.diffusion.encoding import context_vector, image_size, to_pixels, x_order
-from polycube.diffusion.pairs.pairs import Pair, Pairs
+from polycube.diffusion.conditions import Condition
+from polycube.diffusion.encoding import to_pixels, x_order
+from polycube.diffusion.pairs.any_structure import LatticePair
+from polycube.diffusion.pairs.pairs import Pair
 
 
 class Batch(NamedTuple):
@@ -20,21 +22,19 @@ class Batch(NamedTuple):
 
     geometry: Tensor  # (B, 6, h, w) points and outward unit normals, 0 where padded
     polycube: Tensor  # (B, 3, h, w) x_0
-    context: Tensor  # (B, K) context vectors
-    labels: Tensor  # (B, 3, h, w) int64: axis, cell and wall of `Pair.labels`, -1 where padded
+    context: Tensor  # (B, K) vectors of what is told
+    labels: Tensor  # (B, L, h, w) int64: the labels of the condition, -1 where padded
     number: Tensor  # (B,) int64 number of the pair in its stream
 
 
 class PairImages(Dataset):
     """Pair `index` of a stream as images."""
 
-    def __init__(self, pairs: Pairs, primitives: tuple[str, ...]) -> None:
-        self.pairs, self.primitives = pairs, primitives
+    def __init__(self, pairs: Callable[[int], Pair | LatticePair], condition: Condition) -> None:
+        self.pairs, self.condition = pairs, condition
 
     def __getitem__(self, index: int) -> Batch:
-        pair = self.pairs(index)
-        made = images(pair, self.pairs.grid, self.primitives)
-        return Batch(*made, torch.tensor(index))
+        return Batch(*images(self.pairs(index), self.condition), torch.tensor(index))
 
 
 class Kept(Dataset):
@@ -47,11 +47,9 @@ class Kept(Dataset):
         return self.made(index)
 
 
-def images(
-    pair: Pair, grid: tuple[int, ...], primitives: tuple[str, ...]
-) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Geometry (6, h, w), polycube (3, h, w), context vector (K,) and labels (3, h, w)."""
-    order, size = x_order(pair.geometry), image_size(grid)
+def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Geometry (6, h, w), polycube (3, h, w), what is told (K,) and labels (L, h, w)."""
+    order, size = x_order(pair.geometry), condition.image
     points, normals, polycube, labels = (
         to_pixels(rows, order, size)
         for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
@@ -59,7 +57,7 @@ def images(
     return (
         torch.from_numpy(np.concatenate([points, normals])),
         torch.from_numpy(polycube),
-        torch.from_numpy(context_vector(pair.context, primitives, int(np.prod(grid)))),
+        torch.from_numpy(condition.vector(condition.told(pair))),
         torch.from_numpy(labels.astype(np.int64) - 1),
     )
 

@@ -48,7 +48,7 @@ def draw(trainings: Mapping[str, Curves], path: Path) -> Path:
         for name, told in BESIDE.items():
             if name in known:
                 right.plot(*known[name].T, ls=":", label=told)
-    for axes, title in ((left, "loss"), (right, "error of held-out pairs [cells]")):
+    for axes, title in ((left, "loss"), (right, "error of held-out pairs")):
         axes.set(title=title, xlabel="step", yscale="log")
         axes.grid(alpha=0.3, which="both")
         if axes.has_data() and (len(trainings) > 1 or axes is right):

@@ -172,7 +172,7 @@ class DDPMPolycube(L.LightningModule):
         self.log("samples_per_second", speed, prog_bar=True, sync_dist=True)
 
     def validation_step(self, batch: Batch, index: int) -> None:
-        """Distances, in cells, of sampled points from where they should be; what is said right."""
+        """Distances of sampled points from where they should be; what is said right."""
         geometry, truth = batch.geometry, batch.polycube
         generator = torch.Generator().manual_seed(self.learning.seed)
         predict, x_T = self.denoiser.predict(geometry, batch.context), geometry[:, :3]
@@ -183,7 +183,7 @@ class DDPMPolycube(L.LightningModule):
             self._measured[name].append((x - truth).norm(dim=1)[real].float())
         if self.denoiser.classes:
             log_p = self.denoiser.log_labels(geometry, batch.context)
-            for i, name in enumerate(("axis", "cell", "wall")):
+            for i, name in enumerate(self.denoiser.condition.labels):
                 right = log_p[i].argmax(dim=1) == batch.labels[:, i]
                 self._measured[f"right/{name}"].append(right[real].float())
         if self.turned is not None:

@@ -40,16 +40,16 @@ def test_another_process_makes_the_same_pairs() -> None:
         there = list(pool.map(LatticePairs(3, 64), range(6)))
     for number, pair in enumerate(there):
         here = LatticePairs(3, 64)(number)
-        for field in ("geometry", "normals", "points", "labels"):
+        for field in ("geometry", "normals", "polycube", "labels"):
             assert np.array_equal(getattr(here, field), getattr(pair, field))
-        assert np.array_equal(here.polycube.x, pair.polycube.x)
+        assert np.array_equal(here.solid.x, pair.solid.x)
 
 
 def test_both_sides_are_in_the_learning_frame(pairs: list[LatticePair]) -> None:
     for pair in pairs:
-        assert pair.geometry.shape == pair.normals.shape == pair.points.shape == (256, 3)
+        assert pair.geometry.shape == pair.normals.shape == pair.polycube.shape == (256, 3)
         assert np.abs(pair.geometry).max() < 1.05
-        ends = np.array([[knots[0], knots[-1]] for knots in pair.polycube.knots])
+        ends = np.array([[knots[0], knots[-1]] for knots in pair.solid.knots])
         assert ends.sum(axis=1) == pytest.approx(0, abs=1e-12)
         assert ends.max() == pytest.approx(1)
         assert np.linalg.norm(pair.normals, axis=1) == pytest.approx(1)
@@ -57,22 +57,22 @@ def test_both_sides_are_in_the_learning_frame(pairs: list[LatticePair]) -> None:
 
 def test_the_polycube_is_a_collapsed_manifold_without_slivers(pairs: list[LatticePair]) -> None:
     for pair in pairs:
-        assert is_manifold(pair.polycube)
-        assert collapse(pair.polycube).occupancy.shape == pair.polycube.occupancy.shape
-        assert min(np.diff(knots).min() for knots in pair.polycube.knots) > 0.03
+        assert is_manifold(pair.solid)
+        assert collapse(pair.solid).occupancy.shape == pair.solid.occupancy.shape
+        assert min(np.diff(knots).min() for knots in pair.solid.knots) > 0.03
 
 
 def test_labels_are_of_the_face_that_a_point_lies_on(pairs: list[LatticePair]) -> None:
     """On the plane of its knot; solid a little inwards, empty a little outwards."""
     for pair in pairs:
         axis, number = pair.labels.T
-        for a, knots in enumerate(pair.polycube.knots):
+        for a, knots in enumerate(pair.solid.knots):
             own = axis // 2 == a
-            assert np.abs(pair.points[own, a] - knots[number[own]]).max(initial=0) < 1e-12
-        full = np.pad(pair.polycube.occupancy, 1)
+            assert np.abs(pair.polycube[own, a] - knots[number[own]]).max(initial=0) < 1e-12
+        full = np.pad(pair.solid.occupancy, 1)
         for side, expected in ((-1e-9, True), (1e-9, False)):
-            places = (pair.points + side * OUTWARD[axis]).T
-            knots = pair.polycube.knots
+            places = (pair.polycube + side * OUTWARD[axis]).T
+            knots = pair.solid.knots
             at = [np.searchsorted(k, x) for k, x in zip(knots, places, strict=True)]
             assert (full[tuple(at)] == expected).all()
 
@@ -80,7 +80,7 @@ def test_labels_are_of_the_face_that_a_point_lies_on(pairs: list[LatticePair]) -
 def test_without_shapes_and_deformation_the_geometry_is_the_polycube() -> None:
     for number in range(10):
         pair = LatticePairs(0, 128, PLAIN)(number)
-        assert pair.geometry == pytest.approx(pair.points, abs=1e-12)
+        assert pair.geometry == pytest.approx(pair.polycube, abs=1e-12)
         assert pair.normals == pytest.approx(OUTWARD[pair.labels[:, 0]], abs=1e-9)
 
 

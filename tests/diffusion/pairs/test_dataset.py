@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.encoding import to_points, x_order
 from polycube.diffusion.pairs.dataset import (
     Batch,
@@ -19,7 +20,7 @@ from polycube.registry import build
 
 def test_images_show_the_pair_in_order(pairs: Pairs, primitives: dict) -> None:
     pair = pairs(7)
-    shown = PairImages(pairs, tuple(primitives))[7]
+    shown = PairImages(pairs, GridContexts(pairs.grid, tuple(primitives)))[7]
     assert shown.geometry.dtype == shown.polycube.dtype == shown.context.dtype == torch.float32
     along = x_order(pair.geometry)
     both = np.hstack([pair.geometry, pair.normals])
@@ -31,13 +32,15 @@ def test_images_show_the_pair_in_order(pairs: Pairs, primitives: dict) -> None:
 
 
 def test_the_papers_order_is_by_x(pairs: Pairs, primitives: dict) -> None:
-    shown = PairImages(pairs, tuple(primitives))[7]
+    shown = PairImages(pairs, GridContexts(pairs.grid, tuple(primitives)))[7]
     assert (np.diff(shown.geometry[0].ravel()) >= 0).all()
 
 
 def test_padded_pixels_are_zero_and_have_no_label(primitives: dict) -> None:
     published = build("data", {"plugin": "paper"})((2, 1, 1), primitives, seed=0)
-    shown = PairImages(published, tuple(primitives))[0]  # one cell: 512 points
+    shown = PairImages(published, GridContexts(published.grid, tuple(primitives)))[
+        0
+    ]  # one cell: 512 points
     padded = torch.arange(1024).reshape(32, 32) >= 512
     assert (shown.geometry[:, padded] == 0).all() and (shown.polycube[:, padded] == 0).all()
     assert (shown.labels[:, padded] == -1).all() and (shown.labels[:, ~padded] >= 0).all()
@@ -73,7 +76,7 @@ def test_processes_share_the_numbers_and_their_batches_are_one(
 
 
 def test_batches_do_not_depend_on_the_number_of_workers(pairs: Pairs, primitives: dict) -> None:
-    dataset = PairImages(pairs, tuple(primitives))
+    dataset = PairImages(pairs, GridContexts(pairs.grid, tuple(primitives)))
     alone, helped = (list(training_loader(dataset, 4, 3, n, lambda: 5)) for n in (0, 1))
     assert alone[0].number.tolist() == [5, 6, 7, 8]
     assert len(alone) == 3
@@ -82,7 +85,7 @@ def test_batches_do_not_depend_on_the_number_of_workers(pairs: Pairs, primitives
 
 
 def test_held_out_pairs_are_the_first_of_their_stream(pairs: Pairs, primitives: dict) -> None:
-    dataset = PairImages(pairs, tuple(primitives))
+    dataset = PairImages(pairs, GridContexts(pairs.grid, tuple(primitives)))
     batches = list(validation_loader(dataset, 5, 2))
     assert [batch.number.tolist() for batch in batches] == [[0, 1], [2, 3], [4]]
     assert torch.equal(batches[2].geometry[0], dataset[4].geometry)
@@ -96,7 +99,7 @@ def test_held_out_pairs_are_made_once(pairs: Pairs, primitives: dict) -> None:
             made.append(index)
             return super().__getitem__(index)
 
-    loader = validation_loader(Counted(pairs, tuple(primitives)), 3, 2)
+    loader = validation_loader(Counted(pairs, GridContexts(pairs.grid, tuple(primitives))), 3, 2)
     first, again = list(loader), list(loader)
     assert made == [0, 1, 2]
     assert all(torch.equal(a.geometry, b.geometry) for a, b in zip(first, again, strict=True))

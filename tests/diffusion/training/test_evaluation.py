@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from polycube.diffusion.classifier import ContextClassifier
+from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.diffusion.pairs.dataset import Batch, PairImages
 from polycube.diffusion.pairs.pairs import Pair, Pairs
@@ -76,7 +77,7 @@ def third_moments(geometry: Tensor) -> Tensor:
 
 @pytest.fixture(scope="module")
 def images(pairs: Pairs) -> Batch:
-    made = [PairImages(pairs, PRIMITIVES)[i] for i in range(N)]
+    made = [PairImages(pairs, GridContexts(GRID, PRIMITIVES))[i] for i in range(N)]
     return Batch(*(torch.stack(images) for images in zip(*made, strict=True)))
 
 
@@ -90,7 +91,7 @@ def measured(pairs: Pairs, primitives: dict, images: Batch) -> Callable:
         options = DenoiserOptions(**{"classifier": False, "normals": False, **options})
         knows = Knows(images.geometry[:, :3], answers)
         alpha_bar = build("schedule", {"plugin": "linear", "steps": 20})()
-        denoiser = Denoiser(lambda *_: knows, alpha_bar, GRID, PRIMITIVES, options)
+        denoiser = Denoiser(lambda *_: knows, alpha_bar, GridContexts(GRID, PRIMITIVES), options)
         chosen = build("sampler", {"plugin": sampler})
         return evaluate(denoiser, pairs, N, primitives, chosen, batch_size=10)
 
@@ -203,7 +204,7 @@ def classified(
     alpha_bar = build("schedule", {"plugin": "linear", "steps": 20})()
     knows = Knows(images.geometry[:, :3], images.polycube)
     options = DenoiserOptions(normals=False, labels=False)
-    denoiser = Denoiser(lambda *_: knows, alpha_bar, GRID, PRIMITIVES, options)
+    denoiser = Denoiser(lambda *_: knows, alpha_bar, GridContexts(GRID, PRIMITIVES), options)
     denoiser.classifier = classifier
     sampler = build("sampler", {"plugin": "ddim"})
     return summary(evaluate(denoiser, pairs, N, primitives, sampler, batch_size=16)[1])

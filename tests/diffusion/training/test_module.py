@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.pairs.dataset import Batch, PairImages
 from polycube.diffusion.pairs.pairs import Pairs
 from polycube.diffusion.pairs.shapes import UNTURNED, turned_contexts
@@ -21,7 +22,7 @@ QUARTER = torch.tensor([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # about z: x to y
 
 
 def _batch(pairs: Pairs, numbers: range) -> Batch:
-    images = PairImages(pairs, ("cube", "hole_z", "hole_x", "hole_y"))
+    images = PairImages(pairs, GridContexts(GRID, ("cube", "hole_z", "hole_x", "hole_y")))
     rows = [images[i] for i in numbers]
     return Batch(*(torch.stack(column) for column in zip(*rows, strict=True)))
 

@@ -1,0 +1,66 @@
+"""How much of any structure is read rightly, on pairs that were never trained on.
+
+Distances are in units of the learning frame, in which the longest edge of a part is 2.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from polycube.diffusion.denoiser import Denoiser, Sampler
+from polycube.diffusion.pairs.any_structure import LatticePair
+from polycube.diffusion.training.evaluation import Columns, one_step
+
+
+def evaluate_any(
+    denoiser: Denoiser,
+    pairs: Callable[[int], LatticePair],
+    n_pairs: int,
+    sampler: Sampler,
+    batch_size: int,
+    seed: int = 0,
+) -> list[Columns]:
+    """Columns of the first pairs of a stream.
+
+    error, error_one_step, error_untouched : distance of x_0, of the first prediction and of the
+        geometry from the truth
+    labelled_axis, labelled_knot : whether the likeliest label is right
+    nearest_axis : whether the axis nearest to the normal is right, which needs no network
+    seconds_in_batch : clock time of sampling, per pair
+    """
+    columns: list[Columns] = []
+    for first in range(0, n_pairs, batch_size):
+        made = [pairs(index) for index in range(first, min(first + batch_size, n_pairs))]
+        points, normals = (np.stack([getattr(p, n) for p in made]) for n in ("geometry", "normals"))
+        told = [pair.genus for pair in made]
+        began = time.perf_counter()
+        denoised = denoiser.denoise(points, normals, told, sampler, seed)
+        each = (time.perf_counter() - began) / len(made)
+        direct = denoiser.denoise(points, normals, told, one_step, seed).points
+        for k, pair in enumerate(made):
+            said = [log_p[k].argmax(axis=1) for log_p in denoised.log_labels]
+            columns.append(
+                {
+                    "error": _distance(denoised.points[k], pair.polycube),
+                    "error_one_step": _distance(direct[k], pair.polycube),
+                    "error_untouched": _distance(pair.geometry, pair.polycube),
+                    "nearest_axis": nearest_axis(pair.normals) == pair.labels[:, 0],
+                    "seconds_in_batch": np.array([each]),
+                }
+            )
+            for i, name in enumerate(denoiser.condition.labels if said else ()):
+                columns[-1][f"labelled_{name}"] = said[i] == pair.labels[:, i]
+    return columns
+
+
+def nearest_axis(normals: np.ndarray) -> np.ndarray:
+    """(N,) 0..5, the direction of types.AXES nearest to each normal (N, 3)."""
+    axis = np.abs(normals).argmax(axis=1)
+    return 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
+
+
+def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(a - b, axis=1)

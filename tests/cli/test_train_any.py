@@ -1,0 +1,37 @@
+"""Training without a grid, from the command line: both networks, evaluation, refusals."""
+
+from pathlib import Path
+
+import pytest
+
+from polycube.cli.evaluate import evaluate_weights
+from polycube.cli.train import train
+from polycube.config import compose
+from polycube.diffusion.weights import load_denoiser
+from polycube.errors import InputError
+from polycube.registry import build
+from tests.fixtures.trainings import config
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
+
+
+@pytest.mark.parametrize("network", [["model=tiny"], ["model=points", "model.width=16"]])
+def test_a_training_of_any_structure_gives_weights_that_can_be_measured(
+    network: list[str], tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    metrics = train(config("grid=any", *network), tmp_path / "run")
+    assert metrics["samples"] == 16 and 0 <= metrics["right_knot"] <= 1
+    denoiser = load_denoiser(build, tmp_path / "run")
+    assert denoiser.condition.grid == () and denoiser.classes == (6, 7)
+    assert not denoiser.options.classifier
+    cfg = compose("evaluate", [f"weights={tmp_path}/run", "pairs=5", "batch_size=4"])
+    [row] = evaluate_weights(cfg, tmp_path / "found")["weights"]
+    assert {"error", "labelled_axis", "labelled_knot", "nearest_axis"} <= set(row["columns"])
+    assert "| axis | knot | nearest: axis |" in capsys.readouterr().out
+
+
+def test_what_needs_a_grid_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="data=paper needs a grid"):
+        train(config("grid=any", "data=paper"), tmp_path)
+    with pytest.raises(InputError, match="grid=auto is found for a part"):
+        train(config("grid=auto"), tmp_path)
