@@ -123,10 +123,14 @@ class Denoiser(nn.Module):
 
         return x_0
 
-    def log_labels(self, geometry: Tensor, context: Tensor) -> tuple[Tensor, ...]:
-        """Log-probabilities (B, classes, h, w) of each label of each point at t = T."""
-        steps = torch.full((len(geometry),), self.process.steps, device=geometry.device)
-        said = self(geometry[:, :3], geometry, steps, context)[:, 3:].float()
+    def log_labels(
+        self, geometry: Tensor, context: Tensor, x_t: Tensor | None = None, t: int | None = None
+    ) -> tuple[Tensor, ...]:
+        """Log-probabilities (B, classes, h, w) of each label of each point, by default at t = T."""
+        x_t = geometry[:, :3] if x_t is None else x_t
+        t = self.process.steps if t is None else t
+        steps = torch.full((len(geometry),), t, device=geometry.device)
+        said = self(x_t, geometry, steps, context)[:, 3:].float()
         return tuple(logits.log_softmax(dim=1) for logits in said.split(self.classes, dim=1))
 
     def n_points(self, told: Any) -> int:
@@ -145,10 +149,13 @@ class Denoiser(nn.Module):
         told: Sequence[Any],
         sampler: Sampler,
         seed: int,
+        read: float = 1.0,
     ) -> Denoised:
         """Polycube points for (B, N, 3) points and normals of geometries in the learning frame.
 
         told : of each geometry its context on the grid; without a grid its genus, or None
+        read : share of T at which labels are read: 1 sees the geometry only, a smaller one sees
+            the sample as well, with the noise of that step, so that labels are of that sample
         """
         self.eval()
         order = x_order(points)
@@ -156,7 +163,14 @@ class Denoiser(nn.Module):
         predict = self.predict(geometry, context)
         draw = torch.Generator().manual_seed(seed)
         x_0, states = sampler(predict, geometry[:, :3], self.process, draw)
-        labels = self.log_labels(geometry, context) if self.classes else ()
+        labels: tuple[Tensor, ...] = ()
+        if self.classes and read < 1:
+            t, z = round(read * self.process.steps), torch.randn(x_0.shape, generator=draw)
+            q, step = self.process.adjustment(geometry[:, :3]), torch.full((len(x_0),), t)
+            x_t = self.process.forward(x_0, z, q, step)
+            labels = self.log_labels(geometry, context, x_t, t)
+        elif self.classes:
+            labels = self.log_labels(geometry, context)
         origin = self.condition.origin
         return Denoised(
             to_points(x_0.numpy(), order) + origin,

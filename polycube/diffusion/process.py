@@ -100,6 +100,11 @@ class DiffusionProcess:
         share = (1 - self.alpha_bar[t - 1]) / (1 - self.alpha_bar[t])
         return self.noise_scale**2 * float(self.beta[t] * share)
 
+    def renewed(self, t: int, after: int) -> float:
+        """Share of the variance left at step `after` < t that is new given x_t and x_0."""
+        here, there = float(self.alpha_bar[t]), float(self.alpha_bar[after])
+        return (1 - here / there) / (1 - here)
+
     def _at(self, t: Tensor, like: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Factors of x_0, z and q at steps t, shaped to multiply images like the given ones."""
         alpha_bar, drift = self.alpha_bar[t.cpu()], self.drift[t.cpu()]

@@ -4,6 +4,7 @@ import pytest
 import torch
 
 from polycube.diffusion.process import DiffusionProcess
+from polycube.errors import InputError
 from polycube.registry import build, names
 
 X_0 = torch.randn(2, 3, 4, 4, generator=torch.Generator().manual_seed(1))
@@ -44,6 +45,19 @@ def test_ddpm_draws_and_its_seed_decides() -> None:
 
     assert torch.equal(run(0), run(0))
     assert not torch.equal(run(0), run(1))
+
+
+def test_ddim_with_noise_takes_the_steps_of_ddpm() -> None:
+    """Over all T steps, with the same noise, its states are those of the posterior's variance."""
+    process, ends = _process(50), []
+    for options in ({"plugin": "ddpm", "variance": "posterior"}, {"plugin": "ddim", "noise": 1.0}):
+        steps = {"steps": 50} if options["plugin"] == "ddim" else {}
+        sampler = build("sampler", {**options, **steps})
+        draw = torch.Generator().manual_seed(0)
+        ends.append(sampler(lambda x, t: x / 2, X_T.double(), process, draw)[1])
+    assert torch.allclose(*ends, atol=1e-5)
+    with pytest.raises(InputError, match="noise must lie between 0 and 1; got 2"):
+        build("sampler", {"plugin": "ddim", "noise": 2})
 
 
 def test_ddpm_adds_the_noise_of_algorithm_2() -> None:
