@@ -68,6 +68,8 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
         logger.info("%d of %d tensors begin as those of %s", *given)
     learning, size = _learning(cfg), cfg["batch_size"]
     pairs, others = (_checked(data, grid, primitives, cfg["seed"] + n) for n in (0, HELD_OUT))
+    if not grid:
+        pairs.views = cfg["views"]
     turned = None
     if denoiser.options.classifier:
         turned = turned_contexts(pairs.contexts, grid, primitives)

@@ -5,7 +5,7 @@ Pair i of a stream depends on (seed, i) only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from polycube.diffusion.pairs.pairs import sample
 from polycube.diffusion.pairs.smoothing import smoothed
 from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
 from polycube.diffusion.pairs.widths import random_knots
+from polycube.surface.frames import rotations, turn
 from polycube.types import Polycube, freeze
 
 STYLES = ("cad", "organic", "both")
 UNTOLD = 0.1  # share of pairs whose genus is not told, as that of a noisy scan is not known
+OUTWARD = np.kron(np.eye(3), [[1], [-1]])  # (6, 3) by axis label
 CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # the box of the learning frame
 
 
@@ -86,15 +88,27 @@ class LatticePair:
 
 
 class LatticePairs:
-    """Random lattices, formed at random: an endless stream of pairs with n_points each."""
+    """Random lattices, formed at random: an endless stream of pairs with n_points each.
 
-    def __init__(self, seed: int, n_points: int, options: LatticeShapes | None = None) -> None:
+    views : pairs in a row that are of one part, which takes most of the time to make; all but the
+        first are turned by a random rotation of the cube, and each has points of its own
+    """
+
+    def __init__(
+        self, seed: int, n_points: int, options: LatticeShapes | None = None, views: int = 1
+    ) -> None:
         self.seed, self.n_points, self.options = seed, n_points, options or LatticeShapes()
+        self.views = views
+        self._kept: tuple[int, Part] | None = None
 
     def __call__(self, index: int) -> LatticePair:
         """Pair number `index` >= 0: equal numbers of points per area of the geometry."""
-        rng = np.random.default_rng([self.seed, index])
-        part = self._part(rng)
+        number, view = divmod(index, self.views)
+        if self._kept is None or self._kept[0] != number:
+            self._kept = number, self.part(number)
+        part, rng = self._kept[1], np.random.default_rng([self.seed, number, view])
+        if view:
+            part = turned(part, rotations()[rng.integers(24)])
         faces = part.surface.faces
         face, weights = sample(faces, part.geometry, self.n_points, rng)
         corners = part.geometry[faces[face]]
@@ -113,11 +127,8 @@ class LatticePairs:
         )
 
     def part(self, index: int) -> Part:
-        """The surfaces that pair number `index` is sampled from."""
-        return self._part(np.random.default_rng([self.seed, index]))
-
-    def _part(self, rng: np.random.Generator) -> Part:
-        options = self.options
+        """The surfaces of part number `index`: without other views, of the pair of that number."""
+        rng, options = np.random.default_rng([self.seed, index]), self.options
         style = options.style(rng)
         lattice = random_lattice(rng)
         rounds = [] if style == "organic" else options.shapes.round_features(lattice, rng)
@@ -132,6 +143,20 @@ class LatticePairs:
             x = options.deformation.bent(in_cube, rng)[: -len(CUBE)]
         polycube = Polycube(lattice.occupancy, *knots, (1, 1, 1), ("lattice",))
         return Part(learning_frame(x).apply(x), surface, polycube, lattice.genus, style)
+
+
+def turned(part: Part, rotation: np.ndarray) -> Part:
+    """A part after one of the rotations (3, 3) of the cube."""
+    old, surface = part.polycube, part.surface
+    axis = (OUTWARD @ rotation.T @ OUTWARD.T).argmax(axis=1)[surface.axis]
+    last = np.array(old.occupancy.shape)[surface.axis // 2]
+    knot = np.where(axis % 2 == surface.axis % 2, surface.knot, last - surface.knot)
+    from_axis, sign = np.abs(rotation).argmax(axis=1), rotation.sum(axis=1)
+    x, y, z = (np.sort(sign[a] * old.knots[from_axis[a]]) for a in range(3))
+    polycube = Polycube(turn(old.occupancy, rotation), x, y, z, old.grid, old.context)
+    vertices = surface.vertices @ rotation.T
+    surface = surface._replace(vertices=vertices, axis=axis, knot=knot)
+    return replace(part, geometry=part.geometry @ rotation.T, surface=surface, polycube=polycube)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

@@ -45,6 +45,20 @@ def test_another_process_makes_the_same_pairs() -> None:
         assert np.array_equal(here.solid.x, pair.solid.x)
 
 
+def test_views_of_a_part_are_the_part_turned() -> None:
+    """Labels stay those of the face that a point lies on; the first view is the part itself."""
+    stream, plain = LatticePairs(0, 256, PLAIN, views=3), LatticePairs(0, 256, PLAIN)
+    for number in range(8):
+        first, *others = (stream(3 * number + view) for view in range(3))
+        assert np.array_equal(first.geometry, plain(number).geometry)
+        for pair in others:
+            assert sorted(pair.solid.occupancy.shape) == sorted(first.solid.occupancy.shape)
+            assert pair.geometry == pytest.approx(pair.polycube, abs=1e-12)
+            assert_on_faces(pair)
+    again = LatticePairs(0, 256, PLAIN, views=3)(22)
+    assert np.array_equal(again.labels, stream(22).labels)
+
+
 def test_both_sides_are_in_the_learning_frame(pairs: list[LatticePair]) -> None:
     for pair in pairs:
         assert pair.geometry.shape == pair.normals.shape == pair.polycube.shape == (256, 3)
@@ -63,18 +77,22 @@ def test_the_polycube_is_a_collapsed_manifold_without_slivers(pairs: list[Lattic
 
 
 def test_labels_are_of_the_face_that_a_point_lies_on(pairs: list[LatticePair]) -> None:
-    """On the plane of its knot; solid a little inwards, empty a little outwards."""
     for pair in pairs:
-        axis, number = pair.labels.T
-        for a, knots in enumerate(pair.solid.knots):
-            own = axis // 2 == a
-            assert np.abs(pair.polycube[own, a] - knots[number[own]]).max(initial=0) < 1e-12
-        full = np.pad(pair.solid.occupancy, 1)
-        for side, expected in ((-1e-9, True), (1e-9, False)):
-            places = (pair.polycube + side * OUTWARD[axis]).T
-            knots = pair.solid.knots
-            at = [np.searchsorted(k, x) for k, x in zip(knots, places, strict=True)]
-            assert (full[tuple(at)] == expected).all()
+        assert_on_faces(pair)
+
+
+def assert_on_faces(pair: LatticePair) -> None:
+    """On the plane of its knot; solid a little inwards, empty a little outwards."""
+    axis, number = pair.labels.T
+    for a, knots in enumerate(pair.solid.knots):
+        own = axis // 2 == a
+        assert np.abs(pair.polycube[own, a] - knots[number[own]]).max(initial=0) < 1e-12
+    full = np.pad(pair.solid.occupancy, 1)
+    for side, expected in ((-1e-9, True), (1e-9, False)):
+        places = (pair.polycube + side * OUTWARD[axis]).T
+        knots = pair.solid.knots
+        at = [np.searchsorted(k, x) for k, x in zip(knots, places, strict=True)]
+        assert (full[tuple(at)] == expected).all()
 
 
 def test_without_shapes_and_deformation_the_geometry_is_the_polycube() -> None:
