@@ -54,11 +54,14 @@ class Points:
     width : features of each point
     blocks : perceptrons, each of which follows a new summary
     slots : parts of the summary, which gather from the points and give back to them
+    neighbours : points around each that it sees by themselves; needs `denoiser.geometry_channels`
+        and `denoiser.normals`; 0: none
     """
 
     width: int = 128
     blocks: int = 6
     slots: int = 32
+    neighbours: int = 0
 
     any_size = True
 
@@ -68,4 +71,5 @@ class Points:
         """Untrained network; images of any size."""
         from polycube.diffusion.point_network import PointNetwork
 
-        return PointNetwork(channels, outputs, context_length, self.width, self.blocks, self.slots)
+        sizes = self.width, self.blocks, self.slots, self.neighbours
+        return PointNetwork(channels, outputs, context_length, *sizes)

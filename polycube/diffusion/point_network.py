@@ -12,6 +12,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from polycube.diffusion.neighbourhood import Neighbourhood
+
 
 class Slots(nn.Module):
     """Points softly assigned to slots: the slots gather, mix among themselves and give back."""
@@ -58,12 +60,20 @@ class PointFeatures(nn.Module):
     """Features (B, N, width) of the points of images (B, channels, h, w) and a vector (B, given).
 
     The first three channels are coordinates, which also enter as waves.
+
+    neighbours : points around each that it sees by themselves, in the last six channels, which are
+        then places and normals; 0: none
     """
 
     waves: Tensor  # (4,) wave numbers, a buffer
 
-    def __init__(self, channels: int, given: int, width: int, blocks: int, slots: int) -> None:
+    def __init__(
+        self, channels: int, given: int, width: int, blocks: int, slots: int, neighbours: int = 0
+    ) -> None:
         super().__init__()
+        if neighbours and channels < 6:
+            raise ValueError(f"model.neighbours needs places and normals; got {channels} channels")
+        self.around = Neighbourhood(width, neighbours) if neighbours else None
         waves = 2.0 ** torch.arange(4) * torch.pi / 2
         self.register_buffer("waves", waves, persistent=False)
         self.enter = nn.Linear(channels + 6 * len(waves), width)
@@ -75,6 +85,8 @@ class PointFeatures(nn.Module):
         points = x.flatten(2).transpose(1, 2)  # (B, N, channels)
         phase = (points[..., :3, None] * self.waves).flatten(2)
         features = self.enter(torch.cat([points, phase.sin(), phase.cos()], dim=2))
+        if self.around is not None:
+            features = features + self.around(points[..., -6:-3], points[..., -3:])
         given = self.given(given)
         for block in self.blocks:
             features = block(features, given)
@@ -92,9 +104,11 @@ class PointNetwork(nn.Module):
         width: int = 128,
         blocks: int = 6,
         slots: int = 32,
+        neighbours: int = 0,
     ) -> None:
         super().__init__()
-        self.features = PointFeatures(channels, context_length + 1, width, blocks, slots)
+        given = context_length + 1
+        self.features = PointFeatures(channels, given, width, blocks, slots, neighbours)
         self.leave = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, outputs))
 
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
