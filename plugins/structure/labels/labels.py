@@ -12,11 +12,11 @@ import numpy as np
 from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.structure.primitives import full_cell
-from polycube.types import Candidate, Polycube, TriMesh
+from polycube.types import Candidate, TriMesh
 
 if TYPE_CHECKING:
+    from .lattices import View
     from .pieces import Pieces
-    from .placement import Placement
     from .search import Labelling
 
 logger = logging.getLogger(__name__)
@@ -69,9 +69,7 @@ class LabelLattice(Structure):
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first; none where no labels without faults are found."""
-        from polycube.surface.frames import frames
-        from polycube.surface.measures import diagonal, genus
-
+        from .lattices import views
         from .pieces import pieces
 
         brick = full_cell(self.primitives)
@@ -79,9 +77,8 @@ class LabelLattice(Structure):
             logger.info("labels: no primitive is a full cell; nothing proposed")
             return []
         made: list[Candidate] = []
-        for number, frame in enumerate(frames(surface, self.frames)):
-            turned = surface.vertices @ frame.T / diagonal(surface)
-            own = pieces(TriMesh(turned, surface.faces, surface.region), self.size)
+        for view in views(surface, self.frames):
+            own = pieces(view.surface, self.size)
             is_cad = len(surface.region) > 0
             most = MOST if own.planar >= self.planar else FEW if is_cad else 0
             if most == 0:
@@ -90,29 +87,28 @@ class LabelLattice(Structure):
             if len(own.face) > most:
                 logger.info("labels: %d pieces are too many", len(own.face))
                 continue
-            place = frame * diagonal(surface)  # from the frame to the part: row vectors times this
-            made += self._in_frame(own, place, genus(surface), brick, number)
+            made += self._in_view(own, view, brick)
         return sorted(made, key=lambda candidate: candidate.cost)
 
-    def _in_frame(
-        self, pieces: Pieces, place: np.ndarray, genus: int, brick: str, number: int
-    ) -> list[Candidate]:
-        """Candidates of a part in the frame of that number; `place` leads from it to the part."""
+    def _in_view(self, pieces: Pieces, view: View, brick: str) -> list[Candidate]:
+        """Candidates of a part in a frame."""
+        from .lattices import OnBricks
         from .placement import placement
 
         found: dict[str, Candidate] = {}
         for entry in self._labellings(pieces):
             if len(found) == self.kept:
                 break
-            own = placement(pieces, entry.label, genus, self.least, self.apart)
+            own = placement(pieces, entry.label, view.genus, self.least, self.apart)
             if own is not None and own.bricks.full.size > self.bricks:
                 logger.info("labels: %d bricks, full or not, are too many", own.bricks.full.size)
                 break
             if own is not None:
-                made = self._candidate(pieces, own, entry.cost, place, brick, number)
+                on = OnBricks(own.bricks.full, own.bricks.knots, pieces.surface, own.placed)
+                made = on.candidate("labels", view, self.smoothness, entry.cost, brick)
                 found.setdefault(made.key, made)
         logger.info(
-            "labels: frame %d, %d pieces, %d candidates", number, len(pieces.face), len(found)
+            "labels: frame %d, %d pieces, %d candidates", view.number, len(pieces.face), len(found)
         )
         return list(found.values())
 
@@ -130,29 +126,3 @@ class LabelLattice(Structure):
             for entry in labellings(pieces, energy, self.kicks, self.budget, generator):
                 found.setdefault(entry.label.tobytes(), entry)
         return list(found.values())
-
-    def _candidate(
-        self,
-        pieces: Pieces,
-        placement: Placement,
-        cost: float,
-        place: np.ndarray,
-        brick: str,
-        number: int,
-    ) -> Candidate:
-        """The candidate of bricks in the frame of that number."""
-        from ..slices.candidates import structure_key
-        from .inverse import fitted
-
-        full = placement.bricks.full
-        x, y, z = (np.arange(n + 1.0) for n in full.shape)
-        context = tuple(brick if is_full else None for is_full in full.ravel())
-        polycube = Polycube(full, x, y, z, full.shape, context)
-        rough_map = fitted(
-            placement.bricks.knots,
-            TriMesh(placement.placed, pieces.surface.faces),
-            pieces.surface.vertices @ place,
-            self.smoothness,
-        )
-        key = structure_key(polycube, np.eye(3), number)
-        return Candidate("labels", polycube, rough_map, cost, key, family="labels")

@@ -1,0 +1,59 @@
+"""A part in its frames, and candidates from bricks that its surface lies on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from polycube.types import Candidate, Polycube, TriMesh
+
+from ..slices.candidates import structure_key
+from .inverse import fitted
+
+
+class View(NamedTuple):
+    """A part in one of its frames."""
+
+    number: int  # of the frame
+    surface: TriMesh  # in the frame, of diagonal 1
+    place: np.ndarray  # (3, 3) from the frame to the part: row vectors times this
+    genus: int
+
+
+def views(surface: TriMesh, limit: int) -> Iterator[View]:
+    """The part in its frames, the best first."""
+    from polycube.surface.frames import frames
+    from polycube.surface.measures import diagonal, genus
+
+    size, handles = diagonal(surface), genus(surface)
+    for number, frame in enumerate(frames(surface, limit)):
+        turned = TriMesh(surface.vertices @ frame.T / size, surface.faces, surface.region)
+        yield View(number, turned, frame * size, handles)
+
+
+class OnBricks(NamedTuple):
+    """A surface on a lattice of bricks."""
+
+    full: np.ndarray  # (X, Y, Z) bool
+    knots: list[np.ndarray]  # their places along the axes, in the frame
+    surface: TriMesh  # in the frame
+    placed: np.ndarray  # (V, 3) where its vertices lie, in numbers of knots
+
+    def candidate(
+        self, proposal: str, view: View, smoothness: float, cost: float, brick: str
+    ) -> Candidate:
+        """The candidate of the bricks, each a primitive of that name."""
+        full = self.full
+        x, y, z = (np.arange(n + 1.0) for n in full.shape)
+        context = tuple(brick if is_full else None for is_full in full.ravel())
+        polycube = Polycube(full, x, y, z, full.shape, context)
+        rough_map = fitted(
+            self.knots,
+            TriMesh(self.placed, self.surface.faces),
+            self.surface.vertices @ view.place,
+            smoothness,
+        )
+        key = structure_key(polycube, np.eye(3), view.number)
+        return Candidate(proposal, polycube, rough_map, cost, key, family="labels")

@@ -1,0 +1,110 @@
+"""Structures of any part, without a grid: draws of a network, each made a lattice.
+
+A draw says of every point of the part which axis its face of the polycube looks along, and where on
+the polycube it lies.  `knots.on_bricks` makes a lattice of that.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from polycube.kinds import Structure
+from polycube.registry import register, setting
+from polycube.structure.primitives import full_cell
+from polycube.types import Candidate, TriMesh
+
+if TYPE_CHECKING:
+    from polycube.diffusion.denoiser import Denoiser
+
+    from ..labels.lattices import OnBricks, View
+
+logger = logging.getLogger(__name__)
+
+
+@register("structure", "drawn")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawn(Structure):
+    """Draw structures of any kind with the network that is trained without a grid.
+
+    Parameters
+    ----------
+    grid : cells of the polycube; not used
+    primitives : (3, 3, 3) bool voxels by name
+    weights : of a training with grid=any; null: the shipped weights
+    draws : of the network, in each frame
+    clouds : of sample points in each draw
+    steps : of the sampler, for each draw
+    noise : of the sampler; 0: draws differ by their sample points only
+    frames : coordinate frames tried at most
+    smoothness : of the rough map
+    bricks : of a lattice at most, full or not; one with more is not coarse
+    seed : of the sample points and the sampler
+    """
+
+    any_grid = True
+    needs_network = True
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
+    weights: str | None = setting("ckpt", None)
+    draws: int = 8
+    clouds: int = 2
+    steps: int = 3
+    noise: float = 1.0
+    frames: int = 1
+    smoothness: float = 0.03
+    bricks: int = 15_000
+    seed: int = setting("seed", 0)
+
+    def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
+        """A candidate of each structure that was drawn, the most frequent first.
+
+        Its probability is the share of the draws that gave it.  None beside a given context, and
+        without weights of any structure.
+        """
+        from ..labels.lattices import views
+        from .hypotheses import denoiser_of_any
+
+        brick, denoiser = full_cell(self.primitives), denoiser_of_any(self.weights)
+        given = any(candidate.proposal == "given" for candidate in candidates)
+        if brick is None or denoiser is None or given:
+            return []
+        return [
+            candidate
+            for view in views(surface, self.frames)
+            for candidate in self.in_view(denoiser, view, brick)
+        ]
+
+    def in_view(self, denoiser: Denoiser, view: View, brick: str) -> list[Candidate]:
+        """The structures drawn for a part in a frame."""
+        from .knots import on_bricks
+        from .reading import readings
+
+        sampler = {"plugin": "ddim", "steps": self.steps, "noise": self.noise}
+        drawn = readings(
+            denoiser, view.surface, view.genus, sampler, self.draws, self.clouds, self.seed
+        )
+        first: dict[bytes, OnBricks] = {}
+        number: Counter[bytes] = Counter()
+        for reading in drawn:
+            made = on_bricks(view.surface, reading, view.genus)
+            if made is not None and made.full.size <= self.bricks:
+                key = bytes(made.full.shape) + made.full.tobytes()
+                first.setdefault(key, made)
+                number[key] += 1
+        logger.info(
+            "drawn: frame %d, %d structures in %d draws", view.number, len(first), self.draws
+        )
+        return [
+            replace(
+                first[key].candidate("diffusion", view, self.smoothness, 1 - n / self.draws, brick),
+                probability=n / self.draws,
+            )
+            for key, n in number.most_common()
+        ]

@@ -1,0 +1,117 @@
+"""From a draw of the network to a lattice: charts of equal labels, their knots, full bricks.
+
+A chart is a connected part of the surface with one label.  On the polycube it lies in a plane,
+whose place is the mean of what was drawn for its points, so that errors of single points cancel.  Charts
+along an axis that are near each other share a knot, and a brick is full where the surface, with its
+vertices where they were drawn, winds around it.  A few distances are tried for what is near, until
+the bricks are one solid of the part's genus.  Labels that are wrong here and there make small charts,
+which have no say, and no harm is done where no polycube allows the labels that were drawn.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from polycube.structure.lattice import collapse
+from polycube.surface.measures import connected, face_areas, twins
+from polycube.surface.winding import winding_numbers
+from polycube.types import PerAxis, Polycube, TriMesh
+
+from ..bricks.topology import defect
+from ..labels.fields import field, stiffness
+from ..labels.lattices import OnBricks
+from .reading import Reading
+
+NEAR = (0.035, 0.025, 0.05, 0.015)  # distances of charts that share a knot, in diagonals
+LIGHT = 0.001  # share of the area below which charts have no say
+OFF = np.array([1.3e-5, 2.1e-5, 1.7e-5])  # of the middles of bricks
+MOST_FULL = 0.5  # winding number from which a brick is full
+
+
+class Charts(NamedTuple):
+    """Charts of a surface, those with little area left out, and where they were drawn."""
+
+    chart: np.ndarray  # (F,) of each triangle; -1 where it has no say
+    axis: np.ndarray  # (C,) 0..2
+    value: np.ndarray  # (C,) along its axis
+    area: np.ndarray  # (C,) share of the surface
+
+
+def on_bricks(surface: TriMesh, reading: Reading, genus: int) -> OnBricks | None:
+    """The lattice of a draw; None where no distance makes one of the part's genus."""
+    places = reading.places(surface)
+    own = charts(surface, reading.axes(surface).argmax(axis=1), places)
+    for near in NEAR:
+        knots = [
+            clusters(own.value[own.axis == a], own.area[own.axis == a], near) for a in range(3)
+        ]
+        if min(map(len, knots)) < 2:
+            continue
+        full = filled(TriMesh(places, surface.faces), knots)
+        if full.any() and defect(full, genus) == 0:
+            kept = collapse(_lattice(full, knots))
+            placed = positions(surface, own, places, kept.knots, near)
+            return OnBricks(kept.occupancy, list(kept.knots), surface, placed)
+    return None
+
+
+def charts(surface: TriMesh, label: np.ndarray, places: np.ndarray) -> Charts:
+    """Charts of labels (F,) with the places (V, 3) of the vertices."""
+    first, second = twins(surface.faces)
+    same = label[first // 3] == label[second // 3]
+    chart = connected(first[same] // 3, second[same] // 3, len(label))
+    area = face_areas(surface) / face_areas(surface).sum()
+    middle = places[surface.faces].mean(axis=1)
+    total = np.bincount(chart, area)
+    moment = np.bincount(chart, area * middle[np.arange(len(label)), label // 2])
+    axis = np.zeros(len(total), int)
+    axis[chart] = label // 2
+    heavy = total > LIGHT
+    number = np.where(heavy, np.cumsum(heavy) - 1, -1)
+    return Charts(number[chart], axis[heavy], moment[heavy] / total[heavy], total[heavy])
+
+
+def clusters(values: np.ndarray, weights: np.ndarray, near: float) -> np.ndarray:
+    """Weighted means of values: the nearest two are merged until none are nearer than `near`."""
+    order = np.argsort(values, kind="stable")
+    mean, weight = list(values[order]), list(weights[order])
+    while len(mean) > 1 and (gap := np.diff(mean)).min() < near:
+        k = int(gap.argmin())
+        total = weight[k] + weight[k + 1]
+        mean[k] = (mean[k] * weight[k] + mean.pop(k + 1) * weight.pop(k + 1)) / total
+        weight[k] = total
+    return np.array(mean)
+
+
+def filled(surface: TriMesh, knots: list[np.ndarray]) -> np.ndarray:
+    """(X, Y, Z) bool: bricks between knots around which a surface winds."""
+    middles = [(line[1:] + line[:-1]) / 2 for line in knots]
+    points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
+    winding = winding_numbers(surface, points.reshape(-1, 3) + OFF)
+    return (winding > MOST_FULL).reshape(points.shape[:3])
+
+
+def positions(
+    surface: TriMesh, charts: Charts, places: np.ndarray, knots: PerAxis, near: float
+) -> np.ndarray:
+    """(V, 3) places of the vertices in numbers of knots: charts lie on theirs.
+
+    Between charts the gradient of the coordinates is that of the places as nearly as it can be.
+    """
+    matrix, found = stiffness(surface), np.empty_like(places)
+    for axis, line in enumerate(knots):
+        index = np.abs(charts.value[:, None] - line).argmin(axis=1)
+        on = (charts.axis == axis) & (np.abs(charts.value - line[index]) < near)
+        group = np.full(len(places), -1)
+        mine = (charts.chart >= 0) & on[charts.chart]
+        group[surface.faces[mine]] = index[charts.chart[mine], None]
+        values = field(matrix, places[:, axis], group, len(line)).values(line)
+        found[:, axis] = np.interp(values, line, np.arange(len(line)))
+    return found
+
+
+def _lattice(full: np.ndarray, knots: list[np.ndarray]) -> Polycube:
+    x, y, z = knots
+    return Polycube(full, x, y, z, (1, 1, 1), ("lattice",))
