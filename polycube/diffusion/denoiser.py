@@ -20,7 +20,7 @@ from polycube.diffusion.process import DiffusionProcess, Predict
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the kept states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
 
-TARGETS = ("x0", "noise", "v")
+TARGETS = ("x0", "noise", "v", "move")
 
 
 @contextmanager
@@ -42,7 +42,7 @@ def _same_everywhere() -> Iterator[None]:
 class DenoiserOptions:
     """What a network was trained to see and to say; the paper's has none of the additions."""
 
-    target: str = "x0"  # what the network predicts: x0, noise or v
+    target: str = "x0"  # what the network predicts: x0, noise, v, or the move from geometry to x0
     geometry_channels: bool = True  # the geometry's points beside x_t as three more channels
     normals: bool = True  # and its unit normals as three more
     labels: bool = True  # also says of each point its polycube face: axis, cell, wall
@@ -115,6 +115,7 @@ class Denoiser(nn.Module):
             "x0": lambda x_t, said, steps: said,
             "noise": lambda x_t, said, steps: self.process.origin(x_t, said, q, steps),
             "v": lambda x_t, said, steps: self.process.origin_of_velocity(x_t, said, q, steps),
+            "move": lambda x_t, said, steps: geometry[:, :3] + said,
         }[self.options.target]
 
         def x_0(x_t: Tensor, t: int) -> Tensor:

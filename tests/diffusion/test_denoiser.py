@@ -64,15 +64,16 @@ def test_labels_are_those_of_each_point() -> None:
     assert wall == pytest.approx(np.full((2, 1024, 2), np.log(0.5)))
 
 
-@pytest.mark.parametrize("target", ["noise", "v"])
-def test_predicted_noise_or_velocity_means_the_same_as_predicted_x_0(target: str) -> None:
+@pytest.mark.parametrize("target", ["noise", "v", "move"])
+def test_predicted_noise_velocity_or_move_means_the_same_as_predicted_x_0(target: str) -> None:
     """A network that says what leads to x_t leads back to the x_0 it came from."""
     geometry, x_0, z = torch.randn(3, 1, 6, 32, 32, generator=torch.Generator().manual_seed(0))
     x_0, z = x_0[:, :3], z[:, :3]
     denoiser, t = known(target=target), torch.tensor([12])
     process = denoiser.process
     x_t = process.forward(x_0, z, process.adjustment(geometry[:, :3]), t)
-    says = {"noise": z, "v": process.velocity(x_0, z, t)}[target]
+    velocity, move = process.velocity(x_0, z, t), x_0 - geometry[:, :3]
+    says = {"noise": z, "v": velocity, "move": move}[target]
     denoiser.network.register_forward_hook(lambda *_: says)
     predicted = denoiser.predict(geometry, torch.zeros(1, 29))(x_t, 12)
     assert torch.allclose(predicted, x_0, atol=1e-5)
@@ -135,7 +136,9 @@ def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> No
 
 
 def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
-    with pytest.raises(ValueError, match=r"denoiser\.target must be one of x0, noise, v; got mean"):
+    with pytest.raises(
+        ValueError, match=r"denoiser\.target must be one of x0, noise, v, move; got mean"
+    ):
         DenoiserOptions(target="mean")
     with pytest.raises(LookupError, match="no primitive named 'cone'"):
         denoiser.vectors([("cone", None)])

@@ -1,11 +1,11 @@
 """From a draw of the network to a lattice: charts of equal labels, their knots, full bricks.
 
 A chart is a connected part of the surface with one label.  On the polycube it lies in a plane,
-whose place is the mean of what was drawn for its points, so that errors of single points cancel.  Charts
-along an axis that are near each other share a knot, and a brick is full where the surface, with its
-vertices where they were drawn, winds around it.  A few distances are tried for what is near, until
-the bricks are one solid of the part's genus.  Labels that are wrong here and there make small charts,
-which have no say, and no harm is done where no polycube allows the labels that were drawn.
+whose place is the mean of what was drawn for its points, so that errors of single points cancel.
+Charts along an axis that are near each other share a knot, and a brick is full where the surface,
+with its vertices where they were drawn, winds around it.  A few distances are tried for what is
+near, until the bricks are one solid of the part's genus.  Labels that are wrong here and there make
+small charts, which have no say: it does no harm where no polycube allows the labels that were drawn.
 """
 
 from __future__ import annotations

@@ -107,6 +107,7 @@ class DDPMPolycube(L.LightningModule):
             "x0": lambda: x_0,
             "noise": lambda: process.noise(x_t, x_0, q, t),
             "v": lambda: process.velocity(x_0, process.noise(x_t, x_0, q, t), t),
+            "move": lambda: x_0 - x_T,
         }[self.denoiser.options.target]()
         terms = {"points": self._distance(said[:, :3], wanted, labels[:, 0] >= 0)}
         if self.denoiser.classes:

@@ -55,7 +55,8 @@ def _right(module: DDPMPolycube, batch: Batch) -> None:
     def answer(_: object, asked: tuple, said: torch.Tensor) -> torch.Tensor:
         x_t, t = asked[0][:, :3], (asked[1] * process.steps).round().long()
         z = process.noise(x_t, x_0, q, t)
-        target = {"x0": x_0, "noise": z, "v": process.velocity(x_0, z, t)}
+        velocity, move = process.velocity(x_0, z, t), x_0 - batch.geometry[:, :3]
+        target = {"x0": x_0, "noise": z, "v": velocity, "move": move}
         return torch.cat([target[module.denoiser.options.target], said[:, 3:]], dim=1)
 
     module.denoiser.network.register_forward_hook(answer)
@@ -69,7 +70,7 @@ def _saying(module: DDPMPolycube, answer: torch.Tensor) -> list[tuple]:
 
 
 @pytest.mark.parametrize("loss", ["distance", "mse"])
-@pytest.mark.parametrize("target", ["x0", "noise", "v"])
+@pytest.mark.parametrize("target", ["x0", "noise", "v", "move"])
 def test_loss_of_the_right_answer_is_zero(
     target: str, loss: str, config: dict, batch: Batch
 ) -> None:
