@@ -12,6 +12,7 @@ import logging
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from polycube.cli.train import HELD_OUT
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.any_evaluation import evaluate_any
 from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
+from polycube.diffusion.training.lattice_evaluation import evaluate_lattices
 from polycube.diffusion.weights import load_denoiser, shipped
 from polycube.errors import InputError
 from polycube.io import manifest
@@ -35,6 +37,7 @@ logger = logging.getLogger(__name__)
 
 RESULT = "evaluation.json"
 Row = dict[str, Any]
+GRIDLESS: Json = {"grid": (1, 1, 1), "primitives": {}}  # for a plugin that uses neither
 
 TABLE = {  # head -> column of `diffusion.evaluation`, and its format
     "error": ("error", "{:.3f}"),
@@ -60,6 +63,12 @@ WITHOUT_GRID = {  # the same of any structure; shown beside where there is such
     "axis": ("labelled_axis", "{:.1%}"),
     "knot": ("labelled_knot", "{:.1%}"),
     "nearest: axis": ("nearest_axis", "{:.1%}"),
+    "lattice": ("lattice_1", "{:.1%}"),
+    "best of 4": ("lattice_4", "{:.1%}"),
+    "best of 16": ("lattice_16", "{:.1%}"),
+    "volume": ("volume_1", "{:.1%}"),
+    "best of 16 ": ("volume_16", "{:.1%}"),
+    "genus": ("genus", "{:.1%}"),
 }
 
 
@@ -125,7 +134,12 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
         columns = evaluate_any(
             denoiser, pairs, cfg["pairs"], sampler, cfg["batch_size"], cfg["seed"]
         )
-        return {"threads": threads(), "columns": summary(columns)}
+        found = summary(columns)
+        if cfg["lattices"]:
+            drawn = registry.build("structure", cfg["drawn"], **GRIDLESS)
+            draw = partial(drawn.polycubes, denoiser)
+            found |= summary(evaluate_lattices(draw, pairs, cfg["lattices"]))
+        return {"threads": threads(), "columns": found}
     pairs.pads = denoiser.options.pads  # as many points as the network was trained to see
     made, columns = evaluate(
         denoiser, pairs, cfg["pairs"], primitives, sampler, cfg["batch_size"], cfg["seed"]

@@ -7,7 +7,7 @@ the polycube it lies.  `knots.on_bricks` makes a lattice of that.
 from __future__ import annotations
 
 import logging
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -17,12 +17,13 @@ import numpy as np
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import Candidate, TriMesh
+from polycube.types import Candidate, Polycube, TriMesh
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
 
-    from ..labels.lattices import OnBricks, View
+    from ..labels.lattices import View
+    from .knots import Lattice
 
 logger = logging.getLogger(__name__)
 
@@ -42,6 +43,7 @@ class Drawn(Structure):
     steps : of the sampler, for each draw
     noise : of the sampler; 0: draws differ by their sample points only
     frames : coordinate frames tried at most
+    size : of the triangles that carry the coordinates, as a share of the diagonal
     smoothness : of the rough map
     bricks : of a lattice at most, full or not; one with more is not coarse
     seed : of the sample points and the sampler
@@ -58,6 +60,7 @@ class Drawn(Structure):
     steps: int = 3
     noise: float = 1.0
     frames: int = 1
+    size: float = 0.05
     smoothness: float = 0.03
     bricks: int = 15_000
     seed: int = setting("seed", 0)
@@ -83,28 +86,39 @@ class Drawn(Structure):
 
     def in_view(self, denoiser: Denoiser, view: View, brick: str) -> list[Candidate]:
         """The structures drawn for a part in a frame."""
+        from polycube.diffusion.pairs.shapes import shape_key
+
         from .knots import on_bricks
+
+        fine, drawn = self._lattices(denoiser, view.surface, view.genus)
+        found: dict[bytes, list[Lattice]] = defaultdict(list)
+        for each in drawn:
+            if each is not None and each.polycube.occupancy.size <= self.bricks:
+                found[shape_key(each.polycube)].append(each)
+        logger.info("drawn: %d structures in %d draws", len(found), self.draws)
+        candidates = []
+        for alike in sorted(found.values(), key=len, reverse=True):
+            share = len(alike) / self.draws
+            on = on_bricks(fine, alike[0])
+            candidate = on.candidate("diffusion", view, self.smoothness, 1 - share, brick)
+            candidates.append(replace(candidate, probability=share))
+        return candidates
+
+    def polycubes(self, denoiser: Denoiser, surface: TriMesh, genus: int) -> list[Polycube | None]:
+        """What is drawn for a surface in a frame, of diagonal 1; None where it is no solid."""
+        _, drawn = self._lattices(denoiser, surface, genus)
+        return [None if each is None else each.polycube for each in drawn]
+
+    def _lattices(
+        self, denoiser: Denoiser, surface: TriMesh, genus: int
+    ) -> tuple[TriMesh, list[Lattice | None]]:
+        """The surface with small triangles, and the lattice of each draw."""
+        from ..labels.refinement import refined
+        from .knots import lattice
         from .reading import readings
 
         sampler = {"plugin": "ddim", "steps": self.steps, "noise": self.noise}
-        drawn = readings(
-            denoiser, view.surface, view.genus, sampler, self.draws, self.clouds, self.seed
-        )
-        first: dict[bytes, OnBricks] = {}
-        number: Counter[bytes] = Counter()
-        for reading in drawn:
-            made = on_bricks(view.surface, reading, view.genus)
-            if made is not None and made.full.size <= self.bricks:
-                key = bytes(made.full.shape) + made.full.tobytes()
-                first.setdefault(key, made)
-                number[key] += 1
-        logger.info(
-            "drawn: frame %d, %d structures in %d draws", view.number, len(first), self.draws
-        )
-        return [
-            replace(
-                first[key].candidate("diffusion", view, self.smoothness, 1 - n / self.draws, brick),
-                probability=n / self.draws,
-            )
-            for key, n in number.most_common()
-        ]
+        drawn = readings(denoiser, surface, genus, sampler, self.draws, self.clouds, self.seed)
+        vertices, faces, _ = refined(surface.vertices, surface.faces, self.size)
+        fine = TriMesh(vertices, faces)
+        return fine, [lattice(fine, reading, genus) for reading in drawn]

@@ -5,7 +5,7 @@ whose place is the mean of what was drawn for its points, so that errors of sing
 Charts along an axis that are near each other share a knot, and a brick is full where the surface,
 with its vertices where they were drawn, winds around it.  A few distances are tried for what is
 near, until the bricks are one solid of the part's genus.  Labels that are wrong here and there make
-small charts, which have no say: it does no harm where no polycube allows the labels that were drawn.
+small charts, which have no say; no harm is done where no polycube allows the labels drawn.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from polycube.structure.lattice import collapse
 from polycube.surface.measures import connected, face_areas, twins
 from polycube.surface.winding import winding_numbers
-from polycube.types import PerAxis, Polycube, TriMesh
+from polycube.types import Polycube, TriMesh
 
 from ..bricks.topology import defect
 from ..labels.fields import field, stiffness
@@ -39,8 +39,17 @@ class Charts(NamedTuple):
     area: np.ndarray  # (C,) share of the surface
 
 
-def on_bricks(surface: TriMesh, reading: Reading, genus: int) -> OnBricks | None:
-    """The lattice of a draw; None where no distance makes one of the part's genus."""
+class Lattice(NamedTuple):
+    """The lattice of a draw."""
+
+    polycube: Polycube  # collapsed, in the frame
+    charts: Charts
+    places: np.ndarray  # (V, 3) of the vertices, as drawn
+    near: float  # distance of charts that share a knot
+
+
+def lattice(surface: TriMesh, reading: Reading, genus: int) -> Lattice | None:
+    """That of a draw for a fine surface; None where no distance makes one of the part's genus."""
     places = reading.places(surface)
     own = charts(surface, reading.axes(surface).argmax(axis=1), places)
     for near in NEAR:
@@ -51,9 +60,9 @@ def on_bricks(surface: TriMesh, reading: Reading, genus: int) -> OnBricks | None
             continue
         full = filled(TriMesh(places, surface.faces), knots)
         if full.any() and defect(full, genus) == 0:
-            kept = collapse(_lattice(full, knots))
-            placed = positions(surface, own, places, kept.knots, near)
-            return OnBricks(kept.occupancy, list(kept.knots), surface, placed)
+            x, y, z = knots
+            polycube = collapse(Polycube(full, x, y, z, (1, 1, 1), ("lattice",)))
+            return Lattice(polycube, own, places, near)
     return None
 
 
@@ -93,15 +102,14 @@ def filled(surface: TriMesh, knots: list[np.ndarray]) -> np.ndarray:
     return (winding > MOST_FULL).reshape(points.shape[:3])
 
 
-def positions(
-    surface: TriMesh, charts: Charts, places: np.ndarray, knots: PerAxis, near: float
-) -> np.ndarray:
-    """(V, 3) places of the vertices in numbers of knots: charts lie on theirs.
+def on_bricks(surface: TriMesh, drawn: Lattice) -> OnBricks:
+    """The surface on the lattice: charts lie on their knots.
 
     Between charts the gradient of the coordinates is that of the places as nearly as it can be.
     """
+    _, charts, places, near = drawn
     matrix, found = stiffness(surface), np.empty_like(places)
-    for axis, line in enumerate(knots):
+    for axis, line in enumerate(drawn.polycube.knots):
         index = np.abs(charts.value[:, None] - line).argmin(axis=1)
         on = (charts.axis == axis) & (np.abs(charts.value - line[index]) < near)
         group = np.full(len(places), -1)
@@ -109,9 +117,4 @@ def positions(
         group[surface.faces[mine]] = index[charts.chart[mine], None]
         values = field(matrix, places[:, axis], group, len(line)).values(line)
         found[:, axis] = np.interp(values, line, np.arange(len(line)))
-    return found
-
-
-def _lattice(full: np.ndarray, knots: list[np.ndarray]) -> Polycube:
-    x, y, z = knots
-    return Polycube(full, x, y, z, (1, 1, 1), ("lattice",))
+    return OnBricks(drawn.polycube.occupancy, list(drawn.polycube.knots), surface, found)

@@ -90,7 +90,8 @@ def summary(columns: Sequence[Columns]) -> dict[str, float]:
         for name, numbers in found.items():
             values[name].append(numbers)
     means = {name: float(np.mean([v.mean() for v in all_])) for name, all_ in values.items()}
-    means["error_p95"] = float(np.percentile(np.concatenate(values["error"]), 95))
+    if "error" in values:
+        means["error_p95"] = float(np.percentile(np.concatenate(values["error"]), 95))
     if "seconds_in_batch" in means:
         means["samples_per_second"] = 1 / means.pop("seconds_in_batch")
     return means
