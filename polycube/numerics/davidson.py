@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.sparse import spmatrix
@@ -128,13 +129,12 @@ class _Space:
 def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a^T b of tall matrices, summed in an order that does not depend on the threads."""
     cuts = parts(len(a), ROWS)
-    return sum(side_by_side([lambda cut=cut: a[cut].T @ b[cut] for cut in cuts]))
+    return np.sum(side_by_side([partial(np.matmul, a[cut].T, b[cut]) for cut in cuts]), axis=0)
 
 
 def _combined(a: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """A tall matrix times a small one."""
     found = np.empty((len(a), turn.shape[1]))
-    side_by_side(
-        [lambda cut=cut: np.matmul(a[cut], turn, out=found[cut]) for cut in parts(len(a), ROWS)]
-    )
+    cuts = parts(len(a), ROWS)
+    side_by_side([partial(np.matmul, a[cut], turn, out=found[cut]) for cut in cuts])
     return found
