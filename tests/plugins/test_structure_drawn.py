@@ -1,0 +1,148 @@
+"""Lattices from draws: exact where the draw is, and still right where some of it is wrong."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+from torch import Tensor, nn
+
+from polycube.diffusion.conditions import AnyStructure
+from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
+from polycube.diffusion.pairs.any_structure import LatticePairs, Part
+from polycube.diffusion.pairs.pairs import sample
+from polycube.diffusion.weights import load_denoiser
+from polycube.plugins.structure.learned import hypotheses
+from polycube.plugins.structure.learned.knots import charts, clusters, filled, lattice, on_bricks
+from polycube.plugins.structure.learned.reading import Reading
+from polycube.registry import build
+from polycube.structure.lattice import genus, is_manifold
+from polycube.surface.frames import rotations, turn
+from polycube.surface.measures import diagonal, face_normals
+from polycube.types import Candidate, TriMesh
+from tests.fixtures.machined import ELL, prism
+from tests.fixtures.polycubes import PRIMITIVES
+from tests.fixtures.surfaces import box, torus
+
+TURNED = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix()
+PARTS = LatticePairs(0, 0)
+
+
+class Straight(nn.Module):
+    """Says that all is a polycube already: no move, the axis nearest to the normal."""
+
+    def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
+        normals = x[:, 6:]
+        axes = 9 * torch.stack([normals, -normals], dim=2).flatten(1, 2)
+        return torch.cat([0 * normals, axes, axes[:, [0] * 7]], dim=1)
+
+
+@pytest.fixture
+def straight(monkeypatch: pytest.MonkeyPatch) -> Denoiser:
+    options = DenoiserOptions(target="move", classifier=False)
+    alpha_bar = build("schedule", {"plugin": "linear", "steps": 50})()
+    made = Denoiser(lambda *_: Straight(), alpha_bar, AnyStructure(), options)
+    monkeypatch.setattr(hypotheses, "denoiser_of_any", lambda weights: made)
+    return made
+
+
+def propose(surface: TriMesh, earlier: tuple[Candidate, ...] = (), **options) -> list[Candidate]:
+    config = {"plugin": "drawn", "draws": 3, **options}
+    return build("structure", config, grid=(2, 1, 1), primitives=PRIMITIVES)(surface, earlier)
+
+
+def truth(part: Part, n_points: int = 4000, wrong: float = 0.0) -> tuple[TriMesh, Reading]:
+    """A part in its frame, of diagonal 1, and what a perfect draw says; a share of axes is not."""
+    faces = part.surface.faces
+    size = diagonal(TriMesh(part.geometry, faces))
+    surface, rng = TriMesh(part.geometry / size, faces), np.random.default_rng(0)
+    face, weights = sample(faces, surface.vertices, n_points, rng)
+    points, places = (
+        np.einsum("nk,nkd->nd", weights, x[faces[face]])
+        for x in (surface.vertices, part.surface.vertices / size)
+    )
+    axis = np.where(rng.random(n_points) < wrong, rng.integers(6, size=n_points), 0)
+    axis = np.where(axis > 0, axis, part.surface.axis[face])
+    said = np.log(0.9 * np.eye(6)[axis] + 0.1 / 6)
+    return surface, Reading(points, face_normals(surface)[face], said, places - points)
+
+
+@pytest.mark.parametrize("wrong", [0.0, 0.02])
+def test_a_right_draw_gives_the_right_lattice(wrong: float) -> None:
+    """Also where one point in fifty says another axis: labels as they allow no polycube."""
+    right = []
+    for number in range(12):
+        part = PARTS.part(number)
+        found = lattice(*truth(part, wrong=wrong), part.genus)
+        right.append(
+            found is not None
+            and np.array_equal(found.polycube.occupancy, part.polycube.occupancy)
+            and found.polycube.occupancy.shape == part.polycube.occupancy.shape
+        )
+    assert sum(right) >= 11
+
+
+def test_charts_lie_on_their_knots() -> None:
+    part = PARTS.part(12)
+    surface, reading = truth(part)
+    found = lattice(surface, reading, part.genus)
+    on = on_bricks(surface, found)
+    assert np.array_equal(on.full, part.polycube.occupancy)
+    for axis in range(3):
+        mine = part.surface.axis // 2 == axis
+        said = on.placed[surface.faces[mine], axis]
+        off = np.abs(said - part.surface.knot[mine, None])
+        assert np.median(off) == 0 and off.mean() < 0.02
+    handed = TriMesh(on.placed, surface.faces)
+    assert np.array_equal(filled(handed, [np.arange(len(k)) for k in on.knots]), on.full)
+
+
+def test_clusters_are_weighted_means_of_what_is_near() -> None:
+    values, weights = np.array([1.0, 0.0, 0.02, 0.5]), np.array([1.0, 3, 1, 2])
+    assert clusters(values, weights, 0.1) == pytest.approx([0.005, 0.5, 1])
+    assert clusters(values, weights, 0.01) == pytest.approx([0, 0.02, 0.5, 1])
+    assert clusters(np.array([]), np.array([]), 0.1).shape == (0,)
+
+
+def test_charts_of_a_box_are_its_sides() -> None:
+    surface = box()
+    label = (face_normals(surface) @ np.kron(np.eye(3), [[1, -1]])).argmax(axis=1)
+    found = charts(surface, label, surface.vertices)
+    assert sorted(zip(found.axis, found.value.tolist(), strict=True)) == [
+        (axis, value) for axis in range(3) for value in (0.0, 1.0)
+    ]
+    assert found.area == pytest.approx(1 / 6) and sorted(np.bincount(found.chart)) == [2] * 6
+
+
+def test_an_ell_in_any_position_is_one(straight: Denoiser) -> None:
+    ell = prism(ELL)
+    surface = TriMesh(ell.vertices @ TURNED.T * 7 + 3, ell.faces)
+    [candidate] = propose(surface)
+    two = np.array([[True, True], [True, False]]).reshape(2, 2, 1)
+    assert any(np.array_equal(candidate.polycube.occupancy, turn(two, r)) for r in rotations())
+    assert (candidate.proposal, candidate.family, candidate.probability) == (
+        "diffusion",
+        "labels",
+        1,
+    )
+
+
+def test_proposals_have_the_genus_and_differ(straight: Denoiser) -> None:
+    surface = torus()
+    found = propose(surface, draws=4)
+    assert all(genus(c.polycube) == 1 and is_manifold(c.polycube) for c in found)
+    assert len({c.key for c in found}) == len(found)
+    assert sum(c.probability for c in found) <= 1
+    assert [c.probability for c in found] == sorted((c.probability for c in found), reverse=True)
+
+
+def test_nothing_beside_a_given_context_or_with_weights_of_a_grid(straight: Denoiser) -> None:
+    assert len(propose(prism(ELL))) == 1
+    given = build(
+        "structure", {"plugin": "given", "context": ["cube"]}, grid=(1, 1, 1), primitives=PRIMITIVES
+    )(box(), ())
+    assert propose(prism(ELL), tuple(given)) == []
+
+
+def test_weights_of_a_grid_are_not_used() -> None:
+    assert load_denoiser(build).condition.grid
+    assert propose(prism(ELL), weights="plugins/weights/2x1") == []
