@@ -18,6 +18,7 @@ from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
 from polycube.surface.frames import rotations, turn
 from polycube.surface.measures import diagonal, face_normals
+from polycube.testing import check_plugin
 from polycube.types import Candidate, TriMesh
 from tests.fixtures.machined import ELL, prism
 from tests.fixtures.polycubes import PRIMITIVES
@@ -141,6 +142,10 @@ def test_nothing_beside_a_given_context_or_with_weights_of_a_grid(straight: Deno
         "structure", {"plugin": "given", "context": ["cube"]}, grid=(1, 1, 1), primitives=PRIMITIVES
     )(box(), ())
     assert propose(prism(ELL), tuple(given)) == []
+
+
+def test_promises_of_a_structure(straight: Denoiser) -> None:
+    check_plugin("structure", {"plugin": "drawn"})
 
 
 def test_weights_of_a_grid_are_not_used() -> None:
