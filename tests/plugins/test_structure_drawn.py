@@ -12,7 +12,14 @@ from polycube.diffusion.pairs.any_structure import LatticePairs, Part
 from polycube.diffusion.pairs.pairs import sample
 from polycube.diffusion.weights import load_denoiser
 from polycube.plugins.structure.learned import hypotheses
-from polycube.plugins.structure.learned.knots import charts, clusters, filled, lattice, on_bricks
+from polycube.plugins.structure.learned.knots import (
+    charts,
+    clusters,
+    filled,
+    flattened,
+    lattice,
+    on_bricks,
+)
 from polycube.plugins.structure.learned.reading import Reading
 from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
@@ -67,19 +74,20 @@ def truth(part: Part, n_points: int = 4000, wrong: float = 0.0) -> tuple[TriMesh
     return surface, Reading(points, face_normals(surface)[face], said, places - points)
 
 
+@pytest.mark.parametrize(("flat", "least"), [(False, 11), (True, 10)])
 @pytest.mark.parametrize("wrong", [0.0, 0.02])
-def test_a_right_draw_gives_the_right_lattice(wrong: float) -> None:
+def test_a_right_draw_gives_the_right_lattice(wrong: float, flat: bool, least: int) -> None:
     """Also where one point in fifty says another axis: labels as they allow no polycube."""
     right = []
     for number in range(12):
         part = PARTS.part(number)
-        found = lattice(*truth(part, wrong=wrong), part.genus)
+        found = lattice(*truth(part, wrong=wrong), part.genus, flat)
         right.append(
             found is not None
             and np.array_equal(found.polycube.occupancy, part.polycube.occupancy)
             and found.polycube.occupancy.shape == part.polycube.occupancy.shape
         )
-    assert sum(right) >= 11
+    assert sum(right) >= least
 
 
 def test_charts_lie_on_their_knots() -> None:
@@ -95,6 +103,20 @@ def test_charts_lie_on_their_knots() -> None:
         assert np.median(off) == 0 and off.mean() < 0.02
     handed = TriMesh(on.placed, surface.faces)
     assert np.array_equal(filled(handed, [np.arange(len(k)) for k in on.knots]), on.full)
+
+
+def test_flattened_charts_of_a_bent_plate_lie_in_planes() -> None:
+    """A plate sheared along x by its height: charts across x and z end up at their mean places."""
+    part = PARTS.part(19)  # a block
+    surface, reading = truth(part, n_points=20_000)
+    places = reading.places(surface)
+    sheared = places + 0.1 * places[:, [2]] * [1, 0, 0]
+    found, flat = flattened(surface, charts(surface, part.surface.axis, sheared), sheared)
+    for chart in range(6):
+        on = np.unique(surface.faces[found.chart == chart])
+        assert np.ptp(flat[on, found.axis[chart]]) < 1e-9
+        across = sheared[on, found.axis[chart]]
+        assert found.value[chart] == pytest.approx(across.mean(), abs=0.02)
 
 
 def test_clusters_are_weighted_means_of_what_is_near() -> None:

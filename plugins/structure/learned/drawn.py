@@ -33,6 +33,8 @@ logger = logging.getLogger(__name__)
 class Drawn(Structure):
     """Draw structures of any kind with the network that is trained without a grid.
 
+    Every second draw has its charts flattened, which straightens what is bent.
+
     Parameters
     ----------
     grid : cells of the polycube; not used
@@ -121,4 +123,4 @@ class Drawn(Structure):
         drawn = readings(denoiser, surface, genus, sampler, self.draws, self.clouds, self.seed)
         vertices, faces, _ = refined(surface.vertices, surface.faces, self.size)
         fine = TriMesh(vertices, faces)
-        return fine, [lattice(fine, reading, genus) for reading in drawn]
+        return fine, [lattice(fine, reading, genus, bool(k % 2)) for k, reading in enumerate(drawn)]

@@ -6,6 +6,10 @@ Charts along an axis that are near each other share a knot, and a brick is full 
 with its vertices where they were drawn, winds around it.  A few distances are tried for what is
 near, until the bricks are one solid of the part's genus.  Labels that are wrong here and there make
 small charts, which have no say; no harm is done where no polycube allows the labels drawn.
+
+Charts may be flattened first, which straightens what is bent: they and the vertices then lie where
+the gradients of the coordinates are as nearly as they can those of the places drawn, with one value
+for each chart.
 """
 
 from __future__ import annotations
@@ -48,10 +52,17 @@ class Lattice(NamedTuple):
     near: float  # distance of charts that share a knot
 
 
-def lattice(surface: TriMesh, reading: Reading, genus: int) -> Lattice | None:
-    """That of a draw for a fine surface; None where no distance makes one of the part's genus."""
+def lattice(surface: TriMesh, reading: Reading, genus: int, flat: bool = False) -> Lattice | None:
+    """That of a draw for a fine surface; None where no distance makes one of the part's genus.
+
+    flat : whether charts are flattened first
+    """
     places = reading.places(surface)
     own = charts(surface, reading.axes(surface).argmax(axis=1), places)
+    if np.bincount(own.axis, minlength=3).min() < 2:
+        return None
+    if flat:
+        own, places = flattened(surface, own, places)
     for near in NEAR:
         knots = [
             clusters(own.value[own.axis == a], own.area[own.axis == a], near) for a in range(3)
@@ -80,6 +91,27 @@ def charts(surface: TriMesh, label: np.ndarray, places: np.ndarray) -> Charts:
     heavy = total > LIGHT
     number = np.where(heavy, np.cumsum(heavy) - 1, -1)
     return Charts(number[chart], axis[heavy], moment[heavy] / total[heavy], total[heavy])
+
+
+def flattened(surface: TriMesh, charts: Charts, places: np.ndarray) -> tuple[Charts, np.ndarray]:
+    """Charts and places (V, 3) with one value of its axis all over each chart."""
+    matrix, flat, value = stiffness(surface), np.empty_like(places), charts.value.copy()
+    for axis in range(3):
+        numbers, group = np.unique(_on(surface, charts, charts.axis == axis), return_inverse=True)
+        group = group.ravel() - (numbers[0] < 0)
+        numbers = numbers[numbers >= 0]
+        coordinate = field(matrix, places[:, axis], group, len(numbers))
+        value[numbers] = coordinate.constants
+        flat[:, axis] = coordinate.values(value[numbers])
+    return charts._replace(value=value), flat
+
+
+def _on(surface: TriMesh, charts: Charts, chosen: np.ndarray) -> np.ndarray:
+    """(V,) the chart of those chosen (C,) that each vertex is on, or -1."""
+    own = np.full(len(surface.vertices), -1)
+    mine = (charts.chart >= 0) & chosen[charts.chart]
+    own[surface.faces[mine]] = charts.chart[mine, None]
+    return own
 
 
 def clusters(values: np.ndarray, weights: np.ndarray, near: float) -> np.ndarray:
@@ -112,9 +144,8 @@ def on_bricks(surface: TriMesh, drawn: Lattice) -> OnBricks:
     for axis, line in enumerate(drawn.polycube.knots):
         index = np.abs(charts.value[:, None] - line).argmin(axis=1)
         on = (charts.axis == axis) & (np.abs(charts.value - line[index]) < near)
-        group = np.full(len(places), -1)
-        mine = (charts.chart >= 0) & on[charts.chart]
-        group[surface.faces[mine]] = index[charts.chart[mine], None]
+        chart = _on(surface, charts, on)
+        group = np.where(chart >= 0, index[chart], -1)
         values = field(matrix, places[:, axis], group, len(line)).values(line)
         found[:, axis] = np.interp(values, line, np.arange(len(line)))
     return OnBricks(drawn.polycube.occupancy, list(drawn.polycube.knots), surface, found)
