@@ -24,6 +24,7 @@ from polycube.report.page.markup import (
     swatches,
     table,
 )
+from polycube.report.pictures import proposals
 from polycube.report.pictures.colours import AXIS_COLOURS
 from polycube.structure.lattice import NAMED
 from polycube.types import AXES, Json
@@ -88,7 +89,21 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> str:
             "that lie along the same axes. "
             f"Meshed: rank {chosen + 1}.</p>{table(shown, chosen)}",
         )
-    return section("structure", "Structure", pictured, facts(numbers) if numbers else "", ranking)
+    proposed = figure(pictures.get("proposals"), _proposed(state), axes, wide=True)
+    stated = facts(numbers) if numbers else ""
+    return section("structure", "Structure", pictured, stated, proposed, ranking)
+
+
+def _proposed(state: RunState) -> str:
+    """The caption of the sheet of proposals."""
+    told = []
+    for number, entry in enumerate(proposals.distinct(state.ranked), 1):
+        candidate, share = entry.candidate, entry.candidate.probability
+        told.append(f"{number} {candidate.proposal}{'' if share is None else f' ({share:.0%})'}")
+    return (
+        f"Different structures that were proposed, in rows, best first: {', '.join(told)}. "
+        "In brackets: the probability, which for draws of the diffusion model is their share."
+    )
 
 
 def _named(row: Json) -> Json:

@@ -19,7 +19,7 @@ import numpy as np
 
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.pictures import features, fields, named_sets, scenes, trajectory
+from polycube.report.pictures import features, fields, named_sets, proposals, scenes, trajectory
 from polycube.report.pictures.render import Film, Scene
 from polycube.structure.projection import project
 
@@ -35,6 +35,9 @@ def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
         found["polycube"] = partial(scenes.polycube_faces, state.polycube, state.rough_map)
     if state.labels is not None:
         found["labels"] = partial(scenes.labelled, surface, state.labels)
+    proposed = proposals.distinct(state.ranked)
+    if len(proposed) > 1:
+        found["proposals"] = partial(proposals.sheet, proposed)
     if state.given is not None:
         found["given"] = partial(scenes.hex_cut, state.given)
     if mesh is not None:
