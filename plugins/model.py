@@ -73,3 +73,36 @@ class Points:
 
         sizes = self.width, self.blocks, self.slots, self.neighbours
         return PointNetwork(channels, outputs, context_length, *sizes)
+
+
+@register("model", "transformer")
+@dataclass(frozen=True)
+class Transformer:
+    """Network on the set of points in which every point attends to every other.
+
+    The order of the points is not used.
+
+    Parameters
+    ----------
+    width : features of each point, an even number for each head
+    blocks : of attention and a perceptron
+    heads : of the attention
+    neighbours : points around each that it sees by themselves; needs `denoiser.geometry_channels`
+        and `denoiser.normals`; 0: none
+    """
+
+    width: int = 96
+    blocks: int = 4
+    heads: int = 3
+    neighbours: int = 12
+
+    any_size = True
+
+    def __call__(
+        self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
+    ) -> nn.Module:
+        """Untrained network; images of any size."""
+        from polycube.diffusion.point_transformer import PointTransformer
+
+        sizes = self.width, self.blocks, self.heads, self.neighbours
+        return PointTransformer(channels, outputs, context_length, *sizes)

@@ -80,14 +80,18 @@ class PointFeatures(nn.Module):
         self.given = nn.Sequential(nn.Linear(given, width), nn.GELU(), nn.Linear(width, width))
         self.blocks = nn.ModuleList(SharedBlock(width, slots) for _ in range(blocks))
 
-    def forward(self, x: Tensor, given: Tensor) -> Tensor:
-        """One row of features per pixel, row by row."""
+    def seen(self, x: Tensor) -> Tensor:
+        """What each point is by itself and beside its neighbours, before the blocks."""
         points = x.flatten(2).transpose(1, 2)  # (B, N, channels)
         phase = (points[..., :3, None] * self.waves).flatten(2)
         features = self.enter(torch.cat([points, phase.sin(), phase.cos()], dim=2))
         if self.around is not None:
             features = features + self.around(points[..., -6:-3], points[..., -3:])
-        given = self.given(given)
+        return features
+
+    def forward(self, x: Tensor, given: Tensor) -> Tensor:
+        """One row of features per pixel, row by row."""
+        features, given = self.seen(x), self.given(given)
         for block in self.blocks:
             features = block(features, given)
         return features

@@ -14,8 +14,14 @@ from tests.fixtures.trainings import config
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
+NETWORKS = [
+    ["model=tiny"],
+    ["model=points", "model.width=16"],
+    ["model=transformer", "model.width=12", "model.heads=2"],
+]
 
-@pytest.mark.parametrize("network", [["model=tiny"], ["model=points", "model.width=16"]])
+
+@pytest.mark.parametrize("network", NETWORKS)
 def test_a_training_of_any_structure_gives_weights_that_can_be_measured(
     network: list[str], tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

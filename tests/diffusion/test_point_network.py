@@ -1,14 +1,30 @@
-"""The network on the set of points."""
+"""The networks on the set of points."""
 
+from collections.abc import Callable
+
+import pytest
 import torch
+from torch import Tensor, nn
 
 from polycube.diffusion.point_network import PointNetwork
+from polycube.diffusion.point_transformer import Attention, PointTransformer, turned
+
+NETWORKS = {
+    "points": lambda channels: PointNetwork(channels, 5, 29, width=16, blocks=2, slots=4),
+    "transformer": lambda channels: PointTransformer(channels, 5, 29, 24, blocks=2, heads=2),
+}
+Make = Callable[[int], nn.Module]
 
 
-def test_order_of_points_does_not_matter() -> None:
-    """Moving the points about in the image moves the answers with them."""
+@pytest.fixture(params=NETWORKS)
+def make(request: pytest.FixtureRequest) -> Make:
     torch.manual_seed(0)
-    network = PointNetwork(6, 5, 29, width=16, blocks=2, slots=4).eval()
+    return NETWORKS[request.param]
+
+
+def test_order_of_points_does_not_matter(make: Make) -> None:
+    """Moving the points about in the image moves the answers with them."""
+    network = make(6).eval()
     x, t, context = torch.randn(2, 6, 8, 8), torch.rand(2), torch.rand(2, 29)
     order = torch.randperm(64)
     shuffled = x.flatten(2)[:, :, order].reshape(x.shape)
@@ -16,9 +32,8 @@ def test_order_of_points_does_not_matter() -> None:
     assert torch.allclose(network(shuffled, t, context).flatten(2), expected, atol=1e-5)
 
 
-def test_other_points_time_and_context_change_the_answer_for_a_point() -> None:
-    torch.manual_seed(0)
-    network = PointNetwork(3, 5, 29, width=16, blocks=2, slots=4).eval()
+def test_other_points_time_and_context_change_the_answer_for_a_point(make: Make) -> None:
+    network = make(3).eval()
     x, t, context = torch.randn(1, 3, 4, 4), torch.zeros(1), torch.zeros(1, 29)
     plain = network(x, t, context)[0, :, 0, 0]
     moved = x.clone()
@@ -27,7 +42,32 @@ def test_other_points_time_and_context_change_the_answer_for_a_point() -> None:
         assert (network(*args)[0, :, 0, 0] - plain).abs().max() > 1e-4
 
 
-def test_every_parameter_is_trained() -> None:
-    network = PointNetwork(3, 5, 29, width=16, blocks=2, slots=4)
+def test_every_parameter_is_trained(make: Make) -> None:
+    network = make(3)
     network(torch.randn(2, 3, 4, 4), torch.rand(2), torch.rand(2, 29)).square().mean().backward()
     assert all(p.grad is not None for p in network.parameters())
+
+
+def angles(places: Tensor) -> Tensor:
+    angle = (places[..., None] * torch.tensor([1.0, 2.0])).flatten(2)
+    return torch.stack([angle.cos(), angle.sin()])[:, :, None]
+
+
+def test_attention_depends_on_how_points_lie_to_each_other_alone() -> None:
+    torch.manual_seed(0)
+    attention, x, places = Attention(24, heads=2), torch.randn(2, 7, 24), torch.randn(2, 7, 3)
+    seen = attention(x, angles(places))
+    moved = places + torch.tensor([0.3, -1.0, 2.0])
+    assert torch.allclose(attention(x, angles(moved)), seen, atol=1e-5)
+    assert not torch.allclose(attention(x, angles(2 * places)), seen, atol=1e-3)
+
+
+def test_turning_keeps_lengths() -> None:
+    torch.manual_seed(0)
+    x, turn = torch.randn(1, 2, 7, 12), angles(torch.randn(1, 7, 3))
+    assert torch.allclose(turned(x, turn).norm(dim=-1), x.norm(dim=-1), atol=1e-5)
+
+
+def test_width_of_a_transformer_is_even_for_each_head() -> None:
+    with pytest.raises(ValueError, match="must be a multiple of 8; got 36"):
+        PointTransformer(9, 16, 5, 36, blocks=1, heads=4)
