@@ -69,6 +69,7 @@ WITHOUT_GRID = {  # the same of any structure; shown beside where there is such
     "volume": ("volume_1", "{:.1%}"),
     "best of 16 ": ("volume_16", "{:.1%}"),
     "genus": ("genus", "{:.1%}"),
+    "any ": ("genus_any", "{:.1%}"),
 }
 
 
@@ -77,6 +78,7 @@ def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
     for name in ("pairs", "batch_size"):
         if isinstance(cfg[name], bool) or not isinstance(cfg[name], int) or cfg[name] < 1:
             raise InputError(f"{name} must be a whole number, 1 or more; got {cfg[name]!r}")
+    cfg = {**cfg, "slabs": _slabs(cfg["slabs"])}
     manifest.check(folder, [RESULT], remedy=OTHER_FOLDER)
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]
     denoisers = {str(path or shipped()): load_denoiser(registry.build, path) for path in paths}
@@ -138,7 +140,8 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
         if cfg["lattices"]:
             drawn = registry.build("structure", cfg["drawn"], **GRIDLESS)
             draw = partial(drawn.polycubes, denoiser)
-            found |= summary(evaluate_lattices(draw, pairs, cfg["lattices"]))
+            lattices = evaluate_lattices(draw, pairs, cfg["lattices"], cfg["slabs"])
+            found |= summary(lattices)
         return {"threads": threads(), "columns": found}
     pairs.pads = denoiser.options.pads  # as many points as the network was trained to see
     made, columns = evaluate(
@@ -156,6 +159,14 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
             for (low, high), numbers in by_tilt(made, columns).items()
         ],
     }
+
+
+def _slabs(given: Any) -> tuple[int, int]:
+    """Fewest and most slabs along an axis; raises InputError for anything else."""
+    numbers = given if isinstance(given, list) and len(given) == 2 else [0, 0]
+    if not all(isinstance(n, int) for n in numbers) or not 1 <= numbers[0] <= numbers[1]:
+        raise InputError(f"slabs must be the fewest and the most, such as [2, 5]; got {given!r}")
+    return numbers[0], numbers[1]
 
 
 def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> list[Row]:

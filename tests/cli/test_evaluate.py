@@ -80,6 +80,10 @@ def test_what_is_not_there_is_empty_and_not_zero() -> None:
         (["pairs=0"], "error: pairs must be a whole number, 1 or more; got 0"),
         (["batch_size=two"], "error: batch_size must be a whole number, 1 or more; got 'two'"),
         (["parts=[nothing*.stl]"], "error: parts: no file nothing*.stl"),
+        (
+            ["slabs=[5,2]"],
+            "error: slabs must be the fewest and the most, such as [2, 5]; got [5",
+        ),
         (["sampler.steps=0"], "error: sampler=ddim: steps must be at least 1; got 0"),
     ],
 )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import count, islice
 
 import numpy as np
 
-from polycube.diffusion.pairs.any_structure import LatticePairs
+from polycube.diffusion.pairs.any_structure import LatticePairs, Part
+from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.training.evaluation import Columns
 from polycube.structure.lattice import genus
 from polycube.surface.measures import diagonal
@@ -18,29 +20,42 @@ TRIES = (1, 4, 16)  # draws of which the best is taken
 Draw = Callable[[TriMesh, int], Sequence[Polycube | None]]
 
 
-def evaluate_lattices(draw: Draw, pairs: LatticePairs, n_parts: int) -> list[Columns]:
-    """Columns of the first parts of a stream.
+def evaluate_lattices(
+    draw: Draw, pairs: LatticePairs, n_parts: int, slabs: tuple[int, int] = (1, MOST_SLABS)
+) -> list[Columns]:
+    """Columns of the first parts of a stream that have so many slabs along each axis.
+
+    slabs : fewest and most
 
     lattice_1, _4, _16 : whether one of the first draws has the full and empty boxes of the truth
     volume_1, _4, _16 : the largest share of the union of both solids that is in both
     genus : share of the draws that give a solid of the part's genus
+    genus_any : whether one of them does
+    lattice_16_cad and so on : lattice_16 of the parts of a style
     """
-    return [columns(draw, pairs, number) for number in range(n_parts)]
+    least, most = slabs
+    parts = (pairs.part(number) for number in count())
+    chosen = (
+        p
+        for p in parts
+        if least <= min(p.polycube.occupancy.shape) and max(p.polycube.occupancy.shape) <= most
+    )
+    return [columns(draw, part) for part in islice(chosen, n_parts)]
 
 
-def columns(draw: Draw, pairs: LatticePairs, number: int) -> Columns:
+def columns(draw: Draw, part: Part) -> Columns:
     """Those of one part."""
-    part = pairs.part(number)
     surface = TriMesh(part.geometry, part.surface.faces)
     size = diagonal(surface)
     drawn = draw(TriMesh(part.geometry / size, surface.faces), part.genus)
     right = [each is not None and _same(each, part.polycube) for each in drawn]
     shared = [0.0 if each is None else overlap(each, part.polycube, size) for each in drawn]
     handles = [each is not None and genus(each) == part.genus for each in drawn]
-    found: Columns = {"genus": np.array([np.mean(handles)])}
+    found: Columns = {"genus": np.array([np.mean(handles)]), "genus_any": np.array([any(handles)])}
     for tries in TRIES:
         if tries <= len(drawn):
             found[f"lattice_{tries}"] = np.array([any(right[:tries])])
+            found[f"lattice_{tries}_{part.style}"] = found[f"lattice_{tries}"]
             found[f"volume_{tries}"] = np.array([max(shared[:tries])])
     return found
 

@@ -43,7 +43,25 @@ def test_the_best_of_the_first_draws_counts() -> None:
     assert (found["lattice_1"], found["lattice_4"]) == (0, 1) and "lattice_16" not in found
     assert found["volume_1"] == 0 and found["volume_4"] == pytest.approx(1)
     genera = [PAIRS.part(number).genus for number in (2, 3)]
-    assert found["genus"] == pytest.approx(np.mean([(2 + (g == 0)) / 4 for g in genera]))
+    styles = {PAIRS.part(number).style for number in (2, 3)}
+    assert all(found[f"lattice_4_{style}"] == 1 for style in styles)
+    assert found["genus_any"] == 1 and found["genus"] == pytest.approx(
+        np.mean([(2 + (g == 0)) / 4 for g in genera])
+    )
+
+
+def test_parts_of_the_wanted_number_of_slabs_are_taken() -> None:
+    seen = []
+
+    def draw(surface: TriMesh, genus: int) -> list[Polycube | None]:
+        seen.append(surface)
+        return [None]
+
+    evaluate_lattices(draw, PAIRS, 3, (2, 4))
+    shapes = [PAIRS.part(number).polycube.occupancy.shape for number in range(40)]
+    chosen = [n for n, shape in enumerate(shapes) if 2 <= min(shape) and max(shape) <= 4][:3]
+    parts = [PAIRS.part(number) for number in chosen]
+    assert [len(s.faces) for s in seen] == [len(part.surface.faces) for part in parts]
 
 
 class _Stream:
