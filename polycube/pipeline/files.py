@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from polycube.errors import InputError
 
-LARGE = 4000  # elements; from more on, `auto` chooses the smaller files
+LARGE = 1500  # elements; from more on, `auto` chooses the smaller files
 CHOICES = {
     "bext": ("auto", "1", "2", "both"),
     "cells": ("auto", "lagrange", "corners"),
