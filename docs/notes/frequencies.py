@@ -34,8 +34,7 @@ RIGID = 6
 TETRAHEDRA = (0.06, 0.04, 0.025)  # sizes in diagonals
 ANGLE = np.deg2rad(30)  # between the patches of a triangulated surface
 TETRAHEDRON = 11  # of ten nodes, in Gmsh
-LARGEST = 180_000  # unknowns of a reference
-PER_HEX = 19  # unknowns of an optimal spline, about
+LARGEST = 300_000  # unknowns of a reference, about
 REFERENCE = "optimal, smaller hexes"
 STEP = f"""*MATERIAL, NAME=steel
 *ELASTIC
@@ -60,23 +59,25 @@ def main() -> None:
     for part in map(Path, sys.argv[2:]):
         kept = output / f"{part.stem}.json"
         rows: dict[str, Row] = json.loads(kept.read_text()) if kept.exists() else {}
-        for name, solve in models(part, output / part.stem).items():
+        solvers = models(part, output / part.stem, rows)
+        for name, solve in solvers.items():
             if name not in rows:
                 rows[name] = solve()
                 kept.write_text(json.dumps(rows, indent=1))
-        found[part.stem] = rows
+        found[part.stem] = {name: rows[name] for name in solvers}
     (output / "table.md").write_text("\n".join(table(found)) + "\n")
     plot(found).savefig(output / "plot.png", dpi=110)
 
 
-def models(part: Path, folder: Path) -> dict[str, Callable[[], Row]]:
+def models(part: Path, folder: Path, rows: dict[str, Row]) -> dict[str, Callable[[], Row]]:
     """What is solved for a part, by name; a deck is written beside the spline before it."""
     hexes, fine = folder / "hexes", folder / "fine"
-    if not (hexes / "report.json").exists():
-        infer(f"mesh={part}", f"output_dir={hexes}", "order=[meshing]")
-    if not (fine / "report.json").exists():
-        size = f"meshing.size={smaller(hexes):g}"
-        infer(f"mesh={part}", f"output_dir={fine}", "order=[meshing]", size)
+
+    def on_fine(space: str) -> Row:
+        mesh(part, fine, f"meshing.size={smaller(hexes, rows['optimal']['unknowns']):g}")
+        return spline(fine, space)
+
+    mesh(part, hexes)
     found = {
         "h2s": lambda: spline(hexes, "h2s", "C3D20"),
         "optimal": lambda: spline(hexes, "optimal", "C3D8I"),
@@ -86,9 +87,15 @@ def models(part: Path, folder: Path) -> dict[str, Callable[[], Row]]:
     for size in TETRAHEDRA:
         deck = folder / f"tetrahedra-{size:g}.inp"
         found[f"C3D10, {100 * size:g} %"] = partial(tetrahedra, part, deck, size)
-    found["h2s, smaller hexes"] = lambda: spline(fine, "h2s")
-    found[REFERENCE] = lambda: spline(fine, "optimal")
+    found["h2s, smaller hexes"] = partial(on_fine, "h2s")
+    found[REFERENCE] = partial(on_fine, "optimal")
     return found
+
+
+def mesh(part: Path, folder: Path, *settings: str) -> None:
+    """Mesh a part, unless that is done."""
+    if not (folder / "report.json").exists():
+        infer(f"mesh={part}", f"output_dir={folder}", "order=[meshing]", *settings)
 
 
 def infer(*settings: str) -> None:
@@ -97,12 +104,15 @@ def infer(*settings: str) -> None:
     subprocess.run(command, check=True, cwd=HERE)
 
 
-def smaller(run: Path) -> float:
-    """Size of the hexes of a reference, in units of the part: half that of a run, or more."""
+def smaller(run: Path, unknowns: int) -> float:
+    """Size of the hexes of a reference, in units of the part: half that of a run, or more.
+
+    unknowns : of the optimal spline on the hexes of the run
+    """
     mesh = meshio.read(run / "hex.vtu")
     corners = mesh.points[mesh.cells_dict["hexahedron"]]
     length = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).mean()
-    return float(length * max(0.5, np.cbrt(PER_HEX * len(corners) / LARGEST)))
+    return float(length * max(0.5, np.cbrt(unknowns / LARGEST)))
 
 
 def spline(run: Path, space: str, element: str = "C3D8I") -> Row:
@@ -218,24 +228,28 @@ def table(found: dict[str, dict[str, Row]]) -> list[str]:
 
 
 def plot(found: dict[str, dict[str, Row]]) -> plt.Figure:
-    """Error against unknowns, and against seconds, a colour per model."""
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.5), sharey=True, layout="constrained")
+    """Error against unknowns, and against seconds below: a part per column, a line per model."""
     kinds = {"h2s": "o", "optimal": "s", "C3D8I": "^", "C3D20": "v", "C3D10": "x"}
-    for colour, (kind, marker) in enumerate(kinds.items()):
-        points = [
-            (row["unknowns"], row["seconds"], error(row, rows[REFERENCE]))
-            for rows in found.values()
-            for name, row in rows.items()
-            if name.partition(",")[0] == kind and name != REFERENCE
-        ]
-        unknowns, seconds, errors = np.transpose(points)
-        for axis, x in zip(axes, (unknowns, seconds), strict=True):
-            axis.loglog(x, errors, marker, color=f"C{colour}", label=kind)
-    for axis, text in zip(axes, ("unknowns", "seconds"), strict=True):
-        axis.set_xlabel(text)
-        axis.grid(alpha=0.3)
-    axes[0].set_ylabel("mean error of ten frequencies, %")
-    axes[0].legend()
+    size = (2.6 * len(found), 6)
+    figure, axes = plt.subplots(2, len(found), figsize=size, sharey=True, layout="constrained")
+    for column, (part, rows) in enumerate(found.items()):
+        for colour, (kind, marker) in enumerate(kinds.items()):
+            chosen = [
+                row
+                for name, row in rows.items()
+                if name.partition(",")[0] == kind and name != REFERENCE
+            ]
+            errors = [error(row, rows[REFERENCE]) for row in chosen]
+            for axis, unit in zip(axes[:, column], ("unknowns", "seconds"), strict=True):
+                x = [row[unit] for row in chosen]
+                axis.loglog(x, errors, f"{marker}-", color=f"C{colour}", label=kind)
+                axis.set_xlabel(unit)
+                axis.grid(alpha=0.3)
+                axis.xaxis.set_minor_formatter("")
+        axes[0, column].set_title(part)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("mean error of ten frequencies, %")
+    axes[0, 0].legend()
     return figure
 
 

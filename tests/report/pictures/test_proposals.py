@@ -41,9 +41,7 @@ def test_polycubes_of_equal_size_lie_in_rows_and_do_not_touch() -> None:
     for i in range(6):
         for j in range(i):
             assert (low[i] > high[j]).any() or (low[j] > high[i]).any()
-    assert (
-        np.isclose(low[4, 0], low[0, 0]) and high[4, 1] < low[0, 1]
-    )  # below the first
+    assert np.isclose(low[4, 0], low[0, 0]) and high[4, 1] < low[0, 1]  # below the first
 
 
 def test_a_run_with_two_structures_shows_them(monkeypatch) -> None:
