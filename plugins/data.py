@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
@@ -20,7 +21,6 @@ Grid = Sequence[int] | None  # none for any structure
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
 TYPES = ("all", "published")
-N_POINTS = 1024  # of a pair without a grid
 SHAPES = {field.name for field in fields(Deformation)} - {"roughness"}
 
 
@@ -61,12 +61,13 @@ class Paired(Deformation):
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs | LatticePairs:
         """Pairs by number."""
+        from polycube.diffusion.conditions import AnyStructure
         from polycube.diffusion.pairs.any_structure import LatticePairs
         from polycube.diffusion.pairs.pairs import Pairs
         from polycube.diffusion.pairs.templates import contexts
 
         if not grid:
-            return LatticePairs(seed, N_POINTS)
+            return LatticePairs(seed, math.prod(AnyStructure.image))
         chosen = {"all": contexts, "published": published}[self.types](grid, primitives)
         return Pairs(grid, primitives, chosen, self, seed)
 

@@ -118,7 +118,7 @@ def _write(
 def _learning(cfg: Json) -> Learning:
     """How to train; raises InputError where the network does not allow it."""
     any_size = getattr(_build("model", cfg["model"]), "any_size", False)
-    thin = cfg["learning"]["thin"] or (THIN if any_size else 1)
+    thin = cfg["learning"]["thin"] or (THIN if any_size and cfg["grid"]["shape"] else 1)
     learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
     if learning.thin > 1 and not any_size:
         raise InputError(

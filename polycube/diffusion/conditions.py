@@ -90,7 +90,7 @@ class AnyStructure(Condition):
 
     length = MOST_HANDLES + 2
     labels = MappingProxyType({"axis": AXES, "knot": MOST_SLABS + 1})
-    image = (32, 32)
+    image = (16, 16)
     origin = np.zeros(3)
 
     def told(self, pair: LatticePair) -> int | None:

@@ -58,7 +58,7 @@ class Drawn(Structure):
     primitives: Mapping[str, np.ndarray]
     weights: str | None = setting("ckpt", None)
     draws: int = 8
-    clouds: int = 2
+    clouds: int = 6
     steps: int = 3
     noise: float = 1.0
     frames: int = 1
