@@ -20,7 +20,7 @@ from polycube.plugins.structure.learned.knots import (
     lattice,
     on_bricks,
 )
-from polycube.plugins.structure.learned.reading import Reading
+from polycube.plugins.structure.learned.reading import Cloud, Reading
 from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
 from polycube.surface.frames import rotations, turn
@@ -71,7 +71,8 @@ def truth(part: Part, n_points: int = 4000, wrong: float = 0.0) -> tuple[TriMesh
     axis = np.where(rng.random(n_points) < wrong, rng.integers(6, size=n_points), 0)
     axis = np.where(axis > 0, axis, part.surface.axis[face])
     said = np.log(0.9 * np.eye(6)[axis] + 0.1 / 6)
-    return surface, Reading(points, face_normals(surface)[face], said, places - points)
+    cloud = Cloud(points, face_normals(surface)[face], said, places - points)
+    return surface, cloud.read(surface)
 
 
 @pytest.mark.parametrize(("flat", "least"), [(False, 11), (True, 10)])
@@ -109,7 +110,7 @@ def test_flattened_charts_of_a_bent_plate_lie_in_planes() -> None:
     """A plate sheared along x by its height: charts across x and z end up at their mean places."""
     part = PARTS.part(19)  # a block
     surface, reading = truth(part, n_points=20_000)
-    places = reading.places(surface)
+    places = reading.places
     sheared = places + 0.1 * places[:, [2]] * [1, 0, 0]
     found, flat = flattened(surface, charts(surface, part.surface.axis, sheared), sheared)
     for chart in range(6):

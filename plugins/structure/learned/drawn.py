@@ -42,7 +42,8 @@ class Drawn(Structure):
     weights : of a training with grid=any; null: the shipped weights
     draws : of the network, in each frame
     clouds : of sample points in each draw
-    steps : of the sampler, for each draw
+    passes : of the network; each after the first sees the part as the one before has moved it
+    steps : of the sampler, for each pass
     noise : of the sampler; 0: draws differ by their sample points only
     frames : coordinate frames tried at most
     size : of the triangles that carry the coordinates, as a share of the diagonal
@@ -59,6 +60,7 @@ class Drawn(Structure):
     weights: str | None = setting("ckpt", None)
     draws: int = 8
     clouds: int = 6
+    passes: int = 1
     steps: int = 3
     noise: float = 1.0
     frames: int = 1
@@ -120,7 +122,8 @@ class Drawn(Structure):
         from .reading import readings
 
         sampler = {"plugin": "ddim", "steps": self.steps, "noise": self.noise}
-        drawn = readings(denoiser, surface, genus, sampler, self.draws, self.clouds, self.seed)
         vertices, faces, _ = refined(surface.vertices, surface.faces, self.size)
         fine = TriMesh(vertices, faces)
+        counts = self.draws, self.clouds, self.passes
+        drawn = readings(denoiser, fine, genus, sampler, *counts, self.seed)
         return fine, [lattice(fine, reading, genus, bool(k % 2)) for k, reading in enumerate(drawn)]

@@ -57,8 +57,8 @@ def lattice(surface: TriMesh, reading: Reading, genus: int, flat: bool = False) 
 
     flat : whether charts are flattened first
     """
-    places = reading.places(surface)
-    own = charts(surface, reading.axes(surface).argmax(axis=1), places)
+    places = reading.places
+    own = charts(surface, reading.log_axis.argmax(axis=1), places)
     if np.bincount(own.axis, minlength=3).min() < 2:
         return None
     if flat:

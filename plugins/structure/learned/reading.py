@@ -1,11 +1,10 @@
-"""What a network drew for sample points of a part, read off at its triangles and vertices."""
+"""What a network draws for sample points of a part, read off at its triangles and vertices."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -25,37 +24,39 @@ LOOK = 0.2  # distance, in units of the surface, that opposite normals count for
 READ = 0.2  # share of the steps at which the labels of a draw are read
 
 
+class Reading(NamedTuple):
+    """One draw of the network for a surface."""
+
+    log_axis: np.ndarray  # (F, 6) log-probabilities of types.AXES for each triangle
+    places: np.ndarray  # (V, 3) of the vertices on the polycube, in the frame of the surface
+
+
 @dataclass(frozen=True, eq=False)
-class Reading:
-    """One draw of the network: axes and places of sample points, in the frame of the surface."""
+class Cloud:
+    """One draw at sample points, in the frame of the surface."""
 
     points: np.ndarray  # (N, 3)
     normals: np.ndarray  # (N, 3)
     log_axis: np.ndarray  # (N, 6) log-probabilities of the axes of types.AXES
     moved: np.ndarray  # (N, 3) from the points to their places on the polycube
 
-    @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(np.hstack([self.points, LOOK / 2 * self.normals]))
-
-    def axes(self, surface: TriMesh) -> np.ndarray:
-        """(F, 6) log-probabilities of the triangles: the mean of those of points near them."""
-        return self.log_axis[self._near(surface)].mean(axis=1)
-
-    def places(self, surface: TriMesh) -> np.ndarray:
-        """(V, 3) places of the vertices on the polycube, moved as the triangles around them are."""
+    def read(self, surface: TriMesh) -> Reading:
+        """Means of the points near each triangle; a vertex moves as the triangles around it do."""
+        near = self._near(surface)
         weight = np.repeat(face_areas(surface), 3)
-        moved = np.repeat(self.moved[self._near(surface)].mean(axis=1), 3, axis=0)
+        moved = np.repeat(self.moved[near].mean(axis=1), 3, axis=0)
         number = len(surface.vertices)
         total = np.bincount(surface.faces.ravel(), weight, number)
         sums = [np.bincount(surface.faces.ravel(), weight * m, number) for m in moved.T]
-        return surface.vertices + np.transpose(sums) / np.maximum(total, 1e-30)[:, None]
+        mean = np.transpose(sums) / np.maximum(total, 1e-30)[:, None]
+        return Reading(self.log_axis[near].mean(axis=1), surface.vertices + mean)
 
     def _near(self, surface: TriMesh) -> np.ndarray:
         """(F, NEAR) sample points near the triangles, and on their side of a wall."""
         middle = surface.vertices[surface.faces].mean(axis=1)
         there = np.hstack([middle, LOOK / 2 * face_normals(surface)])
-        return self._tree.query(there, k=NEAR)[1]
+        tree = cKDTree(np.hstack([self.points, LOOK / 2 * self.normals]))
+        return tree.query(there, k=NEAR)[1]
 
 
 def readings(
@@ -65,18 +66,46 @@ def readings(
     sampler: Mapping[str, object],
     draws: int,
     clouds: int,
+    passes: int,
     seed: int,
 ) -> list[Reading]:
-    """Draws for a surface in a frame, each of several clouds of sample points of its own."""
-    number = draws * clouds
+    """Draws for a surface in a frame, each of several clouds of sample points of its own.
+
+    passes : times that the network is asked; from the second on it sees the surface where the
+        draw before has put it, and says what is left to move
+    """
     rng = np.random.default_rng(seed)
-    sampled = [sample(surface, denoiser.n_points(genus), rng) for _ in range(number)]
+    shown, read = [surface] * draws, []
+    for _ in range(passes):
+        drawn = _clouds(denoiser, shown, genus, sampler, clouds, rng)
+        read = [cloud.read(each) for cloud, each in zip(drawn, shown, strict=True)]
+        shown = [TriMesh(each.places, surface.faces) for each in read]
+    return read
+
+
+def _clouds(
+    denoiser: Denoiser,
+    surfaces: Sequence[TriMesh],
+    genus: int,
+    sampler: Mapping[str, object],
+    clouds: int,
+    rng: np.random.Generator,
+) -> list[Cloud]:
+    """A draw for each surface, at sample points of all its clouds together."""
+    n_points, number = denoiser.n_points(genus), clouds * len(surfaces)
+    sampled = [sample(each, n_points, rng) for each in surfaces for _ in range(clouds)]
     points, normals = (np.stack(rows) for rows in zip(*sampled, strict=True))
-    frame = learning_frame(surface.vertices)
-    seen = frame.apply(points)
-    drawn = denoiser.denoise(
-        seen, normals, [genus] * number, build("sampler", sampler), seed, read=READ
+    frames = [learning_frame(each.vertices) for each in surfaces for _ in range(clouds)]
+    seen = np.stack([frame.apply(p) for frame, p in zip(frames, points, strict=True)])
+    said = denoiser.denoise(
+        seen,
+        normals,
+        [genus] * number,
+        build("sampler", sampler),
+        int(rng.integers(2**31)),
+        read=READ,
     )
-    rows = points, normals, drawn.log_labels[0], (drawn.points - seen) * frame.scale
-    together = [row.reshape(draws, -1, row.shape[2]) for row in rows]
-    return [Reading(*each) for each in zip(*together, strict=True)]
+    scale = np.array([frame.scale for frame in frames])
+    rows = points, normals, said.log_labels[0], (said.points - seen) * scale[:, None, None]
+    together = [row.reshape(len(surfaces), -1, row.shape[2]) for row in rows]
+    return [Cloud(*each) for each in zip(*together, strict=True)]
