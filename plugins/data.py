@@ -43,31 +43,40 @@ def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
 class Paired(Deformation):
     """Polycubes of all contexts of the grid, deformed into shapes like real parts.
 
-    With grid=any, random lattices as `polycube/diffusion/pairs/any_structure.py` makes them; the
-    options are of grids.
+    With grid=any, random lattices as `polycube/diffusion/pairs/any_structure.py` makes them; all
+    options but the last two are of grids.
 
     Parameters
     ----------
     types : contexts: all of the grid, or published, the nine of the published 2x1 set
+    cad, organic : with grid=any, shares of parts as CAD makes them, and of deformed ones; the
+        others are both
     """
 
     types: str = "all"
+    cad: float = 0.6
+    organic: float = 0.2
 
     pads = False  # each geometry fills the image, whatever its context
 
     def __post_init__(self) -> None:
         if self.types not in TYPES:
             raise ValueError(f"types must be {' or '.join(TYPES)}; got {self.types!r}")
+        if not (0 <= self.cad and 0 <= self.organic and self.cad + self.organic <= 1):
+            raise ValueError(
+                f"cad and organic must be shares, together at most 1; got {self.cad}, {self.organic}"
+            )
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs | LatticePairs:
         """Pairs by number."""
         from polycube.diffusion.conditions import AnyStructure
-        from polycube.diffusion.pairs.any_structure import LatticePairs
+        from polycube.diffusion.pairs.any_structure import LatticePairs, LatticeShapes
         from polycube.diffusion.pairs.pairs import Pairs
         from polycube.diffusion.pairs.templates import contexts
 
         if not grid:
-            return LatticePairs(seed, math.prod(AnyStructure.image))
+            shapes = LatticeShapes(cad=self.cad, organic=self.organic)
+            return LatticePairs(seed, math.prod(AnyStructure.image), shapes)
         chosen = {"all": contexts, "published": published}[self.types](grid, primitives)
         return Pairs(grid, primitives, chosen, self, seed)
 

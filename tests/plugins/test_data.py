@@ -60,3 +60,12 @@ def test_paper_jitters_the_polycube(primitives: dict) -> None:
         centred = 2 * (exact.polycube - (low + high) / 2) / (high - low).max()
         assert exact.geometry == pytest.approx(centred, abs=0.03)
         assert 0 < np.abs(jittered.geometry - exact.geometry).mean() < 0.02
+
+
+def test_styles_of_any_structure() -> None:
+    """As CAD makes them, or deformed; shares that are none are refused."""
+    deformed = build("data", {"plugin": "paired", "cad": 0, "organic": 1})(None, {}, 0)
+    assert {deformed.part(i).style for i in range(20)} == {"organic"}
+    assert len(deformed(0).geometry) == 256
+    with pytest.raises(InputError, match="together at most 1; got 0.7, 0.4"):
+        build("data", {"plugin": "paired", "cad": 0.7, "organic": 0.4})
