@@ -29,8 +29,10 @@ def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
 
     points : (n, 3) where each unknown is, more or less
     """
-    group, first = _alike(matrix)
-    graph = csr_matrix(matrix[first][:, first])
+    touches = np.ones(matrix.nnz)  # values could cancel where the neighbours of a row are counted
+    pattern = csr_matrix((touches, matrix.indices, matrix.indptr), matrix.shape)
+    group, first = _alike(pattern)
+    graph = csr_matrix(pattern[first][:, first])
     members = np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))[:-1])
     size = np.bincount(group)
     fronts: list[Front] = []
@@ -39,12 +41,11 @@ def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
     return fronts
 
 
-def _alike(matrix: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+def _alike(pattern: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
     """Group of each row, rows of one pattern together, and a row of each group."""
     rng = np.random.default_rng(0)
-    pattern = csr_matrix((np.ones(matrix.nnz), matrix.indices, matrix.indptr), matrix.shape)
     _, first, group = np.unique(
-        pattern @ rng.random(matrix.shape[0]), return_index=True, return_inverse=True
+        pattern @ rng.random(pattern.shape[0]), return_index=True, return_inverse=True
     )
     return group.ravel(), first
 
