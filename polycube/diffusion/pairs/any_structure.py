@@ -1,10 +1,11 @@
-"""Pairs of any structure: random lattices as parts look, without grid or primitives.
+"""Pairs of any structure: random lattices as parts look, and given parts; no grid, no primitives.
 
 Pair i of a stream depends on (seed, i) only.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -143,6 +144,26 @@ class LatticePairs:
             x = options.deformation.bent(in_cube, rng)[: -len(CUBE)]
         polycube = Polycube(lattice.occupancy, *knots, (1, 1, 1), ("lattice",))
         return Part(learning_frame(x).apply(x), surface, polycube, lattice.genus, style)
+
+
+class PartPairs(LatticePairs):
+    """Given parts, each time turned by a random rotation of the cube, among random lattices.
+
+    parts : at least one, each as likely as the others
+    share : of the parts in the stream that are of these
+    """
+
+    def __init__(self, seed: int, n_points: int, parts: Sequence[Part], share: float) -> None:
+        super().__init__(seed, n_points)
+        self.parts, self.share = parts, share
+
+    def part(self, index: int) -> Part:
+        """Part number `index`; where it is a lattice, that of `LatticePairs`."""
+        rng = np.random.default_rng([self.seed, index, 0, 1])  # the last sets it apart from theirs
+        if rng.random() >= self.share:
+            return super().part(index)
+        part = self.parts[int(rng.integers(len(self.parts)))]
+        return turned(part, rotations()[rng.integers(24)])
 
 
 def turned(part: Part, rotation: np.ndarray) -> Part:

@@ -1,0 +1,188 @@
+"""A part and its polycube, read off a hex mesh that was made from the polycube.
+
+Every boundary quad says which face of the polycube it came from, and that says enough: corners of
+the polycube are where faces of three axes meet, between them an edge is laid out by its length,
+and inside its borders a face is laid out by mean values (Floater 2003), which do not leave it.
+Where the part is the polycube, all of this is the identity.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import isotonic_regression
+from scipy.sparse import csr_matrix
+
+from polycube.charts.harmonic import extend, mean_value
+from polycube.diffusion.encoding import learning_frame
+from polycube.diffusion.pairs.any_structure import OUTWARD, Part
+from polycube.diffusion.pairs.lattices import MOST_SLABS
+from polycube.diffusion.pairs.tessellation import Tessellation, exposed
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.structure.lattice import boundary, collapse, genus
+from polycube.structure.projection import project_onto
+from polycube.types import HexMesh, PerAxis, Polycube
+
+STYLE = "meshed"
+NARROWEST = 0.06  # slab, in the learning frame
+MOST_FOLDED = 0.01  # of the area of the polycube that the surface covers, and again uncovers
+TILTED = 60  # degrees between a normal and the axis of its label
+
+
+class _Faces(NamedTuple):
+    """Boundary quads and the faces of the collapsed polycube that they came from."""
+
+    quads: np.ndarray  # (Q, 4)
+    axis: np.ndarray  # (Q,) 0..5
+    knot: np.ndarray  # (Q,)
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """(2 Q, 3) the halves of each quad."""
+        return self.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+
+
+def meshed_part(hexes: HexMesh, polycube: Polycube) -> Part:
+    """The boundary of a hex mesh beside its polycube, both in the learning frame.
+
+    The part is turned so that its normals are along the axes of their labels as nearly as can be.
+    A knot is the mean coordinate of what lies on its plane, by area.
+
+    hexes : a valid mesh, whose `patch` numbers the faces of the polycube
+    Raises ValueError, with the reason, where the learner could not use it.
+    """
+    solid = collapse(polycube)
+    if max(solid.occupancy.shape) > MOST_SLABS:
+        slabs = " x ".join(map(str, solid.occupancy.shape))
+        raise ValueError(f"the polycube has {slabs} slabs, more than {MOST_SLABS} along an axis")
+    used, quads = np.unique(hexes.quads, return_inverse=True)
+    faces = _Faces(quads.reshape(-1, 4), *_labels(hexes.patch, polycube, solid))
+    x = hexes.vertices[used]
+    x = x @ _rotation(x, faces).T
+    x = learning_frame(x).apply(x)
+    solid = Polycube(solid.occupancy, *_knots(x, faces, solid), (1, 1, 1), ("lattice",))
+    places = _places(x, faces, solid)
+    labels = faces.axis.repeat(2), faces.knot.repeat(2)
+    surface = Tessellation(places, faces.quads, faces.triangles, *labels)
+    check_cover(surface, solid)
+    return Part(x, surface, solid, genus(solid), STYLE)
+
+
+def tilted(part: Part, degrees: float = TILTED) -> float:
+    """Share of the area of a part whose normal is further than that off the axis of its label."""
+    vectors = _area_vectors(part.geometry[part.surface.faces])
+    area = np.linalg.norm(vectors, axis=1)
+    along = np.einsum("fk,fk->f", vectors, OUTWARD[part.surface.axis])
+    return float(area[along < np.cos(np.radians(degrees)) * area].sum() / area.sum())
+
+
+def _labels(patch: np.ndarray, given: Polycube, solid: Polycube) -> tuple[np.ndarray, np.ndarray]:
+    """Axis (Q,) and number of the knot (Q,) on the collapsed polycube, for patches of the given."""
+    outside = boundary(given)
+    _, first = np.unique(outside.patch, return_index=True)
+    axis = outside.axis[first][patch]
+    corner = outside.vertices[outside.quads[first, 0]][patch]
+    knot = np.zeros(len(patch), np.int64)
+    for a, knots in enumerate(solid.knots):
+        own = axis // 2 == a
+        knot[own] = np.searchsorted(knots, corner[own, a])
+    return axis, knot
+
+
+def _rotation(x: np.ndarray, faces: _Faces) -> np.ndarray:
+    """(3, 3) after which area vectors and axes of labels have the largest sum of products."""
+    vectors = _area_vectors(x[faces.triangles])
+    u, _, vt = np.linalg.svd(OUTWARD[faces.axis.repeat(2)].T @ vectors)
+    return u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+
+
+def _knots(x: np.ndarray, faces: _Faces, solid: Polycube) -> PerAxis:
+    """Knots of the slabs, centred, the longest edge 2: the means of the planes, made to ascend."""
+    corners = x[faces.triangles]
+    area = np.linalg.norm(_area_vectors(corners), axis=1)
+    axis, knot = faces.axis.repeat(2) // 2, faces.knot.repeat(2)
+    found = []
+    for a, n in enumerate(solid.occupancy.shape):
+        own = axis == a
+        weight = np.bincount(knot[own], area[own], n + 1)
+        total = np.bincount(knot[own], area[own] * corners[own, :, a].mean(axis=1), n + 1)
+        if not (weight > 0).all():
+            raise ValueError("a face of the polycube is not on the mesh")
+        least = NARROWEST * np.arange(n + 1)
+        knots = isotonic_regression(total / weight - least, weights=weight).x + least
+        found.append(knots - (knots[0] + knots[-1]) / 2)
+    x, y, z = (knots / max(k[-1] for k in found) for knots in found)
+    return x, y, z
+
+
+def _places(x: np.ndarray, faces: _Faces, solid: Polycube) -> np.ndarray:
+    """(V, 3) places of the vertices on the polycube."""
+    given, known = _planes(len(x), faces, solid)
+    ends, sides = quad_edges(faces.quads)
+    plane = faces.axis * (MOST_SLABS + 1) + faces.knot
+    ends = ends[plane[sides[:, 0]] != plane[sides[:, 1]]]
+    near = 1 / np.linalg.norm(x[ends[:, 0]] - x[ends[:, 1]], axis=1)
+    rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
+    along = csr_matrix((np.append(near, near), (rows, columns)), shape=(len(x), len(x)))
+    number = known.sum(axis=1)
+    try:
+        places = extend(along, given, fixed=number != 2)
+    except RuntimeError:
+        raise ValueError("an edge of the polycube has no ends on the mesh") from None
+    inside = mean_value(x[faces.triangles], faces.triangles, len(x))
+    places = np.where(known, given, extend(inside, places, fixed=number > 1))
+    free = number == 1
+    places[free] = _on_own_face(places[free], given[free], known[free], solid)
+    return places
+
+
+def _planes(n: int, faces: _Faces, solid: Polycube) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates (n, 3) of the planes that vertices lie on, 0 where on none; whether on one."""
+    low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
+    for a, knots in enumerate(solid.knots):
+        own = faces.axis // 2 == a
+        at, value = faces.quads[own].ravel(), knots[faces.knot[own]].repeat(4)
+        np.minimum.at(low[:, a], at, value)
+        np.maximum.at(high[:, a], at, value)
+    known = low <= high
+    if (low[known] < high[known]).any():
+        raise ValueError("two opposite faces of the polycube meet on the mesh")
+    return np.where(known, low, 0.0), known
+
+
+def _on_own_face(
+    places: np.ndarray, given: np.ndarray, known: np.ndarray, solid: Polycube
+) -> np.ndarray:
+    """The nearest places (N, 3) on the faces in the one plane that each of them is known to be in;
+    a face may have notches, into which means reach.
+    """
+    outside = boundary(solid)
+    normal, own = outside.axis // 2, known.argmax(axis=1)
+    height = outside.vertices[outside.quads[:, 0], normal]
+    same = (own[:, None] == normal) & (given[np.arange(len(own)), own][:, None] == height)
+    return project_onto(outside, places, np.where(same, 0.0, np.inf))[0]
+
+
+def check_cover(surface: Tessellation, solid: Polycube) -> None:
+    """Raise ValueError unless a surface covers every plane of the polycube once."""
+    vectors = _area_vectors(surface.vertices[surface.faces])
+    area = np.einsum("fk,fk->f", vectors, OUTWARD[surface.axis])
+    covered, wanted = np.zeros((2, 6, MOST_SLABS + 1))
+    np.add.at(covered, (surface.axis, surface.knot), area)
+    axis, box = exposed(solid.occupancy)
+    number, normal = np.arange(len(box)), axis // 2
+    widths = [np.diff(knots) for knots in solid.knots]
+    sides = np.stack([w[b] for w, b in zip(widths, box.T, strict=True)], axis=1)
+    sides[number, normal] = 1
+    np.add.at(wanted, (axis, box[number, normal] + 1 - axis % 2), sides.prod(axis=1))
+    if np.abs(covered - wanted).max() > 1e-9:
+        raise ValueError("faces do not lie as those of the polycube do")
+    folded = float(-area[area < 0].sum() / wanted.sum())
+    if folded > MOST_FOLDED:
+        raise ValueError(f"{folded:.1%} of the polycube is covered by folds of the surface")
+
+
+def _area_vectors(corners: np.ndarray) -> np.ndarray:
+    """(F, 3) normals of triangles (F, 3, 3), as long as their areas."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2

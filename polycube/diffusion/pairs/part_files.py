@@ -1,0 +1,117 @@
+"""Files of parts with their polycubes: numpy archives without pickled objects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from polycube.diffusion.pairs.any_structure import OUTWARD, Part
+from polycube.diffusion.pairs.lattices import MOST_SLABS
+from polycube.diffusion.pairs.meshed_parts import STYLE, check_cover
+from polycube.diffusion.pairs.tessellation import Tessellation
+from polycube.errors import InputError
+from polycube.structure.neighbourhoods import solid_genus
+from polycube.types import Polycube
+
+SUFFIX = ".npz"
+REMEDY = "python -m polycube.make_pairs makes such files"
+SHAPES = {  # equal letters are equal lengths; kinds of numpy
+    "geometry": ("V 3", "f"),
+    "places": ("V 3", "f"),
+    "quads": ("Q 4", "i"),
+    "axis": ("Q", "i"),
+    "knot": ("Q", "i"),
+    "occupancy": ("X Y Z", "b"),
+    "x": ("X+1", "f"),
+    "y": ("Y+1", "f"),
+    "z": ("Z+1", "f"),
+}
+OFF = 1e-6  # of the learning frame, that a place may be off the plane of its label
+
+
+def write_part(path: Path, part: Part) -> None:
+    """Write a part with its polycube; labels are of quads, which are two triangles each."""
+    surface, solid = part.surface, part.polycube
+    np.savez_compressed(
+        path,
+        geometry=part.geometry,
+        places=surface.vertices,
+        quads=surface.quads,
+        axis=surface.axis[::2],
+        knot=surface.knot[::2],
+        occupancy=solid.occupancy,
+        x=solid.x,
+        y=solid.y,
+        z=solid.z,
+    )
+
+
+def read_part(path: Path) -> Part:
+    """A part as `write_part` wrote it; raises InputError, one sentence, for any other file."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            found = {name: file[name] for name in SHAPES}
+    except (OSError, ValueError, EOFError, KeyError, AttributeError, TypeError, BadZipFile):
+        raise InputError("this is no file of a part", str(path), REMEDY) from None
+    try:
+        return _part(found)
+    except ValueError as error:
+        raise InputError(str(error), str(path), REMEDY) from None
+
+
+def read_parts(folder: Path) -> list[Part]:
+    """All parts of a folder, by name; raises InputError where there is none, or a broken file."""
+    files = sorted(folder.glob(f"*{SUFFIX}"))
+    if not files:
+        raise InputError(f"there is no part (*{SUFFIX}) in the folder", str(folder), REMEDY)
+    return [read_part(path) for path in files]
+
+
+def _part(found: Mapping[str, np.ndarray]) -> Part:
+    """The part that arrays hold; raises ValueError for what does not fit together."""
+    _check_shapes(found)
+    quads, axis, knot = found["quads"], found["axis"], found["knot"]
+    knots = found["x"], found["y"], found["z"]
+    solid = Polycube(found["occupancy"], *knots, (1, 1, 1), ("lattice",))
+    genus = solid_genus(solid.occupancy)
+    if genus is None:
+        raise ValueError("the polycube is not one solid without voids")
+    if max(solid.occupancy.shape) > MOST_SLABS:
+        raise ValueError(f"the polycube has more than {MOST_SLABS} slabs along an axis")
+    _check_range("quads", quads, len(found["geometry"]) - 1)
+    _check_range("axis", axis, len(OUTWARD) - 1)
+    for a, planes in enumerate(knots):
+        own = axis // 2 == a
+        _check_range("knot", knot[own], len(planes) - 1)
+        at = found["places"][quads[own], a]
+        if np.abs(at - planes[knot[own]][:, None]).max(initial=0) > OFF:
+            raise ValueError("places do not lie on the planes of their labels")
+    faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    surface = Tessellation(found["places"], quads, faces, axis.repeat(2), knot.repeat(2))
+    check_cover(surface, solid)
+    return Part(found["geometry"], surface, solid, genus, STYLE)
+
+
+def _check_shapes(found: Mapping[str, np.ndarray]) -> None:
+    """Raise ValueError for an array of another shape or kind, or with numbers that are none."""
+    sizes: dict[str, int] = {}
+    for name, (dims, kind) in SHAPES.items():
+        array, letters = found[name], dims.split()
+        fits = array.dtype.kind == kind and array.ndim == len(letters) and array.size > 0
+        if fits:
+            for letter, size in zip(letters, array.shape, strict=True):
+                known = sizes.get(letter[0], 0) + 1 if "+" in letter else size
+                wanted = int(letter) if letter.isdigit() else sizes.setdefault(letter, known)
+                fits &= size == wanted
+        if not fits:
+            raise ValueError(f"{name} has not the shape ({dims.replace(' ', ', ')}) or type")
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name} has values that are no numbers")
+
+
+def _check_range(name: str, values: np.ndarray, most: int) -> None:
+    if values.min(initial=0) < 0 or values.max(initial=0) > most:
+        raise ValueError(f"{name} must be from 0 to {most}")
