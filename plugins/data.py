@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from polycube.diffusion.pairs.deformation import Deformation
 from polycube.registry import register
 
 if TYPE_CHECKING:
-    from polycube.diffusion.pairs.any_structure import LatticePairs
+    from polycube.diffusion.pairs.any_structure import LatticePairs, PartPairs
     from polycube.diffusion.pairs.pairs import Pairs
     from polycube.diffusion.pairs.templates import Context
 
@@ -105,3 +106,42 @@ class Published:
             raise ValueError("data=paper needs a grid; with grid=any take data=paired")
         noise = Deformation(**dict.fromkeys(SHAPES, 0.0), roughness=self.jitter)
         return Pairs(grid, primitives, published(grid, primitives), noise, seed, pads=True)
+
+
+@register("data", "parts")
+@dataclass(frozen=True)
+class Parts:
+    """Parts that were meshed, as `python -m polycube.make_pairs` keeps them, and random lattices.
+
+    For grid=any.  A training with them is measured on random lattices, as one without them is.
+
+    Parameters
+    ----------
+    path : folder with the files of the parts; by default where `make_pairs` writes them
+    share : of the parts in the stream that are of these; the others are random lattices
+    """
+
+    path: str = "pairs"
+    share: float = 0.5
+
+    pads = False
+    gridless = True
+
+    def __post_init__(self) -> None:
+        if not 0 < self.share <= 1:
+            raise ValueError(f"share must be above 0 and at most 1; got {self.share}")
+
+    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> PartPairs:
+        """Pairs by number."""
+        from polycube.diffusion.pairs.any_structure import PartPairs
+        from polycube.diffusion.pairs.part_files import read_parts
+
+        if grid:
+            raise ValueError("data=parts is for grid=any; with a grid take data=paired")
+        return PartPairs(seed, N_POINTS, read_parts(Path(self.path)), self.share)
+
+    def held_out(self, grid: Grid, primitives: Primitives, seed: int) -> LatticePairs:
+        """Random lattices alone: a part that is trained on is no measure."""
+        from polycube.diffusion.pairs.any_structure import LatticePairs
+
+        return LatticePairs(seed, N_POINTS)

@@ -66,9 +66,14 @@ class Data(Protocol):
     """Training pairs: an endless, seeded stream of geometry, polycube, labels and context."""
 
     pads: bool  # single cells have 512 points and zeros, as published
+    gridless: ClassVar[bool] = False  # its pairs are of any structure, for grid=any alone
 
     def __call__(self, *args: object, **options: object) -> object:
         """See `polycube.testing.learning` for what is promised."""
+
+    def held_out(self, *args: object, **options: object) -> object:
+        """The pairs by which a training is measured; by default others of the same kind."""
+        return self(*args, **options)
 
 
 class Structure(Protocol):

@@ -7,7 +7,7 @@ from os.path import isfile  # unlike Path.is_file, it bears names that are too l
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from")
+PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
 
 
 def with_mesh(arguments: list[str]) -> list[str]:

@@ -67,7 +67,8 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
         given = (taken, len(denoiser.state_dict()), cfg["begin_from"])
         logger.info("%d of %d tensors begin as those of %s", *given)
     learning, size = _learning(cfg), cfg["batch_size"]
-    pairs, others = (_checked(data, grid, primitives, cfg["seed"] + n) for n in (0, HELD_OUT))
+    pairs = _checked(data, grid, primitives, cfg["seed"])
+    others = _checked(getattr(data, "held_out", data), grid, primitives, cfg["seed"] + HELD_OUT)
     if not grid:
         pairs.views = cfg["views"]
     turned = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import label
@@ -98,25 +99,45 @@ def check_sampler(plugin: Callable) -> None:
 
 def check_data(plugin: Callable) -> None:
     """Endless pairs by number, each depending on the seed and its number only."""
-    grid = (2, 1, 1)
+    gridless = getattr(plugin, "gridless", False)
+    grid = None if gridless else (2, 1, 1)
     pairs, same, other = (plugin(grid, PRIMITIVES, seed) for seed in (0, 0, 1))
     same(3)
     for index in (0, 10**6):
         pair = pairs(index)
         claim_array(pair.geometry, (None, 3), "the geometry")
-        for name in ("normals", "polycube", "labels"):
+        for name in ("normals", "polycube"):
             claim_array(getattr(pair, name), (len(pair.geometry), 3), f"the {name}")
         lengths = np.linalg.norm(pair.normals, axis=1)
         claim(np.allclose(lengths, 1), "the normals have unit length", lengths.max())
-        low, high = pair.labels.min(axis=0), pair.labels.max(axis=0)
-        claim((low >= 0).all() and (high < [6, 2, 2]).all(), "labels: axis, cell, wall", high)
-        claim(len(pair.context) == 2, "the context names every cell", pair.context)
-        known = {*PRIMITIVES, None}
-        claim(set(pair.context) <= known, "the context is of known primitives", pair.context)
+        (_check_gridless if gridless else _check_on_grid)(pair)
         claim(np.array_equal(pair.geometry, same(index).geometry), "pair i depends on i and seed")
         claim(
             not np.array_equal(pair.geometry, other(index).geometry), "another seed, another pair"
         )
+
+
+def _check_on_grid(pair: Any) -> None:
+    """Labels and context of a pair of the grid (2, 1, 1)."""
+    claim_array(pair.labels, (len(pair.geometry), 3), "the labels")
+    low, high = pair.labels.min(axis=0), pair.labels.max(axis=0)
+    claim((low >= 0).all() and (high < [6, 2, 2]).all(), "labels: axis, cell, wall", high)
+    claim(len(pair.context) == 2, "the context names every cell", pair.context)
+    known = {*PRIMITIVES, None}
+    claim(set(pair.context) <= known, "the context is of known primitives", pair.context)
+
+
+def _check_gridless(pair: Any) -> None:
+    """Labels and polycube of a pair of any structure."""
+    claim_array(pair.labels, (len(pair.geometry), 2), "the labels")
+    axis, knot = pair.labels.T
+    claim(axis.min() >= 0 and axis.max() < 6, "labels: axis, knot", axis.max())
+    claim(is_manifold(pair.solid), "the polycube is one solid")
+    for a, knots in enumerate(pair.solid.knots):
+        own = axis // 2 == a
+        claim(knot[own].max() < len(knots), "labels number the knots of the polycube", knot.max())
+        off = np.abs(pair.polycube[own, a] - knots[knot[own]]).max()
+        claim(off < 1e-6, "places lie on the planes of their labels", f"{off:.2g} off")
 
 
 LEARNING = {
