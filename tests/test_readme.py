@@ -17,6 +17,7 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from polycube import __version__
+from polycube.cli.pairs import coarse
 from polycube.config import compose
 from polycube.pipeline.improvement import Improvement, is_improvement
 from polycube.pipeline.intake import read_part
@@ -31,6 +32,7 @@ PROGRAMS = {
     ("python", "infer.py"): "infer",
     ("python", "train.py"): "train",
     ("python", "-m", "polycube.evaluate"): "evaluate",
+    ("python", "-m", "polycube.make_pairs"): "make_pairs",
     ("polycube-infer",): "infer",
     ("polycube-train",): "train",
 }
@@ -81,6 +83,8 @@ def check(program: str, overrides: list[str]) -> None:
         settings = Settings.of(cfg)
         kind = Improvement if is_improvement(settings) else Run
         kind(settings, read_part)
+    elif program == "make_pairs":
+        coarse.check(cfg)
     else:
         kinds = ("schedule", "model", "data", "sampler")
         built = [build(kind, cfg[kind]) for kind in kinds if kind in cfg]

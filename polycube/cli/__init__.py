@@ -25,14 +25,19 @@ def evaluate_command() -> None:
     _run("evaluate")
 
 
-def _run(name: str) -> None:
+def make_pairs_command() -> None:
+    """`polycube-make-pairs`, `python -m polycube.make_pairs`."""
+    _run("make_pairs", "pairs.make")
+
+
+def _run(name: str, module: str = "") -> None:
     """Show the help of a program, or import the program and run it."""
     from polycube.cli import help
     from polycube.cli.command import refused
 
     with to_a_reader():
         if not help.is_asked_for():
-            import_module(f"polycube.cli.{name}").main()
+            import_module(f"polycube.cli.{module or name}").main()
             return
         try:
             help.show(name)

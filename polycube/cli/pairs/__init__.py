@@ -1,1 +1,1 @@
-"""What is shown of the pairs that a diffusion model is trained on."""
+"""Pairs that a diffusion model is trained on: made of parts that are meshed, and shown."""

@@ -1,0 +1,64 @@
+"""Mesh a part on a coarse polycube: the meshing half of a run, with few slabs to an axis."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from threading import Event
+
+from polycube.config import compose
+from polycube.diffusion.pairs.lattices import MOST_SLABS
+from polycube.errors import InputError, MeshingError
+from polycube.pipeline.choices import choose
+from polycube.pipeline.intake import read_part
+from polycube.pipeline.run import Run
+from polycube.pipeline.settings import Settings
+from polycube.pipeline.state import RunState
+from polycube.structure.lattice import collapse
+from polycube.types import Json, Ranked
+
+COARSE = ("structure=coarse", "order=[meshing]")
+NAMES = {"size": "meshing.size"} | {n: n for n in ("tries", "seconds", "repair", "seed")}
+
+
+def mesh_coarsely(path: str, cfg: Json, interrupt: Event | None = None) -> RunState:
+    """The last state of a run that ended in a valid mesh.
+
+    path : of the part
+    cfg : size, tries, seconds, repair and seed, as of a run
+
+    Raises
+    ------
+    InputError : the part is refused, or no structure of it has few slabs
+    MeshingError : no mesh is valid
+    KeyboardInterrupt : a user ended the run
+    """
+    settings = replace(_settings(cfg), mesh=path)
+    run = Run(settings, read_part, interrupt)
+    state = run.begin()
+    ranked = [entry for entry in state.ranked if _is_coarse(entry)]
+    if not ranked:
+        raise InputError(
+            f"all structures found have more than {MOST_SLABS} slabs along an axis, which is more "
+            "than the network can say"
+        )
+    state = run.mesh(choose(replace(state, ranked=ranked), 0, run.primitives))
+    if state.interrupted:
+        raise KeyboardInterrupt
+    if state.failure is not None:
+        raise MeshingError(state.failure)
+    return state
+
+
+def check(cfg: Json) -> None:
+    """Raise InputError for a setting that no part can be meshed with."""
+    Run(_settings(cfg), read_part)
+
+
+def _settings(cfg: Json) -> Settings:
+    options = [f"{NAMES[name]}={json.dumps(cfg[name])}" for name in NAMES]
+    return Settings.of(compose("infer", [*COARSE, *options]))
+
+
+def _is_coarse(entry: Ranked) -> bool:
+    return max(collapse(entry.candidate.polycube).occupancy.shape) <= MOST_SLABS

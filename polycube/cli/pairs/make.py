@@ -1,0 +1,125 @@
+"""`python -m polycube.make_pairs`: parts in, a file of training pairs for each part out.
+
+Exit codes: 0 where at least one part gave pairs, 2 where none did or an option is refused, 130
+interrupted.
+"""
+
+from __future__ import annotations
+
+import csv
+import glob
+import logging
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+from polycube.cli.command import command
+from polycube.cli.pairs.coarse import check, mesh_coarsely
+from polycube.cli.signals import INTERRUPTED, terminable
+from polycube.cli.terminal import logging_to
+from polycube.diffusion.pairs.any_structure import Part
+from polycube.diffusion.pairs.meshed_parts import meshed_part, tilted
+from polycube.diffusion.pairs.part_files import SUFFIX, write_part
+from polycube.errors import InputError, MeshingError
+from polycube.io import manifest
+from polycube.types import Json
+
+TABLE = "summary.csv"
+COLUMNS = ("part", "result", "says", "genus", "slabs", "tilted_percent", "seconds", "path")
+MADE, NONE = "pairs", "no pairs"  # results
+
+Row = dict[str, Any]
+
+
+def make_pairs(cfg: Json, folder: Path | None = None) -> list[Row]:
+    """Mesh all parts, keep those that have a coarse polycube; returns the rows of the summary.
+
+    folder : for the files, by default `output_dir`
+    Raises InputError for a wrong option, for a file in the way, and where no part gave pairs.
+    """
+    folder = folder or Path(str(cfg["output_dir"]))
+    parts = _files(cfg["parts"])
+    check(cfg)
+    manifest.check(folder, [TABLE, *(f"{path.stem}{SUFFIX}" for path in parts)], parts)
+    manifest.remove(folder, [f"{path.stem}{SUFFIX}" for path in parts], parts)
+    rows: list[Row] = []
+    with terminable() as interrupt:
+        for path in parts:
+            rows.append(_row(path, cfg, folder, interrupt))
+            sys.stderr.write(f"{_line(rows[-1])}\n")
+            _write_table(rows, folder)
+    made = sum(row["result"] == MADE for row in rows)
+    sys.stderr.write(f"{made} of {len(rows)} parts gave pairs: {folder / TABLE}\n")
+    if not made:
+        raise InputError("no part gave pairs", str(folder / TABLE), "the table says why")
+    return rows
+
+
+def main() -> None:
+    """Command line."""
+    try:
+        command("make_pairs", lambda cfg, _: make_pairs(cfg))
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted; the parts that had finished are kept\n")
+        sys.exit(INTERRUPTED)
+
+
+def _row(path: Path, cfg: Json, folder: Path, interrupt: Event) -> Row:
+    """Mesh one part and write its file; the row says what came of it."""
+    row: Row = {"part": path.stem, "result": NONE, "path": str(path)}
+    began = time.perf_counter()
+    try:
+        with logging_to(logging.CRITICAL):
+            state = mesh_coarsely(str(path), cfg, interrupt)
+        assert state.hexes is not None and state.polycube is not None  # of a valid mesh
+        part = meshed_part(state.hexes, state.polycube)
+        with manifest.writing(folder) as scratch:
+            write_part(scratch / f"{path.stem}{SUFFIX}", part)
+        row |= {"result": MADE, **_numbers(part)}
+    except Exception as error:  # a part that is a bug's must not end the others
+        is_said = isinstance(error, InputError | MeshingError | ValueError)
+        row["says"] = " ".join(f"{'' if is_said else f'{type(error).__name__}: '}{error}".split())
+    return row | {"seconds": round(time.perf_counter() - began, 1)}
+
+
+def _numbers(part: Part) -> Row:
+    slabs = "x".join(map(str, part.polycube.occupancy.shape))
+    share = round(100 * tilted(part), 2)
+    return {"genus": part.genus, "slabs": slabs, "tilted_percent": share}
+
+
+def _line(row: Row) -> str:
+    """A row for the terminal."""
+    if row["result"] == NONE:
+        return f"{row['part']}: {NONE}: {row['says']}"
+    return f"{row['part']}: {MADE}, genus {row['genus']}, {row['slabs']} slabs, {row['seconds']} s"
+
+
+def _write_table(rows: Sequence[Row], folder: Path) -> None:
+    with (
+        manifest.writing(folder) as scratch,
+        (scratch / TABLE).open("w", newline="", encoding="utf-8") as file,
+    ):
+        writer = csv.DictWriter(file, COLUMNS)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _files(patterns: object) -> list[Path]:
+    """Files that the patterns name; raises InputError for none, and for two of the same name."""
+    if not isinstance(patterns, list) or not patterns:
+        raise InputError("no parts given", "parts", 'say "parts=[cad/*.step,scans/*.stl]"')
+    found: list[Path] = []
+    for pattern in patterns:
+        files = sorted(glob.glob(str(pattern), recursive=True))
+        if not files:
+            raise InputError(f"there is no file {pattern}", "parts")
+        found += map(Path, files)
+    name, count = Counter(path.stem for path in found).most_common(1)[0]
+    if count > 1:
+        raise InputError(f"{count} parts are called {name}", "parts", "rename them")
+    return found
