@@ -39,6 +39,13 @@ def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
     return single if n_cells == 1 else [*single, (next(iter(primitives)),) * n_cells]
 
 
+def _n_points() -> int:
+    """Of a pair without a grid."""
+    from polycube.diffusion.conditions import AnyStructure
+
+    return math.prod(AnyStructure.image)
+
+
 @register("data", "paired")
 @dataclass(frozen=True)
 class Paired(Deformation):
@@ -64,20 +71,18 @@ class Paired(Deformation):
         if self.types not in TYPES:
             raise ValueError(f"types must be {' or '.join(TYPES)}; got {self.types!r}")
         if not (0 <= self.cad and 0 <= self.organic and self.cad + self.organic <= 1):
-            raise ValueError(
-                f"cad and organic must be shares, together at most 1; got {self.cad}, {self.organic}"
-            )
+            shares = f"{self.cad}, {self.organic}"
+            raise ValueError(f"cad and organic must be shares, together at most 1; got {shares}")
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs | LatticePairs:
         """Pairs by number."""
-        from polycube.diffusion.conditions import AnyStructure
         from polycube.diffusion.pairs.any_structure import LatticePairs, LatticeShapes
         from polycube.diffusion.pairs.pairs import Pairs
         from polycube.diffusion.pairs.templates import contexts
 
         if not grid:
             shapes = LatticeShapes(cad=self.cad, organic=self.organic)
-            return LatticePairs(seed, math.prod(AnyStructure.image), shapes)
+            return LatticePairs(seed, _n_points(), shapes)
         chosen = {"all": contexts, "published": published}[self.types](grid, primitives)
         return Pairs(grid, primitives, chosen, self, seed)
 
@@ -138,10 +143,10 @@ class Parts:
 
         if grid:
             raise ValueError("data=parts is for grid=any; with a grid take data=paired")
-        return PartPairs(seed, N_POINTS, read_parts(Path(self.path)), self.share)
+        return PartPairs(seed, _n_points(), read_parts(Path(self.path)), self.share)
 
     def held_out(self, grid: Grid, primitives: Primitives, seed: int) -> LatticePairs:
         """Random lattices alone: a part that is trained on is no measure."""
         from polycube.diffusion.pairs.any_structure import LatticePairs
 
-        return LatticePairs(seed, N_POINTS)
+        return LatticePairs(seed, _n_points())

@@ -67,5 +67,5 @@ def test_styles_of_any_structure() -> None:
     deformed = build("data", {"plugin": "paired", "cad": 0, "organic": 1})(None, {}, 0)
     assert {deformed.part(i).style for i in range(20)} == {"organic"}
     assert len(deformed(0).geometry) == 256
-    with pytest.raises(InputError, match="together at most 1; got 0.7, 0.4"):
+    with pytest.raises(InputError, match=r"together at most 1; got 0\.7, 0\.4"):
         build("data", {"plugin": "paired", "cad": 0.7, "organic": 0.4})

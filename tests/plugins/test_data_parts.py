@@ -44,7 +44,7 @@ def test_points_lie_on_the_part_and_on_its_polycube(folder: Path) -> None:
     pairs = stream(folder, share=1.0)
     for number in range(20):
         pair = pairs(number)
-        assert len(pair.geometry) == 1024
+        assert len(pair.geometry) == 256
         off = (pair.geometry - pair.polycube).std()
         assert off <= pairs.options.deformation.roughness * 1.1
         axis, knot = pair.labels.T
@@ -66,7 +66,7 @@ def test_every_part_comes_in_every_orientation(folder: Path) -> None:
 
 
 def test_the_rest_are_the_lattices_of_any_other_training(folder: Path) -> None:
-    pairs, lattices = stream(folder, share=0.3), LatticePairs(0, 1024)
+    pairs, lattices = stream(folder, share=0.3), LatticePairs(0, 256)
     parts = [pairs.part(number) for number in range(400)]
     meshed = [part.style == "meshed" for part in parts]
     assert np.mean(meshed) == pytest.approx(0.3, abs=0.05)
@@ -85,7 +85,7 @@ def test_views_are_of_one_part(folder: Path) -> None:
 
 def test_a_training_is_measured_on_lattices(folder: Path) -> None:
     data = build("data", {"plugin": "parts", "path": str(folder)})
-    found, lattices = data.held_out(None, {}, 5), LatticePairs(5, 1024)
+    found, lattices = data.held_out(None, {}, 5), LatticePairs(5, 256)
     assert np.array_equal(found(3).geometry, lattices(3).geometry)
 
 

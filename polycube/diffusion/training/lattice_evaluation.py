@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import count, islice
+from itertools import islice
 
 import numpy as np
 
 from polycube.diffusion.pairs.any_structure import LatticePairs, Part
 from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.training.evaluation import Columns
+from polycube.errors import InputError
 from polycube.structure.lattice import genus
 from polycube.surface.measures import diagonal
 from polycube.types import Polycube, TriMesh
 
+SEEN = 100  # parts at most for one that has the wanted slabs
 TRIES = (1, 4, 16)  # draws of which the best is taken
 
 # (surface in the frame, of diagonal 1; genus) -> a collapsed lattice in the frame of each draw
@@ -25,7 +27,7 @@ def evaluate_lattices(
 ) -> list[Columns]:
     """Columns of the first parts of a stream that have so many slabs along each axis.
 
-    slabs : fewest and most
+    slabs : fewest and most; raises InputError where hardly any part has so many
 
     lattice_1, _4, _16 : whether one of the first draws has the full and empty boxes of the truth
     volume_1, _4, _16 : the largest share of the union of both solids that is in both
@@ -33,14 +35,19 @@ def evaluate_lattices(
     genus_any : whether one of them does
     lattice_16_cad and so on : lattice_16 of the parts of a style
     """
-    least, most = slabs
-    parts = (pairs.part(number) for number in count())
-    chosen = (
-        p
-        for p in parts
-        if least <= min(p.polycube.occupancy.shape) and max(p.polycube.occupancy.shape) <= most
-    )
-    return [columns(draw, part) for part in islice(chosen, n_parts)]
+    seen = map(pairs.part, range(SEEN * n_parts))
+    chosen = list(islice((part for part in seen if _has(part, slabs)), n_parts))
+    if len(chosen) < n_parts:
+        raise InputError(
+            f"slabs: only {len(chosen)} of the first {SEEN * n_parts} parts have {slabs[0]} to "
+            f"{slabs[1]} along each axis; take a wider range or fewer lattices"
+        )
+    return [columns(draw, part) for part in chosen]
+
+
+def _has(part: Part, slabs: tuple[int, int]) -> bool:
+    shape = part.polycube.occupancy.shape
+    return slabs[0] <= min(shape) and max(shape) <= slabs[1]
 
 
 def columns(draw: Draw, part: Part) -> Columns:

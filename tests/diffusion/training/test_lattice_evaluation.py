@@ -6,6 +6,7 @@ import pytest
 from polycube.diffusion.pairs.any_structure import LatticePairs
 from polycube.diffusion.training.evaluation import summary
 from polycube.diffusion.training.lattice_evaluation import evaluate_lattices, overlap
+from polycube.errors import InputError
 from polycube.surface.measures import diagonal
 from polycube.types import Polycube, TriMesh
 
@@ -64,6 +65,11 @@ def test_parts_of_the_wanted_number_of_slabs_are_taken() -> None:
     assert [len(s.faces) for s in seen] == [len(part.surface.faces) for part in parts]
 
 
+def test_slabs_that_no_part_has_are_refused() -> None:
+    with pytest.raises(InputError, match="only 0 of the first 100 parts have 7 to 9 along"):
+        evaluate_lattices(lambda surface, genus: [], PAIRS, 1, (7, 9))
+
+
 class _Stream:
     """Chosen parts of the stream."""
 
@@ -71,4 +77,4 @@ class _Stream:
         self.numbers = numbers
 
     def part(self, number: int) -> object:
-        return PAIRS.part(self.numbers[number])
+        return PAIRS.part(self.numbers[number % 2])
