@@ -92,7 +92,7 @@ class Transformer:
     """
 
     width: int = 96
-    blocks: int = 4
+    blocks: int = 6
     heads: int = 3
     neighbours: int = 12
 

@@ -42,9 +42,10 @@ class Drawn(Structure):
     weights : of a training with grid=any; null: the shipped weights
     draws : of the network, in each frame
     clouds : of sample points in each draw
-    passes : of the network; each after the first sees the part as the one before has moved it
+    passes : of the network at most; two draws take one, the next two take two, and so on, and
+        each after the first sees the part as the one before has moved it
     steps : of the sampler, for each pass
-    noise : of the sampler; 0: draws differ by their sample points only
+    noise : of the sampler; with one step or 0, draws differ by their sample points only
     frames : coordinate frames tried at most
     size : of the triangles that carry the coordinates, as a share of the diagonal
     smoothness : of the rough map
@@ -60,9 +61,9 @@ class Drawn(Structure):
     weights: str | None = setting("ckpt", None)
     draws: int = 8
     clouds: int = 6
-    passes: int = 1
-    steps: int = 3
-    noise: float = 1.0
+    passes: int = 2
+    steps: int = 1
+    noise: float = 0.0
     frames: int = 1
     size: float = 0.05
     smoothness: float = 0.03

@@ -71,15 +71,18 @@ def readings(
 ) -> list[Reading]:
     """Draws for a surface in a frame, each of several clouds of sample points of its own.
 
-    passes : times that the network is asked; from the second on it sees the surface where the
-        draw before has put it, and says what is left to move
+    passes : times that the network is asked for a draw, at most: once for two draws, twice for
+        the next two, and so on.  From the second time on it sees the surface where the pass before
+        has put it, and says what is left to move.
     """
     rng = np.random.default_rng(seed)
-    shown, read = [surface] * draws, []
-    for _ in range(passes):
-        drawn = _clouds(denoiser, shown, genus, sampler, clouds, rng)
-        read = [cloud.read(each) for cloud, each in zip(drawn, shown, strict=True)]
-        shown = [TriMesh(each.places, surface.faces) for each in read]
+    shown, read = [surface] * draws, [Reading(np.empty((0, 6)), surface.vertices)] * draws
+    for done in range(passes):
+        going = [k for k in range(draws) if k // 2 % passes >= done]
+        drawn = _clouds(denoiser, [shown[k] for k in going], genus, sampler, clouds, rng)
+        for k, cloud in zip(going, drawn, strict=True):
+            read[k] = cloud.read(shown[k])
+            shown[k] = TriMesh(read[k].places, surface.faces)
     return read
 
 
