@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import ROOT
 
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FUNCTION = re.compile(r"`((?:polycube|plugins|tests)/[\w/]+\.py):(\w+(?:\.\w+)?)`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -17,7 +17,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 def pages(pattern: re.Pattern) -> list:
     """Of every page, what matches."""
     return [
-        pytest.param(page, match, id=f"{page.stem}: {match}")
+        pytest.param(page, match, id=f"{page.relative_to(ROOT)}: {match}")
         for page in PAGES
         for match in sorted(set(pattern.findall(page.read_text(encoding="utf-8"))))
     ]
@@ -58,8 +58,8 @@ def test_a_link_leads_somewhere(page: Path, target: str) -> None:
     assert not anchor or anchor in anchors(there)
 
 
-def test_the_method_page_names_functions_of_every_part() -> None:
-    text = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
+def test_the_page_of_the_paper_names_functions_of_every_part() -> None:
+    text = (ROOT / "docs" / "theory" / "polycube.md").read_text(encoding="utf-8")
     folders = {Path(path).parent.as_posix() for path, _ in FUNCTION.findall(text)}
     assert {"polycube/diffusion", "polycube/fitting", "polycube/spline", "plugins"} <= folders
     assert len(FUNCTION.findall(text)) > 40

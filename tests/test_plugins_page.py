@@ -1,4 +1,4 @@
-"""docs/plugins.md: its package works as written, from outside."""
+"""docs/tutorials/training_and_plugin.md: its package works as written, from outside."""
 
 import os
 import re
@@ -13,7 +13,7 @@ import pytest
 
 from tests.conftest import ROOT
 
-PAGE = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "tutorials" / "training_and_plugin.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(?:python|toml)\n# ([\w/.]+)\n(.*?)```", PAGE, re.DOTALL)
 FILES = {name: "\n\n".join(text for of, text in BLOCKS if of == name) for name, _ in BLOCKS}
 COMMANDS = [shlex.split(line) for line in re.findall(r"^polycube-.+$", PAGE, re.MULTILINE)]

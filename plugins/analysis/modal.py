@@ -28,7 +28,7 @@ class Modal:
     units : length unit of the part: m, cm, mm, um, in, ft
     modes : number of modes, including the rigid ones (six where nothing is held)
     fixed : places that are held: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see
-        docs/analysis.md
+        docs/reference/analysis.md
     gauss : Gauss points per direction and element
     mass : mass matrix: consistent, or lumped (row sums; much less accurate)
     """

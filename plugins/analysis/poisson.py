@@ -31,7 +31,7 @@ class Poisson:
     conductivity : k in W/(m K)
     units : length unit of the part: m, cm, mm, um, in, ft
     fixed : places where u is prescribed, in K (or another unit of u): [{at: z_min, value: 0}]; see
-        docs/analysis.md
+        docs/reference/analysis.md
     flux : flux into the solid in W/m^2: [{at: x_max, value: 1000}]
     source : f in W/m^3
     gauss : Gauss points per direction and element

@@ -37,7 +37,7 @@ class Static:
     material : steel, aluminium, titanium, brass, abs, or {young: Pa, poisson: 1, density: kg/m^3}
     units : length unit of the part: m, cm, mm, um, in, ft
     fixed : places that are held: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
-        docs/analysis.md
+        docs/reference/analysis.md
     loads : [{at: x_max, force: [0, 0, -100]}] in N, or pressure: Pa, or traction: [Pa, Pa, Pa]
     gravity : acceleration in m/s^2; null: [0, 0, -9.81] where there are no loads and no prescribed
         displacements

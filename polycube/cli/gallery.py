@@ -30,7 +30,7 @@ HEAD = """# Gallery
 Input, polycube, hex mesh, its cut, and the spline in its first elastic mode; all automatic. This
 page and its pictures are made by `make gallery`: parts that the program makes itself are taken all
 the way, then `python -m polycube.cli.gallery` draws and tables them, as it does the folders of
-any runs. What other people's parts gave stands in [results.md](results.md).
+any runs. What other people's parts gave stands in [results.md](notes/results.md).
 
 """
 COLUMNS = (
