@@ -1,0 +1,59 @@
+"""The generated pages of docs/reference are up to date and complete."""
+
+import pytest
+
+from polycube.cli.reference.__main__ import PAGES, write
+from polycube.cli.reference.markdown import docstring, signature
+from polycube.registry import classes, options
+from polycube.types import __all__ as data_types
+from tests.conftest import ROOT
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_page_is_what_the_code_says(name: str) -> None:
+    committed = (ROOT / "docs" / "reference" / name).read_text(encoding="utf-8")
+    assert committed == PAGES[name](), "run: python -m polycube.cli.reference docs"
+
+
+def test_all_pages_are_written(tmp_path) -> None:
+    (tmp_path / "reference").mkdir()
+    write(tmp_path)
+    assert {path.name for path in (tmp_path / "reference").iterdir()} == set(PAGES)
+
+
+def test_every_option_of_every_plugin_is_there() -> None:
+    text = PAGES["options.md"]()
+    for (kind, name), cls in classes().items():
+        if cls.__module__.startswith("polycube."):
+            missing = [each for each in options(kind, cls) if f".{each}" not in text]
+            assert not missing, (kind, name, missing)
+    assert "| `meshing.size` | `5%` | wanted edge length of the hexes |" in text
+    assert "| `cad.segments` | `48` | triangle edges on a full turn" in text
+
+
+def test_the_data_types_and_contracts_are_there() -> None:
+    assert all(f"polycube.types.{name}" in PAGES["api.md"]() for name in ("HexMesh", "Spline"))
+    assert "HexMesh" in data_types and "part.save(" in PAGES["api.md"]()
+    assert "plugin(hexes: HexMesh, path: Path) -> Path" in PAGES["plugins.md"]()
+
+
+def test_a_docstring_becomes_a_list() -> None:
+    def example(size: "float", *, name: str = "a") -> None:
+        """Do it.
+
+        Parameters
+        ----------
+        size : of the thing,
+            in mm
+
+        Raises
+        ------
+        ValueError
+            Where it is negative.
+        """
+
+    assert docstring(example) == (
+        "Do it.\n\n*Parameters*\n\n* `size`: of the thing, in mm\n\n"
+        "*Raises*\n\n* ValueError: Where it is negative."
+    )
+    assert signature(example, "do") == "```python\ndo(size: float, *, name: str = a) -> None\n```"
