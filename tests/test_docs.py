@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ROOT
+from tests.fixtures.pages import PAGES
 
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FUNCTION = re.compile(r"`((?:polycube|plugins|tests)/[\w/]+\.py):(\w+(?:\.\w+)?)`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 

@@ -25,9 +25,8 @@ from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
 from polycube.registry import build
 from tests.conftest import ROOT
+from tests.fixtures.pages import PAGES, lines, scripts
 
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-PAGES += [ROOT / "plugins" / "weights" / "README.md"]
 PROGRAMS = {
     ("python", "infer.py"): "infer",
     ("python", "train.py"): "train",
@@ -42,23 +41,12 @@ FROM_OUTSIDE = (
 )
 
 
-def lines(page: Path) -> list[str]:
-    """Command lines of the code blocks of a page, without what stands beside them."""
-    text = page.read_text(encoding="utf-8")
-    blocks = re.findall(r"^```(?:bash)?\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
-    blocks += re.findall(r"(?:^ {4}.+\n)+", text, re.MULTILINE)
-    joined = re.sub(r" *\\\n *", " ", "\n".join(blocks))
-    cut = (re.split(r"\s{2,}(?=\S+ |#)|\s#", line.strip())[0] for line in joined.splitlines())
-    starts = ("python ", "polycube-", "make ")
-    return [line for line in cut if line.startswith(starts)]
-
-
 def of_all_pages() -> list:
     return [
         pytest.param(page, line, id=f"{page.relative_to(ROOT)}: {line}")
         for page in PAGES
         for line in dict.fromkeys(lines(page))
-        if str(page.relative_to(ROOT)) != FROM_OUTSIDE
+        if str(page.relative_to(ROOT)) != FROM_OUTSIDE or line.startswith("python ")
     ]
 
 
@@ -125,8 +113,7 @@ def test_the_readme_is_one_screen() -> None:
 
 @pytest.mark.slow
 def test_the_script_of_the_readme_runs(capfd, tmp_path: Path) -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    [script] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    [script] = scripts(ROOT / "README.md")
     quick = script.replace('"part.step", size="4%"', '"example:dice", size="14%"')
     quick = quick.replace("part.inp", str(tmp_path / "part.inp"))
     known: dict = {}
