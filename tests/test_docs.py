@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ROOT
-from tests.fixtures.pages import PAGES
+from tests.fixtures.pages import DOCS, PAGES
 
 FUNCTION = re.compile(r"`((?:polycube|plugins|tests)/[\w/]+\.py):(\w+(?:\.\w+)?)`")
+MOST_PAGES = 17  # in a folder
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
@@ -56,6 +57,18 @@ def test_a_link_leads_somewhere(page: Path, target: str) -> None:
     there = (page.parent / path).resolve() if path else page
     assert there.exists()
     assert not anchor or anchor in anchors(there)
+
+
+def test_the_index_leads_to_every_page() -> None:
+    index = DOCS / "index.md"
+    linked = {(DOCS / target).resolve() for target in LINK.findall(index.read_text("utf-8"))}
+    moved = DOCS / "structures.md"  # a stub for a link of learning.md
+    assert set(DOCS.rglob("*.md")) - {index, moved} <= linked
+
+
+def test_no_folder_has_too_many_pages() -> None:
+    folders = {path.parent for path in DOCS.rglob("*.md")}
+    assert all(len(list(folder.glob("*.md"))) <= MOST_PAGES for folder in folders)
 
 
 def test_the_page_of_the_paper_names_functions_of_every_part() -> None:

@@ -152,4 +152,4 @@ def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
         command = [sys.executable, ROOT / words[1], *words[2:]]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, (line, done.stdout + done.stderr)
-    assert list(tmp_path.rglob("hex.vtu")) and list(tmp_path.rglob("weights.safetensors"))
+    assert list(tmp_path.rglob("hex.vtu")) and list(tmp_path.rglob("hex.inp"))
