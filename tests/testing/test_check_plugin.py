@@ -11,7 +11,7 @@ from polycube.testing import CHECKS, check, check_plugin
 from tests.testing.broken import broken
 
 NEEDED = {"given": {"context": ["cube"]}}  # options without a default
-ELSEWHERE = {"drawn", "parts"}  # without weights or files they do nothing: see their own tests
+ELSEWHERE = {"parts"}  # without files it does nothing: see its own test
 
 
 def test_every_kind_has_a_check() -> None:
