@@ -94,7 +94,7 @@ class Transformer:
     width: int = 96
     blocks: int = 6
     heads: int = 3
-    neighbours: int = 12
+    neighbours: int = 0
 
     any_size = True
 

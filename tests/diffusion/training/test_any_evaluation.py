@@ -12,7 +12,7 @@ from polycube.diffusion.training.any_evaluation import evaluate_any, nearest_axi
 from polycube.diffusion.training.evaluation import summary
 from polycube.registry import build
 
-PAIRS = LatticePairs(0, 1024)
+PAIRS = LatticePairs(0, 256)
 OPTIONS = {"classifier": False}
 
 
@@ -21,7 +21,7 @@ class Normals(nn.Module):
 
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
         signed = torch.stack([x[:, 6:], -x[:, 6:]], dim=2).flatten(1, 2)  # +x -x +y -y +z -z
-        knots = nn.functional.one_hot(torch.zeros(len(x), 32, 32).long(), 7).movedim(-1, 1)
+        knots = nn.functional.one_hot(torch.zeros(len(x), *x.shape[2:]).long(), 7).movedim(-1, 1)
         return torch.cat([x[:, 3:6], signed, knots], dim=1)
 
 
