@@ -19,13 +19,13 @@ class Polish:
     Parameters
     ----------
     features : exact, soft, off or auto; soft: vertices leave the curves where hexes are poor
-    release : where features are soft, do without them from the start
+    release : with soft features: release all curves from the start
     soft_rounds : rounds with the boundary held by weak springs
     hard_rounds : rounds with the boundary held by strong springs
-    local_rounds : rounds near the worst hexes at most; they end where nothing is gained
-    crease_rounds : rounds at most that recover creases which were released; none where 95 % are
-        within 0.05 % of the diagonal, or 0.3 % where features are exact
-    samples : points of the surface that are matched with the mesh
+    local_rounds : largest number of rounds near the worst hexes; they end when nothing improves
+    crease_rounds : largest number of rounds that recover released creases; there are none if 95 %
+        of the creases are within 0.05 % of the diagonal, or 0.3 % with exact features
+    samples : number of points of the surface that are matched with the mesh
     """
 
     features: str = setting("meshing.features", MeshingSettings.features)

@@ -31,8 +31,8 @@ class Selective:
         corners of the polycube, with patches=auto) or none
     sharp : share of the border of two regions that must be on a crease
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
-    rounds : of the registration that settles the layer
-    iterations : of descent in each round
+    rounds : rounds of the registration that follows
+    iterations : steps of descent in each round
     features : exact, soft, off or auto; exact: the layer settles with the curves held
     """
 

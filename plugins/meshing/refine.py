@@ -23,11 +23,11 @@ class Split:
     Parameters
     ----------
     times : number of refinements, whatever the deviation
-    deviation : refine until 99 % of the points of mesh and surface are within this distance of the
-        other, such as 0.3% or a length; null: do not refine for it
-    most : refinements for the deviation at most
+    deviation : wanted distance between mesh and surface for 99 % of the points, such as 0.3% or a
+        length; the mesh is refined until it is reached; null: no limit
+    most : largest number of refinements for the deviation
     features : exact, soft, off or auto; off: no vertex is placed on the curves of the surface
-    max_hexes : where a refinement would make more, the mesh stays as it is
+    max_hexes : largest number of hexes; the mesh is not refined if that needs more
     """
 
     times: int = 0

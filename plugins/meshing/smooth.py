@@ -25,10 +25,11 @@ class Register:
 
     Parameters
     ----------
-    quick : rounds of matching mesh and surface with attraction that grows from weak to strong
-    rounds : rounds with strong attraction after these; with 0 the mesh stays as it is
-    iterations : of descent in each of these
-    samples : points of the surface that are matched with the mesh
+    quick : rounds in which mesh and surface are matched with an attraction that grows from weak to
+        strong
+    rounds : further rounds with strong attraction; 0: the mesh stays as it is
+    iterations : steps of descent in each round
+    samples : number of points of the surface that are matched with the mesh
     coverage : weight of their attraction against that of the mesh's vertices
     features : exact, soft, off or auto; exact: vertices are placed on the curves of the surface,
         and those between curves on the CAD face that these enclose

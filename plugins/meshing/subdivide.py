@@ -41,27 +41,28 @@ class Template:
     Parameters
     ----------
     size : wanted edge length, in the units of the model or as a share of the diagonal
-    level : 2^level parts of every lattice interval instead, as in the paper; null: by size
-    regions : boxes with finer hexes: [{box: [x, y, z, X, Y, Z], size: 1%}]
-    curvature : chord error on curved surfaces above which there are more parts; auto: 0.3%, or 0.2%
-        where features are exact; null: never
+    level : number of parts of every lattice interval as 2^level, as in the paper; null: the number
+        follows from `size`
+    regions : boxes with smaller hexes: [{box: [x, y, z, X, Y, Z], size: 1%}]
+    curvature : largest chord error on curved surfaces; above it there are more parts; auto: 0.3%,
+        or 0.2% with exact features; null: no limit
     finer : the size is divided by this, and the chord error by its square where it is above 1;
         variants of the search change it
     coarse : size from which finer hexes are placed by registered coarser ones
-    least : parts of a lattice interval at least
-    across : parts along each axis of the whole lattice at least
-    max_hexes : limit before pillowing; a size that needs more hexes is refused
-    at : numbers of hexes at faces: [{at: hole_1, around: 16}, {at: cad_WEB, through: 3}]; the parts
-        of the lattice intervals there are as many, whatever the size
-    more : parts more than that, or fewer where negative, for each entry of `at`; the search finds
-        them, for layers under the boundary count too
-    creases : chord error along sharp edges above which there are more parts of the intervals along
-        them, up to half as many hexes again; null: never; the search sets it
+    least : smallest number of parts of a lattice interval
+    across : smallest number of parts along each axis of the whole lattice
+    max_hexes : largest number of hexes before pillowing; a size that needs more is refused
+    at : numbers of hexes at faces: [{at: hole_1, around: 16}, {at: cad_WEB, through: 3}]; they
+        determine the number of parts of the lattice intervals there, whatever the size
+    more : additional parts (fewer if negative) for each entry of `at`; set by the search, because
+        layers under the boundary count too
+    creases : largest chord error along sharp edges; above it the intervals along them get more
+        parts, up to half as many hexes again; null: no limit; set by the search
     features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
-    coarsen : with level 0, hexes larger than the lattice's where no detail needs small ones, up to
-        about `size`
-    across_wall, around_hole : hexes through every wall and round every hole at least, before layers
-        under the boundary
+    coarsen : with level 0: make hexes larger than those of the lattice where no detail needs small
+        ones, up to about `size`
+    across_wall, around_hole : smallest number of hexes through every wall, and of edges round every
+        hole, before layers under the boundary
     """
 
     size: float | str = setting("meshing.size", MeshingSettings.size)

@@ -37,13 +37,13 @@ class SplineOptions(ABC):
     ----------
     sharp : creases: auto (by angle, where det J allows it), none, [[a, b], ...] or a file of
         vertices
-    angle : in degrees; an edge between boundary faces above it is a crease, and a kink of a crease
-        above it a corner
-    cad_angle : in degrees; a curve between two faces of a CAD model is a crease where they turn by
-        more, and nothing else is
-    single_hex_edges : whether boundary edges of a single hex are sharp too; smooth, det J is 0
-        there
-    held : places whose borders are sharp where det J allows it: those that the analysis holds
+    angle : angle in degrees; an edge between boundary faces with a larger angle is a crease, and a
+        larger kink of a crease is a corner
+    cad_angle : angle in degrees; on a CAD model, only curves at which two faces turn by more are
+        creases
+    single_hex_edges : whether boundary edges of a single hex are sharp; if they were smooth, det J
+        would be 0 there
+    held : places whose borders are sharp if det J allows it; the supports of the analysis
     refine : local refinement; elements are numbered as the hexes are after `levels`
     fit : move control points until the boundary follows the surface
     """

@@ -21,24 +21,26 @@ class MeshingSettings:
     ----------
     size : wanted edge length of the hexes
     level : octree level as in the paper: 2^level parts of every interval of the polycube's lattice;
-        null: by size
-    regions : boxes with finer hexes, [{box: [x, y, z, X, Y, Z], size: 1%}]; whole slabs of hexes
+        null: the number of parts follows from `size`
+    regions : boxes with smaller hexes, [{box: [x, y, z, X, Y, Z], size: 1%}]; whole slabs of hexes
         become finer
-    curvature : chord error on curved surfaces above which the number of hexes is raised, at most
-        doubled; auto: 0.3%, or 0.2% where features are exact; null: never
-    creases : distance from the mesh's edges that 95 % of the sharp edges keep: finer hexes along
-        them, or exact features, where the hexes stay as good; auto: 0.1% for triangles alone, else
-        null; null: as they come
-    deviation : refine until 99 % of the points of mesh and surface are within this distance of the
-        other; null: do not refine
-    max_hexes : limit before pillowing; a size that needs more hexes is refused
-    at : numbers of hexes at faces of the part, edges round the rim, hexes through the wall or their
+    curvature : largest chord error on curved surfaces; above it the number of hexes is raised, at
+        most doubled; auto: 0.3%, or 0.2% with exact features; null: no limit
+    creases : wanted distance of 95 % of the sharp edges from mesh edges; it is reached by smaller
+        hexes along them, or by exact features, if the hexes do not become worse; auto: 0.1% for
+        triangles, else null; null: no limit
+    deviation : wanted distance between mesh and surface, for 99 % of the points in both directions;
+        the mesh is refined until it is reached; null: no refinement
+    max_hexes : largest number of hexes before pillowing; a size that needs more is refused
+    at : numbers of hexes at faces of the part: edges round a rim, hexes through a wall, or their
         size: [{at: hole_1, around: 16}, {at: cad_WEB, through: 3}, {at: cad_face_7, size: 1%}]
-    across_wall : hexes through every wall, at least; the report says where max_hexes forbids it
-    around_hole : the same of edges round every hole
-    features : exact (the curves of the surface lie on edges of the mesh from the first stage on and
-        are not given up for the shape of the hexes), soft (they are where hexes would suffer), off,
-        or auto: exact for CAD faces, soft for triangles alone
+    across_wall : smallest number of hexes through every wall; the report says where max_hexes
+        prevents it
+    around_hole : smallest number of edges round every hole; the report says where max_hexes
+        prevents it
+    features : exact: curves of the surface are mesh edges from the first stage on, whatever the
+        shape of the hexes; soft: vertices leave curves where hexes would be poor; off: curves are
+        ignored; auto: exact for CAD faces, soft for triangles
     """
 
     size: float | str = "5%"

@@ -12,9 +12,9 @@ class Fit:
 
     Parameters
     ----------
-    iterations : of least squares at most; 0: the spline is not fitted
-    floor : scaled det J; elements below it are raised to it
-    rounds : of raising them at most
+    iterations : largest number of least-squares steps; 0: no fit
+    floor : scaled det J that elements should have; elements below it are raised
+    rounds : largest number of rounds that raise elements below the floor
     """
 
     iterations: int = 6

@@ -79,8 +79,8 @@ def test_settings_stand_with_their_comments(name, capsys, monkeypatch) -> None:
 def test_a_choice_has_a_help_of_its_own(capsys, monkeypatch) -> None:
     text = help_of("infer", capsys, monkeypatch, "spline=optimal", "spline.refine.levels=1")
     assert text.startswith("== spline: The solid of h2s in a larger space")
-    assert "spline.angle=45.0\n    in degrees; " in text
-    assert "spline.refine.levels=1\n    times that every element" in text
+    assert "spline.angle=45.0\n    angle in degrees; " in text
+    assert "spline.refine.levels=1\n    number of times that every" in text
     assert "Choices" not in text
     text = help_of("infer", capsys, monkeypatch, "meshing=parametric", "meshing.size=3%")
     assert "meshing.size=3%\n    wanted edge length" in text

@@ -40,17 +40,18 @@ class Overlay(Structure):
     ----------
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
-    size : of the hexes, in the units of the part or as a share of the diagonal
-    finer : times by which cells are smaller than that; one candidate each
-    finest : the same of one more candidate at most, as fine as walls and holes want
-    most : full cells at most of all but the largest of these; sheets add to the hexes
-    across_wall, around_hole : hexes that these want
+    size : wanted edge length of the hexes, in the units of the part or as a share of the diagonal
+    finer : factors by which the cells are smaller than the size; one candidate for each
+    finest : largest factor of one more candidate, whose cells are as small as walls and holes
+        require
+    most : largest number of full cells, of all candidates but the coarsest; sheets add to the hexes
+    across_wall, around_hole : smallest number of hexes through a wall, and of edges round a hole
     at : numbers of hexes at faces of the part, as `meshing.at`; the cells of the first candidate
         are as small as these want, where `max_hexes` allows
     steps : by which they are smaller yet until the topology is right
     least : shares of a cell that must be solid for it to be full, tried in this order
     thin : the same where none of these gives the right topology; a thin sheet fills no cell
-    max_hexes : full cells at most; a lattice that needs more is not proposed
+    max_hexes : largest number of full cells; a lattice that needs more is not proposed
     """
 
     any_grid = True

@@ -34,13 +34,16 @@ class Refinement:
 
     Parameters
     ----------
-    levels : times that every element is split in eight, before anything else
-    elements : numbers, or a file with lines "level element"
-    boxes : such as [{box: [0, 0, 0, 1, 1, 2], level: 2}], low corner first, in the part's units
-    curvature : in degrees; elements with an outer face that turns by more are refined; 0: none
-    indicator : share of the squared distance to the surface that is refined; 0: none
-    depth : levels that curvature and indicator add at most
-    rings : of neighbours, refined together with what a box, curvature or indicator marks
+    levels : number of times that every element is split into eight, before anything else
+    elements : elements to refine: their numbers, or a file with lines "level element"
+    boxes : regions to refine, such as [{box: [0, 0, 0, 1, 1, 2], level: 2}], low corner first, in
+        the units of the part
+    curvature : angle in degrees; elements with an outer face that turns by more are refined; 0:
+        none
+    indicator : share of the squared distance to the surface whose elements are refined; 0: none
+    depth : largest number of levels that curvature and indicator add
+    rings : rings of neighbours that are refined with the elements marked by boxes, curvature or
+        indicator
     """
 
     levels: int = 0
