@@ -40,11 +40,11 @@ class BoxFitting(Structure):
     grid : cells of the polycube along x, y, z
     primitives : (3, 3, 3) bool voxels by name
     resolution : voxels along the longest side of the part
-    rough : voxels along the longest side at first, when all shapes are tried
-    frames : coordinate frames tried at most
-    tried : shapes tried at most, those of the fewest boxes
+    rough : voxels along the longest side in the first search, in which all shapes are tried
+    frames : largest number of coordinate frames that are tried
+    tried : largest number of shapes that are tried; those with the fewest boxes come first
     knot : cost of an inner knot, as a share of the volume
-    kept : candidates returned at most
+    kept : largest number of candidates
     """
 
     grid: tuple[int, int, int]

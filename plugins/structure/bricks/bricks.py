@@ -63,16 +63,16 @@ class BrickLattice(Structure):
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
     resolution : voxels along the longest side of the part
-    frames : coordinate frames tried at most
-    slabs : along an axis at most, before holes add theirs
-    apart : least length of a slab, as a share of the longest side
+    frames : largest number of coordinate frames that are tried
+    slabs : largest number of slabs along an axis, before those of holes are added
+    apart : smallest length of a slab, as a share of the longest side
     fill : values tried: share of a brick's voxels that must be solid for the brick to be full
     smoothness : values tried: cost per area of the boundary, with the volume as 1
     knots : values tried: cost of an inner knot, as a share of the volume
     corners : values tried: cost of a corner of the bricks, as a share of the volume
-    tried : cuttings labelled for each frame and cost of a knot
+    tried : number of divisions that are labelled for each frame and cost of a knot
     mended : largest cost of a flip that corrects the topology, as a share of the volume
-    kept : candidates returned at most for each cost of a corner
+    kept : largest number of candidates for each cost of a corner
     """
 
     any_grid = True

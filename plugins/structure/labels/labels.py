@@ -37,18 +37,18 @@ class LabelLattice(Structure):
     ----------
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
-    frames : coordinate frames tried at most
+    frames : largest number of coordinate frames that are tried
     compactness : values tried: cost of a border between labels, per diagonal of its length
-    planar : share of the area that is planes below which nothing is proposed for triangles alone,
-        nor for a CAD part of many faces
-    size : of the triangles that carry the coordinates, as a share of the diagonal
-    least : distance that charts facing each other keep, as a share of the diagonal
-    apart : knots nearer than this share of the diagonal fall together where nothing is lost
-    smoothness : of the rough map
-    kicks : restarts of the search for labels when it has found some without faults
-    budget : evaluations of the labels' energy at most, for each frame and compactness
-    kept : candidates for each frame at most
-    bricks : of a lattice at most, full or not; one with more is not coarse
+    planar : share of the area in planes below which nothing is proposed for triangles alone, nor
+        for a CAD part of many faces
+    size : edge length of the triangles that carry the coordinates, as a share of the diagonal
+    least : smallest distance of charts that face each other, as a share of the diagonal
+    apart : knots closer than this share of the diagonal are merged if no feature is lost
+    smoothness : smoothness of the rough map
+    kicks : number of restarts of the search after labels without faults were found
+    budget : largest number of evaluations of the energy of labels, for each frame and compactness
+    kept : largest number of candidates for each frame
+    bricks : largest number of bricks of a lattice, full or empty; one with more is not coarse
     """
 
     any_grid = True

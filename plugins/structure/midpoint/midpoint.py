@@ -35,8 +35,8 @@ class Midpoint(Structure):
     ----------
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
-    corners : of the part at most
-    planes : that cut a part that is not convex, at most
+    corners : largest number of corners of the part
+    planes : largest number of planes that cut a part that is not convex
     """
 
     any_grid = True

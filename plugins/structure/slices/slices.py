@@ -30,8 +30,8 @@ class SliceReading(Reader, Structure):
     Parameters
     ----------
     margin : cost above the best, as a share of the volume, up to which a candidate is returned
-    kept : candidates of the best frame at most
-    kept_elsewhere : candidates of every other frame at most
+    kept : largest number of candidates of the best frame
+    kept_elsewhere : largest number of candidates of every other frame
     """
 
     margin: float = 0.25

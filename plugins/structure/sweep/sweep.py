@@ -32,13 +32,14 @@ class Sweep(Structure):
     ----------
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
-    size : of the hexes, in the units of the part or as a share of the diagonal
-    curvature : distance of the edges from the curves of the section, at most; auto: 0.3%, or 0.2%
-        where features are exact; null: any
-    features : whether they are, see `meshing.features`
-    across_wall, around_hole : hexes through every wall and round every full turn, at least
-    level : hexes are 2^level times smaller than that size; null: not
-    max_hexes : a part that needs more is not proposed
+    size : wanted edge length of the hexes, in the units of the part or as a share of the diagonal
+    curvature : largest distance of the edges from the curves of the section; auto: 0.3%, or 0.2%
+        with exact features; null: no limit
+    features : whether features are exact; see `meshing.features`
+    across_wall, around_hole : smallest number of hexes through every wall, and of edges round every
+        full circle
+    level : the hexes are 2^level times smaller than the size; null: they have the size
+    max_hexes : largest number of hexes; a part that needs more is not proposed
     """
 
     any_grid = True
