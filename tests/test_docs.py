@@ -62,8 +62,7 @@ def test_a_link_leads_somewhere(page: Path, target: str) -> None:
 def test_the_index_leads_to_every_page() -> None:
     index = DOCS / "index.md"
     linked = {(DOCS / target).resolve() for target in LINK.findall(index.read_text("utf-8"))}
-    moved = DOCS / "structures.md"  # a stub for a link of learning.md
-    assert set(DOCS.rglob("*.md")) - {index, moved} <= linked
+    assert set(DOCS.rglob("*.md")) - {index} <= linked
 
 
 def test_no_folder_has_too_many_pages() -> None:

@@ -6,6 +6,7 @@ labels are, and how many points it sees.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -21,7 +22,7 @@ from polycube.structure.primitives import Item, primitive_name
 AXES = 6  # directions of a face
 
 
-class Condition:
+class Condition(ABC):
     """What all kinds of structures have in common; for structures without a grid it is empty.
 
     Attributes
@@ -42,17 +43,17 @@ class Condition:
     image: tuple[int, int]
     origin: np.ndarray
 
+    @abstractmethod
     def told(self, pair: Any) -> Any:
         """What a network is told of a pair: something for `vector`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def vector(self, told: Any) -> np.ndarray:
         """(length,) float32."""
-        raise NotImplementedError
 
+    @abstractmethod
     def n_points(self, told: Any, pads: bool) -> int:
         """Sample points of a geometry; pads : single cells have 512 points and zeros."""
-        raise NotImplementedError
 
 
 class GridContexts(Condition):

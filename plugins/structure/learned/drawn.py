@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.kinds import Structure
-from polycube.registry import register, setting
+from polycube.registry import choice, register, setting
 from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, Polycube, TriMesh
 
@@ -44,8 +44,7 @@ class Drawn(Structure):
     clouds : of sample points in each draw
     passes : of the network at most; two draws take one, the next two take two, and so on, and
         each after the first sees the part as the one before has moved it
-    steps : of the sampler, for each pass
-    noise : of the sampler; with one step or 0, draws differ by their sample points only
+    sampler : of each pass; with one step or no noise, draws differ by their sample points only
     frames : coordinate frames tried at most
     size : of the triangles that carry the coordinates, as a share of the diagonal
     smoothness : of the rough map
@@ -62,8 +61,7 @@ class Drawn(Structure):
     draws: int = 8
     clouds: int = 6
     passes: int = 2
-    steps: int = 1
-    noise: float = 0.0
+    sampler: Mapping[str, object] = choice("sampler", "ddim")
     frames: int = 1
     size: float = 0.05
     smoothness: float = 0.03
@@ -74,7 +72,7 @@ class Drawn(Structure):
         """A candidate of each structure that was drawn, the most frequent first.
 
         Its probability is the share of the draws that gave it.  None beside a given context, and
-        without weights of any structure.
+        with weights of a grid.
         """
         from ..labels.lattices import views
         from .hypotheses import denoiser_of_any
@@ -122,9 +120,8 @@ class Drawn(Structure):
         from .knots import lattice
         from .reading import readings
 
-        sampler = {"plugin": "ddim", "steps": self.steps, "noise": self.noise}
         vertices, faces, _ = refined(surface.vertices, surface.faces, self.size)
         fine = TriMesh(vertices, faces)
         counts = self.draws, self.clouds, self.passes
-        drawn = readings(denoiser, fine, genus, sampler, *counts, self.seed)
+        drawn = readings(denoiser, fine, genus, self.sampler, *counts, self.seed)
         return fine, [lattice(fine, reading, genus, bool(k % 2)) for k, reading in enumerate(drawn)]

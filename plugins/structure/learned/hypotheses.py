@@ -86,12 +86,10 @@ def known_denoiser(
 def denoiser_of_any(weights: str | None) -> Denoiser | None:
     """The trained network of any structure, the shipped one if none is named.
 
-    None if none ships, or if the weights named are those of a grid.
+    None if the weights named are those of a grid.
     """
-    from polycube.diffusion.weights import SHIPPED, load_denoiser  # torch is heavy
+    from polycube.diffusion.weights import load_denoiser  # torch is heavy
 
-    if weights is None and not (SHIPPED / "any").is_dir():
-        return None
     denoiser = load_denoiser(build, weights, ())
     return None if denoiser.condition.grid else denoiser
 
