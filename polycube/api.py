@@ -16,6 +16,7 @@ import numpy as np
 from polycube.analysis.problem import Problem
 from polycube.config import compose
 from polycube.errors import InputError, MeshingError
+from polycube.io.hex_meshes import FORMATS, boundary
 from polycube.io.solids.motions import Motion
 from polycube.kinds import Export, StatesProblem
 from polycube.pipeline.improvement import Improvement, is_improvement, read_given
@@ -31,7 +32,6 @@ from polycube.surface.checks import check_closed, check_surface
 from polycube.surface.repair.clean import clean
 from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
 
-HEX = (".vtu", ".vtk", ".mesh", ".msh", ".inp")  # files of hex meshes, to be improved
 SHORT = {"size": "meshing.size", "material": "analysis.material"}  # keywords of `mesh`
 
 
@@ -177,6 +177,8 @@ def execute(
 
 
 def _problem(settings: Settings) -> Problem | None:
+    if settings.analysis["plugin"] is None:
+        return None
     plugin = build("analysis", settings.analysis)
     return plugin.problem if isinstance(plugin, StatesProblem) else None
 
@@ -217,7 +219,7 @@ def _result(state: RunState, report: Mapping[str, object], problem: Problem | No
 def _input(source: object) -> tuple[str, Read | None]:
     """The override that names a part, and what makes the first state of one in memory."""
     if isinstance(source, str | Path):
-        key = "hex" if str(source).lower().endswith(HEX) else "mesh"
+        key = "hex" if str(source).lower().endswith(FORMATS) else "mesh"
         return f"{key}={_value(str(source))}", None
     if isinstance(source, HexMesh):
         return "hex=object", lambda settings, clock: _given(source)
@@ -240,8 +242,6 @@ def _surface(source: object) -> TriMesh:
 
 
 def _given(mesh: HexMesh) -> RunState:
-    from polycube.io.hex_meshes import boundary
-
     return RunState(boundary(mesh), path="object", given=mesh, hex_path="object", hexes=mesh)
 
 

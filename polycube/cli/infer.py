@@ -19,7 +19,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube.cli import cluster
-from polycube.cli.arguments import with_mesh
+from polycube.cli.arguments import with_input
 from polycube.cli.batch import begin_job, expanded
 from polycube.cli.command import refused, run_hydra
 from polycube.cli.signals import INTERRUPTED, terminable
@@ -122,7 +122,7 @@ def main() -> None:
             sys.exit(INTERRUPTED)
 
     try:
-        sys.argv[1:] = expanded(with_mesh(sys.argv[1:]))
+        sys.argv[1:] = expanded(with_input(sys.argv[1:]))
         run_hydra("infer", task)
     except InputError as error:
         sys.exit(refused(error))
@@ -135,7 +135,9 @@ def _command(cfg: DictConfig) -> int:
     try:
         given = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
         if not given and not cfg.resume and not cfg.hex:
-            raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
+            raise InputError(
+                "no part given: say infer.py part.step, or infer.py example:rod to try it"
+            )
         is_many = hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN
         if cluster.is_used(cfg.dask) and not is_many and not solids.is_asked_for(cfg):
             what = "dask is for several parts, such as mesh=folder or cad.solid=all"

@@ -136,7 +136,12 @@ class _Reader:
                 f"order is a list that begins as [{', '.join(HALVES)}] does, with report where "
                 f"the page is wanted; got {value}"
             )
-        return tuple(value)
+        last = next((i for i, half in enumerate(chain) if self.is_none(half)), len(chain))
+        return tuple(half for half in value if half not in chain[last:])
+
+    def is_none(self, half: str) -> bool:
+        """Whether there is none of it, as `spline=none` says."""
+        return self.node(half).get("plugin", half) is None
 
     def context(self) -> Sequence[str | None] | None:
         value = self.composed["context"]
