@@ -103,6 +103,13 @@ def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) 
         check(PROGRAMS[tuple(words[: found[0]])], overrides)
 
 
+@pytest.mark.parametrize(("page", "line"), of_all_pages())
+def test_a_command_needs_no_more_quotes(page: Path, line: str) -> None:
+    """Of bash and zsh; the latter refuses [ and ~ that match no file and no user."""
+    bare = re.sub(r"'[^']*'|\"[^\"$`\\]*\"", "", line)
+    assert not re.search(r"[][{}()*?<>|;&$`!\"'\\]|\s[~=]", bare)
+
+
 def test_there_are_commands_on_most_pages() -> None:
     assert len(of_all_pages()) > 40
     assert len({param.values[0] for param in of_all_pages()}) > 8

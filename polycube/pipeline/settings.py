@@ -130,6 +130,7 @@ class _Reader:
 
     def order(self) -> tuple[str, ...]:
         value = self.composed["order"]
+        value = [value] if isinstance(value, str) else value
         chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
         if chain != list(HALVES[: len(chain)]):
             raise InputError(

@@ -159,7 +159,7 @@ def test_context_overrules(tmp_path):
         (["mesh=example:rod", "resume=nowhere", "from=spline"], "holds no result"),
         (["mesh=example:rod", "meshing.order=[]"], "meshing/subdivide before it"),
         (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
-        (["mesh=example:rod", "order=meshing"], "order is a list"),
+        (["mesh=example:rod", "order=mesh"], "order is a list"),
         (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
         (["mesh=example:ring", "structure=midpoint"], "verbose=true says why"),
         (["mesh=example:rod", "tries=0"], "tries must be a whole number, 1 or more; got 0"),
@@ -173,7 +173,7 @@ def test_context_overrules(tmp_path):
         (["mesh=example:rod", "meshing.max_hexes=1e5"], "max_hexes must be a whole number"),
         (["mesh=example:rod", "meshing.regions=[{box:[1,2],size:1}]"], "a region is"),
         (["resume=nowhere"], "from=STAGE"),
-        ([], "mesh=part.stl"),
+        ([], "infer.py part.step"),
     ],
 )
 def test_refusals_are_one_sentence_with_code_2_and_no_files(

@@ -14,6 +14,7 @@ ALL = ("meshing", "spline", "analysis", "report")
     ("words", "order"),
     [
         ([], ALL),
+        (["order=meshing"], ("meshing",)),
         (["spline=none"], ("meshing", "report")),
         (["analysis=none"], ("meshing", "spline", "report")),
         (["spline=none", "analysis=static"], ("meshing", "report")),
