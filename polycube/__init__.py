@@ -1,12 +1,13 @@
 """DDPM-Polycube: from a CAD surface to a polycube, a hex mesh and a volumetric spline."""
 
 import sys
+from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 __version__ = "0.1.0"
-__all__ = ["Result", "mesh"]
+__all__ = ["InputError", "MeshingError", "Result", "mesh"]
 
 _PACKAGE = Path(__file__).parent
 
@@ -26,14 +27,16 @@ def _mount(folder: Path, name: str) -> None:
 
 
 def __getattr__(name: str) -> object:
-    """The functions and classes of `polycube.api`, imported when they are first asked for."""
+    """The functions and classes that `polycube.api` has, imported when they are first asked for."""
     if name in __all__:
         return getattr(import_module("polycube.api"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    near = get_close_matches(name, __all__, 1)
+    hint = f"; did you mean {near[0]}" if near else ""
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, "HOME", "__version__"})
+    return sorted([*__all__, "__version__"])
 
 
 if HOME != _PACKAGE:

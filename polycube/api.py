@@ -7,14 +7,14 @@ program, in a notebook and on any thread.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 
 import numpy as np
 
 from polycube.analysis.problem import Problem
-from polycube.config import compose
+from polycube.config import SHORT, compose
 from polycube.errors import InputError, MeshingError
 from polycube.io.hex_meshes import FORMATS, boundary
 from polycube.io.solids.motions import Motion
@@ -25,62 +25,13 @@ from polycube.pipeline.placement import Placement
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
-from polycube.registry import build, names, provide
+from polycube.registry import build, provide
 from polycube.report.files import check_folder, start_folder, write_results
 from polycube.report.numbers.results import summarize
+from polycube.result import Result
 from polycube.surface.checks import check_closed, check_surface
 from polycube.surface.repair.clean import clean
-from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
-
-SHORT = {"size": "meshing.size", "material": "analysis.material"}  # keywords of `mesh`
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """What a run made; what it was not asked for, or did not reach, is None.
-
-    Parameters
-    ----------
-    surface : the part, as it was meshed
-    report : the numbers of `report.json`
-    failure : why there is no valid result, else None
-    warnings : why a user should look at the mesh
-    problem : what the analysis solves, where it says so
-    """
-
-    surface: TriMesh
-    polycube: Polycube | None
-    hexes: HexMesh | None
-    spline: Spline | None
-    solution: Solution | None
-    report: Mapping[str, object]
-    failure: str | None = None
-    warnings: tuple[str, ...] = ()
-    interrupted: bool = False
-    problem: Problem | None = None
-
-    @property
-    def modes(self) -> Modes | None:
-        """The solution, where it is modes."""
-        return self.solution if isinstance(self.solution, Modes) else None
-
-    def save(self, path: str | Path) -> Path:
-        """Write the hex mesh in the format of another program, chosen by the suffix.
-
-        Raises
-        ------
-        InputError
-            For a suffix that no export plugin writes, and for a place of the analysis that the mesh
-            has not, where the format holds the analysis.
-        """
-        path = Path(path)
-        suffixes = {build("export", {"plugin": name}).suffix: name for name in names("export")}
-        if path.suffix not in suffixes or self.hexes is None:
-            what = "there is no hex mesh" if self.hexes is None else "no format has this suffix"
-            raise InputError(what, str(path), f"choose one of {', '.join(sorted(suffixes))}")
-        export = build("export", {"plugin": suffixes[path.suffix]})
-        whole = provide(export, spline=self.spline, problem=self.problem)
-        return whole(self.hexes, path.with_suffix(""))
+from polycube.types import HexMesh, TriMesh
 
 
 def mesh(

@@ -17,7 +17,7 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from polycube import __version__
-from polycube.cli.arguments import with_input
+from polycube.cli.arguments import in_full, with_input
 from polycube.cli.pairs import coarse
 from polycube.config import compose
 from polycube.pipeline.improvement import Improvement, is_improvement
@@ -99,7 +99,7 @@ def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) 
     for word in words:  # files of vertices that a spline's options read
         if word.endswith(".txt"):
             Path(word.partition("=")[2]).write_text("0 1\n")
-    for overrides in choices(with_input(words[found[0] :])):
+    for overrides in choices(with_input(in_full(words[found[0] :]))):
         check(PROGRAMS[tuple(words[: found[0]])], overrides)
 
 

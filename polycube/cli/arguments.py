@@ -8,6 +8,8 @@ from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
+from polycube.config import SHORT
+
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
 
 
@@ -43,6 +45,15 @@ def _is_part(word: str, suffixes: tuple[str, ...]) -> bool:
         return True
     named = word.startswith("example:") or word.lower().endswith(suffixes)
     return "=" not in word and (named or isdir(word) or any(sign in word for sign in "*?"))
+
+
+def in_full(arguments: list[str]) -> list[str]:
+    """All arguments, with the full names of options that have a short one, as `size=3`."""
+    found = []
+    for word in arguments:
+        name, sign, value = word.partition("=")
+        found.append(f"{SHORT.get(name, name)}={value}" if sign else word)
+    return found
 
 
 def quoted(arguments: list[str]) -> list[str]:

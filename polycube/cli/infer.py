@@ -19,7 +19,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube.cli import cluster
-from polycube.cli.arguments import with_input
+from polycube.cli.arguments import in_full, with_input
 from polycube.cli.batch import begin_job, expanded
 from polycube.cli.command import refused, run_hydra
 from polycube.cli.signals import INTERRUPTED, terminable
@@ -122,7 +122,7 @@ def main() -> None:
             sys.exit(INTERRUPTED)
 
     try:
-        sys.argv[1:] = expanded(with_input(sys.argv[1:]))
+        sys.argv[1:] = expanded(with_input(in_full(sys.argv[1:])))
         run_hydra("infer", task)
     except InputError as error:
         sys.exit(refused(error))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from polycube import HOME
-from polycube.cli.arguments import with_input
+from polycube.cli.arguments import in_full, with_input
 
 LAST = "meshing.size=3"
 
@@ -56,3 +56,9 @@ def test_a_missing_file_is_refused_in_one_sentence() -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith("error: nowhere.step: can not be read")
+
+
+def test_short_names_stand_for_options() -> None:
+    given = ["part.step", "size=3%", "material=brass", "meshing.size=2", "size", "-m"]
+    full = ["part.step", "meshing.size=3%", "analysis.material=brass", "meshing.size=2"]
+    assert in_full(given) == [*full, "size", "-m"]

@@ -6,8 +6,9 @@ import inspect
 from collections.abc import Iterator
 
 from polycube import errors, testing, types
-from polycube.api import Result, mesh
+from polycube.api import mesh
 from polycube.cli.reference.markdown import MADE, docstring, sentence, signature, table
+from polycube.result import Result
 
 HEAD = """# Python interface
 
