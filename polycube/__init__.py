@@ -7,7 +7,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 __version__ = "0.1.0"
-__all__ = ["InputError", "MeshingError", "Result", "mesh"]
+__all__ = ["InputError", "MeshingError", "Result", "citation", "mesh"]
 
 _PACKAGE = Path(__file__).parent
 

@@ -26,7 +26,8 @@ from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
 from polycube.registry import build, provide
-from polycube.report.files import check_folder, start_folder, write_results
+from polycube.report.citation import bibtex
+from polycube.report.files import check_folder, read_json, start_folder, write_results
 from polycube.report.numbers.results import summarize
 from polycube.result import Result
 from polycube.surface.checks import check_closed, check_surface
@@ -124,7 +125,7 @@ def execute(
     report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
     if folder is not None:
         write_results(folder, state, report, exports, settings)
-    return _result(state, report, problem)
+    return _result(state, report, problem, settings)
 
 
 def _problem(settings: Settings) -> Problem | None:
@@ -152,7 +153,30 @@ def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
     return state
 
 
-def _result(state: RunState, report: Mapping[str, object], problem: Problem | None) -> Result:
+def citation(result: Result | str | Path) -> str:
+    """BibTeX entries of the program and of the methods that a run used.
+
+    Parameters
+    ----------
+    result : what `mesh` returned, or the folder of a run
+
+    Raises
+    ------
+    InputError
+        For a folder without the report of a run.
+
+    Examples
+    --------
+    >>> print(polycube.citation("results"))  # doctest: +SKIP
+    """
+    if isinstance(result, Result):
+        return bibtex(result.report, result.config)
+    return bibtex(*(read_json(Path(result) / name) for name in ("report.json", "config.json")))
+
+
+def _result(
+    state: RunState, report: Mapping[str, object], problem: Problem | None, settings: Settings
+) -> Result:
     return Result(
         state.surface,
         state.polycube,
@@ -164,6 +188,7 @@ def _result(state: RunState, report: Mapping[str, object], problem: Problem | No
         state.verdict.warnings if state.verdict else (),
         state.interrupted,
         problem,
+        settings.composed,
     )
 
 

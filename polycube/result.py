@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ from polycube.analysis.problem import Problem
 from polycube.errors import InputError
 from polycube.registry import build, names, provide
 from polycube.report.files import write_hexes
-from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
+from polycube.types import HexMesh, Json, Modes, Polycube, Solution, Spline, TriMesh
 
 if TYPE_CHECKING:
     import pyvista
@@ -31,6 +31,7 @@ class Result:
     failure : why there is no valid result, else None
     warnings : why a user should look at the mesh
     problem : what the analysis solves, where it says so
+    config : the settings of the run, as in `config.json`
     """
 
     surface: TriMesh
@@ -43,6 +44,7 @@ class Result:
     warnings: tuple[str, ...] = ()
     interrupted: bool = False
     problem: Problem | None = None
+    config: Json = field(default_factory=dict)
 
     @property
     def modes(self) -> Modes | None:

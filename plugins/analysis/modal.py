@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.material import check_units, material
 from polycube.registry import register
@@ -32,6 +32,8 @@ class Modal:
     gauss : Gauss points per direction and element
     mass : mass matrix: consistent, or lumped (row sums; much less accurate)
     """
+
+    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
     units: str = "mm"

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.material import check_units
 from polycube.registry import register
@@ -36,6 +36,8 @@ class Poisson:
     source : f in W/m^3
     gauss : Gauss points per direction and element
     """
+
+    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     conductivity: float = 50.0
     units: str = "mm"

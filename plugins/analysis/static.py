@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.material import check_units, material
 from polycube.registry import register
@@ -45,6 +45,8 @@ class Static:
     away : share of the diagonal; the largest stress is reported farther from sharp inner edges,
         borders of supports and loads on small areas than this, for it has no bound there
     """
+
+    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
     units: str = "mm"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ class Harmonic:
     level : parts of each interval of the polycube's lattice in the map, as a power of two
     longest : edge of the surface when it is cut, as a share of its bounding-box diagonal
     """
+
+    references: ClassVar[tuple[str, ...]] = ("floater1997parametrization", "floater2003mean")
 
     level: int = 3
     longest: float = 0.02

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -35,6 +35,8 @@ class Selective:
     iterations : steps of descent in each round
     features : exact, soft, off or auto; exact: the layer settles with the curves held
     """
+
+    references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing",)
 
     patches: str = "auto"
     sheets: str = "polycube"

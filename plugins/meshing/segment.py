@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -46,6 +47,8 @@ class Drawn:
     rounds : of the majority vote, on the initial labels and on those drawn
     longest : edge of the surface when it is cut, as a share of its bounding-box diagonal
     """
+
+    references: ClassVar[tuple[str, ...]] = ("yu2022hexgen",)
 
     alpha: float = 0.3
     rounds: int = 5

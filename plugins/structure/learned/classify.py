@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -38,6 +38,8 @@ class Classify(Structure):
     frames : coordinate frames tried
     seed : of the sample points
     """
+
+    references: ClassVar[tuple[str, ...]] = ("yu2024dl",)
 
     needs_network = True
 

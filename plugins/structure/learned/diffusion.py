@@ -9,6 +9,7 @@ the faces that points land on look elsewhere than the surface does.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from polycube.kinds import Structure
 from polycube.registry import register
@@ -24,6 +25,8 @@ class Diffusion(DenoisingOptions, Structure):
 
     Where the user chooses the context, points are denoised in that context.
     """
+
+    references: ClassVar[tuple[str, ...]] = ("ho2020ddpm",)
 
     needs_network = True
 

@@ -10,7 +10,7 @@ import logging
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -51,6 +51,8 @@ class Drawn(Structure):
     bricks : of a lattice at most, full or not; one with more is not coarse
     seed : of the sample points and the sampler
     """
+
+    references: ClassVar[tuple[str, ...]] = ("ho2020ddpm",)
 
     any_grid = True
     needs_network = True

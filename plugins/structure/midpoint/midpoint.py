@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -38,6 +38,8 @@ class Midpoint(Structure):
     corners : largest number of corners of the part
     planes : largest number of planes that cut a part that is not convex
     """
+
+    references: ClassVar[tuple[str, ...]] = ("li1995midpoint",)
 
     any_grid = True
 

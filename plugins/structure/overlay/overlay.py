@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 
@@ -53,6 +54,8 @@ class Overlay(Structure):
     thin : the same where none of these gives the right topology; a thin sheet fills no cell
     max_hexes : largest number of full cells; a lattice that needs more is not proposed
     """
+
+    references: ClassVar[tuple[str, ...]] = ("schneiders1996grid", "mitchell1995pillowing")
 
     any_grid = True
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -41,6 +42,8 @@ class Sweep(Structure):
     level : the hexes are 2^level times smaller than the size; null: they have the size
     max_hexes : largest number of hexes; a part that needs more is not proposed
     """
+
+    references: ClassVar[tuple[str, ...]] = ("remacle2012blossom", "geuzaine2009gmsh")
 
     any_grid = True
 

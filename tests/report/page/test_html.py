@@ -54,7 +54,13 @@ def report(run) -> dict[str, object]:
         "warnings": ["3 vertices <welded>"],
         "seed": 7,
         "version": "0.1.0",
-        "config": {"grid": {"shape": [2, 1, 1]}, "mesh": "bent.stl"},
+        "config": {
+            "grid": {"shape": [2, 1, 1]},
+            "mesh": "bent.stl",
+            "meshing": {"order": []},
+            "spline": {"plugin": "h2s"},
+            "analysis": {"plugin": "modal"},
+        },
     }
 
 
