@@ -23,6 +23,12 @@ class WholeCheckpoints(TorchCheckpointIO):
         super().__init__()
         self.folder = folder
 
+    def load_checkpoint(
+        self, path: str | Path, map_location: object = None, weights_only: bool | None = True
+    ) -> dict[str, object]:
+        """Tensors and plain values only: nothing that a file holds is run."""
+        return super().load_checkpoint(path, weights_only=True)
+
     def save_checkpoint(
         self, checkpoint: dict[str, object], path: str | Path, storage_options: object = None
     ) -> None:
