@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import torch
@@ -34,6 +35,8 @@ class WholeCheckpoints(TorchCheckpointIO):
     ) -> None:
         """Write beside the path, then replace what an earlier epoch or training wrote there."""
         inside = Path(path).resolve().relative_to(self.folder.resolve())
+        whole = BytesIO()  # torch's own writer does not say that a disk is full
+        torch.save(checkpoint, whole)
         with writing(self.folder) as scratch:
             (scratch / inside).parent.mkdir(parents=True, exist_ok=True)
-            torch.save(checkpoint, scratch / inside)
+            (scratch / inside).write_bytes(whole.getbuffer())
