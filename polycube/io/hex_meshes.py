@@ -6,12 +6,10 @@ left out, hexes numbered the other way round.  What is still wrong then is refus
 
 from __future__ import annotations
 
-import io
 import logging
 from collections import Counter
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,12 +24,10 @@ from polycube.hexmesh.connectivity import (
     quad_edges,
 )
 from polycube.hexmesh.quality import triangles
+from polycube.io.foreign.process import parsed
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import connected, diagonal
 from polycube.types import HexMesh, TriMesh
-
-if TYPE_CHECKING:
-    import meshio
 
 logger = logging.getLogger(__name__)
 
@@ -53,6 +49,8 @@ def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
         mesh, notes = tidy(*_parsed(path))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
+    except OSError as error:
+        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d hexes", path, len(mesh.vertices), len(mesh.hexes))
     return mesh, notes
 
@@ -63,42 +61,36 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         raise InputError(f"unknown kind of hex mesh {path.suffix!r}; can read {', '.join(FORMATS)}")
     if not path.is_file():
         raise InputError("there is no such file")
-    import meshio
-
-    try:
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):  # it talks
-            found = meshio.read(path)
-    except (Exception, SystemExit) as error:  # foreign parsers raise whatever broke
-        raise InputError(f"not a readable {path.suffix} file") from error
+    found = parsed(path, "meshio")
     kinds: Counter[str] = Counter()
-    for block in found.cells:
-        kinds[block.type] += len(block.data)
+    for kind, number in zip(found["kind"].tolist(), found["number"].tolist(), strict=True):
+        kinds[kind] += number
     kinds = +kinds  # without those of which there are none
     others = [kind for kind in kinds if kind not in (*FLAT_CELLS, "hexahedron")]
     if others or "hexahedron" not in kinds:
         had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"
         raise InputError(f"only meshes of hexahedra with 8 corners can be improved; it has {had}")
-    points = np.asarray(found.points)
+    points = found["points"]
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise InputError("its points have no three coordinates")
-    blocks = [np.asarray(block.data) for block in found.cells if block.type == "hexahedron"]
-    if any(block.ndim != 2 or block.shape[1] != 8 for block in blocks if len(block)):
+    blocks = _in_blocks(found, "hexes")
+    if any(block.ndim != 2 or block.shape[1] != 8 for block in blocks):
         raise InputError("it has hexahedra without 8 corners")
-    hexes = np.concatenate([block for block in blocks if len(block)])
+    hexes = np.concatenate(blocks)
     if hexes.dtype.kind not in "iu":
         raise InputError("the corners of its hexahedra are no whole numbers")
     return points, hexes, _cells(found, len(hexes))
 
 
-def _cells(found: meshio.Mesh, number: int) -> np.ndarray:
+def _in_blocks(found: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]:
+    """The arrays of a name, of all blocks of cells that have one, in their order."""
+    every = (found.get(f"{name} {i}") for i in range(len(found["kind"])))
+    return [array for array in every if array is not None]
+
+
+def _cells(found: Mapping[str, np.ndarray], number: int) -> np.ndarray:
     """(H,) the array `cell` of our own files, zeros in any other file."""
-    listed = found.cell_data.get("cell", [])
-    own = [
-        np.asarray(values).ravel()
-        for block, values in zip(found.cells, listed, strict=False)
-        if block.type == "hexahedron"
-    ]
-    cell = np.concatenate([np.zeros(0, np.int64), *own])
+    cell = np.concatenate([np.zeros(0, np.int64), *_in_blocks(found, "cell")])
     known = len(cell) == number and cell.dtype.kind in "iu" and cell.min() >= 0
     return cell if known else np.zeros(number, np.int64)
 

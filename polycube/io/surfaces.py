@@ -14,6 +14,7 @@ import numpy as np
 from polycube.errors import InputError, brief
 from polycube.examples.parts import example
 from polycube.io.cad import SUFFIXES, Cad, read_cad
+from polycube.io.foreign.process import parsed
 from polycube.io.obj import read_obj
 from polycube.io.stl import read_stl
 from polycube.surface.repair.clean import clean, crossings
@@ -129,20 +130,19 @@ def _read_trimesh(path: Path) -> Soup:
 
 
 def _read_fbx(path: Path) -> Soup:
-    path.open("rb").close()  # open3d only prints where it can not read
     try:
-        import open3d
-    except (ImportError, OSError) as error:
+        found = parsed(path, "open3d")
+    except InputError as error:
+        _, is_missing, why = str(error).partition("open3d does not load: ")
+        if not is_missing:
+            raise
         raise InputError(
-            f"FBX needs open3d, which does not load ({error}); on Debian or Ubuntu: "
+            f"FBX needs open3d, which does not load ({why}); on Debian or Ubuntu: "
             "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
-        ) from error
-    silence = open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error)
-    with silence:  # it writes to the standard output
-        mesh = open3d.io.read_triangle_mesh(path)
-    if not mesh.has_triangles():
+        ) from None
+    if not len(found["faces"]):
         raise InputError("not a whole FBX file, or one without triangles")
-    return np.array(mesh.vertices), np.array(mesh.triangles, dtype=np.int64)
+    return found["vertices"], found["faces"]
 
 
 READERS: dict[str, Callable[[Path], Soup]] = {

@@ -1,5 +1,6 @@
 """A folder of results never loses a file of the user, and is never refused to its own program."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -40,6 +41,32 @@ def test_a_block_that_fails_leaves_what_was_there(tmp_path):
         (scratch / "a").write_text("2")
         raise OSError("disk full")
     assert (tmp_path / "a").read_text() == "1"
+    assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME}
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS])
+def test_a_disk_that_is_full_is_one_sentence_and_changes_nothing(tmp_path, number):
+    write(tmp_path, a="1")
+    with pytest.raises(InputError, match=f"cannot write results to .*: {os.strerror(number)}; "):
+        with writing(tmp_path) as scratch:
+            (scratch / "a").write_text("2")
+            raise OSError(number, os.strerror(number))
+    assert (tmp_path / "a").read_text() == "1"
+    assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME}
+
+
+def test_a_file_that_may_not_grow_is_refused_before_anything_is_made(tmp_path):
+    import resource
+
+    write(tmp_path, a="1")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (manifest.ROOM // 2, before[1]))
+    try:
+        with pytest.raises(InputError, match=r"cannot write results to .*: File too large"):
+            check(tmp_path, ["a"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    check(tmp_path, ["a"])
     assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME}
 
 

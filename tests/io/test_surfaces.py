@@ -1,5 +1,6 @@
 """Reading: formats agree to the last digit, and each refusal is reached."""
 
+import os
 import struct
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from polycube.errors import InputError
 from polycube.io.surfaces import read_surface
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import genus, volume
+from tests.fixtures.sound_files import write_fbx
 from tests.fixtures.surfaces import box, torus
 
 CUBE = box((1000.5, -2.25, 0.125), (1001.5, -1.25, 2.125))  # exact in single precision
@@ -35,39 +37,11 @@ def test_formats_keep_units_and_placement(tmp_path, kind):
 
 def test_fbx_is_read(tmp_path):
     pytest.importorskip("open3d", exc_type=ImportError)
-    polygons = ",".join(f"{a},{b},{-c - 1}" for a, b, c in CUBE.faces)
-    vertices = ",".join(str(x) for x in CUBE.vertices.ravel())
     path = tmp_path / "part.fbx"
-    path.write_text(FBX.format(n=CUBE.vertices.size, m=CUBE.faces.size, v=vertices, p=polygons))
+    write_fbx(path, CUBE)
     surface, _ = read_surface(path)
     assert genus(surface) == 0
     assert volume(surface) == pytest.approx(2, rel=1e-5)
-
-
-FBX = """; FBX 7.3.0 project file
-FBXHeaderExtension:  {{
-	FBXHeaderVersion: 1003
-	FBXVersion: 7300
-}}
-Objects:  {{
-	Geometry: 1000, "Geometry::part", "Mesh" {{
-		Vertices: *{n} {{
-			a: {v}
-		}}
-		PolygonVertexIndex: *{m} {{
-			a: {p}
-		}}
-		GeometryVersion: 124
-	}}
-	Model: 2000, "Model::part", "Mesh" {{
-		Version: 232
-	}}
-}}
-Connections:  {{
-	C: "OO",2000,0
-	C: "OO",1000,2000
-}}
-"""
 
 
 def test_ascii_stl_with_odd_layout(tmp_path):
@@ -181,7 +155,8 @@ def test_folder_is_refused(tmp_path):
 
 def test_missing_libusb_names_the_cure(tmp_path, monkeypatch):
     path = written(tmp_path, "stl").rename(tmp_path / "part.fbx")
-    monkeypatch.setitem(sys.modules, "open3d", None)
+    (tmp_path / "open3d.py").write_text("raise OSError('libusb-1.0.so.0: no such file')")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
     with pytest.raises(InputError, match=r"apt-get install libusb-1\.0-0"):
         read_surface(path)
 
