@@ -58,7 +58,7 @@ class Template:
         layers under the boundary count too
     creases : largest chord error along sharp edges; above it the intervals along them get more
         parts, up to half as many hexes again; null: no limit; set by the search
-    features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
+    features : exact, soft, off or auto; exact: coarser meshes are registered with the curves fixed
     coarsen : with level 0: make hexes larger than those of the lattice where no detail needs small
         ones, up to about `size`
     across_wall, around_hole : smallest number of hexes through every wall, and of edges round every

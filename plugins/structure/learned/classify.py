@@ -1,7 +1,7 @@
-"""Structure by classification alone, as DL-Polycube does: predict the type, denoise nothing.
+"""Structure by classification only, as in DL-Polycube: predict the type without diffusion.
 
-The polycubes that the trained classifier finds likeliest are stretched to the bounding box of the
-part, each in the proportions nearest to the part's.
+The most probable polycubes according to the trained classifier are stretched to the bounding box of
+the part, each in the proportions closest to those of the part.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ logger = logging.getLogger(__name__)
 @register("structure", "classify")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Classify(Structure):
-    """Polycubes that the trained classifier finds likely, placed by bounding boxes; no diffusion.
+    """Polycubes predicted by the trained classifier and placed by bounding boxes; no diffusion.
 
     Parameters
     ----------
     grid : cells of the polycube along x, y, z
     primitives : (3, 3, 3) bool voxels by name
-    weights : .ckpt, .safetensors or folder that train.py writes; null: the shipped weights
-    kept : structures returned at most
-    frames : coordinate frames tried
-    seed : of the sample points
+    weights : a .ckpt, a .safetensors or a folder of train.py; null: the included weights
+    kept : largest number of structures
+    frames : number of coordinate frames that are tried
+    seed : seed of the sample points
     """
 
     needs_network = True
@@ -49,11 +49,11 @@ class Classify(Structure):
     seed: int = setting("seed", 0)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, likeliest first; none beside a given context.
+        """Candidates, the most probable first; empty if the user chooses the context.
 
-        None either when the weights do not know the grid or a primitive.
+        Also empty if the weights were trained for another grid or other primitives.
 
-        Raises InputError when the weights were trained without a classifier.
+        Raises InputError if the weights were trained without a classifier.
         """
         from .hypotheses import guesses, known_denoiser
 

@@ -26,7 +26,7 @@ TURN = 0.1  # of the diagonal: what a whole turn of the normal is worth
 @register("structure", "midpoint")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Midpoint(Structure):
-    """Divide a polyhedron into convex cells, and each into a hex for each of its corners.
+    """Divide a polyhedron into convex cells, and each cell into one hex for each of its corners.
 
     For parts of planar faces only, of genus 0 and with few corners; these may have more than three
     edges, as no corner of a polycube has.  Corners, edges and faces are kept exactly.
