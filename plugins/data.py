@@ -109,7 +109,7 @@ class Published:
         from polycube.diffusion.pairs.pairs import Pairs
 
         if not grid:
-            raise ValueError("data=paper needs a grid; with grid=any take data=paired")
+            raise ValueError("data=paper needs a grid; use data=paired with grid=any")
         noise = Deformation(**dict.fromkeys(SHAPES, 0.0), roughness=self.jitter)
         return Pairs(grid, primitives, published(grid, primitives), noise, seed, pads=True)
 
@@ -143,7 +143,7 @@ class Parts:
         from polycube.diffusion.pairs.part_files import read_parts
 
         if grid:
-            raise ValueError("data=parts is for grid=any; with a grid take data=paired")
+            raise ValueError("data=parts needs grid=any; use data=paired with a grid")
         return PartPairs(seed, _n_points(), read_parts(Path(self.path)), self.share)
 
     def held_out(self, grid: Grid, primitives: Primitives, seed: int) -> LatticePairs:

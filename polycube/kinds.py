@@ -287,7 +287,7 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
     present = set(have)
     for number, stage in enumerate(order):
         if stage not in STAGES:
-            raise InputError(f"{stage!r} is no stage; the stages are {', '.join(STAGES)}")
+            raise InputError(f"{stage!r} is not a stage; the stages are {', '.join(STAGES)}")
         kind = KINDS[stage]
         missing = [name for name in kind.takes if name not in present]
         if missing:
@@ -298,7 +298,7 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
         rest = [KINDS[each] for each in order[number + 1 :] if each in KINDS]
         if kind.gives not in {*RESULTS, *(name for each in rest for name in each.takes)}:
             raise InputError(
-                f"stage {stage!r} makes {kind.gives}, which no later stage takes; leave it out"
+                f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
             )
         present.add(kind.gives)
 

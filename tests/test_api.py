@@ -65,7 +65,7 @@ def test_the_mesh_is_saved_by_its_suffix(tmp_path):
 @pytest.mark.parametrize(
     ("source", "options", "sentence"),
     [
-        ("none.stl", {"seed": 1}, "none.stl: can not be read"),
+        ("none.stl", {"seed": 1}, "none.stl: cannot be read"),
         ("example:dice", {"seed": -1}, "seed must be a whole number"),
         ("example:dice", {"nothing": 1}, "nothing"),
         ("example:dice", {"structure": "magic"}, "magic"),

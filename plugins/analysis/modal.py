@@ -80,6 +80,6 @@ class Modal:
         logger.info(
             "mass %.6g kg; elastic modes at %s Hz",
             modes.mass,
-            " ".join(f"{f:.5g}" for f in modes.frequency[modes.rigid :]) or "none asked for",
+            " ".join(f"{f:.5g}" for f in modes.frequency[modes.rigid :]) or "none requested",
         )
         return modes

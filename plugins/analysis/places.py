@@ -35,7 +35,7 @@ def check_items(
         check_place(place)
         if not set(settings) <= keys or len(settings) < needed:
             raise ValueError(
-                f"{name} takes places as {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
+                f"entries of {name} are {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
             )
     return list(map(_split, items))
 
@@ -45,7 +45,7 @@ def check_supports(name: str, items: object, keys: set[str]) -> None:
     for _, settings in check_items(name, items, keys):
         components = settings.get("components", AXES)
         if not components or not set(components) <= set(AXES):
-            raise ValueError(f"{name}: components are some of x, y, z; got {components!r}")
+            raise ValueError(f"{name}: components must be some of x, y, z; got {components!r}")
         value = settings.get("value", 0.0)
         if not is_number(value):
             check_vector(f"{name}: value", value, len(components))

@@ -83,7 +83,7 @@ class Poisson:
         found = conduct(spline, self.conductivity, fixed, flux, self.source, self.units, self.gauss)
         flows = zip(found.supports, found.flows, strict=True)
         logger.info(
-            "into the solid: %s, supplied %.4g W",
+            "heat flow into the solid: %s, supplied %.4g W",
             ", ".join(f"{flow:.4g} W at {name}" for name, flow in flows),
             found.supplied,
         )

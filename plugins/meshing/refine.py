@@ -75,7 +75,7 @@ class Split:
                     f"99 % of points are within {reached:.2%} of the diagonal, not within the "
                     f"deviation {wanted:.2%}"
                 )
-            logger.info("refine: deviation %.2f %%, %.2f %% asked", 100 * reached, 100 * wanted)
+            logger.info("refine: deviation %.2f %%, limit %.2f %%", 100 * reached, 100 * wanted)
         return f"refinement {done + 1} of {self.times} is asked" if done < self.times else ""
 
     def __post_init__(self) -> None:

@@ -215,7 +215,7 @@ class Template:
         number, old = (sizing.number_of_hexes(polycube, n) for n in (more, parts))
         if number == old or number > self.max_hexes:
             return parts
-        logger.info("subdivide: %.0f hexes more where the surface curves", number - old)
+        logger.info("subdivide: %.0f additional hexes on curved surfaces", number - old)
         return more
 
     def _parts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
@@ -260,7 +260,7 @@ class Template:
             return
         asked = f"size {size:.4g}" if self.level is None else f"level {self.level}"
         raise MeshingError(
-            f"stage meshing/subdivide: {asked} makes {number:.3g} hexes"
+            f"stage meshing/subdivide: {asked} needs {number:.3g} hexes"
             f"{' with the regions' if self.regions else ''}, more than max_hexes "
             f"{self.max_hexes}; {self._instead(size, number_at)}"
         )

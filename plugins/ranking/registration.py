@@ -117,7 +117,7 @@ def _coarser(candidates: list[Candidate], fitting: list[Candidate]) -> list[Cand
     found = [c for c in candidates if c.blocks is not None or size(c) <= most]
     if len(found) < len(candidates):
         logger.info(
-            "%d structures do not rank: the largest has %d boxes, an overlay %d cells",
+            "%d structures are not ranked: the largest has %d boxes, an overlay %d cells",
             len(candidates) - len(found),
             max(size(c) for c in candidates if c.blocks is None),
             most,
@@ -153,7 +153,7 @@ def _log(ranked: list[Ranked]) -> None:
     from polycube.structure.lattice import describe
 
     logger.info(
-        "ranking: score, distance to surface, to mesh [% of diagonal], min Jacobian, volume"
+        "ranking: score, distances to surface and mesh [% of diagonal], min Jacobian, volume"
     )
     for entry in ranked:
         n = {key: entry.numbers.get(key, np.nan) for key in COLUMNS}

@@ -45,7 +45,7 @@ class Given(Reader, Structure):
         full = self._polycube()
         polycube, named = collapse(full), ", ".join(map(str, self.context))
         if not is_manifold(polycube):
-            raise InputError(f"context {named} is no solid in one piece without voids")
+            raise InputError(f"context {named} is not one solid without voids")
         wanted, has = surfaces.genus(surface), genus(polycube)
         if has != wanted:
             raise InputError(f"context {named} has genus {has}, but the surface has genus {wanted}")

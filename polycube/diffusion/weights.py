@@ -53,8 +53,8 @@ def shipped(grid: Sequence[int] = PAPERS) -> Path:
     if not (folder / "weights.safetensors").is_file():
         known = ", ".join(map(_name, shipped_grids())) or "none"
         raise InputError(
-            f"no weights ship for grid {_name(grid)}, only for {known}; "
-            f"train.py grid={_name(grid)} makes some"
+            f"no weights are included for grid {_name(grid)}, only for {known}; "
+            f"train.py grid={_name(grid)} trains them"
         )
     return folder
 
@@ -125,7 +125,7 @@ def load_denoiser(
         denoiser.load_state_dict(tensors)
     except Exception as error:  # each library has its own exception for each way to be wrong
         reason = str(error).splitlines()[0]
-        raise InputError(f"{path} does not hold the network of its config: {reason}") from error
+        raise InputError(f"{path} does not contain the network of its config: {reason}") from error
     return denoiser.eval()
 
 

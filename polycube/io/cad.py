@@ -163,7 +163,7 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
     """The arrays of the solid asked for; raises InputError where that is not clear."""
     volumes, boxes = found["volume"], found["box"]
     if not len(volumes):
-        raise InputError("the file holds no solid; export the part as a closed solid body")
+        raise InputError("the file contains no solid; export the part as a closed solid body")
     if "faces" not in found:
         listed = ", ".join(
             f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
@@ -171,7 +171,7 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
         )
         asked = "" if solid is None else f"there is no solid {solid}; "
         raise InputError(
-            f"{asked}the file holds {len(volumes)} solids: {listed}; say "
+            f"{asked}the file contains {len(volumes)} solids: {listed}; use "
             "cad.solid=1, or cad.solid=all for a mesh of each"
         )
     return {**found, "volume": volumes[(solid or 1) - 1]}

@@ -61,7 +61,7 @@ def read_repaired(
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
     return surface, warnings, repair
 
@@ -73,7 +73,7 @@ def read_soup(path: Path) -> Soup:
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def is_cad(path: Path) -> bool:
@@ -141,7 +141,7 @@ def _read_fbx(path: Path) -> Soup:
     with silence:  # it writes to the standard output
         mesh = open3d.io.read_triangle_mesh(path)
     if not mesh.has_triangles():
-        raise InputError("not a whole FBX file, or one without triangles")
+        raise InputError("not a complete FBX file, or a file without triangles")
     return np.array(mesh.vertices), np.array(mesh.triangles, dtype=np.int64)
 
 

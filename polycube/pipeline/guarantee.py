@@ -134,7 +134,9 @@ def _moved(start: Variants, stage: Stage, state: RunState) -> HexMesh:
     if not np.array_equal(fitted.hexes, hexes.hexes) or not np.isfinite(fitted.vertices).all():
         return hexes
     kept, share = partly_fitted(hexes, fitted.vertices)
-    logger.info("%s: %d of %d vertices are held back", stage.kind, (share < 1).sum(), len(share))
+    logger.info(
+        "%s: %d of %d vertices are moved only in part", stage.kind, (share < 1).sum(), len(share)
+    )
     return kept
 
 

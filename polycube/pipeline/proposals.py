@@ -130,13 +130,13 @@ def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:
     if alone:
         raise InputError(
             f"structure={name} finds the structure itself, so it cannot be combined with "
-            "context=; leave one of them out"
+            "context=; remove one of them"
         )
     defaults = {field.name: field.default for field in fields(plugin)}
     for option, value in config.items():
         plain = tuple(value) if isinstance(value, list) else value
         if option in defaults and plain != defaults[option]:
             raise InputError(
-                f"structure.proposals.{name}.{option} has no effect beside context=; leave one "
+                f"structure.proposals.{name}.{option} has no effect with context=; remove one "
                 "of them out"
             )

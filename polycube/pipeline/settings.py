@@ -133,8 +133,8 @@ class _Reader:
         chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
         if chain != list(HALVES[: len(chain)]):
             raise InputError(
-                f"order is a list that begins as [{', '.join(HALVES)}] does, with report where "
-                f"the page is wanted; got {value}"
+                f"order must be a list of the first of [{', '.join(HALVES)}], and report for the "
+                f"page; got {value}"
             )
         return tuple(value)
 
@@ -149,5 +149,7 @@ class _Reader:
         if value not in LEVELS:
             raise InputError(f"repair must be {', '.join(LEVELS)}; got {value!r}")
         if self.composed["hex"] and value != LEVELS[0]:
-            raise InputError("repair is for the surface of mesh=, not beside hex=")
+            raise InputError(
+                "repair works on the surface of mesh=, it cannot be combined with hex="
+            )
         return str(value)

@@ -67,7 +67,7 @@ def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch,
 
     monkeypatch.setattr(Clock, "run", signalled)
     assert _command(config(*ROD, f"output_dir={tmp_path}", "quiet=true")) == 130
-    assert "interrupted; the best mesh so far is kept" in capsys.readouterr().err
+    assert "interrupted; the best mesh so far is saved" in capsys.readouterr().err
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["valid"] and report["interrupted"]
     assert report["stopped"].startswith("meshing was interrupted")

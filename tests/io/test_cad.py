@@ -167,7 +167,7 @@ def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
     path = part(tmp_path, solids="two")
     with pytest.raises(InputError, match=r"2 solids: 1 \(volume 22190.* 2 \(volume 6 mm3, from"):
         read_surface(path)
-    with pytest.raises(InputError, match="there is no solid 3; the file holds 2"):
+    with pytest.raises(InputError, match="there is no solid 3; the file contains 2"):
         read_surface(path, Cad(solid=3))
     assert volume(read_surface(path, Cad(solid=2))[0]) == pytest.approx(6)
 
@@ -175,7 +175,7 @@ def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("good morning", "not a readable .step file|holds no solid"),
+        ("good morning", "not a readable .step file|contains no solid"),
         ("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "no solid"),
     ],
 )

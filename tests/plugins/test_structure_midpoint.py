@@ -194,7 +194,7 @@ def as_cad(surface: TriMesh, region: np.ndarray) -> TriMesh:
         ),
         (hull(ROUND), {}, "there are 90 corners, more than 60"),
         (as_cad(OCTAHEDRON, np.ones(8)), {}, "face 1 is not planar"),
-        (as_cad(hull(SIGNS), np.arange(12) + 1), {}, "lies in one plane with a face beside it"),
+        (as_cad(hull(SIGNS), np.arange(12) + 1), {}, "is in one plane with an adjacent face"),
     ],
 )
 def test_what_is_no_such_polyhedron_is_refused_in_a_sentence(surface, options, reason, caplog):

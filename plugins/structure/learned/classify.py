@@ -63,7 +63,7 @@ class Classify(Structure):
         if not denoiser.options.classifier:
             raise InputError(
                 "structure=classify needs weights with a classifier, options.classifier=true in "
-                f"their YAML; {self.weights or 'the shipped ones'} have none"
+                f"their YAML; {self.weights or 'the included ones'} have none"
             )
         if any(candidate.proposal == "given" for candidate in candidates):
             return []
@@ -72,7 +72,7 @@ class Classify(Structure):
             best.setdefault(guess.key, guess)
         found = [_stretched(guess, surface) for guess in list(best.values())[: self.kept]]
         logger.info(
-            "classify: %d of %d structures kept, probability %s",
+            "classify: %d of %d structures proposed, probability %s",
             len(found),
             len(best),
             ", ".join(f"{candidate.probability:.3f}" for candidate in found) or "none",

@@ -57,7 +57,7 @@ class Midpoint(Structure):
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("midpoint: no primitive is a full cell; nothing proposed")
+            logger.info("midpoint: no primitive is a full cell; nothing is proposed")
             return []
         try:
             solid = polyhedron(surface, self.corners)
@@ -67,9 +67,11 @@ class Midpoint(Structure):
             logger.info("midpoint: nothing is proposed, because %s", reason)
             return []
         least = scaled_jacobian(vertices, hexes).min()
-        logger.info("midpoint: %d blocks, least scaled Jacobian %.3f", len(hexes), least)
+        logger.info("midpoint: %d blocks, smallest scaled Jacobian %.3f", len(hexes), least)
         if least < LEAST:
-            logger.info("midpoint: nothing is proposed, because the blocks are too poor")
+            logger.info(
+                "midpoint: nothing is proposed, because the blocks have a small scaled Jacobian"
+            )
             return []
         return [candidate(blocks, surface, brick, "midpoint")]
 

@@ -32,7 +32,7 @@ def check_requests(surface: TriMesh, requests: Sequence[Request]) -> None:
         wall = sets[wall_of(sets, request)]
         if request.kind == "around" and not rims(surface.vertices, surface.faces[wall]):
             raise InputError(
-                f"{request.at} has no border round which hexes could be counted",
+                f"{request.at} has no border along which hexes can be counted",
                 "meshing.at",
                 "name a hole or a face with a border",
             )

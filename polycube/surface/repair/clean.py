@@ -55,7 +55,7 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
     if not len(faces):
         raise InputError(f"the file has no triangles (and {len(vertices)} vertices)")
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError(f"a face names vertex {faces.max()}; there are {len(vertices)}")
+        raise InputError(f"a face refers to vertex {faces.max()}; there are {len(vertices)}")
     if len(strange := np.flatnonzero(~np.isfinite(vertices).all(axis=1))):
         raise InputError(
             f"coordinates must be finite numbers: {len(strange)} of {len(vertices)} vertices are "
@@ -66,8 +66,8 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
     size = diagonal(surface)
     if size == 0:
         raise InputError(
-            f"all corners of its {len(faces)} triangles fall on one point, "
-            f"{place(surface, surface.vertices[0])}; write the part nearer to the origin"
+            f"all corners of its {len(faces)} triangles are at one point, "
+            f"{place(surface, surface.vertices[0])}; move the part closer to the origin"
         )
     if not DIAGONALS[0] < size < DIAGONALS[1]:
         raise InputError(f"its diagonal of {size:.3g} is out of range; scale it to about 1")
@@ -156,7 +156,7 @@ def orient(surface: TriMesh) -> Step:
     if (one_sided := given == turned).any():
         raise InputError(
             f"the surface is not orientable (like a Klein bottle): {one_sided.sum()} of its "
-            f"{n_faces} faces have no outer side, so it bounds no solid"
+            f"{n_faces} faces have no outer side, so it is not the boundary of a solid"
         )
     turn = given > turned
     oriented = TriMesh(surface.vertices, np.where(turn[:, None], faces[:, ::-1], faces))
@@ -184,14 +184,14 @@ def flip_flat(surface: TriMesh) -> Step:
         other = owner[b, a]
         tip = int(faces[other].sum()) - a - b
         if (middle, tip) in owner or (tip, middle) in owner:
-            raise InputError(f"a face of no area lies at {place(surface, corners[0])}; remove it")
+            raise InputError(f"a face without area is at {place(surface, corners[0])}; remove it")
         del owner[a, b], owner[b, a]
         for f, triangle in ((face, (middle, a, tip)), (other, (middle, tip, b))):
             faces[f] = triangle
             owner |= {(p, q): f for p, q in half_edges(faces[f : f + 1]).tolist()}
     flipped = TriMesh(surface.vertices, faces)
     if (face_areas(flipped) <= _flat(flipped)).any():
-        raise InputError(f"{flat.sum()} faces of no area lie side by side; remove them")
+        raise InputError(f"{flat.sum()} adjacent faces have no area; remove them")
     return flipped, [f"flipped the longest edges of faces of no area: {flat.sum()}"]
 
 
