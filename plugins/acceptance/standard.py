@@ -129,13 +129,13 @@ class Standard(Acceptance):
         if len(found.crossings):
             place = np.round(found.crossing_at, 3).tolist()
             yield (
-                f"the boundary crosses itself: {len(found.crossings)} pairs of quads, the first "
+                f"the boundary intersects itself: {len(found.crossings)} pairs of quads, the first "
                 f"at {place}"
             )
         if len(open_ones):
             yield (
-                f"{len(open_ones)} of {n_hexes} hexes are not positive everywhere; the first is "
-                f"number {open_ones[0]}"
+                f"the Jacobian of {len(open_ones)} of {n_hexes} hexes is not positive "
+                f"everywhere; the first is number {open_ones[0]}"
             )
         if abs(found.volume_ratio - 1) > self.volume_limit:
             yield (
@@ -159,7 +159,7 @@ class Standard(Acceptance):
             )
         if apart.vertices >= self.far_vertices:
             yield (
-                f"boundary vertices lie up to {apart.vertices:.2%} of the diagonal off the "
+                f"boundary vertices are up to {apart.vertices:.2%} of the diagonal away from the "
                 f"surface, more than {self.far_vertices:.1%}"
             )
         if abs(found.volume_ratio - 1) >= self.far_volume:
@@ -191,8 +191,9 @@ class Standard(Acceptance):
             beside = " and ".join(f"cad_face_{face}" for face in worst.faces)
             yield (
                 f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
-                f"are more than {self.features:.1%} of the diagonal off, the most the {worst.kind} "
-                f"of {beside} at {np.round(worst.place, 3).tolist()}: {worst.distance:.2%}"
+                f"are more than {self.features:.1%} of the diagonal away, the farthest is the "
+                f"{worst.kind} of {beside} at {np.round(worst.place, 3).tolist()}: "
+                f"{worst.distance:.2%}"
             )
         if found.lost_faces:
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)

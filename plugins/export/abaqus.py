@@ -86,7 +86,7 @@ class Abaqus:
         if problem is not None:
             parts += deck(problem, hexes, own, sides)
         elif self.step:
-            parts.append("** no problem is given: material, section and step are yours to add\n")
+            parts.append("** no problem is given: add material, section and step\n")
         return write(path.with_suffix(self.suffix), *parts)
 
 

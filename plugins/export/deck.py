@@ -89,7 +89,7 @@ class _Deck:
         before = ["*MATERIAL, NAME=material\n", *self._material(), section, *sets]
         named, loads = self._loads()
         if isinstance(self.problem, Statics) and not (loads or self._moves):
-            why = "no loads, no gravity and no given displacements: there is no step"
+            why = "without loads, gravity and prescribed displacements there is no step"
             return [*before, *named, f"** {why}\n", *boundary]
         last = [*boundary, *loads, PRINTED[type(self.problem)], "*END STEP\n"]
         return [*before, *named, "*STEP\n", *self._procedure(), *last]

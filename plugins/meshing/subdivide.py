@@ -273,8 +273,8 @@ class Template:
 
         fitting = sizing.size_that_fits(fits, size)
         if fitting is None:
-            return "the least numbers of parts are too many"
-        return f"size {fitting:.3g} would do" + " without regions" * bool(self.regions)
+            return "even the smallest numbers of parts give too many hexes"
+        return f"size {fitting:.3g} is possible" + " without regions" * bool(self.regions)
 
     def __post_init__(self) -> None:
         check_features(self.features)

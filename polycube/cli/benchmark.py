@@ -155,11 +155,13 @@ def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -
 def main() -> None:
     """Command line: exit code 2, and one sentence, for what is refused."""
     parser = argparse.ArgumentParser(prog="python -m polycube.cli.benchmark")
-    parser.add_argument("folder", type=Path, help="of the batch; the page is written there")
+    parser.add_argument(
+        "folder", type=Path, help="folder of the batch, in which the page is written"
+    )
     parser.add_argument("before", type=Path, nargs="?", help="folder of an earlier batch")
     parser.add_argument("--parts", type=Path, help="folder of CAD parts, meshed first")
-    parser.add_argument("--subset", type=int, help="so many of them, spread evenly")
-    parser.add_argument("--settings", nargs="*", default=(), help="further ones of infer.py")
+    parser.add_argument("--subset", type=int, help="number of parts, selected evenly")
+    parser.add_argument("--settings", nargs="*", default=(), help="further settings of infer.py")
     asked = parser.parse_args()
     try:
         if asked.before is not None:  # now, not when hours have gone into the parts

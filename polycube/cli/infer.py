@@ -179,7 +179,7 @@ def _attempt(
     except (InputError, OmegaConfBaseException) as error:
         return 2, " ".join(str(error).split())
     except MeshingError as error:
-        return 3, f"{' '.join(str(error).split())}; nothing was written"
+        return 3, f"{' '.join(str(error).split())}; no file was written"
     except KeyboardInterrupt:
         return INTERRUPTED, "interrupted; the results of completed stages are saved"
     if report.get("interrupted"):

@@ -45,7 +45,7 @@ class Cad:
 
     def __post_init__(self) -> None:
         if self.solid == "all":
-            what = "all solids of a file are meshed by the command line, infer.py, only"
+            what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
         for name, least in {"segments": 6, "solid": 1}.items():
             value = getattr(self, name)
@@ -70,15 +70,17 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     if options.units not in (None, unit):
         notes.append(
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
-            f"say analysis.units={unit}"
+            f"use analysis.units={unit}"
         )
     lost = 1 - volume(surface) / size
     if np.isnan(lost):
-        notes.append("gmsh does not load: read by cascadio, the volume was not checked")
+        notes.append(
+            "gmsh cannot be loaded; the file was read by cascadio, and the volume was not checked"
+        )
     elif abs(lost) > LOST:
         notes.append(
             f"the triangles enclose {100 * lost:.1f} % less than the solid; "
-            f"raise cad.segments={options.segments}"
+            f"increase cad.segments={options.segments}"
         )
     return surface, notes
 
@@ -196,7 +198,7 @@ def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:
 
 def _last_line(text: str) -> str:
     lines = [line for line in text.strip().splitlines() if line.strip()]
-    return brief(lines[-1].removeprefix("Exception: ") if lines else "gmsh ended without a word")
+    return brief(lines[-1].removeprefix("Exception: ") if lines else "gmsh ended without a message")
 
 
 def _point(values: np.ndarray) -> str:

@@ -132,7 +132,7 @@ def _welded(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.nda
     number = np.searchsorted(kept, first)[group.ravel()]
     notes = []
     if len(used) < len(vertices):
-        notes.append(f"left out vertices that no hex uses: {len(vertices) - len(used)}")
+        notes.append(f"removed vertices that no hex uses: {len(vertices) - len(used)}")
     if len(kept) < len(used):
         notes.append(f"welded vertices at the same place: {len(used) - len(kept)}")
     return vertices[used][kept], number[local.reshape(hexes.shape)], notes
@@ -148,7 +148,7 @@ def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarr
         )
     kept = np.sort(np.unique(ordered, axis=0, return_index=True)[1])
     extra = len(hexes) - len(kept)
-    return hexes[kept], cell[kept], [f"left out hexes given twice: {extra}"] if extra else []
+    return hexes[kept], cell[kept], [f"removed duplicate hexes: {extra}"] if extra else []
 
 
 def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -156,7 +156,9 @@ def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     plain, by_axes = (_untwisted(vertices, h) for h in (hexes, hexes[:, BY_AXES]))
     if 2 * plain.sum() >= len(hexes) or by_axes.sum() <= plain.sum():
         return hexes, []
-    return hexes[:, BY_AXES], ["re-numbered the corners of all hexes: they ran along the axes"]
+    return hexes[:, BY_AXES], [
+        "renumbered the corners of all hexes: they were in lexicographic order"
+    ]
 
 
 def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ from polycube.types import TriMesh
 logger = logging.getLogger(__name__)
 
 EXAMPLE = "example:"
-LOOK = "preflight=true lists, preflight=FILE.vtp draws all that is wrong"
+LOOK = "preflight=true lists all defects, preflight=FILE.vtp writes their places"
 
 Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 

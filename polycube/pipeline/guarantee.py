@@ -147,8 +147,9 @@ def _described(start: Variants, hexes: HexMesh, why: str) -> RunState:
     if not off and start.acceptance(hexes, state.surface).is_valid:
         return state
     sentence = (
-        f"no fitted mesh is valid ({why}); this one is fitted in part: {off:.1%} of its boundary "
-        f"vertices are more than {NEAR:.1%} of the diagonal off the surface; {_distances(state)}"
+        f"no fitted mesh is valid ({why}); this one is only partly fitted: {off:.1%} of its "
+        f"boundary vertices are more than {NEAR:.1%} of the diagonal away from the surface; "
+        f"{_distances(state)}"
     )
     return replace(state, unfitted=sentence)
 

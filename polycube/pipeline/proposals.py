@@ -64,12 +64,13 @@ def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
     if not n_proposed and all(plugin.any_grid for plugin in plugins):
         return (
             f"structure={', '.join(own)} proposes nothing for this "
-            f"surface of genus {genus(surface)}; verbose=true says why, structure=auto tries others"
+            f"surface of genus {genus(surface)}; verbose=true shows the reasons, "
+            "structure=auto tries others"
         )
     if not n_proposed and all(plugin.needs_network for plugin in plugins):
         return (
-            f"no trained weights for {named} on a {shapes} grid; name weights by ckpt=, or let "
-            "structure=auto find the structure without a network"
+            f"no trained weights for {named} on a {shapes} grid; give weights with ckpt=, or use "
+            "structure=auto, which needs no network"
         )
     return (
         f"no polycube of {named} on a {shapes} grid fits this surface of genus {genus(surface)}; "

@@ -40,7 +40,7 @@ def check_surface(surface: TriMesh) -> None:
         "that both faces have in the same direction",
     )
     vertices = nonmanifold_vertices(faces)[:, None]
-    _refuse(surface, vertices, "not manifold", "where its parts touch in a point only")
+    _refuse(surface, vertices, "not manifold", "where its parts touch only in a point")
     _check_one_piece(surface)
     if not volume(surface) > FLAT * face_areas(surface).sum() * diagonal(surface):
         raise InputError(

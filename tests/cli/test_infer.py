@@ -161,7 +161,7 @@ def test_context_overrules(tmp_path):
         (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
         (["mesh=example:rod", "order=meshing"], "order must be a list"),
         (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
-        (["mesh=example:ring", "structure=midpoint"], "verbose=true says why"),
+        (["mesh=example:ring", "structure=midpoint"], "verbose=true shows the reasons"),
         (["mesh=example:rod", "tries=0"], "tries must be a whole number, 1 or more; got 0"),
         (["mesh=example:rod", "seed=x"], "seed must be a whole number, 0 or more; got 'x'"),
         (["mesh=example:rod", "quiet=maybe"], "quiet must be true or false; got 'maybe'"),

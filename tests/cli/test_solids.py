@@ -135,7 +135,7 @@ def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
     monkeypatch.setattr("polycube.cli.solids.result.combined", mirrored)
     folder = shutil.copytree(done[1], tmp_path / "again")
     code, why = again(cubes, folder)
-    assert code == 3 and why.endswith("not where they are joined")
+    assert code == 3 and why.endswith("but the joined mesh is not")
     assert not (folder / "hex.inp").exists()
 
 

@@ -109,7 +109,7 @@ def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
     assert _command(config(*asked)) == 3
     assert "must be 1 or more; the files are marked as" in capsys.readouterr().err
     text = (tmp_path / "bent" / "hex.inp").read_text()
-    assert "material, section and step are yours to add" in text and "*STEP" not in text
+    assert "add material, section and step" in text and "*STEP" not in text
     for bad in ("2", "true", "high"):
         assert _command(config(*asked, f"acceptance.least_jacobian={bad}")) == 2
 

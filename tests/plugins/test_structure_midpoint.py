@@ -229,7 +229,7 @@ def test_blocks_follow_size_and_max_hexes_and_say_that_regions_have_no_effect():
     assert len(hexes(size=10.0, across_wall=5).hexes) == 16 * 3**3
     regions = [{"box": [0, 0, 0, 1, 1, 1], "size": 0.1}]
     assert "regions has no effect" in " ".join(hexes(regions=regions).warnings)
-    with pytest.raises(MeshingError, match=r"more than max_hexes 100; size .* would do"):
+    with pytest.raises(MeshingError, match=r"more than max_hexes 100; size .* is possible"):
         hexes(size=0.1, max_hexes=100)
 
 

@@ -73,7 +73,7 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
         raise InputError(f"its diagonal of {size:.3g} is out of range; scale it to about 1")
     if len(used) == len(vertices):
         return surface, []
-    return surface, [f"left out vertices that no face uses: {len(vertices) - len(used)}"]
+    return surface, [f"removed vertices that no face uses: {len(vertices) - len(used)}"]
 
 
 def weld_equal(surface: TriMesh) -> Step:
@@ -137,7 +137,7 @@ def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
     if not faces.any():
         return []
     first = surface.vertices[surface.faces[faces.argmax(), 0]]
-    return [f"left out faces {why}: {faces.sum()}, the first at {place(surface, first)}"]
+    return [f"removed faces {why}: {faces.sum()}, the first at {place(surface, first)}"]
 
 
 def orient(surface: TriMesh) -> Step:
@@ -164,9 +164,9 @@ def orient(surface: TriMesh) -> Step:
         turn = ~turn
         oriented = TriMesh(surface.vertices, oriented.faces[:, ::-1])
     if turn.all():
-        return oriented, [f"turned all {n_faces} faces: the surface was inside out"]
+        return oriented, [f"reversed all {n_faces} faces: the surface was inside out"]
     if turn.any():
-        return oriented, [f"turned faces that looked inwards: {turn.sum()} of {n_faces}"]
+        return oriented, [f"reversed faces with an inward normal: {turn.sum()} of {n_faces}"]
     return surface, []
 
 
@@ -192,13 +192,13 @@ def flip_flat(surface: TriMesh) -> Step:
     flipped = TriMesh(surface.vertices, faces)
     if (face_areas(flipped) <= _flat(flipped)).any():
         raise InputError(f"{flat.sum()} adjacent faces have no area; remove them")
-    return flipped, [f"flipped the longest edges of faces of no area: {flat.sum()}"]
+    return flipped, [f"flipped the longest edges of faces without area: {flat.sum()}"]
 
 
 def crossings(surface: TriMesh) -> list[str]:
     """One sentence where faces cross, with places."""
     if len(surface.faces) > MAX_FACES:
-        return [f"crossing faces were not looked for: more than {MAX_FACES} faces"]
+        return [f"intersecting faces were not searched for: more than {MAX_FACES} faces"]
     pairs = self_intersections(surface)
     if not len(pairs):
         return []
@@ -207,6 +207,6 @@ def crossings(surface: TriMesh) -> list[str]:
     more = f" and {len(middles) - N_PLACES} more" if len(middles) > N_PLACES else ""
     n_places = "1 place" if len(middles) == 1 else f"{len(middles)} places"
     return [
-        f"the surface crosses itself: {len(pairs)} pairs of faces in {n_places}, at {where}{more}; "
-        "it is meshed as it stands, look at the mesh there"
+        f"the surface intersects itself: {len(pairs)} pairs of faces in {n_places}, at "
+        f"{where}{more}; it is meshed without changes, check the mesh there"
     ]

@@ -102,7 +102,7 @@ def test_a_face_without_a_quad_is_said():
     coarse = hex_box((1, 1, 1), (4.0, 3.0, 2.0))
     assert reached(thin, surface, [Request("cad_face_7", "through", 1)]) == [3]
     assert unmet(coarse, surface, [Request("cad_face_7", "through", 1)]) == [
-        "the mesh has no quad on cad_face_7, for which meshing.at asks"
+        "the mesh has no quad on cad_face_7, which meshing.at requests"
     ]
 
 

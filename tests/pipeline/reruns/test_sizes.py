@@ -101,7 +101,7 @@ def test_a_length_in_model_units_and_the_variants_own_factor(surface):
     [
         (0.9, {}, ""),  # it is met
         (5.0, {}, "refinement is cheaper"),
-        (2.0, {"level": 2}, ""),  # the number of parts is asked for
+        (2.0, {"level": 2}, ""),  # the number of parts is requested for
         (2.0, {"turn": 3.0}, "the previous mesh is the result, because: mesh and surface are"),
         (2.0, {"most": 1.2}, "too many"),
     ],
