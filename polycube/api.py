@@ -1,7 +1,7 @@
-"""The program from Python: `polycube.mesh("part.step", size=2.0)`.
+"""Python interface: `polycube.mesh("part.step", size=2.0)`.
 
-Objects go in and come out.  Nothing of the process is changed, so it works inside another Hydra
-program, in a notebook and on any thread.
+Arguments and results are objects. The state of the process is not changed, so the interface can be
+used inside another Hydra program, in a notebook and on any thread.
 """
 
 from __future__ import annotations
@@ -37,15 +37,20 @@ SHORT = {"size": "meshing.size", "material": "analysis.material"}  # keywords of
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What a run made; what it was not asked for, or did not reach, is None.
+    """Results of a run; results that were not requested or not reached are None.
 
     Parameters
     ----------
-    surface : the part, as it was meshed
-    report : the numbers of `report.json`
-    failure : why there is no valid result, else None
-    warnings : why a user should look at the mesh
-    problem : what the analysis solves, where it says so
+    surface : the surface that was meshed
+    polycube : the polycube of the structure
+    hexes : the hex mesh
+    spline : the volumetric spline
+    solution : the solution of the analysis
+    report : the content of `report.json`
+    failure : reason why there is no valid result, or None
+    warnings : warnings about the mesh
+    interrupted : whether the run was interrupted
+    problem : the problem that the analysis solves
     """
 
     surface: TriMesh
@@ -61,17 +66,25 @@ class Result:
 
     @property
     def modes(self) -> Modes | None:
-        """The solution, where it is modes."""
+        """The solution if it consists of vibration modes, else None."""
         return self.solution if isinstance(self.solution, Modes) else None
 
     def save(self, path: str | Path) -> Path:
-        """Write the hex mesh in the format of another program, chosen by the suffix.
+        """Write the hex mesh in the format that belongs to the suffix of a path.
+
+        Parameters
+        ----------
+        path : path of the file, such as "part.inp"
+
+        Returns
+        -------
+        The path of the written file.
 
         Raises
         ------
         InputError
-            For a suffix that no export plugin writes, and for a place of the analysis that the mesh
-            has not, where the format holds the analysis.
+            If there is no hex mesh or no export plugin for the suffix, or if the format contains
+            the analysis and the mesh does not have one of its places.
         """
         path = Path(path)
         suffixes = {build("export", {"plugin": name}).suffix: name for name in names("export")}
@@ -86,25 +99,31 @@ class Result:
 def mesh(
     source: object, *overrides: str, output_dir: str | Path | None = None, **options: object
 ) -> Result:
-    """Take a part all the way: polycube, hex mesh, spline, analysis.
+    """Compute polycube, hex mesh, spline and analysis of a part.
 
     Parameters
     ----------
-    source : path of a surface, CAD file or hex mesh, `example:rod`, a `TriMesh` (its CAD faces are
-        kept), a `HexMesh` to be improved, or anything with `vertices` (V, 3) and triangles `faces`
-        (F, 3) such as a trimesh.Trimesh
-    overrides : of the configuration, as on the command line, such as "meshing.optimize.samples=500"
-    output_dir : write the files of the run there; None writes nothing
+    source : path of a surface, CAD file or hex mesh, `example:rod`, a `TriMesh` (with its CAD
+        faces), a `HexMesh` to be improved, or any object with `vertices` (V, 3) and triangles
+        `faces` (F, 3) such as a trimesh.Trimesh; lengths are in the units of the part
+    overrides : settings as on the command line, such as "meshing.optimize.samples=500"
+    output_dir : folder for the files of the run; None: no files are written
     options : `size`, `material`, or any setting of `infer.py`: a value, such as
         `context=["cube", "hole_z"]`, `order=["meshing"]` or `meshing="parametric"`; or a mapping of
         options, such as `analysis={"modes": 12}`
 
+    Returns
+    -------
+    The results, in the units and the placement of the part.
+
     Raises
     ------
     InputError
-        For a part or an option that must be refused.
+        If the part or an option is invalid.
     MeshingError
-        Where there is no valid result; its `result` holds what was made.
+        If there is no valid result; its `result` contains the completed stages.
+    KeyboardInterrupt
+        If the run is interrupted.
 
     Examples
     --------
@@ -134,22 +153,27 @@ def execute(
     started: Callable[[Path], None] = lambda folder: None,
     placed: tuple[Path, Motion] | None = None,
 ) -> Result:
-    """Do a whole run: what `mesh` and the command line share.
+    """Do a complete run; used by `mesh` and by the command line.
 
     Parameters
     ----------
-    folder : for the files of the run; None writes nothing
-    read : makes the first state; None reads the files that the settings name
+    settings : settings of the run
+    folder : folder for the files of the run; None: no files are written
+    read : function that makes the first state; None: read the files given in the settings
     interrupt : set by another thread or by a signal handler to end the run with the best mesh
-    started : called with the folder when the input is known to be good
+    started : called with the folder after the input was accepted
     placed : folder of the run of an identical solid, and the motion of its mesh to this one
+
+    Returns
+    -------
+    The results, also those of a failed or interrupted run.
 
     Raises
     ------
     InputError
-        Before anything is written.
+        If the input or a setting is invalid; no file is written then.
     KeyboardInterrupt
-        Where the run was interrupted before there was a folder.
+        If the run is interrupted before the folder is made.
     """
     if placed is not None:
         run: Run = Placement(settings, *placed, interrupt)
@@ -182,7 +206,7 @@ def _problem(settings: Settings) -> Problem | None:
 
 
 def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
-    """Mesh and solve; a failure or an interruption ends in the state it came to."""
+    """Mesh and solve; after a failure or an interruption, the last state is returned."""
     try:
         if "meshing" in run.settings.order:
             state = run.mesh(state)
@@ -215,7 +239,7 @@ def _result(state: RunState, report: Mapping[str, object], problem: Problem | No
 
 
 def _input(source: object) -> tuple[str, Read | None]:
-    """The override that names a part, and what makes the first state of one in memory."""
+    """The override for a part, and the function that makes the first state of an object."""
     if isinstance(source, str | Path):
         key = "hex" if str(source).lower().endswith(HEX) else "mesh"
         return f"{key}={_value(str(source))}", None
