@@ -11,12 +11,12 @@ __all__ = ["InputError", "MeshingError", "Result", "citation", "mesh"]
 
 _PACKAGE = Path(__file__).parent
 
-# `plugins/` and `conf/` lie beside this package in a checkout and inside it in a wheel.
+# In a checkout, `plugins/` and `conf/` are beside this package; in a wheel, they are inside.
 HOME = _PACKAGE if (_PACKAGE / "plugins").is_dir() else _PACKAGE.parent
 
 
 def _mount(folder: Path, name: str) -> None:
-    """Import `folder` as the package `name`, so both layouts say `polycube.plugins`."""
+    """Import `folder` as the package `name`, so that both layouts have `polycube.plugins`."""
     spec = spec_from_file_location(
         name, folder / "__init__.py", submodule_search_locations=[str(folder)]
     )
@@ -27,7 +27,7 @@ def _mount(folder: Path, name: str) -> None:
 
 
 def __getattr__(name: str) -> object:
-    """The functions and classes that `polycube.api` has, imported when they are first asked for."""
+    """The functions and classes of `polycube.api`, imported at first use."""
     if name in __all__:
         return getattr(import_module("polycube.api"), name)
     near = get_close_matches(name, __all__, 1)

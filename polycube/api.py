@@ -1,7 +1,7 @@
-"""The program from Python: `polycube.mesh("part.step", size=2.0)`.
+"""Python interface: `polycube.mesh("part.step", size=2.0)`.
 
-Objects go in and come out.  Nothing of the process is changed, so it works inside another Hydra
-program, in a notebook and on any thread.
+Arguments and results are objects. The state of the process is not changed, so the interface can be
+used inside another Hydra program, in a notebook and on any thread.
 """
 
 from __future__ import annotations
@@ -38,25 +38,31 @@ from polycube.types import HexMesh, TriMesh
 def mesh(
     source: object, *overrides: str, output_dir: str | Path | None = None, **options: object
 ) -> Result:
-    """Take a part all the way: polycube, hex mesh, spline, analysis.
+    """Compute polycube, hex mesh, spline and analysis of a part.
 
     Parameters
     ----------
-    source : path of a surface, CAD file or hex mesh, `example:rod`, a `TriMesh` (its CAD faces are
-        kept), a `HexMesh` to be improved, or anything with `vertices` (V, 3) and triangles `faces`
-        (F, 3) such as a trimesh.Trimesh
-    overrides : of the configuration, as on the command line, such as "meshing.optimize.samples=500"
-    output_dir : write the files of the run there; None writes nothing
+    source : path of a surface, CAD file or hex mesh, `example:rod`, a `TriMesh` (with its CAD
+        faces), a `HexMesh` to be improved, or any object with `vertices` (V, 3) and triangles
+        `faces` (F, 3) such as a trimesh.Trimesh; lengths are in the units of the part
+    overrides : settings as on the command line, such as "meshing.optimize.samples=500"
+    output_dir : folder for the files of the run; None: no files are written
     options : `size`, `material`, or any setting of `infer.py`: a value, such as
         `context=["cube", "hole_z"]`, `order=["meshing"]` or `meshing="parametric"`; or a mapping of
         options, such as `analysis={"modes": 12}`
 
+    Returns
+    -------
+    The results, in the units and the placement of the part.
+
     Raises
     ------
     InputError
-        For a part or an option that must be refused.
+        If the part or an option is invalid.
     MeshingError
-        Where there is no valid result; its `result` holds what was made.
+        If there is no valid result; its `result` contains the completed stages.
+    KeyboardInterrupt
+        If the run is interrupted.
 
     Examples
     --------
@@ -86,22 +92,27 @@ def execute(
     started: Callable[[Path], None] = lambda folder: None,
     placed: tuple[Path, Motion] | None = None,
 ) -> Result:
-    """Do a whole run: what `mesh` and the command line share.
+    """Do a complete run; used by `mesh` and by the command line.
 
     Parameters
     ----------
-    folder : for the files of the run; None writes nothing
-    read : makes the first state; None reads the files that the settings name
+    settings : settings of the run
+    folder : folder for the files of the run; None: no files are written
+    read : function that makes the first state; None: read the files given in the settings
     interrupt : set by another thread or by a signal handler to end the run with the best mesh
-    started : called with the folder when the input is known to be good
+    started : called with the folder after the input was accepted
     placed : folder of the run of an identical solid, and the motion of its mesh to this one
+
+    Returns
+    -------
+    The results, also those of a failed or interrupted run.
 
     Raises
     ------
     InputError
-        Before anything is written.
+        If the input or a setting is invalid; no file is written then.
     KeyboardInterrupt
-        Where the run was interrupted before there was a folder.
+        If the run is interrupted before the folder is made.
     """
     if placed is not None:
         run: Run = Placement(settings, *placed, interrupt)
@@ -136,7 +147,7 @@ def _problem(settings: Settings) -> Problem | None:
 
 
 def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
-    """Mesh and solve; a failure or an interruption ends in the state it came to."""
+    """Mesh and solve; after a failure or an interruption, the last state is returned."""
     try:
         if "meshing" in run.settings.order:
             state = run.mesh(state)
@@ -193,7 +204,7 @@ def _result(
 
 
 def _input(source: object) -> tuple[str, Read | None]:
-    """The override that names a part, and what makes the first state of one in memory."""
+    """The override for a part, and the function that makes the first state of an object."""
     if isinstance(source, str | Path):
         key = "hex" if str(source).lower().endswith(FORMATS) else "mesh"
         return f"{key}={_value(str(source))}", None

@@ -189,7 +189,7 @@ def refusal(error: Exception) -> InputError:
     if isinstance(error, OverrideParseException):
         wrong = str(error).splitlines()[0] if "=" in error.override else "it has no ="
         remedy = "write name=value, lists as 'a=[1,2]'"
-        return InputError(f"{error.override!r} can not be read: {wrong}", remedy=remedy)
+        return InputError(f"{error.override!r} cannot be read: {wrong}", remedy=remedy)
     if isinstance(cause, ConfigAttributeError | ConfigKeyError) and cause.parent_node is not None:
         return _no_option(str(cause.full_key), cause.parent_node)
     return InputError(" ".join(str(cause).split()))

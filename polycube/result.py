@@ -22,15 +22,20 @@ VTU = ".vtu"
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What a run made; what it was not asked for, or did not reach, is None.
+    """Results of a run; results that were not requested or not reached are None.
 
     Parameters
     ----------
-    surface : the part, as it was meshed
-    report : the numbers of `report.json`
-    failure : why there is no valid result, else None
-    warnings : why a user should look at the mesh
-    problem : what the analysis solves, where it says so
+    surface : the surface that was meshed
+    polycube : the polycube of the structure
+    hexes : the hex mesh
+    spline : the volumetric spline
+    solution : the solution of the analysis
+    report : the content of `report.json`
+    failure : reason why there is no valid result, or None
+    warnings : warnings about the mesh
+    interrupted : whether the run was interrupted
+    problem : the problem that the analysis solves
     config : the settings of the run, as in `config.json`
     """
 
@@ -48,17 +53,25 @@ class Result:
 
     @property
     def modes(self) -> Modes | None:
-        """The solution, where it is modes."""
+        """The solution if it consists of vibration modes, else None."""
         return self.solution if isinstance(self.solution, Modes) else None
 
     def save(self, path: str | Path) -> Path:
-        """Write the hex mesh as `.vtu`, or in the format of another program, by the suffix.
+        """Write the hex mesh in the format that belongs to the suffix of a path.
+
+        Parameters
+        ----------
+        path : path of the file, such as "part.vtu" or "part.inp"
+
+        Returns
+        -------
+        The path of the written file.
 
         Raises
         ------
         InputError
-            For a suffix that nothing writes, and for a place of the analysis that the mesh has not,
-            where the format holds the analysis.
+            If there is no hex mesh or no export plugin for the suffix, or if the format contains
+            the analysis and the mesh does not have one of its places.
         """
         path = Path(path)
         suffixes = {build("export", {"plugin": name}).suffix: name for name in names("export")}

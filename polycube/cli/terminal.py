@@ -174,7 +174,7 @@ def _heard(is_alone: bool) -> Iterator[None]:
                 os.close(copy)
             chatter.seek(0)
             for line in chatter.read().decode(errors="replace").splitlines():
-                logger.debug("said by a library: %s", line)
+                logger.debug("message of a library: %s", line)
 
 
 def _has_descriptors() -> bool:

@@ -54,8 +54,8 @@ def shipped(grid: Sequence[int] = PAPERS) -> Path:
     if not (folder / "weights.safetensors").is_file():
         known = ", ".join(map(_name, shipped_grids())) or "none"
         raise InputError(
-            f"no weights ship for grid {_name(grid)}, only for {known}; "
-            f"train.py grid={_name(grid)} makes some"
+            f"no weights are included for grid {_name(grid)}, only for {known}; "
+            f"train.py grid={_name(grid)} trains them"
         )
     return folder
 
@@ -153,7 +153,7 @@ def _unfit(path: Path, error: Exception) -> InputError:
     reason = brief(error)
     if isinstance(error, UnpicklingError):
         reason = "it is damaged, or holds objects that could run code, which are never loaded"
-    return InputError(f"{path} does not hold the network of its config: {reason}")
+    return InputError(f"{path} does not contain the network of its config: {reason}")
 
 
 def _read(path: Path) -> tuple[Recipe, dict[str, Tensor]]:

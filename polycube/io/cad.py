@@ -42,7 +42,7 @@ class Cad:
 
     def __post_init__(self) -> None:
         if self.solid == "all":
-            what = "all solids of a file are meshed by the command line, infer.py, only"
+            what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
         for name, least in {"segments": 6, "solid": 1}.items():
             value = getattr(self, name)
@@ -66,15 +66,17 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     if options.units not in (None, unit):
         notes.append(
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
-            f"say analysis.units={unit}"
+            f"use analysis.units={unit}"
         )
     lost = 1 - volume(surface) / size
     if np.isnan(lost):
-        notes.append("gmsh does not load: read by cascadio, the volume was not checked")
+        notes.append(
+            "gmsh cannot be loaded; the file was read by cascadio, and the volume was not checked"
+        )
     elif abs(lost) > LOST:
         notes.append(
             f"the triangles enclose {100 * lost:.1f} % less than the solid; "
-            f"raise cad.segments={options.segments}"
+            f"increase cad.segments={options.segments}"
         )
     return surface, notes
 
@@ -124,7 +126,7 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
     """The arrays of the solid asked for; raises InputError where that is not clear."""
     volumes, boxes = found["volume"], found["box"]
     if not len(volumes):
-        raise InputError("the file holds no solid; export the part as a closed solid body")
+        raise InputError("the file contains no solid; export the part as a closed solid body")
     if "faces" not in found:
         listed = ", ".join(
             f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
@@ -132,7 +134,7 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
         )
         asked = "" if solid is None else f"there is no solid {solid}; "
         raise InputError(
-            f"{asked}the file holds {len(volumes)} solids: {listed}; say "
+            f"{asked}the file contains {len(volumes)} solids: {listed}; use "
             "cad.solid=1, or cad.solid=all for a mesh of each"
         )
     return {**found, "volume": volumes[(solid or 1) - 1]}

@@ -72,13 +72,13 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         raise InputError(f"only meshes of hexahedra with 8 corners can be improved; it has {had}")
     points = found["points"]
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
-        raise InputError("its points have no three coordinates")
+        raise InputError("its points do not have three coordinates")
     blocks = _in_blocks(found, "hexes")
     if any(block.ndim != 2 or block.shape[1] != 8 for block in blocks):
         raise InputError("it has hexahedra without 8 corners")
     hexes = np.concatenate(blocks)
     if hexes.dtype.kind not in "iu":
-        raise InputError("the corners of its hexahedra are no whole numbers")
+        raise InputError("the corners of its hexahedra are not whole numbers")
     return points, hexes, _cells(found, len(hexes))
 
 
@@ -101,7 +101,7 @@ def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[Hex
     if not np.isfinite(vertices).all():
         raise InputError("coordinates must be finite numbers")
     if hexes.min() < 0 or hexes.max() >= len(vertices):
-        raise InputError(f"a hex names vertex {hexes.max()}; there are {len(vertices)}")
+        raise InputError(f"a hex refers to vertex {hexes.max()}; there are {len(vertices)}")
     vertices, hexes, notes = _welded(vertices, hexes)
     hexes, cell, done = _distinct(hexes, cell)
     hexes, numbered = _in_order(vertices, hexes)
@@ -124,7 +124,7 @@ def _welded(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.nda
     number = np.searchsorted(kept, first)[group.ravel()]
     notes = []
     if len(used) < len(vertices):
-        notes.append(f"left out vertices that no hex uses: {len(vertices) - len(used)}")
+        notes.append(f"removed vertices that no hex uses: {len(vertices) - len(used)}")
     if len(kept) < len(used):
         notes.append(f"welded vertices at the same place: {len(used) - len(kept)}")
     return vertices[used][kept], number[local.reshape(hexes.shape)], notes
@@ -136,11 +136,11 @@ def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarr
     if collapsed.any():
         raise InputError(
             f"{collapsed.sum()} hexes have two equal corners, the first is number "
-            f"{collapsed.argmax()}; wedges and pyramids can not be improved"
+            f"{collapsed.argmax()}; wedges and pyramids cannot be improved"
         )
     kept = np.sort(np.unique(ordered, axis=0, return_index=True)[1])
     extra = len(hexes) - len(kept)
-    return hexes[kept], cell[kept], [f"left out hexes given twice: {extra}"] if extra else []
+    return hexes[kept], cell[kept], [f"removed duplicate hexes: {extra}"] if extra else []
 
 
 def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -148,7 +148,9 @@ def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     plain, by_axes = (_untwisted(vertices, h) for h in (hexes, hexes[:, BY_AXES]))
     if 2 * plain.sum() >= len(hexes) or by_axes.sum() <= plain.sum():
         return hexes, []
-    return hexes[:, BY_AXES], ["re-numbered the corners of all hexes: they ran along the axes"]
+    return hexes[:, BY_AXES], [
+        "renumbered the corners of all hexes: they were in lexicographic order"
+    ]
 
 
 def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
@@ -187,7 +189,7 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
             "meet in whole faces"
         )
     if (side[:n] == side[n:]).any():
-        raise InputError("the hexes can not be oriented: the mesh bounds no solid")
+        raise InputError("the hexes cannot be oriented: they do not form a solid")
     turn = side[:n] != side[0]
     turned = np.where(turn[:, None], hexes[:, MIRRORED], hexes)
     if _volume(vertices, turned) < 0:

@@ -156,7 +156,7 @@ def _check_names(
         if not os.path.lexists(path):
             continue
         if path.resolve() in read:
-            raise InputError(f"{path} is read and would be overwritten; {remedy}")
+            raise InputError(f"{path} is an input and would be overwritten; {remedy}")
         if name not in entries or not _is_ours(path, entries[name]):
             raise InputError(
                 f"{path} would be overwritten, and is not an unchanged result of an earlier run; "

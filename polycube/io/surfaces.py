@@ -24,7 +24,7 @@ from polycube.types import TriMesh
 logger = logging.getLogger(__name__)
 
 EXAMPLE = "example:"
-LOOK = "preflight=true lists, preflight=FILE.vtp draws all that is wrong"
+LOOK = "preflight=true lists all defects, preflight=FILE.vtp writes their places"
 
 Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
@@ -62,7 +62,7 @@ def read_repaired(
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
     return surface, warnings, repair
 
@@ -74,7 +74,7 @@ def read_soup(path: Path) -> Soup:
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def is_cad(path: Path) -> bool:
@@ -141,7 +141,7 @@ def _read_fbx(path: Path) -> Soup:
             "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
         ) from None
     if not len(found["faces"]):
-        raise InputError("not a whole FBX file, or one without triangles")
+        raise InputError("not a complete FBX file, or a file without triangles")
     return found["vertices"], found["faces"]
 
 

@@ -282,7 +282,7 @@ class Run:
             with self.deadline.running():
                 return self.search(state, stages, kept)
         except TimeIsUp:
-            return self._best(f"meshing was stopped after {seconds:g} s, as asked")
+            return self._best(f"meshing was stopped after {seconds:g} s, the limit given")
         except KeyboardInterrupt:
             return replace(self._best("meshing was interrupted"), interrupted=True)
 
@@ -291,7 +291,7 @@ class Run:
         best = self.deadline.best(lambda s: self.acceptance(_hexes(s), s.surface).key)
         if best is None:
             raise KeyboardInterrupt
-        stopped = f"{why}; this is the best valid mesh until then"
+        stopped = f"{why}; the result is the best valid mesh until then"
         logger.warning("warning: %s", stopped)
         return replace(self._kept(best), stopped=stopped)
 
@@ -305,7 +305,7 @@ class Run:
 
     def check_places(self, hexes: HexMesh, exports: Sequence[Export] = ()) -> None:
         """Raise InputError for a place that an analysis or an export needs and the mesh has not."""
-        again = f"; the mesh is kept, resume={self.folder} from=spline"
+        again = f"; the mesh is saved, continue with resume={self.folder} from=spline"
         for stage in self.solving:
             try:
                 check_names(getattr(stage.plugin, "places", ()), hexes.sets)

@@ -141,7 +141,7 @@ def test_coordinates_are_in_the_unit_of_the_file(tmp_path, step):
     metres.write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
     surface, warnings = read_surface(metres, Cad(units="mm"))
     np.testing.assert_allclose(np.ptp(surface.vertices, axis=0), [100, 60, 40], rtol=1e-6)
-    assert warnings == ["the file's lengths are in m, but analysis.units=mm; say analysis.units=m"]
+    assert warnings == ["the file's lengths are in m, but analysis.units=mm; use analysis.units=m"]
     assert read_surface(metres, Cad(units="m"))[1] == []
 
 
@@ -167,7 +167,7 @@ def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
     path = part(tmp_path, solids="two")
     with pytest.raises(InputError, match=r"2 solids: 1 \(volume 22190.* 2 \(volume 6 mm3, from"):
         read_surface(path)
-    with pytest.raises(InputError, match="there is no solid 3; the file holds 2"):
+    with pytest.raises(InputError, match="there is no solid 3; the file contains 2"):
         read_surface(path, Cad(solid=3))
     assert volume(read_surface(path, Cad(solid=2))[0]) == pytest.approx(6)
 
@@ -175,7 +175,7 @@ def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("good morning", "not a readable .step file|holds no solid"),
+        ("good morning", "not a readable .step file|contains no solid"),
         ("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "no solid"),
     ],
 )
@@ -199,7 +199,9 @@ def test_without_gmsh_cascadio_reads_step(tmp_path, step, monkeypatch):
     (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
     surface, warnings = read_surface(step)
-    assert warnings == ["gmsh does not load: read by cascadio, the volume was not checked"]
+    assert warnings == [
+        "gmsh cannot be loaded; the file was read by cascadio, and the volume was not checked"
+    ]
     assert genus(surface) == 1 and volume(surface) == pytest.approx(BORED, rel=5e-3)
     with pytest.raises(InputError, match=r"cad\.solid need gmsh; pip install"):
         read_surface(step, Cad(solid=1))
@@ -211,7 +213,7 @@ def test_without_gmsh_cascadio_reads_step(tmp_path, step, monkeypatch):
         ({"segments": 2}, "cad.segments must be a whole number, 6 or more; got 2"),
         ({"segments": None}, "cad.segments .* got None"),
         ({"solid": 0}, "cad.solid must be a whole number, 1 or more, or all; got 0"),
-        ({"solid": "all"}, "by the command line, infer.py, only; give the number of one"),
+        ({"solid": "all"}, "only by the command line, infer.py; give the number of one"),
         ({"solid": "a"}, "cad.solid .* got 'a'"),
     ],
 )

@@ -103,7 +103,7 @@ def test_a_result_that_the_user_changed_is_the_users(tmp_path):
 
 def test_what_a_run_reads_is_the_users_whoever_wrote_it(tmp_path):
     write(tmp_path, a="ours", b="ours")
-    with pytest.raises(InputError, match="a is read and would be overwritten"):
+    with pytest.raises(InputError, match="a is an input and would be overwritten"):
         check(tmp_path, ["a"], [tmp_path / ".." / tmp_path.name / "a"])
     remove(tmp_path, ["a", "b"], [tmp_path / "a"])
     assert files(tmp_path) == ["a"]

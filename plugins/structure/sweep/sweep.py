@@ -66,7 +66,7 @@ class Sweep(Structure):
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("sweep: no primitive is a full cell; nothing proposed")
+            logger.info("sweep: no primitive is a full cell; nothing is proposed")
             return []
         try:
             blocks = self._hexes(surface)

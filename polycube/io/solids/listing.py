@@ -46,7 +46,7 @@ def read_solids(path: Path) -> list[Solid]:
 
     Raises
     ------
-    InputError : the file holds none, or can not be read
+    InputError : the file holds none, or cannot be read
     """
     try:
         check_whole(path)
@@ -54,14 +54,16 @@ def read_solids(path: Path) -> list[Solid]:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if output is None and "import gmsh" in said:
         raise InputError(f"cad.solid needs gmsh; {INSTALL}")
     if output is None:
         raise InputError(f"{path}: {unreadable(path, said)}")
     rows = json.loads(output)
     if not rows:
-        raise InputError(f"{path}: the file holds no solid; export the part as a closed solid body")
+        raise InputError(
+            f"{path}: the file contains no solid; export the part as a closed solid body"
+        )
     unit = MILLIMETRES[file_unit(path)]
     names = names_of([row["name"] for row in rows])
     return [

@@ -31,7 +31,7 @@ _HERE = Path(__file__).parent
 FILES = {
     "report.json": "every number of this page",
     "config.json": "the settings",
-    "run.log": "what the run said",
+    "run.log": "log of the run",
     "repaired.stl": "the repaired surface, in single precision",
     "repaired.vtp": "the repaired surface",
     "polycube.vtu": "polycube",

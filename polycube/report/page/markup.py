@@ -92,7 +92,7 @@ def distance_table(
     numbers : fractions of the diagonal, `<way>_max`, `<way>_p99`, `<way>_mean`
     ways : title -> way
     """
-    titles = {"largest": "max", "99 % below": "p99", "mean": "mean"}
+    titles = {"largest": "max", "99th percentile": "p99", "mean": "mean"}
     rows = []
     for name, way in ways.items():
         found = {title: numbers.get(f"{way}_{part}") for title, part in titles.items()}
