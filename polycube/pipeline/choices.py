@@ -14,12 +14,13 @@ from polycube.pipeline.search import Options, Variants
 from polycube.pipeline.state import RunState
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
-from polycube.types import OVERLAY, SPARE, SWEEP, Candidate, Polycube, Ranked
+from polycube.types import DRAWN, OVERLAY, SPARE, SWEEP, Candidate, Polycube, Ranked
 
 logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
 ENOUGH = 0.3  # scaled Jacobian of a mesh that misses nothing, for which no overlay is tried
+LEANER = 0.8  # share of the hexes of a mesh with which a drawn structure is tried beside it
 BRICKS = 0.9  # scaled Jacobian of a sweep with which no other structure is tried
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
@@ -62,6 +63,27 @@ def _denoised_on(
 def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
+    The best drawn structure comes directly after the best of all others and the sweeps, whatever
+    `tries` is, unless these have the same structure.  So it is meshed beside the others and does
+    not replace any.
+    """
+    drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
+    others = [i for i, entry in enumerate(ranked) if i not in drawn]
+    order = [others[i] for i in _in_order([ranked[i] for i in others], tries)]
+    coarse = [i for i in order if not is_overlay(ranked[i])]
+    if not coarse:
+        overlays = [i for i in order if _family(ranked[i]) == OVERLAY]
+        return [*drawn[:tries], *overlays] if drawn else order
+    keys = {ranked[i].candidate.key for i in coarse}
+    new = [i for i in drawn if ranked[i].candidate.key not in keys and _is_near(ranked, i)]
+    sweeps = [i for i in coarse[1:] if _family(ranked[i]) == SWEEP]
+    place = 1 + len(sweeps)
+    return [*order[:place], *new[:1], *order[place:]]
+
+
+def _in_order(ranked: Sequence[Ranked], tries: int) -> list[int]:
+    """Numbers of the structures to mesh, in order, without drawn ones.
+
     The best, the best of the other family, then the best of each other kind, as long as the score
     is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
     equal structures that rank close the one from labels is taken, whose rough map is exact.
@@ -79,7 +101,7 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
         return overlays
     seen, choices = set(), []
     for index, entry in enumerate(ranked[: len(ranked) - len(overlays)]):
-        if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
+        if entry.candidate.key not in seen and _is_near(ranked, index):
             seen.add(entry.candidate.key)
             same = (
                 i
@@ -100,6 +122,11 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     return [*order[: not is_swept], *sweeps, *order[not is_swept :], *overlays]
 
 
+def _is_near(ranked: Sequence[Ranked], index: int) -> bool:
+    """Whether the score of a structure is within about twice that of the best."""
+    return ranked[index].score <= 2 * ranked[0].score + 2
+
+
 def settled_at(
     ranked: Sequence[Ranked], choices: Sequence[int], index: int, acceptance: Acceptance
 ) -> float:
@@ -107,11 +134,12 @@ def settled_at(
 
     It is higher where a structure of another family ranks close: a short registration does not
     tell such two apart.  A sweep is always tried, and another structure after a sweep unless that
-    is nearly all bricks.
+    is nearly all bricks.  A drawn structure is always tried if its mesh would have much fewer
+    hexes.
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
     later = [entry for entry in later if not is_overlay(entry)]
-    if any(_family(entry) == SWEEP for entry in later):
+    if any(_family(entry) == SWEEP or _is_leaner(entry, now) for entry in later):
         return np.inf
     if later and _family(now) == SWEEP:
         return BRICKS
@@ -119,6 +147,12 @@ def settled_at(
         entry.score <= CLOSE * now.score and _family(entry) != _family(now) for entry in later
     )
     return acceptance.excellent if is_close else acceptance.acceptable
+
+
+def _is_leaner(entry: Ranked, other: Ranked) -> bool:
+    """Whether a drawn structure needs much fewer hexes than another, by their coarse meshes."""
+    most = LEANER * len(other.hexes.hexes)
+    return _family(entry) == DRAWN and len(entry.hexes.hexes) <= most
 
 
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:

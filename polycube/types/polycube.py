@@ -10,6 +10,7 @@ from polycube.types.checks import freeze
 
 PerAxis = tuple[np.ndarray, np.ndarray, np.ndarray]  # one array for each of x, y and z
 OVERLAY = "overlay"  # family of the lattices as fine as the hexes
+DRAWN = "drawn"  # family of the structures drawn by a network without a grid
 SWEEP = "sweep"  # family of sections swept along an axis
 SPARE = "spare"  # family of those with another genus than the part's, where nothing else will do
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # the axis labels 0..5

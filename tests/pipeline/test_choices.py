@@ -29,6 +29,8 @@ FAMILY = {
     "overlay": "overlay",
     "midpoint": "midpoint",
     "sweep": "sweep",
+    "drawn": "drawn",
+    "spare": "spare",
 }
 
 
@@ -49,6 +51,13 @@ BLOCKS = hex_box((1, 1, 1))
         ([("sweep", "s", 1), *(("slices", key, 1) for key in "abcd")], [0, 1, 2]),
         ([*(("bricks", key, 1) for key in "abcd"), ("sweep", "s", 1)], [0, 4, 1, 2]),
         ([("midpoint", "m", 1), ("bricks", "a", 1), ("sweep", "s", 1)], [0, 2, 1]),
+        ([("drawn", "d", 1), *(("slices", key, 2) for key in "abcd")], [1, 0, 2, 3]),
+        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "d", 2), ("drawn", "e", 2)], [0, 2]),
+        ([("bricks", "a", 1), ("slices", "b", 2), ("drawn", "d", 5)], [0, 1]),
+        ([("sweep", "s", 1), ("bricks", "a", 1), ("drawn", "d", 1)], [0, 2, 1]),
+        ([("bricks", "a", 1), ("sweep", "s", 1), ("drawn", "d", 1)], [0, 1, 2]),
+        ([("drawn", key, 1) for key in "abcd"], [0, 1, 2]),
+        ([("drawn", "d", 1), ("overlay", "o", np.inf), ("spare", "s", np.inf)], [0, 1]),
     ],
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
@@ -76,15 +85,30 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
         ([("bricks", 5.0), ("sweep", 9.0)], np.inf),
         ([("sweep", 5.0), ("bricks", 9.0), ("overlay", np.inf)], BRICKS),
         ([("sweep", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
+        ([("bricks", 5.0), ("drawn", 9.0)], ACCEPTANCE.acceptable),
     ],
 )
 def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
     ranked = [
-        SimpleNamespace(candidate=SimpleNamespace(family=FAMILY[p]), score=s) for p, s in entries
+        SimpleNamespace(candidate=SimpleNamespace(family=FAMILY[p]), score=s, hexes=BLOCKS)
+        for p, s in entries
     ]
     choices = list(range(len(ranked)))
     assert settled_at(ranked, choices, 0, ACCEPTANCE) == expected
     assert settled_at(ranked, choices, len(ranked) - 1, ACCEPTANCE) == ACCEPTANCE.acceptable
+
+
+@pytest.mark.parametrize(("family", "n_hexes"), [("drawn", 8), ("drawn", 9), ("lattice", 1)])
+def test_a_drawn_structure_of_much_fewer_hexes_is_always_tried(family, n_hexes):
+    ranked = [
+        SimpleNamespace(
+            candidate=SimpleNamespace(family=each), score=score, hexes=hex_box((n, 1, 1))
+        )
+        for each, score, n in [("labels", 1.0, 10), (family, 9.0, n_hexes)]
+    ]
+    is_tried = family == "drawn" and n_hexes <= 8
+    expected = np.inf if is_tried else ACCEPTANCE.acceptable
+    assert settled_at(ranked, [0, 1], 0, ACCEPTANCE) == expected
 
 
 def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():

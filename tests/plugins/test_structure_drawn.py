@@ -144,8 +144,8 @@ def test_an_ell_in_any_position_is_one(straight: Denoiser) -> None:
     two = np.array([[True, True], [True, False]]).reshape(2, 2, 1)
     assert any(np.array_equal(candidate.polycube.occupancy, turn(two, r)) for r in rotations())
     assert (candidate.proposal, candidate.family, candidate.probability) == (
-        "diffusion",
-        "labels",
+        "drawn",
+        "drawn",
         1,
     )
 

@@ -17,7 +17,7 @@ import numpy as np
 from polycube.kinds import Structure
 from polycube.registry import choice, register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import Candidate, Polycube, TriMesh
+from polycube.types import DRAWN, Candidate, Polycube, TriMesh
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
@@ -103,8 +103,8 @@ class Drawn(Structure):
         for alike in sorted(found.values(), key=len, reverse=True):
             share = len(alike) / self.draws
             on = on_bricks(fine, alike[0])
-            candidate = on.candidate("diffusion", view, self.smoothness, 1 - share, brick)
-            candidates.append(replace(candidate, probability=share))
+            candidate = on.candidate("drawn", view, self.smoothness, 1 - share, brick)
+            candidates.append(replace(candidate, probability=share, family=DRAWN))
         return candidates
 
     def polycubes(self, denoiser: Denoiser, surface: TriMesh, genus: int) -> list[Polycube | None]:
