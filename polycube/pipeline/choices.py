@@ -20,8 +20,7 @@ logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
 ENOUGH = 0.3  # scaled Jacobian of a mesh that misses nothing, for which no overlay is tried
-LEANER = 0.8  # share of the hexes of a mesh with which a drawn structure is tried beside it
-BRICKS = 0.9  # scaled Jacobian of a sweep with which no other structure is tried
+BRICKS = 0.9  # scaled Jacobian with which nothing is tried after a sweep, and no drawn structure
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -64,8 +63,8 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
     The best drawn structure comes directly after the best of all others and the sweeps, whatever
-    `tries` is, unless these have the same structure.  So it is meshed beside the others and does
-    not replace any.
+    `tries` is, unless one of these is the same structure.  So it is meshed beside the others and
+    does not replace any.
     """
     drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
     others = [i for i, entry in enumerate(ranked) if i not in drawn]
@@ -74,11 +73,11 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     if not coarse:
         overlays = [i for i in order if _family(ranked[i]) == OVERLAY]
         return [*drawn[:tries], *overlays] if drawn else order
-    keys = {ranked[i].candidate.key for i in coarse}
+    place = 1 + sum(_family(ranked[i]) == SWEEP for i in coarse[1:])
+    before, after = order[:place], order[place:]
+    keys = {ranked[i].candidate.key for i in before}
     new = [i for i in drawn if ranked[i].candidate.key not in keys and _is_near(ranked, i)]
-    sweeps = [i for i in coarse[1:] if _family(ranked[i]) == SWEEP]
-    place = 1 + len(sweeps)
-    return [*order[:place], *new[:1], *order[place:]]
+    return [*before, *new[:1], *after]
 
 
 def _in_order(ranked: Sequence[Ranked], tries: int) -> list[int]:
@@ -133,26 +132,21 @@ def settled_at(
     """Scaled Jacobian of a mesh of structure `index` with which no later choice is tried.
 
     It is higher where a structure of another family ranks close: a short registration does not
-    tell such two apart.  A sweep is always tried, and another structure after a sweep unless that
-    is nearly all bricks.  A drawn structure is always tried if its mesh would have much fewer
-    hexes.
+    tell such two apart.  A sweep is always tried, and a drawn structure, or another after a sweep,
+    unless the mesh is nearly all bricks.
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
-    later = [entry for entry in later if not is_overlay(entry)]
-    if any(_family(entry) == SWEEP or _is_leaner(entry, now) for entry in later):
+    families = [_family(entry) for entry in later if not is_overlay(entry)]
+    if SWEEP in families:
         return np.inf
-    if later and _family(now) == SWEEP:
+    if DRAWN in families or (families and _family(now) == SWEEP):
         return BRICKS
     is_close = any(
-        entry.score <= CLOSE * now.score and _family(entry) != _family(now) for entry in later
+        entry.score <= CLOSE * now.score and _family(entry) != _family(now)
+        for entry in later
+        if not is_overlay(entry)
     )
     return acceptance.excellent if is_close else acceptance.acceptable
-
-
-def _is_leaner(entry: Ranked, other: Ranked) -> bool:
-    """Whether a drawn structure needs much fewer hexes than another, by their coarse meshes."""
-    most = LEANER * len(other.hexes.hexes)
-    return _family(entry) == DRAWN and len(entry.hexes.hexes) <= most
 
 
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
@@ -182,6 +176,11 @@ def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]
 def is_fine(start: RunState) -> bool:
     """Whether the structure that is meshed is an overlay."""
     return bool(start.ranked) and is_overlay(start.ranked[start.chosen])
+
+
+def is_drawn(start: RunState) -> bool:
+    """Whether the structure that is meshed was drawn by a network without a grid."""
+    return bool(start.ranked) and _family(start.ranked[start.chosen]) == DRAWN
 
 
 def is_overlay(entry: Ranked) -> bool:

@@ -49,6 +49,7 @@ class Drawn(Structure):
     size : of the triangles that carry the coordinates, as a share of the diagonal
     smoothness : of the rough map
     bricks : of a lattice at most, full or not; one with more is not coarse
+    faces : CAD faces at most; the sample points cannot show more
     seed : of the sample points and the sampler
     """
 
@@ -66,17 +67,22 @@ class Drawn(Structure):
     size: float = 0.05
     smoothness: float = 0.03
     bricks: int = 15_000
+    faces: int = 100
     seed: int = setting("seed", 0)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """A candidate of each structure that was drawn, the most frequent first.
 
-        Its probability is the share of the draws that gave it.  None beside a given context, and
-        with weights of a grid.
+        Its probability is the share of the draws that gave it.  None beside a given context, for a
+        part of too many CAD faces, and with weights of a grid.
         """
         from ..labels.lattices import views
         from .hypotheses import denoiser_of_any
 
+        n_faces = len(np.unique(surface.region))
+        if n_faces > self.faces:
+            logger.info("drawn: nothing, for the part has %d CAD faces", n_faces)
+            return []
         brick, denoiser = full_cell(self.primitives), denoiser_of_any(self.weights)
         given = any(candidate.proposal == "given" for candidate in candidates)
         if brick is None or denoiser is None or given:
