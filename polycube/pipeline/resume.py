@@ -22,7 +22,9 @@ def load_stage(folder: Path, kind: str) -> Any:
     path = folder / stage_name(kind)
     if not path.is_file():
         have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
-        raise InputError(f"{folder} contains no result of stage {kind!r}; it contains {have or 'none'}")
+        raise InputError(
+            f"{folder} contains no result of stage {kind!r}; it contains {have or 'none'}"
+        )
     try:
         return artifacts.load(path)
     except Exception as error:  # zip, zlib, numpy and JSON each have exceptions of their own

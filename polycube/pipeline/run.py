@@ -21,6 +21,7 @@ from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Ranking
 from polycube.pipeline.choices import (
     choose,
+    is_drawn,
     is_fine,
     is_needless,
     is_overlay,
@@ -253,10 +254,12 @@ class Run:
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
         """The variants of the bundle, on one structure; with blocks they have no short runs.
 
-        Those of a coarse structure give up where they cross themselves; those of an overlay differ
-        in that.
+        Nor has a drawn structure, which is compared with the first by meshes of equal effort.
+        Variants of a coarse structure give up where they cross themselves; those of an overlay
+        differ in that.
         """
-        trial = None if start.blocks is not None else self.bundle.get("trial")
+        in_full = start.blocks is not None or is_drawn(start)
+        trial = None if in_full else self.bundle.get("trial")
         return Variants(
             stages,
             list(variants_of(self.bundle, start)),

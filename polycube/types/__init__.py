@@ -10,6 +10,7 @@ from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Verdict
 from polycube.types.plain import Json
 from polycube.types.polycube import (
     AXES,
+    DRAWN,
     OVERLAY,
     SPARE,
     SWEEP,
@@ -25,6 +26,7 @@ from polycube.types.surface import Frame, PointImage, TriMesh
 
 __all__ = [
     "AXES",
+    "DRAWN",
     "OVERLAY",
     "SPARE",
     "SWEEP",

@@ -17,7 +17,7 @@ import numpy as np
 from polycube.kinds import Structure
 from polycube.registry import choice, register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import Candidate, Polycube, TriMesh
+from polycube.types import DRAWN, Candidate, Polycube, TriMesh
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
@@ -50,6 +50,7 @@ class Drawn(Structure):
     size : edge length of the triangles that carry the coordinates, as a share of the diagonal
     smoothness : smoothness of the rough map
     bricks : largest number of bricks of a lattice, full or empty; one with more is not coarse
+    faces : largest number of CAD faces; the sample points do not resolve more
     seed : seed of the sample points and the sampler
     """
 
@@ -69,17 +70,22 @@ class Drawn(Structure):
     size: float = 0.05
     smoothness: float = 0.03
     bricks: int = 15_000
+    faces: int = 100
     seed: int = setting("seed", 0)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """One candidate for each structure that was drawn, the most frequent first.
 
         Its probability is its share of the draws. The list is empty if the user chooses the
-        context, and for weights of a grid.
+        context, for a part with too many CAD faces, and for weights of a grid.
         """
         from ..labels.lattices import views
         from .hypotheses import denoiser_of_any
 
+        n_faces = len(np.unique(surface.region))
+        if n_faces > self.faces:
+            logger.info("drawn: nothing, for the part has %d CAD faces", n_faces)
+            return []
         brick, denoiser = full_cell(self.primitives), denoiser_of_any(self.weights)
         given = any(candidate.proposal == "given" for candidate in candidates)
         if brick is None or denoiser is None or given:
@@ -106,8 +112,8 @@ class Drawn(Structure):
         for alike in sorted(found.values(), key=len, reverse=True):
             share = len(alike) / self.draws
             on = on_bricks(fine, alike[0])
-            candidate = on.candidate("diffusion", view, self.smoothness, 1 - share, brick)
-            candidates.append(replace(candidate, probability=share))
+            candidate = on.candidate("drawn", view, self.smoothness, 1 - share, brick)
+            candidates.append(replace(candidate, probability=share, family=DRAWN))
         return candidates
 
     def polycubes(self, denoiser: Denoiser, surface: TriMesh, genus: int) -> list[Polycube | None]:

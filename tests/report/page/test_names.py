@@ -25,7 +25,7 @@ PLAIN = "aname"
 ODD = (
     "<script>alert(1)</script>",
     "</script></style><b>",
-    "\" onmouseover=\"alert(1)\" x='",
+    '" onmouseover="alert(1)" x=\'',
     "&lt;&amp;&#60;",
     "a\nb\tc",
     "Gehäuse – 部件 \u202e🔩",
