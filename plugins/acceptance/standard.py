@@ -34,7 +34,10 @@ class Standard(Acceptance):
     criterion in which they differ, or has the lower count. If they differ in no criterion, the mesh
     with fewer CAD faces without a quad is better, and then the one with the larger merit of the
     fitting stages (`polycube.fitting.merit`), reduced by 0.01 for each doubling of the number of
-    hexes. Lengths are shares of the diagonal of the bounding box unless another unit is given.
+    hexes. The sharp edges of a surface without CAD faces are found by their angle and are no
+    criterion of their own: lost edges count as much as a worst hex below `acceptable`, and a poor
+    one counts twice. Lengths are shares of the diagonal of the bounding box unless another unit is
+    given.
 
     Parameters
     ----------
@@ -91,6 +94,7 @@ class Standard(Acceptance):
         found, open_ones = inspect(hexes, surface), self._not_certified(hexes)
         lost, weight = self._lost(found), self._weight(found)
         is_poor = found.scaled_jacobian < self.poor_jacobian
+        bad = is_poor if len(surface.region) else self._shortcomings(found)
         failures = tuple(self._failures(found, open_ones, len(hexes.hexes)))
         is_positive = found.scaled_jacobian > 0 and not len(open_ones)
         levels = {
@@ -98,7 +102,7 @@ class Standard(Acceptance):
             "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
             "features": -(weight + POOR * is_poor if weight else 0),
             "distances": -self._is_far(found),
-            "scaled_jacobian": -is_poor,
+            "scaled_jacobian": -bad,
         }
         return Verdict(
             failures=failures,
@@ -206,10 +210,13 @@ class Standard(Acceptance):
         return len(found.lost_faces) + len(self._off(found))
 
     def _weight(self, found: Inspection) -> int:
-        """Number of lost features, each weighted by its distance divided by the limit."""
-        if not len(found.surface.region):
-            return self._lost(found)
+        """Number of lost CAD features, each weighted by its distance divided by the limit."""
         return sum(int(each.distance // self.features) for each in self._off(found))
+
+    def _shortcomings(self, found: Inspection) -> int:
+        """Sharp edges that are lost, a worst hex below `acceptable` and a poor one, each as one."""
+        worst = found.scaled_jacobian
+        return self._lost(found) + (worst < self.acceptable) + (worst < self.poor_jacobian)
 
     def _off(self, found: Inspection) -> list[Feature]:
         """Points, curves and faces of a CAD part with a distance above the limit."""
