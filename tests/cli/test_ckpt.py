@@ -2,14 +2,17 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from polycube.cli.train import train
 from polycube.config import compose
+from polycube.diffusion.weights import shipped
 from polycube.errors import InputError
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
+from polycube.plugins.structure.learned.hypotheses import denoiser_of_any, known_denoiser
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
@@ -35,11 +38,21 @@ def propose(output: Path, *overrides: str) -> str:
     return state.ranked[state.chosen].candidate.proposal
 
 
-@pytest.mark.parametrize("structure", ["auto", "diffusion", "classify"])
-def test_all_that_use_the_network_take_it_from_there(structure: str) -> None:
+@pytest.mark.parametrize(
+    ("structure", "count"), [("auto", 2), ("diffusion", 1), ("classify", 1), ("drawn", 1)]
+)
+def test_all_that_use_a_network_take_it_from_there(structure: str, count: int) -> None:
     cfg = config("infer", "mesh=x.stl", f"structure={structure}", "ckpt=mine.ckpt")["structure"]
     plugins = cfg.get("proposals", {"only": cfg}).values()
-    assert [p["weights"] for p in plugins if "weights" in p] == ["mine.ckpt"]
+    assert [p["weights"] for p in plugins if "weights" in p] == count * ["mine.ckpt"]
+
+
+def test_weights_of_a_grid_and_of_any_structure_serve_their_own_proposals(caplog) -> None:
+    grid, free = (str(shipped(of)) for of in ((2, 1, 1), ()))
+    assert known_denoiser(free, (2, 1, 1), {"cube": np.ones((3, 3, 3), bool)}).condition.grid
+    assert "are for any structure, not a grid; proposals of a grid use" in caplog.text
+    assert not denoiser_of_any(grid).condition.grid
+    assert "are for a grid, not any structure; proposals of any structure use" in caplog.text
 
 
 def test_a_training_of_ones_own_proposes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

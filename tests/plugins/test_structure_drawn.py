@@ -182,11 +182,6 @@ def test_promises_of_a_structure(straight: Denoiser) -> None:
     check_plugin("structure", {"plugin": "drawn"})
 
 
-def test_weights_of_a_grid_are_not_used() -> None:
-    assert load_denoiser(build).condition.grid
-    assert propose(prism(ELL), weights="plugins/weights/2x1") == []
-
-
 def test_labels_and_places_come_back_from_the_orientations_in_which_a_part_is_shown(
     straight: Denoiser,
 ) -> None:

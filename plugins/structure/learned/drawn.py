@@ -77,19 +77,21 @@ class Drawn(Structure):
         """One candidate for each structure that was drawn, the most frequent first.
 
         Its probability is its share of the draws. The list is empty if the user chooses the
-        context, for a part with too many CAD faces, and for weights of a grid.
+        context, and for a part with too many CAD faces.
         """
         from ..labels.lattices import views
         from .hypotheses import denoiser_of_any
 
         n_faces = len(np.unique(surface.region))
         if n_faces > self.faces:
-            logger.info("drawn: nothing, for the part has %d CAD faces", n_faces)
+            logger.info(
+                "drawn: nothing proposed for %d CAD faces, the limit is %d", n_faces, self.faces
+            )
             return []
-        brick, denoiser = full_cell(self.primitives), denoiser_of_any(self.weights)
-        given = any(candidate.proposal == "given" for candidate in candidates)
-        if brick is None or denoiser is None or given:
+        brick = full_cell(self.primitives)
+        if brick is None or any(candidate.proposal == "given" for candidate in candidates):
             return []
+        denoiser = denoiser_of_any(self.weights)
         return [
             candidate
             for view in views(surface, self.frames)

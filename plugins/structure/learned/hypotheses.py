@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 UNLIKELY = 0.07  # cost of a structure e times less likely
+ELSE = "the weights %s are for %s; proposals %s use the included weights"
 FILLINGS = 64  # of the grid that are looked at in each orientation, the likeliest
 
 
@@ -58,9 +59,10 @@ class Guess:
 def known_denoiser(
     weights: str | None, grid: tuple[int, int, int], primitives: Mapping[str, np.ndarray]
 ) -> Denoiser | None:
-    """The trained network, those shipped for the grid if no weights are named; raises InputError.
+    """The trained network of a grid; raises InputError.
 
-    None if nothing is shipped or the network does not know the grid and the primitives.
+    The included weights of the grid are used if none are given, or if those given are for any
+    structure. None if there are none, or if the network has another grid or other primitives.
     """
     from polycube.diffusion.weights import load_denoiser, shipped_grids  # torch is heavy
 
@@ -70,6 +72,9 @@ def known_denoiser(
         )
         return None
     denoiser = load_denoiser(build, weights, grid)
+    if not denoiser.condition.grid:
+        logger.warning(ELSE, weights, "any structure, not a grid", "of a grid")
+        return known_denoiser(None, grid, primitives)
     if tuple(grid) == denoiser.condition.grid and set(primitives) <= set(
         denoiser.condition.primitives
     ):
@@ -85,15 +90,18 @@ def known_denoiser(
     return None
 
 
-def denoiser_of_any(weights: str | None) -> Denoiser | None:
-    """The trained network of any structure, the shipped one if none is named.
+def denoiser_of_any(weights: str | None) -> Denoiser:
+    """The trained network of any structure; raises InputError.
 
-    None if the weights named are those of a grid.
+    The included weights are used if none are given, or if those given are for a grid.
     """
     from polycube.diffusion.weights import load_denoiser  # torch is heavy
 
     denoiser = load_denoiser(build, weights, ())
-    return None if denoiser.condition.grid else denoiser
+    if not denoiser.condition.grid:
+        return denoiser
+    logger.warning(ELSE, weights, "a grid, not any structure", "of any structure")
+    return denoiser_of_any(None)
 
 
 def guesses(
