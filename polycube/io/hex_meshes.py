@@ -198,7 +198,7 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     if not turn.any():
         return hexes, []
     which = "all hexes: they were mirrored" if turn.all() else f"mirrored hexes: {turn.sum()}"
-    return turned, [f"re-numbered {which}"]
+    return turned, [f"renumbered {which}"]
 
 
 def _volume(vertices: np.ndarray, hexes: np.ndarray) -> float:

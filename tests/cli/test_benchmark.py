@@ -188,7 +188,7 @@ def test_parts_that_cannot_be_told_apart_are_refused(tmp_path: Path) -> None:
         (tmp_path / name).touch()
     with pytest.raises(InputError, match="2 parts have the name a"):
         benchmark.parts_of(tmp_path)
-    with pytest.raises(InputError, match="one part or more; got 0"):
+    with pytest.raises(InputError, match="a subset must have at least one part; got 0"):
         benchmark.parts_of(tmp_path, 0)
 
 

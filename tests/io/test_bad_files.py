@@ -45,11 +45,11 @@ REFUSED = {
     "real_heart_ddpm.obj": "not closed: 17 edges",
 }
 TAKEN = {  # file -> genus, words of the warning
-    "self_intersecting_rod.stl": (2, "crosses itself"),
+    "self_intersecting_rod.stl": (2, "intersects itself"),
     "duplicate_faces.obj": (0, "faces given twice: 338"),
     "duplicate_faces_opposite.obj": (0, "faces given twice: 1,"),
     "inverted_normals.stl": (0, "inside out"),
-    "mixed_orientation.obj": (0, "looked inwards: 338 of 1014"),
+    "mixed_orientation.obj": (0, "reversed faces with an inward normal: 338 of 1014"),
     "huge_scale.obj": (0, ""),
     "tiny_scale.obj": (0, ""),
     "zero_area_faces_t_junction.obj": (0, "no area: 1,"),

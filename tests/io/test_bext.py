@@ -82,9 +82,9 @@ def test_reads_dense_and_sparse_rows(path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("B E X T", "B E X T 2.0", "expected 'type', met '2.0'"),
-        ("type hex", "type quad", "expected 'hex', met 'quad'"),
-        ("3 3 3", "2 2 2", "expected '3', met '2'"),
+        ("B E X T", "B E X T 2.0", "expected 'type', found '2.0'"),
+        ("type hex", "type quad", "expected 'hex', found 'quad'"),
+        ("3 3 3", "2 2 2", "expected '3', found '2'"),
         ("3 1.", "3 0.5", "expected weight 1, found 0.5"),
         ("nodeN 1", "nodeN one", "invalid literal"),
         ("elemN 1", "elemN 2", "ends too early"),

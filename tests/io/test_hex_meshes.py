@@ -1,4 +1,4 @@
-"""Hex meshes of other programs: read as they are, re-numbered where needed, else one sentence."""
+"""Hex meshes of other programs: read as they are, renumbered where needed, else one sentence."""
 
 from pathlib import Path
 
@@ -76,7 +76,7 @@ def test_patches_end_at_sharp_edges_only():
 def test_a_mesh_numbered_otherwise_is_renumbered_and_told(order):
     mesh = hex_cylinder()
     found, notes = tidy(mesh.vertices, mesh.hexes[:, order], cells_of(mesh))
-    assert "re-numbered" in "; ".join(notes)
+    assert "renumbered" in "; ".join(notes)
     assert scaled_jacobian(found.vertices, found.hexes).min() == pytest.approx(
         scaled_jacobian(mesh.vertices, mesh.hexes).min()
     )
@@ -88,7 +88,7 @@ def test_single_mirrored_hexes_are_found_by_their_neighbours():
     some = np.random.default_rng(0).random(len(mesh.hexes)) < 0.3
     mixed = np.where(some[:, None], mesh.hexes[:, MIRRORED], mesh.hexes)
     found, notes = tidy(mesh.vertices, mixed, cells_of(mesh))
-    assert notes == [f"re-numbered mirrored hexes: {some.sum()}"]
+    assert notes == [f"renumbered mirrored hexes: {some.sum()}"]
     assert (scaled_jacobian(found.vertices, found.hexes) > 0).all()
 
 

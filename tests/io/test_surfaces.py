@@ -57,14 +57,17 @@ def test_ascii_stl_with_odd_layout(tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 one\n", "breaks off"),
+        (
+            b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 one\n",
+            "it ends after 1 vertices of 1 facets",
+        ),
         (b"solid a\nendsolid a\n", "no triangles"),
         (
             b"solid\nfacet\nvertex 0 0 a\nvertex 1 0 0\nvertex 0 1 0\nendfacet\nendsolid",
-            "no number",
+            "a coordinate is not a number",
         ),
-        (b"\0" * 90, "header counts 0 triangles"),
-        (b"\0" * 80 + struct.pack("<I", 2**32 - 1), "header counts 4294967295"),
+        (b"\0" * 90, "header gives 0 triangles"),
+        (b"\0" * 80 + struct.pack("<I", 2**32 - 1), "header gives 4294967295 triangles"),
         (b"good morning", "not an STL file"),
         (b"", "the file is empty"),
     ],

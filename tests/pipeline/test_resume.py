@@ -18,7 +18,9 @@ def test_stage_results_come_back(tmp_path):
     assert isinstance(back, HexMesh)
     assert np.array_equal(back.vertices, cube(2.0).vertices)
     assert has_stage(tmp_path, "meshing/smooth") and not has_stage(tmp_path, "spline")
-    with pytest.raises(InputError, match=r"no result of stage 'spline'; it holds meshing/smooth"):
+    with pytest.raises(
+        InputError, match=r"no result of stage 'spline'; it contains meshing/smooth"
+    ):
         load_stage(tmp_path, "spline")
 
 

@@ -69,7 +69,7 @@ def _lost(features: list[Json]) -> str:
         for each in features[:N_SHOWN]
     ]
     more = f", the {N_SHOWN} farthest" if len(features) > N_SHOWN else ""
-    return folded(f"What is lost: {show(len(features))} features{more}", table(rows))
+    return folded(f"{show(len(features))} lost features{more}", table(rows))
 
 
 def _acute(features: list[Json]) -> str:

@@ -48,7 +48,7 @@ def test_a_mesh_that_fits_loses_nothing(cut):
     found = numbers_of.numbers(hex_box((4, 4, 4)), cut.surface)
     assert found["lost"] == [] and found["curves"] == {"all": 12, "lost": 0}
     page = features({"hex": {"features": found}}, {})
-    assert "What is lost" not in page
+    assert "lost features" not in page
 
 
 def test_sharp_places_are_listed_with_the_scaled_jacobian_that_they_allow():
@@ -118,6 +118,6 @@ def test_the_list_tells_kind_faces_distance_and_place(found):
     page = features({"hex": {"features": found}}, {"features": b"\x89PNG"})
     told = " ".join(" ".join(Outline(page).text).split())
     assert "points 8 4 curves 12 8 faces 6 5" in told
-    assert "What is lost: 17 features" in told and "farther off than 0.3 % of the diagonal" in told
+    assert "17 lost features" in told and "farther away than 0.3 % of the diagonal" in told
     assert "point cad_face_2, cad_face_4, cad_face_6 5.774 0.1 (1, 1, 1)" in told
     assert WORST in page and "<img" in page
