@@ -118,6 +118,6 @@ def test_the_list_tells_kind_faces_distance_and_place(found):
     page = features({"hex": {"features": found}}, {"features": b"\x89PNG"})
     told = " ".join(" ".join(Outline(page).text).split())
     assert "points 8 4 curves 12 8 faces 6 5" in told
-    assert "What is lost: 17 features" in told and "farther off than 0.3 % of the diagonal" in told
+    assert "What is lost: 17 features" in told and "farther away than 0.3 % of the diagonal" in told
     assert "point cad_face_2, cad_face_4, cad_face_6 5.774 0.1 (1, 1, 1)" in told
     assert WORST in page and "<img" in page

@@ -197,8 +197,8 @@ def test_table_has_every_column_any_row_has() -> None:
 
 
 def test_a_denoising_is_in_the_page_and_beside_it(page: str, folder: Path) -> None:
-    assert "they move 0.026 cells on average, 0.161 at most" in page
-    assert "By themselves they lie on another polycube, hole_z, None." in page
+    assert "Their distance from it is 0.026 cells on average, 0.161 at most" in page
+    assert "They are on another polycube, hole_z, None." in page
     for name, kind in (("trajectory.png", "png"), ("trajectory.gif", "gif")):
         image = base64.b64encode((folder / name).read_bytes()).decode()
         assert f"data:image/{kind};base64,{image}" in page
