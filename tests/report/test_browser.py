@@ -55,7 +55,7 @@ def report(run) -> dict[str, object]:
         "hex": numbers,
         "modes": frequency,
         "seconds": {"read": 0.5, "meshing/optimize": 9.5},
-        "config": {"mesh": "bent.stl"},
+        "config": {"mesh": "bent.stl", "meshing": {"order": []}, "analysis": {"plugin": "modal"}},
     }
 
 

@@ -19,7 +19,7 @@ from polycube.report.page import sections
 from polycube.report.page.features import features
 from polycube.report.page.hex_counts import hex_counts
 from polycube.report.page.hexes import hexes, view
-from polycube.report.page.markup import folded, section
+from polycube.report.page.markup import Link, folded, section, show
 from polycube.report.page.repairs import repairs
 from polycube.report.page.sets import sets
 from polycube.report.pictures.pictures import denoising, pictures
@@ -152,10 +152,7 @@ def _yaml(value: Json, indent: int = 0) -> str:
 def _files(made: Iterable[str]) -> str:
     made = {name for name in made if "/" not in name} - {"report.html"}
     names = sorted(made | {"report.json", "config.json"}, key=_place)
-    items = "".join(
-        f'<li><a href="{escape(name)}">{escape(name)}</a> {FILES.get(name, "")}</li>'
-        for name in names
-    )
+    items = "".join(f"<li>{show(Link(name, name))} {FILES.get(name, '')}</li>" for name in names)
     return section("files", "Files", f"<ul class=files>{items}</ul>")
 
 

@@ -6,6 +6,7 @@ import base64
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from urllib.parse import quote
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def show(value: object) -> str:
         box = f'<i class=swatch style="background:{value.colour or "none"}"></i>'
         return f"{box}{escape(value.name)}"
     if isinstance(value, Link):
-        return f'<a href="{escape(value.target)}">{escape(value.words)}</a>'
+        return f'<a href="{_address(value.target)}">{escape(value.words)}</a>'
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     large = isinstance(value, float | np.floating) and 1e4 <= abs(value) < 1e9
@@ -49,6 +50,11 @@ def show(value: object) -> str:
     if isinstance(value, Iterable) and not isinstance(value, str):
         return ", ".join(show(item) for item in value)
     return escape(str(value))
+
+
+def _address(path: str) -> str:
+    """The address of a file beside the page, which never looks like one with a scheme."""
+    return escape(quote(path))
 
 
 def point(where: Sequence[float], digits: int) -> str:

@@ -15,6 +15,7 @@ from polycube.report.page.markup import (
     grid,
     point,
     section,
+    show,
     table,
 )
 from polycube.report.pictures.named_sets import set_colours
@@ -80,7 +81,7 @@ def _cad_faces(rows: Json, numbers: Json, faces: dict[str, float]) -> str:
             differ.append(name)
     note = (
         f"<p class=note>CAD faces whose set has no quad, or an area that differs by more than "
-        f"{100 * DIFFERS:g} %: {len(differ)} of {len(faces)} ({', '.join(differ)}).</p>"
+        f"{100 * DIFFERS:g} %: {len(differ)} of {len(faces)} ({show(differ)}).</p>"
         if differ
         else ""
     )
