@@ -1,4 +1,4 @@
-"""From a closed surface to hex mesh, spline, modes and report: `infer.py mesh=part.stl`."""
+"""Mesh and analyse a part, from surface or CAD file to report: `infer.py mesh=part.stl`."""
 
 from polycube.cli import infer_command
 

@@ -1,7 +1,7 @@
 """Compose a configuration from the YAML files of `conf/` and the options of the plugin classes.
 
-The dataclass of a plugin is its schema: `conf/` holds no file for it.  A YAML file combines
-plugins, as `conf/meshing/morph.yaml` does, or chooses values.
+The dataclass of a plugin is its schema; `conf/` has no file for it. A YAML file combines plugins,
+as `conf/meshing/morph.yaml` does, or selects values.
 """
 
 from __future__ import annotations
@@ -32,31 +32,32 @@ from polycube.errors import InputError
 from polycube.hexmesh.settings import MeshingSettings
 from polycube.registry import GROUP, broken, classes, default, options
 
-SHARED = {("meshing", "_settings"): MeshingSettings}  # schemas that are no plugin's
-SHORT = {"size": "meshing.size", "material": "analysis.material"}  # names that stand for options
-SEVERAL = ("export",)  # kinds of which a run takes several: each has its name in the config
+SHARED = {("meshing", "_settings"): MeshingSettings}  # schemas that do not belong to a plugin
+SHORT = {"size": "meshing.size", "material": "analysis.material"}  # short names of options
+SEVERAL = ("export",)  # kinds with several plugins in a run; each has its name in the configuration
 
-_ONE_AT_A_TIME = threading.Lock()  # Hydra's parser keeps state that threads would share
+_ONE_AT_A_TIME = threading.Lock()  # the parser of Hydra has a state shared by threads
 
 
 def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Compose `conf/<config_name>.yaml` with overrides, as the command line does.
 
-    Hydra's global state is neither read nor changed, so that this works inside another Hydra
-    program, in a notebook and in a thread.
+    The global state of Hydra is neither read nor changed, so the function can be used inside
+    another Hydra program, in a notebook and in a thread.
 
     Parameters
     ----------
     config_name : name of a file in `conf/`, such as "infer", "train", "evaluate"
-    overrides : in Hydra's syntax, such as "meshing.size=4%" or "export=[abaqus,gmsh]"
+    overrides : in the syntax of Hydra, such as "meshing.size=4%" or "export=[abaqus,gmsh]"
 
     Returns
     -------
-    The settings with all interpolations resolved; "???" where a value is mandatory and missing.
+    The settings with all interpolations resolved; "???" for a missing mandatory value.
 
     Raises
     ------
-    InputError : an override names no option, or has a value that Hydra cannot read
+    InputError
+        If an override has an unknown option, or a value that Hydra cannot read.
     """
     named = [*overrides, "hydra.job.name=polycube"]  # otherwise taken from a running program
     try:
@@ -78,7 +79,7 @@ def plain(cfg: DictConfig, throw_on_missing: bool = False) -> dict[str, Any]:
 
 
 def loader() -> ConfigLoaderImpl:
-    """Hydra's loader of our configuration; here alone its private modules are used."""
+    """Hydra's loader for this configuration; private modules of Hydra are used only here."""
     path = ConfigSearchPathImpl()
     path.append("hydra", "pkg://hydra.conf")
     path.append("main", f"file://{HOME / 'conf'}")
@@ -96,13 +97,13 @@ def options_of(search: ConfigLoaderImpl, group: str) -> list[str]:
 def add_sources(search_path: ConfigSearchPath) -> None:
     """Append the plugin classes, and the `conf/` folder of every installed plugin package.
 
-    Ours come first: a package can add choices, but not replace ours.
+    Those of this program come first: a package can add choices, but not replace existing ones.
     """
     Plugins.instance().register(PluginSource)
     search_path.append("polycube", f"{PluginSource.scheme()}://polycube")
     for entry in entry_points(group=GROUP):
         package = entry.module.partition(".")[0]
-        spec = find_spec(package)  # finds, does not import
+        spec = find_spec(package)  # searches without importing
         for folder in (spec and spec.submodule_search_locations) or []:
             if (conf := Path(folder) / "conf").is_dir():
                 search_path.append(f"polycube:{entry.name}", f"file://{conf}")
@@ -112,7 +113,7 @@ def add_sources(search_path: ConfigSearchPath) -> None:
 class PluginSource(ConfigSource):
     """The options of the plugin classes of one package, as if each had a YAML file.
 
-    Unlike Hydra's ConfigStore this adds nothing to the choices of other programs in the process.
+    Unlike the ConfigStore of Hydra, it adds nothing to other programs in the process.
     """
 
     def __init__(self, provider: str, path: str) -> None:
@@ -126,15 +127,15 @@ class PluginSource(ConfigSource):
 
     @staticmethod
     def scheme() -> str:
-        """Of addresses of this source."""
+        """Scheme of the addresses of this source."""
         return "polycube"
 
     def available(self) -> bool:
-        """Always."""
+        """Always True."""
         return True
 
     def is_group(self, config_path: str) -> bool:
-        """Whether something lies below the path."""
+        """Whether there is something below the path."""
         return any(node.startswith(f"{config_path}/".lstrip("/")) for node in self.nodes)
 
     def is_config(self, config_path: str) -> bool:
@@ -142,7 +143,7 @@ class PluginSource(ConfigSource):
         return config_path.removesuffix(".yaml") in self.nodes
 
     def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
-        """Names right below a path."""
+        """Names directly below a path."""
         group = f"{config_path}/".lstrip("/")
         below = {n.removeprefix(group).partition("/")[0] for n in self.nodes if n.startswith(group)}
         if results_filter is ObjectType.GROUP:
@@ -152,7 +153,7 @@ class PluginSource(ConfigSource):
         return sorted(below)
 
     def load_config(self, config_path: str) -> ConfigResult:
-        """The defaults of a plugin's options."""
+        """The default options of a plugin."""
         kind, name, cls = self.nodes[config_path.removesuffix(".yaml")]
         values: dict[str, object] = {} if (kind, name) in SHARED else {"plugin": name}
         choices = []
@@ -168,7 +169,7 @@ class PluginSource(ConfigSource):
 
 
 def _value(option: Field) -> object:
-    """Default of an option as YAML has it."""
+    """Default of an option as a YAML value."""
     value = default(option)
     if is_dataclass(value) and not isinstance(value, type):
         value = asdict(value)
@@ -178,7 +179,7 @@ def _value(option: Field) -> object:
 
 
 def refusal(error: Exception) -> InputError:
-    """What Hydra or OmegaConf raised, on one line, with the nearest name that would be right."""
+    """Error of Hydra or OmegaConf as an InputError of one line, with a similar valid name."""
     cause = error.__cause__ or error
     if isinstance(error, MissingConfigException) and "/" in str(error.missing_cfg_file):
         group, _, name = str(error.missing_cfg_file).rpartition("/")
@@ -196,12 +197,13 @@ def refusal(error: Exception) -> InputError:
 
 
 def _no_option(name: str, parent: Container) -> InputError:
-    """For an option that its parent does not have."""
+    """Error for an option that its parent does not have."""
     group, _, last = name.rpartition(".")
     beside = list(parent) if group and isinstance(parent, DictConfig) else []
     root = parent._get_root()
     known = list(_names(root)) if isinstance(root, DictConfig) else []
-    same = [other for other in known if other.rpartition(".")[2] == last]  # meshing.size for size
+    # such as meshing.size for size
+    same = [other for other in known if other.rpartition(".")[2] == last]
     highest = min((other.count(".") for other in same), default=0)
     near = (
         get_close_matches(name, [f"{group}.{key}" for key in beside], 1, 0.5)
@@ -218,7 +220,7 @@ def _did_you_mean(names: Sequence[str]) -> str:
 
 
 def _names(config: DictConfig, before: str = "") -> Iterator[str]:
-    """Full names of all options, and of the groups they are in."""
+    """Full names of all options and of their groups."""
     for key in map(str, config):
         if not before and key == "hydra":
             continue

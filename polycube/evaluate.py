@@ -1,4 +1,4 @@
-"""How good trained denoisers are: `python -m polycube.evaluate weights=FOLDER`."""
+"""Evaluate trained denoisers: `python -m polycube.evaluate weights=FOLDER`."""
 
 from polycube.cli import evaluate_command
 

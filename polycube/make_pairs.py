@@ -1,4 +1,4 @@
-"""Training pairs of parts that we mesh: `python -m polycube.make_pairs "parts=[cad/*.step]"`."""
+"""Make training pairs of meshed parts: `python -m polycube.make_pairs "parts=[cad/*.step]"`."""
 
 from polycube.cli import make_pairs_command
 

@@ -1,12 +1,12 @@
-"""Find plugins and build them by name.
+"""Registry of plugins: find them, and build them by name.
 
-A plugin is a frozen dataclass of its options, registered under a kind and a name.  The class is
-the only place that says which options there are: names, types and defaults are its fields, the
-help is the `Parameters` section of its docstring.  The kind is also its Hydra group and its folder:
-`meshing/smooth=register` chooses what `plugins/meshing/smooth.py` registers as ("meshing/smooth",
-"register").
+A plugin is a frozen dataclass of its options, registered with a kind and a name. The class is the
+only definition of the options: names, types and defaults are its fields, and the help is the
+`Parameters` section of its docstring. The kind is also the Hydra group and the folder:
+`meshing/smooth=register` selects the class that `plugins/meshing/smooth.py` registers as
+("meshing/smooth", "register").
 
-Plugins come from the `plugins/` folder and from every installed distribution with an entry point
+Plugins are found in the `plugins/` folder and in every installed distribution with an entry point
 in the group "polycube.plugins".
 """
 
@@ -27,12 +27,13 @@ from typing import Any
 from polycube.errors import BadOption, UnknownPlugin
 from polycube.kinds import KINDS
 
-GROUP = "polycube.plugins"  # entry-point group, and the name `plugins/` is imported under
+GROUP = "polycube.plugins"  # entry-point group, and import name of `plugins/`
 
 REQUIRED = "???"  # value of an option without a default
-PROVIDED = {"structure": ("grid", "primitives")}  # options that a run provides, not a configuration
+# options provided by the run, not by the configuration
+PROVIDED = {"structure": ("grid", "primitives")}
 BY_RUN = {"given": "by the run"}  # metadata of a field that `provide` fills in
-PLAIN = {  # annotations that are checked: what they admit, in code and in words
+PLAIN = {  # checked annotations: permitted types, in code and in words
     "bool": (bool, "true or false"),
     "int": (Integral, "a whole number"),
     "float": (Real, "a number"),
@@ -40,13 +41,25 @@ PLAIN = {  # annotations that are checked: what they admit, in code and in words
 }
 
 _classes: dict[tuple[str, str], type] = {}
-_broken: dict[str, Exception] = {}  # entry point -> why it did not import
+_broken: dict[str, Exception] = {}  # error of each entry point that could not be imported
 
 
 def register(kind: str, name: str) -> Callable[[type], type]:
-    """Make the decorated class available as `plugin: name` in group `kind`.
+    """Register the decorated class as `plugin: name` in group `kind`.
 
-    Raises ValueError for an unknown kind and for a name that is taken.
+    Parameters
+    ----------
+    kind : kind of the plugin, one of `polycube.kinds.KINDS`
+    name : unique name in its kind
+
+    Returns
+    -------
+    The decorator, which returns the class unchanged.
+
+    Raises
+    ------
+    ValueError
+        If the kind is unknown or the name is already registered.
     """
     if kind not in KINDS:
         raise ValueError(f"unknown plugin kind {kind!r}; kinds are {', '.join(KINDS)}")
@@ -68,25 +81,31 @@ def setting(name: str, default: object) -> Any:
 
     Parameters
     ----------
-    name : of the setting, such as "seed" or "meshing.size"
-    default : where the configuration has no such setting
+    name : name of the setting, such as "seed" or "meshing.size"
+    default : value if the configuration does not have the setting
     """
     return field(default=default, metadata={"setting": name})
 
 
 def provide(plugin: Any, **values: object) -> Any:
-    """The plugin with those of the values that it declares by `field(metadata=BY_RUN)`."""
+    """The plugin with the values for the fields that it declares by `field(metadata=BY_RUN)`."""
     asked = [f.name for f in fields(plugin) if f.metadata == BY_RUN and f.name in values]
     return replace(plugin, **{name: values[name] for name in asked})
 
 
 def choice(kind: str, name: str) -> Any:
-    """Declare an option that is a plugin of another kind; `name` is the default."""
+    """Declare an option that is a plugin of another kind.
+
+    Parameters
+    ----------
+    kind : kind of that plugin
+    name : name of the default plugin
+    """
     return field(default_factory=lambda: {"plugin": name}, metadata={"choice": (kind, name)})
 
 
 def options(kind: str, cls: type) -> dict[str, Field]:
-    """Fields of a plugin class that a configuration may set, by name."""
+    """Fields of a plugin class that a configuration can set, by name."""
     given = PROVIDED.get(kind, ())
     return {
         f.name: f for f in fields(cls) if f.init and f.name not in given and f.metadata != BY_RUN
@@ -94,7 +113,7 @@ def options(kind: str, cls: type) -> dict[str, Field]:
 
 
 def default(option: Field) -> object:
-    """Default of an option; "???" where it has none."""
+    """Default of an option; "???" if there is none."""
     if option.default_factory is not MISSING:
         return option.default_factory()
     return REQUIRED if option.default is MISSING else option.default
@@ -112,9 +131,23 @@ def names(kind: str) -> list[str]:
 
 
 def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
-    """Build the plugin that `config["plugin"]` names, with the other entries as its options.
+    """Build the plugin named by `config["plugin"]`, with the other entries as its options.
 
-    Raises UnknownPlugin with the names that exist, BadOption with the options it takes.
+    Parameters
+    ----------
+    kind : kind of the plugin, such as "meshing/smooth"
+    config : name and options of the plugin
+
+    Returns
+    -------
+    The plugin, an instance of the registered class.
+
+    Raises
+    ------
+    UnknownPlugin
+        If there is no plugin of this name; the message lists the existing ones.
+    BadOption
+        If an option is unknown or has an invalid value; the message lists the options.
     """
     values = {**config, **extra}
     if "plugin" not in values:
@@ -135,15 +168,15 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
 
 
 def _check_types(plugin: str, cls: type, values: Mapping[str, object]) -> None:
-    """Raise BadOption for an option of plain types that has a value of another type."""
+    """Raise BadOption for an option of a plain type with a value of another type."""
     types = {f.name: f.type for f in fields(cls)} if is_dataclass(cls) else {}
     for name, value in values.items():
         if isinstance(value, str) and value == REQUIRED:
             raise BadOption(f"{plugin}: {name} must be given")
-        annotation = types.get(name)  # a text, where its module postpones annotations
+        annotation = types.get(name)  # a string, if its module postpones annotations
         plain = annotation.__name__ if isinstance(annotation, type) else str(annotation)
         admitted, words = PLAIN.get(plain, (object, ""))
-        truth = isinstance(value, bool) and plain != "bool"  # which Python counts as a number
+        truth = isinstance(value, bool) and plain != "bool"  # Python counts booleans as numbers
         if not isinstance(value, admitted) or (truth and plain in PLAIN):
             raise BadOption(f"{plugin}: {name} must be {words}; got {value!r}")
 
@@ -154,12 +187,13 @@ def _discover() -> None:
     for entry in entry_points(group=GROUP):
         try:
             _import_all(entry.load())
-        except Exception as error:  # a stranger's bug must not stop runs that do not use it
+        # an error in another package must not stop runs that do not use it
+        except Exception as error:
             _broken[entry.name] = error
 
 
 def _import_all(package: ModuleType) -> None:
-    """Import the modules that register plugins; what these need is imported when they run."""
+    """Import the modules that register plugins; their dependencies are imported at use."""
     for module in pkgutil.walk_packages(getattr(package, "__path__", []), package.__name__ + "."):
         spec = module.module_finder.find_spec(module.name, None)
         source = getattr(spec and spec.loader, "get_source", lambda name: None)(module.name)
@@ -174,7 +208,7 @@ def _unknown(kind: str, name: str) -> str:
 
 
 def broken() -> str:
-    """Plugin packages that could not be imported, and why; empty where all could."""
+    """Plugin packages that could not be imported, with the reasons; empty if there are none."""
     _discover()
     packages = (f" (plugin package {p!r} did not import: {e!r})" for p, e in _broken.items())
     return "".join(packages)

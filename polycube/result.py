@@ -1,4 +1,4 @@
-"""What a run from Python gives."""
+"""Results of a run of the Python interface."""
 
 from __future__ import annotations
 
@@ -86,16 +86,20 @@ class Result:
         return whole(self.hexes, path.with_suffix(""))
 
     def to_pyvista(self, what: str = "hexes") -> pyvista.UnstructuredGrid:
-        """A grid of PyVista with the arrays of the files of a run.
+        """A PyVista grid with the arrays of the files of a run.
 
         Parameters
         ----------
-        what : hexes, as in hex.vtu; or solution, as in modes.vtu, static.vtu or poisson.vtu
+        what : "hexes", as in hex.vtu; or "solution", as in modes.vtu, static.vtu or poisson.vtu
+
+        Returns
+        -------
+        The grid, with lengths in model units.
 
         Raises
         ------
         InputError
-            Where the run did not make it.
+            If the run has no such result.
         """
         import pyvista
 

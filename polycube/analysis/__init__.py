@@ -1,4 +1,4 @@
-"""Finite elements on a spline: modes, statics, conduction.
+"""Finite elements on a spline: vibration modes, statics, conduction.
 
-Imports spline and below.
+Imports `spline` and the layers below.
 """

@@ -1,9 +1,9 @@
 """Stiffness and consistent mass of linear elasticity and of -laplace u on a volumetric spline.
 
-Per element the gradients g of its functions at Gauss points give S[ai, bj] = int g_ai g_bj, and
-K[ai, bj] = lambda S[ai, bj] + mu S[aj, bi] + mu delta_ij sum_k S[ak, bk]; its trace over i = j is
-the Laplacian's.  Elements of one colour go through at once, their blocks are added into the lower
-triangle of one sparse pattern.
+For each element, the gradients g of its functions at Gauss points give S[ai, bj] = int g_ai g_bj,
+and K[ai, bj] = lambda S[ai, bj] + mu S[aj, bi] + mu delta_ij sum_k S[ak, bk]; the trace of S over i
+= j is the matrix of the Laplacian. Elements of one colour are assembled together; their blocks are
+added to the lower triangle of one sparse pattern.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import gauss, tensor, volume_basis
 from polycube.types import ElementFunctions, Spline
 
-CHUNK = 64  # elements at a time
-PAIRS = 10_000  # of functions, from which two threads pay
+CHUNK = 64  # elements in a batch
+PAIRS = 10_000  # pairs of functions above which two threads are used
 
 
 @dataclass(frozen=True)
 class Integrals:
-    """Over a chunk of elements with at most f functions each, the absent ones numbered C."""
+    """Integrals over a batch of elements with at most f functions each; C marks missing ones."""
 
     functions: np.ndarray  # (n, f)
     points: np.ndarray  # (n, q, 3) Gauss points
-    root: np.ndarray  # (n, q) root of the volume of each
-    shape: np.ndarray  # (n, f, q) N_a at the Gauss points, times the root of their volume
-    slope: np.ndarray  # (n, q, f, 3) dN_a/dx_i, likewise
+    root: np.ndarray  # (n, q) square root of the volume of each Gauss point
+    shape: np.ndarray  # (n, f, q) N_a at the Gauss points, times this root
+    slope: np.ndarray  # (n, q, f, 3) dN_a/dx_i, times this root
 
     @property
     def mass(self) -> np.ndarray:
-        """(n, f, f) of N_a N_b."""
+        """(n, f, f) integrals of N_a N_b."""
         return self.shape @ self.shape.swapaxes(1, 2)
 
     @property
     def gradient(self) -> np.ndarray:
-        """(n, f, 3, f, 3) of dN_a/dx_i dN_b/dx_j."""
+        """(n, f, 3, f, 3) integrals of dN_a/dx_i dN_b/dx_j."""
         n, q, f, _ = self.slope.shape
         flat = self.slope.reshape(n, q, 3 * f)
         return (flat.swapaxes(1, 2) @ flat).reshape(n, f, 3, f, 3)
@@ -52,16 +52,16 @@ class Integrals:
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Bezier elements and the functions that each of them has."""
+    """Bezier elements and the functions of each."""
 
     functions: ElementFunctions
     points: np.ndarray  # (B, 3) Bezier points
-    nodes: np.ndarray  # (E, 64) those of each element
-    size: int  # number of functions in all
+    nodes: np.ndarray  # (E, 64) Bezier points of each element
+    size: int  # total number of functions
 
     @classmethod
     def of(cls, spline: Spline) -> Elements:
-        """Those of a spline."""
+        """The elements of a spline."""
         points = spline.extraction @ spline.control
         return cls(spline.element_functions(), points, spline.nodes, len(spline.control))
 
@@ -69,7 +69,7 @@ class Elements:
 def assemble(
     spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
 ) -> tuple[bsr_matrix, csr_matrix]:
-    """Both triangles of `assemble_lower`."""
+    """Stiffness and mass as in `assemble_lower`, with both triangles."""
     stiffness, mass = assemble_lower(Elements.of(spline), young, poisson, density, n_gauss)
     return stiffness.full(), mass.full().tocsr()
 
@@ -77,10 +77,10 @@ def assemble(
 def assemble_lower(
     elements: Elements, young: float, poisson: float, density: float, n_gauss: int = 4
 ) -> tuple[Symmetric, Symmetric]:
-    """Stiffness (3 C, 3 C), displacement i of control point a at 3 a + i, and mass (C, C).
+    """Stiffness (3 C, 3 C) and mass (C, C); displacement i of control point a is at 3 a + i.
 
-    The mass is the same for the three directions.  n_gauss : Gauss points per direction.
-    Raises MeshingError where det J <= 0 at a Gauss point.
+    The mass is the same for the three directions. n_gauss : Gauss points per direction. Raises
+    MeshingError if det J <= 0 at a Gauss point.
     """
     stiffness, mass = _gradient_and_mass(elements, 3, density, n_gauss)
     shear = young / (2 * (1 + poisson))
@@ -91,13 +91,13 @@ def assemble_lower(
 
 
 def assemble_scalar(spline: Spline, n_gauss: int = 4) -> tuple[csr_matrix, csr_matrix]:
-    """Both triangles of `assemble_scalar_lower`."""
+    """Stiffness and mass as in `assemble_scalar_lower`, with both triangles."""
     laplace, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
     return laplace.full().tocsr(), mass.full().tocsr()
 
 
 def assemble_scalar_lower(elements: Elements, n_gauss: int = 4) -> tuple[Symmetric, Symmetric]:
-    """Stiffness of -laplace u and mass, both (C, C).  Raises MeshingError as `assemble_lower`."""
+    """Stiffness of -laplace u and mass, both (C, C). Raises MeshingError as `assemble_lower`."""
     return _gradient_and_mass(elements, 1, 1.0, n_gauss)
 
 
@@ -133,7 +133,7 @@ def _gradient_and_mass(
 def moments(
     spline: Spline, density: Callable[[np.ndarray], np.ndarray], n_gauss: int = 4
 ) -> np.ndarray:
-    """(C,) integrals of N_a times a density, which takes points (P, 3) and gives (P,)."""
+    """(C,) integrals of N_a times a density, which is a function of points (P, 3) -> (P,)."""
     total = np.zeros(len(spline.control) + 1)
     for chunk in integrate(spline, spline.element_functions(), n_gauss):
         points = chunk.points.reshape(-1, 3)
@@ -144,7 +144,7 @@ def moments(
 
 
 def integrate(spline: Spline, functions: ElementFunctions, n_gauss: int) -> Iterator[Integrals]:
-    """Integrate chunk by chunk, elements with equally many functions together."""
+    """Integrate in batches of elements with equal numbers of functions."""
     order = np.argsort(np.diff(functions.offsets), kind="stable")
     for elements in np.array_split(order, len(order) // CHUNK + 1):
         yield _integrals(spline, functions, elements, n_gauss)

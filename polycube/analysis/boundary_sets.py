@@ -1,6 +1,4 @@
-"""Boundary faces of a spline, or of its mesh, by what users call them: a name, a patch number, a
-box, a plane.
-"""
+"""Boundary faces of a spline or of its mesh, given by name, patch number, box or plane."""
 
 from __future__ import annotations
 
@@ -23,11 +21,12 @@ from polycube.types import HexMesh, Spline
 
 
 def faces_of(spline: Spline, where: object) -> np.ndarray:
-    """(F,) numbers into `spline.sides` of the faces that `where` names.
+    """(F,) indices in `spline.sides` of the faces at a place.
 
     where : patch number, name of a set, {"box": [x, y, z, x, y, z]} for the faces with all corners
-        in it, or {"plane": [a, b, c, d]} for those with all corners on a x + b y + c z = d
-    Raises InputError naming the sets there are.
+        in the box, or {"plane": [a, b, c, d]} for those with all corners on a x + b y + c z = d
+
+    Raises InputError with the names of the existing sets.
     """
     if isinstance(where, Mapping):
         return _within((spline.extraction @ spline.control)[corner_nodes(spline)], where)
@@ -35,20 +34,20 @@ def faces_of(spline: Spline, where: object) -> np.ndarray:
 
 
 def quads_of(mesh: HexMesh, where: object) -> np.ndarray:
-    """(F,) numbers into `mesh.quads` of the faces that `where` names, as for `faces_of`."""
+    """(F,) indices in `mesh.quads` of the faces at a place, as for `faces_of`."""
     if isinstance(where, Mapping):
         return _within(mesh.vertices[mesh.quads], where)
     return _named(mesh.sets or boundary_sets(mesh), where)
 
 
 def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
-    """The sets that the boundary of a spline has by itself, its faces taken for quads."""
+    """The sets of the boundary of a spline alone, with its faces as quads."""
     corners = corner_nodes(spline)
     return sets_of_quads(spline.extraction @ spline.control, corners, spline.patch)
 
 
 def check_names(places: Iterable[object], sets: Sets) -> None:
-    """Raise InputError for the first name or number that is no set; boxes and planes pass."""
+    """Raise InputError for the first name or number without a set; accept boxes and planes."""
     for where in places:
         if not isinstance(where, Mapping) and not len(sets.get(set_name(where), ())):
             raise InputError(
@@ -58,7 +57,7 @@ def check_names(places: Iterable[object], sets: Sets) -> None:
 
 
 def check_place(where: object) -> None:
-    """Raise ValueError unless `where` is written as `faces_of` reads it."""
+    """Raise ValueError unless `where` has a form that `faces_of` accepts."""
     lengths = {"box": 6, "plane": 4}
     if isinstance(where, Mapping):
         good = len(where) == 1 and all(
@@ -74,12 +73,12 @@ def check_place(where: object) -> None:
 
 
 def place_of(item: object) -> object:
-    """The place of an item of a list of supports or loads: what is `at`, or all of it."""
+    """The place of an entry of a list of supports or loads: `at`, or the entry itself."""
     return item["at"] if isinstance(item, Mapping) and "at" in item else item
 
 
 def place_name(where: object) -> str:
-    """The place in one word, for tables."""
+    """The place as one word, for tables."""
     if not isinstance(where, Mapping):
         return str(where)
     [(kind, numbers)] = where.items()

@@ -1,10 +1,10 @@
-"""Values prescribed on boundary faces, held exactly.
+"""Values prescribed on boundary faces, imposed exactly.
 
-A function is bound by its trace there.  Where the traces of the bound functions are independent,
-all their coefficients follow from the prescribed values (least squares in L2 of the faces, exact
-for values that the space has).  Where they are not, as in a space with functions centred outside
-the solid, as many are chosen as span the trace, `pivots`, and the others stay free: c_pivots =
-c_given - X c_others.  Then u = basis @ free + offset has the prescribed trace for any `free`.
+A function is bound by its trace on these faces. If the traces of the bound functions are linearly
+independent, all their coefficients follow from the prescribed values (least squares in L2 of the
+faces, exact for values in the space). If not, as in a space with functions centred outside the
+solid, a subset that spans the traces is chosen, `pivots`, and the others stay free: c_pivots =
+c_given - X c_others. Then u = basis @ free + offset has the prescribed trace for any `free`.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
 
-ABSENT = 1e-18  # share of the largest squared norm of a trace, below which it counts as zero
-DEPENDENT = 1e-9  # pivot of the Gram matrix of unit diagonal, below which a trace is dependent
-RIGID = 1e-10  # share of the largest eigenvalue, below which a rigid motion is not held
+ABSENT = 1e-18  # of the largest squared norm of a trace: smaller traces count as zero
+DEPENDENT = 1e-9  # pivot of the Gram matrix of unit diagonal below which a trace is dependent
+RIGID = 1e-10  # of the largest eigenvalue: below it, a rigid motion is free
 
 Value = float | Sequence[float] | Callable[[np.ndarray], np.ndarray]
 
@@ -34,11 +34,11 @@ Value = float | Sequence[float] | Callable[[np.ndarray], np.ndarray]
 class Support:
     """Prescribed values of some components on boundary faces.
 
-    value : the same everywhere, or of points (P, 3), one column per component
+    value : constant values, or a function of points (P, 3), with one column per component
     """
 
     name: str
-    faces: np.ndarray  # (F,) into spline.sides
+    faces: np.ndarray  # (F,) indices of spline.sides
     components: tuple[int, ...] = (0, 1, 2)
     value: Value = 0.0
 
@@ -52,17 +52,17 @@ class Support:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """One component: which coefficients follow from the others, and how."""
+    """Constraints of one component: dependent coefficients and their dependence."""
 
     trace: Trace
-    owner: np.ndarray  # (P,) number of the support that each Gauss point belongs to
+    owner: np.ndarray  # (P,) number of the support of each Gauss point
     pivots: np.ndarray  # (R,) functions
     others: np.ndarray  # (S,) bound functions that stay free
     ratio: csr_matrix  # (R, S) X
-    gram: SuperLU  # of the pivots' traces
+    gram: SuperLU  # Gram matrix of the traces of the pivots
 
     def basis(self, size: int) -> csr_matrix:
-        """(C, free) coefficients of all functions from the free ones."""
+        """(C, free) matrix from the free coefficients to all coefficients."""
         free = np.setdiff1d(np.arange(size), self.pivots)
         place = csr_matrix(
             (np.ones(len(self.pivots)), (self.pivots, np.arange(len(self.pivots)))),
@@ -73,13 +73,13 @@ class Held:
         return csr_matrix(chosen - place @ self.ratio @ bound)
 
     def project(self, values: np.ndarray, size: int) -> np.ndarray:
-        """(C,) coefficients whose trace is nearest to values (P,) at the Gauss points."""
+        """(C,) coefficients with the trace closest to values (P,) at the Gauss points."""
         found = np.zeros(size)
         found[self.pivots] = self.gram.solve(self.trace.moments(values)[self.pivots])
         return found
 
     def resultant(self, residual: np.ndarray, support: int) -> float:
-        """Integral over a support's faces of the traction that a residual (C,) stands for."""
+        """Integral over the faces of a support of the traction given by a residual (C,)."""
         traction = self.gram.solve(residual[self.pivots])
         there = self.trace.moments(self.owner == support)
         return float(traction @ there[self.pivots])
@@ -87,21 +87,21 @@ class Held:
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """All components; coefficient i of function a is number n a + i."""
+    """Constraints of all components; coefficient i of function a is number n a + i."""
 
     supports: tuple[Support, ...]
-    held: tuple[Held | None, ...]  # per component
+    held: tuple[Held | None, ...]  # one for each component
     basis: csr_matrix  # (n C, free)
     offset: np.ndarray  # (n C,)
 
     def points(self, spline: Spline) -> np.ndarray:
-        """(free, 3) where each free coefficient is, more or less."""
+        """(free, 3) approximate position of each free coefficient."""
         weight = abs(self.basis).T
         near = weight @ np.repeat(spline.control, len(self.held), axis=0)
         return near / np.asarray(weight.sum(axis=1))
 
     def reactions(self, residual: np.ndarray) -> np.ndarray:
-        """(supports, n) resultant on each support of a residual (n C,), K u - f."""
+        """(supports, n) resultant on each support for a residual (n C,), K u - f."""
         n = len(self.held)
         found = np.zeros((len(self.supports), n))
         for i, held in enumerate(self.held):
@@ -112,7 +112,7 @@ class Constraints:
 
 
 def constrain(spline: Spline, supports: Sequence[Support], n_components: int) -> Constraints:
-    """The space of fields with the prescribed values; the last support of a face rules it."""
+    """The space of fields with the prescribed values; the last support of a face has precedence."""
     size = len(spline.control)
     held: list[Held | None] = []
     bases: list[csr_matrix] = []
@@ -140,7 +140,7 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
 
 
 def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
-    """How many of the six rigid motions of an elastic solid the supports leave free."""
+    """Number of the six rigid motions of an elastic solid that the supports leave free."""
     middle = spline.control.mean(axis=0)
     size = np.linalg.norm(np.ptp(spline.control, axis=0))
     energy = np.zeros((6, 6))
@@ -199,7 +199,7 @@ def _hold(spline: Spline, owner: np.ndarray) -> Held:
 
 
 def _independent(gram: csc_matrix) -> np.ndarray:
-    """(n,) functions whose traces span those of all; of two dependent ones the larger."""
+    """(n,) functions whose traces span those of all; of two dependent ones, the larger."""
     norm = gram.diagonal()
     scale = diags(1 / np.sqrt(norm))
     unit = scale @ gram @ scale + 1e-13 * eye(len(norm))
@@ -213,14 +213,14 @@ def _independent(gram: csc_matrix) -> np.ndarray:
 
 
 def _pivots(matrix: csc_matrix, order: str) -> np.ndarray:
-    """(n,) of the Cholesky factorisation, by column."""
+    """(n,) pivots of the Cholesky factorisation, by column."""
     options = {"SymmetricMode": True}
     factor = splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options=options)
     return factor.U.diagonal()[factor.perm_c]
 
 
 def _interleave(bases: list[csr_matrix]) -> csr_matrix:
-    """Basis (n C, free) of n components, row i of component k at n i + k, columns likewise."""
+    """Basis (n C, free) of n components; row i of component k is n i + k, columns likewise."""
     n = len(bases)
     if n == 1:
         return bases[0]

@@ -1,10 +1,10 @@
-"""The elastic solid in all continuous tricubic functions on the Bezier elements of a spline.
+"""Elasticity in the space of all continuous tricubic functions on the Bezier elements of a spline.
 
-The functions of a spline are smooth across elements, and some of them are bound at the boundary;
-both hold back the stress more than the displacement.  `corrected` starts from the solution in the
-spline's functions and adds what is missing by conjugate gradients.  The stiffness is applied
-element by element.  The preconditioner adds the exact solution in the spline's functions to a step
-of Jacobi in the functions that are 1 at one of 4^3 even places of the elements and 0 at the others.
+The functions of a spline are smooth across elements, and some are constrained at the boundary; both
+affect the stress more than the displacement. `corrected` starts from the solution in the spline
+space and adds the missing part by conjugate gradients. The stiffness is applied element by element.
+The preconditioner adds the exact solution in the spline space to a Jacobi step in the functions
+that are 1 at one of 4^3 evenly spaced points of the elements and 0 at the others.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
 
-CHUNK = 128  # elements at a time
-TOLERANCE = 1e-3  # of the error at the start, in the norm of the preconditioner
-ROUNDING = 1e-8  # of the forces, below which a residual is none
-MOST = 300  # steps
+CHUNK = 128  # elements in a batch
+TOLERANCE = 1e-3  # of the initial error, in the norm of the preconditioner
+ROUNDING = 1e-8  # of the forces: smaller residuals are rounding errors
+MOST = 300  # largest number of iterations
 
 
 @dataclass(frozen=True, eq=False)
 class Elasticity:
-    """Stiffness of one function per Bezier node, for a Young's modulus of 1."""
+    """Stiffness of the functions of the Bezier nodes, for a Young's modulus of 1."""
 
     nodes: np.ndarray  # (E, 64)
-    inverse: np.ndarray  # (E, q, 3, 3) of the Jacobian matrix at Gauss points
-    volume: np.ndarray  # (E, q) that each stands for
+    inverse: np.ndarray  # (E, q, 3, 3) inverse Jacobian matrix at Gauss points
+    volume: np.ndarray  # (E, q) volume of each Gauss point
     n_gauss: int
     poisson: float
     add: csr_matrix  # (B, 64 E) sums at the nodes
 
     @classmethod
     def of(cls, spline: Spline, poisson: float, n_gauss: int = 4) -> Elasticity:
-        """That of the Bezier elements of a spline, with so many Gauss points per direction."""
+        """Stiffness of the Bezier elements of a spline, with Gauss points per direction."""
         weights = gauss(n_gauss)[1]
         _, gradients = volume_basis(gauss(n_gauss)[0])
         matrix = np.einsum("aqm,emi->eqia", gradients, bezier_points(spline), optimize=True)
@@ -68,12 +68,12 @@ class Elasticity:
 
     @property
     def _moduli(self) -> tuple[float, float]:
-        """Lame's: of shear, and lambda."""
+        """Lame's parameters: shear modulus and lambda."""
         shear = 1 / (2 * (1 + self.poisson))
         return shear, 2 * shear * self.poisson / (1 - 2 * self.poisson)
 
     def forces(self, displacement: np.ndarray) -> np.ndarray:
-        """(B, 3) K u of coefficients u (B, 3)."""
+        """(B, 3) forces K u of coefficients u (B, 3)."""
         shear, lame = self._moduli
         table = volume_basis(gauss(self.n_gauss)[0])[1].reshape(-1, 64)  # (3 q, 64)
         found = np.empty((*self.nodes.shape, 3))
@@ -91,7 +91,7 @@ class Elasticity:
         return self.add @ found.reshape(-1, 3)
 
     def diagonal(self) -> np.ndarray:
-        """(B, 3) energies of the functions that are 1 at one even place of the elements."""
+        """(B, 3) energies of the functions that are 1 at one even point of the elements."""
         shear, lame = self._moduli
         gradients = volume_basis(gauss(self.n_gauss)[0])[1] @ TO_BEZIER
         found = np.empty((*self.nodes.shape, 3))
@@ -116,12 +116,12 @@ def corrected(
 
     Parameters
     ----------
-    force : (B, 3) of the loads
-    start : (B, 3) the solution in the spline's functions
+    force : (B, 3) forces of the loads
+    start : (B, 3) solution in the spline space
     held : (B, 3) whether a component is prescribed at a node
-    coarse : the displacement (B, 3) in the spline's functions of forces (B, 3)
+    coarse : function from forces (B, 3) to the displacement (B, 3) in the spline space
 
-    Where elements of two levels meet, only the spline's functions join them.
+    Where elements of two levels meet, only the functions of the spline connect them.
     """
     is_free = ~held
     is_free[_between_levels(spline)] = False
@@ -155,7 +155,7 @@ def corrected(
 
 
 def _from_even(nodes: np.ndarray, size: int) -> csr_matrix:
-    """(B, B) Bezier coefficients from values at even places, numbered like the Bezier nodes."""
+    """(B, B) Bezier coefficients from values at evenly spaced points, numbered like the nodes."""
     used, first = np.unique(nodes, return_index=True)
     element, place = np.divmod(first, 64)
     table = np.where(abs(TO_BEZIER) > 1e-12, TO_BEZIER, 0)[place]
@@ -164,7 +164,7 @@ def _from_even(nodes: np.ndarray, size: int) -> csr_matrix:
 
 
 def _between_levels(spline: Spline) -> np.ndarray:
-    """Nodes on faces that are not on the boundary and have no element behind them."""
+    """Nodes on faces that are not on the boundary and have no element on the other side."""
     alone = lone_sides(spline.nodes)
     inner = alone[~np.isin(alone @ [6, 1], spline.sides @ [6, 1])]
     return np.unique(spline.nodes[inner[:, :1], FACES[inner[:, 1]]])

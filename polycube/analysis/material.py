@@ -33,7 +33,7 @@ MATERIALS = {
 
 
 def material(value: str | Mapping[str, float]) -> Material:
-    """A material by its name or its numbers {young, poisson, density}; raises ValueError."""
+    """A material by its name or its values {young, poisson, density}; raises ValueError."""
     if value in list(MATERIALS):
         return MATERIALS[value]
     if isinstance(value, str) or set(value) != {"young", "poisson", "density"}:

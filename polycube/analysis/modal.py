@@ -1,9 +1,9 @@
-"""Vibration of an elastic solid: the lowest modes of K u = omega^2 M u, free or held on patches.
+"""Vibration of an elastic solid: the lowest modes of K u = omega^2 M u, free or supported.
 
-Solved for unit diagonal, E = 1 and density 1, and scaled to SI afterwards: omega^2 by
-E / (density L^2), mass by density L^3.  The modes are found in double precision, helped by a
-Cholesky factor in single precision of K - shift M, with a shift just below zero, or in large models
-by what is near it.
+The problem is solved for unit diagonal, E = 1 and density 1, and scaled to SI units: omega^2 by E /
+(density L^2), mass by density L^3. The modes are computed in double precision, with a Cholesky
+factor of K - shift M in single precision as preconditioner, for a shift slightly below zero; in
+large models with an approximate inverse.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from polycube.units import METRES
 
 logger = logging.getLogger(__name__)
 
-SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros alike
-DENSE = 10  # unknowns per mode, up to which the matrices are taken as dense
+SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
+DENSE = 10  # unknowns per mode up to which dense matrices are used
 
 
 def free_modes(
@@ -42,13 +42,15 @@ def free_modes(
     lumped: bool = False,
     supports: Sequence[Support] = (),
 ) -> Modes:
-    """The lowest modes in SI units (omega^2 in 1/s^2, mass in kg), rigid ones included.
+    """The lowest modes in SI units (omega^2 in 1/s^2, mass in kg), including rigid ones.
 
-    length_unit : of the control points, see METRES.  Shapes are normalised to u^T M u = 1 with M
-        in kg.  n_gauss : points per direction.  lumped : row sums of M instead of M; less accurate.
-    supports : where components of the displacement are zero
-    Raises ValueError when there are fewer than n_modes + 1 degrees of freedom, MeshingError where
-    det J <= 0.
+    Shapes are normalised to u^T M u = 1 with M in kg. Raises ValueError if there are fewer than
+    n_modes + 1 degrees of freedom, and MeshingError if det J <= 0.
+
+    length_unit : unit of the control points, see METRES
+    n_gauss : Gauss points per direction
+    lumped : use the row sums of M instead of M; less accurate
+    supports : prescribed zero components of the displacement
     """
     held = constrain(spline, supports, 3)
     if not 0 < n_modes < held.basis.shape[1]:
@@ -56,7 +58,7 @@ def free_modes(
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = replace(spline, control=spline.control / diagonal)
     stiffness, mass = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
-    each = mass @ np.ones(mass.shape[0])  # of each function
+    each = mass @ np.ones(mass.shape[0])  # mass of each function
     near = elastic_preconditioner(unit, held, material.poisson, SHIFT)
     if near is None:
         inertia = diags(each) if lumped else mass.full().tocsr()
@@ -79,7 +81,7 @@ def free_modes(
 def _direct(
     stiffness: Symmetric, mass: spmatrix, held: Constraints, n_modes: int, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """`lowest` of the free unknowns."""
+    """`lowest` for the free unknowns."""
     if not held.supports:
         return lowest(stiffness.full(), mass, n_modes, points=points)
     basis, inertia = held.basis, kron(mass, eye(3), "csr")
@@ -96,8 +98,9 @@ def lowest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest eigenvalues (K,), ascending, and M-orthonormal vectors (N, K) of K u = lambda M u.
 
-    mass : (N, N), or (N / n, N / n) where it is the same for the n components of each function
-    points : (N, 3) where each unknown is, see `factorize`
+    mass : (N, N), or (N / n, N / n) if it is the same for the n components of each function
+    points : (N, 3) position of each unknown, see `factorize`
+
     Raises ValueError unless K - shift M is positive definite.
     """
     n_components = stiffness.shape[0] // mass.shape[0]

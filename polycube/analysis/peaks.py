@@ -1,4 +1,4 @@
-"""The largest stress: where, how sure, and whether it is one that grows with every refinement."""
+"""The largest stress: its place, its uncertainty, and whether it is singular."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from polycube.spline.bezier import scaled_detj
 from polycube.spline.boundary import boundary_nodes
 from polycube.types import Peak, Spline
 
-POOR = 0.05  # least det J of an element over its volume, below which its stress is not trusted
+# smallest det J divided by the volume below which the stress of an element is not trusted
+POOR = 0.05
 
-LINE = gauss(4)[0]  # where a stress is compared with the recovered one
+LINE = gauss(4)[0]  # points at which a stress is compared with the recovered one
 
 
 def poor_elements(spline: Spline) -> np.ndarray:
-    """(E,) whether det J comes so near to 0 somewhere in an element that gradients are in doubt."""
+    """(E,) whether det J is so close to 0 in an element that gradients are unreliable."""
     return scaled_detj(spline) < POOR
 
 
@@ -35,20 +36,21 @@ def peaks(
     singular: Sequence[Singular],
     radius: float,
 ) -> tuple[Peak, Peak | None]:
-    """The largest equivalent stress away from singular places, and the larger one at these.
+    """The largest equivalent stress away from singular places, and a larger one at these.
 
     Parameters
     ----------
-    displacement : (B, 3) that the stress was taken of
-    von_mises : (B,) recovered
-    von_mises_of : (P, 1) of displacement gradients (P, 3, 3)
-    poor : (E,) whether an element is badly shaped; these count only where all are
-    radius : what is nearer to a singular place belongs to it, and so do elements that touch it
+    displacement : (B, 3) displacement of the stress
+    von_mises : (B,) recovered stress
+    von_mises_of : function of displacement gradients (P, 3, 3) -> (P, 1)
+    poor : (E,) whether an element is badly shaped; such elements are only used if all are
+    radius : distance from a singular place within which points belong to it, as do elements that
+        touch it
 
     Returns
     -------
-    The first is the largest of all where no place is away from singular ones; the second is None
-    where nothing at such a place is larger.
+    The first is the largest of all if no point is away from singular places. The second is None if
+    no stress at such a place is larger.
     """
     values = samples(spline, von_mises[:, None])[..., 0]
     points = samples(spline, spline.extraction @ spline.control)
@@ -85,7 +87,7 @@ def peaks(
 
 
 def boundary_name(spline: Spline, point: np.ndarray) -> str:
-    """The name of the boundary face at an even place of it, of the CAD model if it has one.
+    """The name of the boundary face at a sample point; the name of the CAD face if there is one.
 
     It is empty inside the solid.
     """
@@ -102,7 +104,7 @@ def boundary_name(spline: Spline, point: np.ndarray) -> str:
 
 
 def _rank(name: str) -> int:
-    """Names of the CAD model, then its faces, then holes and ends, then patches."""
+    """Rank: names of the CAD model, its faces, holes and ends, patches."""
     prefixes = ("cad_face_", "cad_", "patch_")
     first = next((p for p in prefixes if name.startswith(p)), "")
     return ("cad_", "cad_face_", "", "patch_").index(first)

@@ -1,4 +1,4 @@
-"""-div k grad u = f with u or the flux given on the boundary; heat conduction, for one."""
+"""-div k grad u = f with u or the flux given on the boundary, such as heat conduction."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ logger = logging.getLogger(__name__)
 class Inflow:
     """Flux into the solid through boundary faces."""
 
-    faces: np.ndarray  # (F,) into spline.sides
+    faces: np.ndarray  # (F,) indices of spline.sides
     flux: float | Callable[[np.ndarray, np.ndarray], np.ndarray]
-    # W/m^2, of points and normals (P, 3) where it varies
+    # W/m^2, or a function of points and normals (P, 3)
 
 
 def conduct(
@@ -38,10 +38,12 @@ def conduct(
     length_unit: str = "mm",
     n_gauss: int = 4,
 ) -> Potential:
-    """The solution in SI but for the length unit of the part: u in K, say, flux in W/m^2.
+    """The solution: u in K, flux in W/m^2, lengths in the unit of the part.
 
-    conductivity : W/(m K).  source : W/m^3, of points (P, 3) where it varies
-    Raises InputError when u is given nowhere, MeshingError where det J <= 0.
+    Raises InputError if u is not given anywhere, and MeshingError if det J <= 0.
+
+    conductivity : W/(m K)
+    source : W/m^3, or a function of points (P, 3)
     """
     if not supports:
         raise InputError(

@@ -1,9 +1,10 @@
-"""What is near the inverse of a spline's stiffness, from the trilinear one of its hexes.
+"""Approximate inverse of the stiffness of a spline, from the trilinear stiffness of its hexes.
 
-With v = B c the values at the vertices, K is near B^T T B for the trilinear stiffness T, but up to
-five times larger for the shortest waves.  Some of the identity in B mends that: with B^-1 as a few
-steps of Chebyshev, the eigenvalues of P K, P = B^-1 T^-1 B^-T, are about .5 to 3 on compact solids.
-T couples 27 vertices where K couples 343 functions, and is factored in single precision.
+With v = B c the values at the vertices, K is close to B^T T B for the trilinear stiffness T, but up
+to five times larger for the shortest waves. A share of the identity in B corrects this. With a few
+Chebyshev iterations for B^-1, the eigenvalues of P K, P = B^-1 T^-1 B^-T, are about .5 to 3 on
+compact solids. T couples 27 vertices, whereas K couples 343 functions; T is factored in single
+precision.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ from polycube.numerics.factorization import Factor, factorize
 from polycube.numerics.products import Symmetric, times
 from polycube.types import Spline
 
-LIMIT = 12_000  # functions, from which the direct factor costs more
-SHARE = 0.05  # of the identity in B
-STEPS = 8  # of Chebyshev
+LIMIT = 12_000  # functions above which the direct factor is more expensive
+SHARE = 0.05  # share of the identity in B
+STEPS = 8  # Chebyshev iterations
 
 
 @dataclass(frozen=True, eq=False)
 class Preconditioner:
-    """Of the free unknowns of n components, unknown i of function a being n a + i."""
+    """Preconditioner for the free unknowns of n components; unknown i of function a is n a + i."""
 
     values: csr_matrix  # (C, C) B, in single precision
     turned: csr_matrix  # its transpose
@@ -41,7 +42,10 @@ class Preconditioner:
 
     @classmethod
     def of(cls, model: VertexModel, stiffness: Symmetric, free: np.ndarray) -> Preconditioner:
-        """stiffness : (n C, n C) of the trilinear hexes.  free : (n C,) whether an unknown is.
+        """Preconditioner from the trilinear stiffness.
+
+        stiffness : (n C, n C) of the trilinear hexes
+        free : (n C,) whether an unknown is free
 
         Raises ValueError unless it is positive definite.
         """
@@ -57,13 +61,13 @@ class Preconditioner:
         return cls(values, csr_matrix(values.T), free.reshape(-1, n), factor)
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
-        """(free,) or (free, k) of right-hand sides alike."""
+        """Apply it to right-hand sides (free,) or (free, k)."""
         columns = right.reshape(len(right), -1)
         solved = self.factor.solve(self._unmixed(self.turned, columns))
         return self._unmixed(self.values, solved).astype(np.float64).reshape(right.shape)
 
     def restricted(self, matrix: Symmetric | spmatrix) -> LinearOperator:
-        """A matrix (C, C) or (n C, n C) of all unknowns, as one of those that are free."""
+        """Restrict a matrix (C, C) or (n C, n C) of all unknowns to the free ones."""
         number = int(self.free.sum())
 
         def product(x: np.ndarray) -> np.ndarray:
@@ -75,7 +79,7 @@ class Preconditioner:
         return LinearOperator((number, number), product, matmat=product, dtype=np.float64)
 
     def _unmixed(self, values: csr_matrix, right: np.ndarray) -> np.ndarray:
-        """Near the solution x (free, k) of B x = right: Saad 2003, algorithm 12.1."""
+        """Approximate solution x (free, k) of B x = right: Saad 2003, algorithm 12.1."""
         least = (1 - SHARE) * LEAST + SHARE
         middle, half = (1 + least) / 2, (1 - least) / 2
         ratio = half / middle
@@ -95,9 +99,9 @@ class Preconditioner:
 def elastic_preconditioner(
     spline: Spline, held: Constraints, poisson: float, shift: float = 0.0
 ) -> Preconditioner | None:
-    """Near the inverse of K - shift M of elasticity, Young's modulus and density 1.
+    """Approximate inverse of K - shift M of elasticity, for Young's modulus and density 1.
 
-    None where the spline has less than LIMIT functions, or others than those of its vertices.
+    None if the spline has fewer than LIMIT functions, or functions that do not belong to vertices.
     """
 
     def shifted(elements: Elements) -> Symmetric:
@@ -109,7 +113,7 @@ def elastic_preconditioner(
 
 
 def scalar_preconditioner(spline: Spline, held: Constraints) -> Preconditioner | None:
-    """Near the inverse of the Laplacian's matrix, or None as `elastic_preconditioner`."""
+    """Approximate inverse of the Laplacian, or None as in `elastic_preconditioner`."""
     return _preconditioner(
         spline, held, lambda elements: assemble_scalar_lower(elements, N_GAUSS)[0]
     )
@@ -138,9 +142,9 @@ def solvers(
     points: np.ndarray,
     near: Preconditioner | None,
 ) -> tuple[Operator, Operator]:
-    """The solution for forces (free,), and what is near it at the cost of one step.
+    """The solver for forces (free,), and an approximate solver at the cost of one iteration.
 
-    Both are the direct factor where there is no preconditioner.
+    Both are the direct factor if there is no preconditioner.
     """
     if near is None:
         solve = factorize(held.basis.T @ stiffness.full() @ held.basis, points).solve

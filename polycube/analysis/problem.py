@@ -1,6 +1,6 @@
-"""What an analysis solves, in places of the boundary: what the deck of another program needs.
+"""The problem that an analysis solves, with places on the boundary, as input decks need it.
 
-Lengths, and displacements with them, are in the unit of the part; everything else is in SI.
+Lengths and displacements are in the unit of the part; all other quantities are in SI units.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ NOTHING: Vector = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Prescribed:
-    """Given values of some components at a place; the last one that names a place rules there."""
+    """Prescribed values of some components at a place; the last one of a place has precedence."""
 
-    place: object  # as `polycube.analysis.boundary_sets.quads_of` reads it
+    place: object  # in a form that `polycube.analysis.boundary_sets.quads_of` accepts
     components: tuple[int, ...]
     values: tuple[float, ...]  # one for each component
 
 
 @dataclass(frozen=True)
 class Applied:
-    """Forces on the faces of a place; what is given adds up."""
+    """Forces on the faces of a place; the contributions are added."""
 
     place: object
-    pressure: float = 0.0  # Pa, towards the solid
+    pressure: float = 0.0  # Pa, positive towards the solid
     traction: Vector = NOTHING  # Pa
-    force: Vector = NOTHING  # N in all, evenly per area
+    force: Vector = NOTHING  # N, total force, distributed evenly by area
 
 
 @dataclass(frozen=True)
@@ -42,20 +42,20 @@ class Flow:
 
 @dataclass(frozen=True)
 class Problem:
-    """What all problems have: the length unit of the part, and what is held."""
+    """Common properties of all problems: the length unit of the part, and the supports."""
 
     units: str
     supports: tuple[Prescribed, ...]
 
     @property
     def places(self) -> list[object]:
-        """What it needs to find on the boundary."""
+        """The places on the boundary that are needed."""
         return [each.place for each in self.supports]
 
 
 @dataclass(frozen=True)
 class Statics(Problem):
-    """An elastic solid at rest."""
+    """Statics of an elastic solid."""
 
     material: Material
     loads: tuple[Applied, ...]
@@ -63,17 +63,17 @@ class Statics(Problem):
 
     @property
     def places(self) -> list[object]:
-        """What it needs to find on the boundary."""
+        """The places on the boundary that are needed."""
         return [*super().places, *(each.place for each in self.loads)]
 
 
 @dataclass(frozen=True)
 class Vibration(Problem):
-    """The lowest modes of an elastic solid."""
+    """The lowest vibration modes of an elastic solid."""
 
     material: Material
     modes: int
-    is_lumped: bool = False  # the mass matrix
+    is_lumped: bool = False  # lumped mass matrix
 
 
 @dataclass(frozen=True)
@@ -86,5 +86,5 @@ class Conduction(Problem):
 
     @property
     def places(self) -> list[object]:
-        """What it needs to find on the boundary."""
+        """The places on the boundary that are needed."""
         return [*super().places, *(each.place for each in self.flows)]

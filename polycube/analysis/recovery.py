@@ -1,9 +1,8 @@
 """Fields of the gradient of a solution, such as stress, as Bezier coefficients.
 
-They are taken at the 3^3 Gauss points of every element, where the gradient of a tricubic solution
-is nearest to the exact one (Barlow 1976), carried to its Bezier points by the triquadratic
-polynomial through them, and averaged over the elements that share a point: continuous wherever the
-geometry is.
+The gradient of a tricubic solution is most accurate at the 3^3 Gauss points of every element
+(Barlow 1976). The values there are extrapolated to the Bezier points by a triquadratic polynomial
+and averaged over the elements that share a point, so the field is continuous where the geometry is.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from polycube.spline.bernstein import bernstein, gauss, tensor, volume_basis
 from polycube.spline.bezier import bezier_points
 from polycube.types import Spline
 
-CHUNK = 512  # elements at a time
-ALMOST_NONE = 1e-12  # weight of a value that counts only where there is no other
+CHUNK = 512  # elements in a batch
+ALMOST_NONE = 1e-12  # weight of a value that is used only if there is no other
 EVEN_LINE = np.arange(4) / 3
 EVEN = tensor(*[bernstein(EVEN_LINE)] * 3)
 TO_BEZIER = np.linalg.inv(EVEN)
@@ -35,8 +34,8 @@ def gradient_field(
     """(B, n) Bezier coefficients of a function of the gradient, averaged where elements meet.
 
     nodal : (B,) or (B, m) Bezier coefficients of the solution
-    of : takes du_a/dx_i as (P, m, 3) and gives (P, n)
-    poor : (E,) elements that count only at points that no other element has
+    of : function of du_a/dx_i (P, m, 3) -> (P, n)
+    poor : (E,) elements that are used only at points without other elements
     """
     values = CARRY @ at_places(spline, nodal, of, BARLOW)
     return _shared(spline, values, poor)
@@ -51,7 +50,8 @@ def at_places(
 ) -> np.ndarray:
     """(E, p^3, n) a function of the gradient, element by element, as in `gradient_field`.
 
-    line : (p,) places in each direction; elements : (E,) numbers, all by default
+    line : (p,) points in each direction
+    elements : (E,) numbers, by default of all elements
     """
     elements = np.arange(len(spline.nodes)) if elements is None else elements
     points, local = bezier_points(spline), nodal.reshape(len(nodal), -1)[spline.nodes]
@@ -66,21 +66,22 @@ def at_places(
 
 
 def field_of(spline: Spline, nodal: np.ndarray, of: Callable) -> np.ndarray:
-    """(B,) Bezier coefficients of a function of a field, exact at the even places of `samples`.
+    """(B,) Bezier coefficients of a function of a field, exact at the points of `samples`.
 
-    nodal : (B, n) Bezier coefficients of the field; of : takes (P, n) and gives (P,)
+    nodal : (B, n) Bezier coefficients of the field
+    of : function (P, n) -> (P,)
     """
     found = of(samples(spline, nodal).reshape(-1, nodal.shape[1])).reshape(-1, 64, 1)
     return _shared(spline, TO_BEZIER @ found)[:, 0]
 
 
 def samples(spline: Spline, nodal: np.ndarray) -> np.ndarray:
-    """(E, 64, n) values of a field (B, n) at 4^3 even places of each element, corners included."""
+    """(E, 64, n) values of a field (B, n) at 4^3 evenly spaced points of each element."""
     return EVEN @ nodal[spline.nodes]
 
 
 def _shared(spline: Spline, values: np.ndarray, poor: np.ndarray | None = None) -> np.ndarray:
-    """(B, n) mean over the elements of each node, poor ones (E,) left out; values (E, 64, n)."""
+    """(B, n) mean over the elements of each node without poor ones (E,); values (E, 64, n)."""
     nodes, size = spline.nodes.ravel(), spline.extraction.shape[0]
     weight = np.ones(len(nodes))
     if poor is not None:

@@ -1,9 +1,9 @@
-"""Places where the stress of linear elasticity has no bound, found by the geometry alone.
+"""Places where the stress of linear elasticity is unbounded, found from the geometry.
 
-At an edge the stress is finite up to a certain angle inside the solid: 180 degrees where both faces
-are free, and about 60 where one is free and the other held (Williams 1952).  A face that may slide
-along its plane is a plane of symmetry, so the angle counts twice there.  Loads that have hardly any
-area are taken for loads in points.
+At an edge the stress is bounded up to a certain angle inside the solid: 180 degrees if both faces
+are free, and about 60 if one is free and the other clamped (Williams 1952). A face that slides in
+its plane is a plane of symmetry, so the angle counts twice. Loads on a very small area are treated
+as point loads.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from polycube.spline.bernstein import bernstein, derivative
 from polycube.spline.boundary import boundary_nodes
 from polycube.types import Spline
 
-FREE, HELD, SLIDING = 200, 65, 100  # degrees, from which on an edge is singular
-ALONG = 0.99  # cosine between the normal of a face and the one component that it is held in
-LINE = (np.arange(4) + 0.5) / 4  # places along an edge
+FREE, HELD, SLIDING = 200, 65, 100  # degrees above which an edge is singular
+ALONG = 0.99  # cosine between the normal of a face and its single constrained component
+LINE = (np.arange(4) + 0.5) / 4  # points along an edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,16 +29,16 @@ class Singular:
     """An edge or a small loaded area."""
 
     what: str
-    nodes: np.ndarray  # (N,) Bezier nodes of it
+    nodes: np.ndarray  # (N,) its Bezier nodes
     points: np.ndarray  # (P, 3) on it
 
 
 def singular_places(
     spline: Spline, supports: Sequence[Support], loaded: Sequence[np.ndarray], radius: float
 ) -> list[Singular]:
-    """Sharp inner edges, borders of supports, and loads on less area than a disc of a radius.
+    """Sharp re-entrant edges, borders of supports, and loads on less area than a disc of a radius.
 
-    loaded : faces (F,) into `spline.sides` of each load
+    loaded : faces (F,), indices of `spline.sides`, of each load
     """
     first, second, lines, points, angle, normals = _edges(spline)
 
@@ -65,7 +65,7 @@ def singular_places(
 
 
 def _edges(spline: Spline) -> tuple[np.ndarray, ...]:
-    """Edges between two faces of the boundary, neither of which is finer.
+    """Edges between two faces of the boundary of the same level.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def _edges(spline: Spline) -> tuple[np.ndarray, ...]:
     normal = _unit(np.cross(along, inwards))
     inwards = _unit(np.cross(normal, along))
     a, b = pairs.T
-    turn = inwards[b][:, ::-1]  # the other face goes along the edge the other way
+    turn = inwards[b][:, ::-1]  # the edge has the opposite direction on the other face
     angle = np.arctan2(-(turn * normal[a]).sum(axis=2), (turn * inwards[a]).sum(axis=2))
     return (
         a // 4,

@@ -1,4 +1,4 @@
-"""Whether functions that vanish on some boundary faces may have a slope beside them."""
+"""Whether functions that vanish on some boundary faces can have a slope beside them."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ from polycube.hexmesh.connectivity import unique_rows
 from polycube.spline.element_faces import FACES
 from polycube.types import Spline
 
-ZERO = 1e-12  # coefficient that counts as none
+ZERO = 1e-12  # smaller coefficients count as zero
 
 
 def held_slopes(spline: Spline, faces: np.ndarray, basis: csr_matrix) -> tuple[int, int]:
-    """How many edges between held faces and others leave no slope on the others, and of how many.
+    """Number of edges beside held faces at which the slope is zero, and number of all such edges.
 
-    faces : (F,) into `spline.sides`; basis : (C, free) functions that vanish there
-    Where a function may be smooth only, vanishing on one side it starts flat on the other, as if
-    more were held.  Edges between elements of different levels do not count.
+    faces : (F,) indices of `spline.sides`
+    basis : (C, free) functions that vanish there
+
+    If the space is smooth at an edge, a function that vanishes on one side starts with zero slope
+    on the other, which is an additional constraint. Edges between elements of different levels do
+    not count.
     """
     element, side = spline.sides.T
     nodes = spline.nodes[element[:, None], FACES[side]].reshape(-1, 4, 4)

@@ -1,8 +1,9 @@
-"""Linear elasticity at rest: displacement, stress and reactions under loads.
+"""Linear elastic statics: displacement, stress and reactions under loads.
 
-K is assembled for unit diagonal and E = 1; with l metres per diagonal the stiffness in SI is E l K,
-and forces on faces and volumes measured in diagonals are l^2 and l^3 times those.  Displacement and
-reactions are those in the spline's functions; the stress is that of all continuous tricubics.
+K is assembled for unit diagonal and E = 1. With l metres per diagonal, the stiffness in SI units is
+E l K, and forces on faces and volumes measured in diagonals are l^2 and l^3 times those.
+Displacement and reactions are computed in the spline space; the stress in the space of all
+continuous tricubic functions.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Forces on boundary faces; what is given adds up."""
+    """Forces on boundary faces; the contributions are added."""
 
-    faces: np.ndarray  # (F,) into spline.sides
-    pressure: float = 0.0  # Pa, towards the solid
+    faces: np.ndarray  # (F,) indices of spline.sides
+    pressure: float = 0.0  # Pa, positive towards the solid
     traction: Sequence[float] | Callable[[np.ndarray, np.ndarray], np.ndarray] = (0.0, 0.0, 0.0)
-    # Pa, of points and normals (P, 3) where it varies
-    force: Sequence[float] = (0.0, 0.0, 0.0)  # N, in all, evenly per area
+    # Pa, or a function of points and normals (P, 3)
+    force: Sequence[float] = (0.0, 0.0, 0.0)  # N, total force, distributed evenly by area
 
 
 def deform(
@@ -54,12 +55,13 @@ def deform(
     n_gauss: int = 4,
     away: float = 0.02,
 ) -> Deformation:
-    """The solid at rest.
+    """The deformed solid: stresses in Pa, forces in N, energy in J.
 
-    supports : prescribed displacements, in the part's length unit.  acceleration : of gravity,
-        m/s^2.  away : what is nearer to a singular place, in diagonals, belongs to it.
-    Stresses in Pa, forces in N, energy in J.
-    Raises InputError when the supports leave rigid motions free, MeshingError where det J <= 0.
+    Raises InputError if the supports leave rigid motions free, and MeshingError if det J <= 0.
+
+    supports : prescribed displacements in the length unit of the part
+    acceleration : gravity in m/s^2
+    away : distance from a singular place, in diagonals, within which points belong to it
     """
     held = _held(spline, supports)
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
@@ -72,7 +74,7 @@ def deform(
     on_nodes = weight[:, None] * np.asarray(acceleration, dtype=np.float64)
     for load in loads:
         on_nodes += _force(nodal, load, METRES[length_unit])
-    scaled = on_nodes / (material.young * metres**2)  # of displacements in diagonals
+    scaled = on_nodes / (material.young * metres**2)  # for displacements in diagonals
     force = (spline.extraction.T @ scaled).ravel()
     basis, offset = held.basis, held.offset / diagonal
     near = elastic_preconditioner(unit, held, material.poisson)
@@ -115,7 +117,7 @@ def _stresses(
     singular: Sequence[Singular],
     radius: float,
 ) -> dict[str, Any]:
-    """What a Deformation holds of the stress of a displacement (B, 3)."""
+    """The stress results of a Deformation for a displacement (B, 3)."""
 
     def stress_of(slope: np.ndarray) -> np.ndarray:
         return _stress(slope, material)
@@ -141,7 +143,7 @@ def _stresses(
 
 
 def _nodal(spline: Spline) -> Spline:
-    """The same solid with a function of each Bezier node."""
+    """The same solid with one function for each Bezier node."""
     points = spline.extraction @ spline.control
     return replace(spline, control=points, extraction=eye(len(points), format="csr"))
 
@@ -156,7 +158,7 @@ def _held_nodes(spline: Spline, supports: Sequence[Support]) -> np.ndarray:
 
 
 def _relative(rest: np.ndarray, stress: np.ndarray, elasticity: Elasticity) -> float:
-    """Norm in energy of stresses (E, q, 6) at the Gauss points as a share of that of others."""
+    """Energy norm of stresses (E, q, 6) at the Gauss points, relative to that of others."""
     poisson = elasticity.poisson
 
     def energy(of: np.ndarray) -> float:
@@ -168,7 +170,7 @@ def _relative(rest: np.ndarray, stress: np.ndarray, elasticity: Elasticity) -> f
 
 
 def _held(spline: Spline, supports: Sequence[Support]) -> Constraints:
-    """The constraints of the supports; raises InputError when they leave rigid motions free."""
+    """The constraints of the supports; raises InputError if they leave rigid motions free."""
     held = constrain(spline, supports, 3)
     free = free_rigid_motions(spline, held)
     if free:
@@ -180,14 +182,14 @@ def _held(spline: Spline, supports: Sequence[Support]) -> Constraints:
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
-    """(P,) equivalent stress of (P, 6) xx yy zz yz zx xy."""
+    """(P,) equivalent stress of stresses (P, 6) xx yy zz yz zx xy."""
     direct, shear = stress[:, :3], stress[:, 3:]
     differences = direct - np.roll(direct, 1, axis=1)
     return np.sqrt((differences**2).sum(axis=1) / 2 + 3 * (shear**2).sum(axis=1))
 
 
 def _force(spline: Spline, load: Load, metres: float) -> np.ndarray:
-    """(C, 3) N."""
+    """(C, 3) nodal forces in N."""
     here = trace(spline, load.faces)
     given = load.traction
     traction = given(here.points, here.normals) if callable(given) else np.asarray(given)
@@ -197,7 +199,7 @@ def _force(spline: Spline, load: Load, metres: float) -> np.ndarray:
 
 
 def _stress(slope: np.ndarray, material: Material) -> np.ndarray:
-    """(P, 6) of displacement gradients (P, 3, 3)."""
+    """(P, 6) stresses of displacement gradients (P, 3, 3)."""
     shear = material.young / (2 * (1 + material.poisson))
     lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
     strain = (slope + slope.swapaxes(1, 2)) / 2

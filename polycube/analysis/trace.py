@@ -21,7 +21,7 @@ class Trace:
     shape: csr_matrix  # (P, C)
     points: np.ndarray  # (P, 3)
     normals: np.ndarray  # (P, 3) outward, length 1
-    area: np.ndarray  # (P,) that each point stands for
+    area: np.ndarray  # (P,) area of each point
 
     @property
     def gram(self) -> csr_matrix:
@@ -29,14 +29,14 @@ class Trace:
         return csr_matrix(self.shape.T @ diags(self.area) @ self.shape)
 
     def moments(self, density: np.ndarray) -> np.ndarray:
-        """(C,) or (C, n) integrals of N_a times a density (P,) or (P, n) given at the points."""
+        """(C,) or (C, n) integrals of N_a times a density (P,) or (P, n) at the points."""
         density = np.asarray(density)
         area = self.area.reshape(-1, *[1] * (density.ndim - 1))
         return self.shape.T @ (area * density)
 
 
 def trace(spline: Spline, faces: np.ndarray, n_gauss: int = N_GAUSS) -> Trace:
-    """Gauss points on `spline.sides[faces]`, n_gauss^2 on each."""
+    """n_gauss^2 Gauss points on each of `spline.sides[faces]`."""
     element, side = spline.sides[faces].T
     nodes = spline.nodes[element[:, None], FACES[side]]  # (F, 16), first parameter fastest
     t, w = gauss(n_gauss)

@@ -1,7 +1,7 @@
-"""The trilinear hexes on the vertices of a spline that has one function for each vertex.
+"""The trilinear hexes on the vertices of a spline with one function for each vertex.
 
-The value of the spline at a vertex is a mean of the coefficients round it, v = B c.  The trilinear
-function of these values is near the spline, and so is its energy, for the shortest waves too.
+The value of the spline at a vertex is a mean of the coefficients around it, v = B c. The trilinear
+function of these values is close to the spline, and so is its energy, also for the shortest waves.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from polycube.analysis.assembly import Elements
 from polycube.types import ElementFunctions, Spline
 
 CORNERS = np.array([0, 3, 12, 15, 48, 51, 60, 63])  # of the 4^3 Bezier points of an element
-LEAST = 1 / 27  # eigenvalue of B, the largest being 1: means of eight with weights 2/3 and 1/3
+LEAST = 1 / 27  # smallest eigenvalue of B (largest 1): means of eight with weights 2/3 and 1/3
 N_GAUSS = 2  # points per direction
 
 
 @dataclass(frozen=True, eq=False)
 class VertexModel:
-    """Vertices are numbered like the functions."""
+    """Trilinear hexes; vertices are numbered like the functions."""
 
     values: csr_matrix  # (C, C) B
     corners: np.ndarray  # (E, 8) vertices of each element
@@ -30,7 +30,7 @@ class VertexModel:
 
     @classmethod
     def of(cls, spline: Spline) -> VertexModel | None:
-        """That of a spline, or None where its functions are not those of vertices."""
+        """The model of a spline, or None if its functions do not belong to vertices."""
         used, corners = np.unique(spline.nodes[:, CORNERS], return_inverse=True)
         if len(used) != len(spline.control) or spline.level.any():
             return None
@@ -43,7 +43,7 @@ class VertexModel:
 
     @property
     def elements(self) -> Elements:
-        """Its hexes as Bezier elements."""
+        """The hexes as Bezier elements."""
         hats = _hats()
         order = np.argsort(self.corners, axis=1)
         functions = np.take_along_axis(self.corners, order, axis=1)

@@ -1,1 +1,1 @@
-"""Several solids, each with its mesh: where they touch, where the meshes agree there, one mesh."""
+"""Assemblies of several solids: contacts, agreement of their meshes there, and a common mesh."""

@@ -1,4 +1,4 @@
-"""Whether two hex meshes agree where their solids touch: vertex on vertex, quad on quad."""
+"""Agreement of two hex meshes where their solids touch: equal vertices and quads."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import cad_faces
 from polycube.types import HexMesh
 
-ONE_PLACE = 0.02  # of the shortest quad side at a vertex: vertices this near are at one place
-WHOLE = 0.99  # of the area of a contact: meshes agree where their common quads cover so much
+ONE_PLACE = 0.02  # of the shortest quad side at a vertex: closer vertices are equal
+WHOLE = 0.99  # of the area of a contact: smallest share of common quads for agreeing meshes
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """How two meshes meet at a contact.
+    """Agreement of two meshes at a contact.
 
     Parameters
     ----------
     contact : the two CAD faces
-    quads : how many each mesh has on its face, elsewhere too
-    pairs : (N, 2) quads of the first and the second mesh with the same four vertices
-    area : of these, in square units of length
+    quads : number of quads of each mesh on its face, including those outside the contact
+    pairs : (N, 2) quads of the first and the second mesh with equal vertices
+    area : area of these quads, in squared model units
     is_whole : whether they cover the contact, so that the meshes agree there
-    vertices : (K, 2) of these quads, of the first and the second mesh, in pairs
+    vertices : (K, 2) vertices of these quads, of the first and the second mesh
     """
 
     contact: Contact
@@ -40,7 +40,7 @@ class Agreement:
 
 
 def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> list[Agreement]:
-    """Compare two meshes, with their sets `cad_face_1` ..., at the contacts of their solids."""
+    """Compare two meshes with sets `cad_face_1` etc. at the contacts of their solids."""
     vertices, quads = _common(first, second)
     faces = cad_faces(first), cad_faces(second)
     areas = [measure(mesh.vertices[mesh.quads]).area for mesh in (first, second)]
@@ -58,7 +58,7 @@ def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> 
 
 
 def _common(first: HexMesh, second: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (K, 2) of boundary vertices at one place, and (N, 2) of quads with such corners."""
+    """Pairs (K, 2) of equal boundary vertices, and (N, 2) of quads with equal corners."""
     (own, reach), (other, span) = _places(first), _places(second)
     tree = cKDTree(second.vertices[other])
     off, nearest = tree.query(first.vertices[own])

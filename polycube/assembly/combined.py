@@ -1,4 +1,4 @@
-"""The meshes of several solids as one, conforming where they agree."""
+"""The meshes of several solids as one mesh, conforming where they agree."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
-Joint = tuple[int, int, np.ndarray]  # two solids, and the vertices (K, 2) of both that become one
+Joint = tuple[int, int, np.ndarray]  # two solids, and the vertices (K, 2) of both that are merged
 
 
 def combined(
     meshes: Mapping[int, HexMesh], names: Sequence[str], joints: Sequence[Joint]
 ) -> HexMesh:
-    """Join meshes into one; vertices that become one are in the middle of both.
+    """Merge meshes into one; merged vertices are at the midpoint of both.
 
     Parameters
     ----------
-    meshes : by the number of their solid, from 0, ascending
-    names : of all solids; sets of the boundary are called after the solid and the set
+    meshes : meshes by the number of their solid, from 0, ascending
+    names : names of all solids; boundary sets are named by the solid and the set
 
     Returns
     -------
-    `cell` is the number of the solid of each hex, and `primitives` are the names.  Sets of patches
-    are left out, and so are the quads between solids that are one mesh there.
+    The mesh. `cell` is the number of the solid of each hex, and `primitives` are the names. Sets of
+    patches and the quads between merged solids are omitted.
     """
     parts = meshes.values()
     start = _starts(meshes, [len(mesh.vertices) for mesh in parts])
@@ -57,7 +57,7 @@ def combined(
 def _sets(
     meshes: Mapping[int, HexMesh], names: Sequence[str], is_outside: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Quads of the whole boundary by the names of solid and set; empty ones are left out."""
+    """Quads of the whole boundary by the names of solid and set, without empty ones."""
     start = _starts(meshes, [len(mesh.quads) for mesh in meshes.values()])
     place = np.cumsum(is_outside) - 1
     found = {
@@ -70,5 +70,5 @@ def _sets(
 
 
 def _starts(meshes: Mapping[int, HexMesh], counts: Sequence[int]) -> dict[int, int]:
-    """Where the items of each mesh begin among those of all."""
+    """Index of the first item of each mesh among those of all meshes."""
     return dict(zip(meshes, accumulate(counts, initial=0), strict=False))

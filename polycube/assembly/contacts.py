@@ -1,8 +1,8 @@
-"""Where the surfaces of two CAD solids touch: pairs of their faces, and the area of each contact.
+"""Contacts between the surfaces of two CAD solids: pairs of faces, and their common area.
 
-Triangles touch where they face each other within a small distance: each triangle of one surface is
-cut by the three planes that stand on the sides of a triangle of the other, and what is left is
-measured.
+Triangles are in contact if they face each other within a small distance: each triangle of one
+surface is clipped by the three planes through the sides of a triangle of the other, and the area of
+the rest is measured.
 """
 
 from __future__ import annotations
@@ -14,21 +14,22 @@ import numpy as np
 from polycube.surface.measures import diagonal, face_areas, face_normals, twins
 from polycube.types import TriMesh
 
-NEAR = 1e-4  # of the diagonal of the smaller solid: flat faces farther apart do not touch
-FACING = -np.cos(np.radians(30))  # between the normals of triangles that touch, at most
-LEAST = {True: 1e-4, False: 0.05}  # share of the smaller face, if both are flat, and if not
-PAIRS = 1 << 20  # of triangles looked at together
+NEAR = 1e-4  # of the diagonal of the smaller solid: largest distance of flat faces in contact
+FACING = -np.cos(np.radians(30))  # largest cosine between the normals of triangles in contact
+# smallest share of the smaller face, if both are flat, and if not
+LEAST = {True: 1e-4, False: 0.05}
+PAIRS = 1 << 20  # pairs of triangles in a batch
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Two CAD faces, of different solids, that touch.
+    """Two CAD faces of different solids that are in contact.
 
     Parameters
     ----------
     first, second : number of the face of each solid, from 1
-    area : where they touch, in square units of length
-    share : of the smaller face
+    area : contact area in squared model units
+    share : contact area divided by the area of the smaller face
     """
 
     first: int
@@ -38,11 +39,11 @@ class Contact:
 
 
 def contacts(first: TriMesh, second: TriMesh) -> list[Contact]:
-    """Find the CAD faces of two solids that touch.
+    """Find the CAD faces of two solids that are in contact.
 
-    Flat faces touch up to `NEAR`.  Round ones may be farther apart by the height of the arcs over
-    their triangles, so a smaller clearance is not seen; an area below `LEAST`, such as that of a
-    cylinder on a plane, is no contact.
+    The tolerance of flat faces is `NEAR`. For round faces it is increased by the height of the arcs
+    over their triangles, so a smaller clearance is not detected. An area below `LEAST`, such as
+    that of a cylinder on a plane, is not a contact.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def contacts(first: TriMesh, second: TriMesh) -> list[Contact]:
 
 
 def _slack(surface: TriMesh) -> np.ndarray:
-    """Height of the arc over the triangles of each CAD face, at most twice; 0 where it is flat."""
+    """Height of the arc over the triangles of each CAD face; 0 for a flat face."""
     normals, areas = face_normals(surface), face_areas(surface)
     side, other = twins(surface.faces)
     a, b = side // 3, other // 3
@@ -83,7 +84,7 @@ def _slack(surface: TriMesh) -> np.ndarray:
 def _overlaps(
     first: TriMesh, second: TriMesh, near: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Triangles (P,) and (P,) that face each other, their distance (P,) and common area (P,)."""
+    """Triangles (P,), (P,) that face each other, their distance (P,) and common area (P,)."""
     corners = [each.vertices[each.faces] for each in (first, second)]
     boxes = [(each.min(axis=1) - near / 2, each.max(axis=1) + near / 2) for each in corners]
     low = np.maximum(*(box[0].min(axis=0) for box in boxes))
@@ -109,7 +110,7 @@ def _overlaps(
 def _common(
     base: np.ndarray, normal: np.ndarray, other: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mean distance from the plane of a triangle, and area, of what is over it of another.
+    """Mean distance from the plane of a triangle, and area, of the part of another above it.
 
     base, other : (P, 3, 3); normal : (P, 3) of the base
     """
@@ -129,7 +130,7 @@ def _common(
 def _cut(polygon: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Part of each convex polygon (P, M, 3) where `inside` (P, M) is positive, (P, M + 1, 3).
 
-    Corners that it does not need are at its first one.
+    Unused corners are at the first one.
     """
     number, size, _ = polygon.shape
     after, beyond = np.roll(polygon, -1, axis=1), np.roll(inside, -1, axis=1)

@@ -1,4 +1,4 @@
-"""The paper's map: segment the surface, flatten each patch, extend the map to the inside.
+"""The map of the paper: segment the surface, flatten each patch, extend the map to the interior.
 
-Imports hexmesh and below.
+Imports `hexmesh` and the layers below.
 """

@@ -1,9 +1,9 @@
 """Flatten every patch of a segmented surface onto its planar face of the polycube.
 
-The arcs go to the straight edges of the polycube, the patches by harmonic maps onto the faces
-between.  A face need not be convex (an L, a ring), and then a harmonic map may fold: it is
-checked, and a patch that folds is cut along lattice lines into rectangles, onto which the map with
-mean-value weights cannot fold.
+The arcs are mapped to the straight edges of the polycube, and the patches by harmonic maps to the
+faces between them. A face need not be convex (an L, a ring), and a harmonic map may then fold. A
+patch that folds is divided along lattice lines into rectangles, onto which the map with mean-value
+weights cannot fold.
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ from polycube.errors import MeshingError
 
 logger = logging.getLogger(__name__)
 
-EVEN = 0.3  # share of the length in where points lie along an arc; the rest is as guided
-SMOOTH = 8  # passes that even the guidance out, of as many samples squared
-WIDTH = 0.1  # of the guidance of cuts, in cells
+EVEN = 0.3  # weight of the arc length in the positions along an arc; the rest follows the guidance
+SMOOTH = 8  # smoothing passes of the guidance, for as many samples squared
+WIDTH = 0.1  # width of the guidance of cuts, in cells
 
 
 def flatten(segmentation: Segmentation) -> Sheet:
-    """The sheet, cut finer at places, with every vertex in its place on the polycube's boundary.
+    """The sheet, refined locally, with the position of every vertex on the boundary of the
+    polycube.
 
-    Tagged with the patches.  Raises MeshingError where a patch folds even in rectangles.
+    Its tags are the patches. Raises MeshingError if a patch folds even in rectangles.
     """
     drawing, outside = segmentation.drawing, segmentation.outside
     at: dict[int, int] = {}  # sheet vertex of each lattice vertex on an arc
@@ -57,8 +58,8 @@ def flatten(segmentation: Segmentation) -> Sheet:
 def settle(drawing: Drawing, number: int, knots: np.ndarray) -> np.ndarray:
     """Put a path on the straight line through knots (K, 3); returns the vertices at the knots.
 
-    Points lie where their places say, made to ascend and evened out, and in part where the length
-    along the path says.
+    The positions along the line are a mean of the guidance, made ascending and smoothed, and of the
+    arc length of the path.
     """
     path, sheet = drawing.paths[number], drawing.sheet
     step = np.linalg.norm(np.diff(sheet.vertices[path], axis=0), axis=1)
@@ -70,7 +71,7 @@ def settle(drawing: Drawing, number: int, knots: np.ndarray) -> np.ndarray:
     at = EVEN * length + (1 - EVEN) * smooth
     stops = np.abs(at - share[:, None]).argmin(axis=1)
     last = len(knots) - 1
-    for k in range(1, last + 1):  # each knot a vertex of its own
+    for k in range(1, last + 1):  # a separate vertex for each knot
         stops[k] = max(stops[k], stops[k - 1] + 1)
     for k in range(last, -1, -1):
         stops[k] = min(stops[k], len(path) - 1 - (last - k))
@@ -80,7 +81,7 @@ def settle(drawing: Drawing, number: int, knots: np.ndarray) -> np.ndarray:
 
 
 def _evened(length: np.ndarray, ascending: np.ndarray) -> np.ndarray:
-    """Ascending numbers (N,) at the given lengths, smoothed and stretched to go from 0 to 1."""
+    """Ascending numbers (N,) at the given lengths, smoothed and scaled to the range 0 to 1."""
     even = np.linspace(0, 1, SMOOTH**2)
     values = np.interp(even, length, ascending)
     values[[0, -1]] = 0, 1
@@ -90,20 +91,20 @@ def _evened(length: np.ndarray, ascending: np.ndarray) -> np.ndarray:
 
 
 def plane_of(axis: int) -> list[int]:
-    """The two coordinates of a face of the given axis label, right-handed seen from outside."""
+    """The two coordinates in a face with the given axis label, right-handed seen from outside."""
     plane = [(axis // 2 + 1) % 3, (axis // 2 + 2) % 3]
     return plane[::-1] if axis % 2 else plane
 
 
 def _map_patch(drawing: Drawing, patch: int, axis: int) -> int:
-    """Map the regions of a patch, their drawn rims fixed; returns how many triangles flip."""
+    """Map the regions of a patch with fixed borders; returns the number of flipped triangles."""
     ours = drawing.sheet.tag == patch
     region, faces = drawing.regions(ours), drawing.sheet.faces[ours]
     return sum(_map_region(drawing, faces[region == r], axis) for r in range(region.max() + 1))
 
 
 def _map_region(drawing: Drawing, faces: np.ndarray, axis: int) -> int:
-    """Map a region (F, 3) harmonically; returns how many triangles flip."""
+    """Map a region (F, 3) harmonically; returns the number of flipped triangles."""
     sheet, plane = drawing.sheet, plane_of(axis)
     used, local = np.unique(faces, return_inverse=True)
     local = local.reshape(-1, 3)
@@ -125,7 +126,7 @@ def _map_region(drawing: Drawing, faces: np.ndarray, axis: int) -> int:
 
 
 def _map_rectangles(segmentation: Segmentation, patch: int, axis: int, at: dict[int, int]) -> int:
-    """Cut a patch into rectangles and map each; returns how many triangles flip."""
+    """Divide a patch into rectangles and map each; returns the number of flipped triangles."""
     drawing, outside = segmentation.drawing, segmentation.outside
     number = {tuple(place): i for i, place in enumerate(outside.vertices.tolist())}
     quads = outside.vertices[outside.quads[outside.patch == patch]]

@@ -1,7 +1,8 @@
-"""Harmonic maps of a piece of surface into the plane, its boundary fixed.
+"""Harmonic maps of a piece of surface into the plane, with a fixed boundary.
 
-Each free vertex is a weighted mean of its neighbours.  Cotangent weights distort least; mean-value
-weights (Floater 2003) are positive, so onto a convex domain the map is one to one.
+Each free vertex is a weighted mean of its neighbours. Cotangent weights have the smallest
+distortion; mean-value weights (Floater 2003) are positive, so the map onto a convex domain is
+one-to-one.
 """
 
 from __future__ import annotations
@@ -10,11 +11,11 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
 
-STEEP = 1e4  # the largest cotangent: flatter corners are taken for that flat
+STEEP = 1e4  # largest cotangent: flatter corners are treated as having this value
 
 
 def cotangent(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
-    """(n, n) weights (cot a + cot b) / 2 of edges, a and b the angles opposite.
+    """(n, n) weights (cot a + cot b) / 2 of edges, with the opposite angles a and b.
 
     corners : (F, 3, 3) positions of the faces (F, 3)
     """
@@ -30,14 +31,14 @@ def cotangent(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
 
 
 def _cotangents(corners: np.ndarray, k: int) -> np.ndarray:
-    """(F,) of the angle at corner k of each face."""
+    """(F,) cotangents of the angle at corner k of each face."""
     a, b = (corners[:, (k + step) % 3] - corners[:, k] for step in (1, 2))
     along, across = np.einsum("fd,fd->f", a, b), np.linalg.norm(np.cross(a, b), axis=1)
     return along / np.maximum(across, np.maximum(np.abs(along), 1e-300) / STEEP)
 
 
 def mean_value(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
-    """(n, n) weights (tan a/2 + tan b/2) / length, a and b the angles beside the edge at row i."""
+    """(n, n) weights (tan a/2 + tan b/2) / length, with the angles a and b beside the edge."""
     rows, columns, values = [], [], []
     for k in range(3):
         cot = _cotangents(corners, k)
@@ -52,7 +53,7 @@ def mean_value(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
 
 
 def extend(weights: csr_matrix, values: np.ndarray, fixed: np.ndarray) -> np.ndarray:
-    """(n, D) values that are weighted means of their neighbours' where not fixed (n,)."""
+    """(n, D) values that are weighted means of their neighbours except at fixed vertices (n,)."""
     free = np.flatnonzero(~fixed)
     found = values.copy()
     if len(free) == 0:
@@ -65,7 +66,7 @@ def extend(weights: csr_matrix, values: np.ndarray, fixed: np.ndarray) -> np.nda
 
 
 def flipped(plane: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(F,) whether each face of a plane map (V, 2) is clockwise; rounding is forgiven."""
+    """(F,) whether each face of a plane map (V, 2) is clockwise, up to rounding errors."""
     a, b, c = np.moveaxis(plane[faces], 1, 0)
     twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     return twice < -1e-12 * np.ptp(plane[faces].reshape(-1, 2), axis=0).prod()

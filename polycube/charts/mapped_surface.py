@@ -1,6 +1,6 @@
-"""A surface with a place on the polycube for each vertex, cut finer where asked.
+"""A surface with a position on the polycube for each vertex, which can be refined.
 
-Only edges are split: the shape stays the same to the last digit, old vertices keep their numbers.
+Refinement only splits edges: the shape is unchanged, and existing vertices keep their numbers.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ import numpy as np
 from polycube.surface.measures import edges, face_normals
 from polycube.types import TriMesh, freeze
 
-TURN = np.cos(np.pi / 4)  # of the normals at a sharp edge
+TURN = np.cos(np.pi / 4)  # for the normals at a sharp edge
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """Closed triangle surface and where it lies on the polycube."""
+    """Closed triangle surface and its positions on the polycube."""
 
     vertices: np.ndarray  # (V, 3) in model units
     places: np.ndarray  # (V, 3) on the polycube, cell edge 1
-    faces: np.ndarray  # (F, 3) into vertices
-    tag: np.ndarray  # (F,) a number that a face hands on to its pieces
+    faces: np.ndarray  # (F, 3) indices of vertices
+    tag: np.ndarray  # (F,) a number that a face passes to its parts
 
     def __post_init__(self) -> None:
         freeze(
@@ -63,15 +63,15 @@ def sides(sheet: Sheet) -> Sides:
 
 
 def split(sheet: Sheet, sides: Sides, marked: np.ndarray) -> Sheet:
-    """The sheet with the marked ones (E,) of its sides halved.
+    """Halve the marked sides (E,) of a sheet.
 
-    The middle of the n-th marked edge becomes the n-th new vertex.
+    The midpoint of the n-th marked edge becomes the n-th new vertex.
     """
     ends = sides.ends
     number = np.where(marked, len(sheet.vertices) + np.cumsum(marked) - 1, -1)
     middle = number[sides.of_face]  # of the half-edges 0-1, 1-2, 2-0
     n_marked = (middle >= 0).sum(axis=1)
-    # turn each face so that a single mark is on its first side, a single blank on its last
+    # rotate each face so that a single mark is on its first side, a single unmarked one on its last
     first = np.where(n_marked == 1, (middle >= 0).argmax(axis=1), (middle < 0).argmax(axis=1) + 1)
     turn = (np.where(n_marked % 3 == 0, 0, first)[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(sheet.faces, turn, axis=1).T
@@ -101,7 +101,7 @@ def split(sheet: Sheet, sides: Sides, marked: np.ndarray) -> Sheet:
 
 
 def refine(sheet: Sheet, longest: float) -> Sheet:
-    """The sheet with no edge longer than so many model units."""
+    """Refine a sheet until no edge is longer than a length in model units."""
     while True:
         found = sides(sheet)
         if not (found.length > longest).any():

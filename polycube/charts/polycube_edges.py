@@ -1,7 +1,7 @@
-"""The edges of a polycube as a network: corners, the straight arcs between them, their order.
+"""The edges of a polycube as a network: corners, straight arcs between them, and their order.
 
-An arc runs where two planar faces (patches) meet, from one corner to the next; a corner is where
-more than two arcs end.  Seen from outside the arcs leave a corner in a cyclic order.
+An arc separates two planar faces (patches) and connects two corners; a corner is a vertex with more
+than two arcs. Seen from outside, the arcs at a corner have a cyclic order.
 """
 
 from __future__ import annotations
@@ -15,24 +15,25 @@ from polycube.structure.lattice import Boundary
 class Arc:
     """A straight edge of the polycube between two corners."""
 
-    vertices: tuple[int, ...]  # of the boundary, from corner to corner
+    vertices: tuple[int, ...]  # boundary vertices from corner to corner
     left: int  # patch on the left, seen from outside
     right: int
 
 
 @dataclass(frozen=True)
 class Network:
-    """Arcs of a polycube's boundary, and those at each corner."""
+    """Arcs of the boundary of a polycube, and the arcs at each corner."""
 
     arcs: tuple[Arc, ...]
-    rings: dict[int, tuple[tuple[int, int], ...]]  # corner -> (arc, 0 at its start or -1 at its
+    # for each corner the (arc, 0 at its start or -1 at its end), counter-clockwise from outside
+    rings: dict[int, tuple[tuple[int, int], ...]]
     # end), counter-clockwise from outside
 
 
 def network(surface: Boundary) -> Network:
     """The network of a manifold boundary."""
     left: dict[tuple[int, int], int] = {}  # patch of each directed edge
-    turn: dict[tuple[int, int], tuple[int, int]] = {}  # next edge that leaves its start
+    turn: dict[tuple[int, int], tuple[int, int]] = {}  # next edge with the same start
     for patch, quad in zip(surface.patch.tolist(), surface.quads.tolist(), strict=True):
         for k, vertex in enumerate(quad):
             left[vertex, quad[(k + 1) % 4]] = patch
@@ -43,7 +44,7 @@ def network(surface: Boundary) -> Network:
         leaving.setdefault(edge[0], []).append(edge)
     arcs: list[Arc] = []
     seen: set[tuple[int, int]] = set()
-    at: dict[tuple[int, int], tuple[int, int]] = {}  # arc and its end, of each first edge
+    at: dict[tuple[int, int], tuple[int, int]] = {}  # arc and its end, for each first edge
     for corner in (v for v, out in leaving.items() if len(out) > 2):
         for edge in leaving[corner]:
             if edge in seen:

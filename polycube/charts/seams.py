@@ -1,4 +1,4 @@
-"""Cut a flat face made of lattice rectangles, an L or a ring, into whole rectangles."""
+"""Divide a planar face of lattice rectangles, such as an L or a ring, into rectangles."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 
 
 def seams(quads: np.ndarray, plane: list[int]) -> list[np.ndarray]:
-    """Straight cuts, each (K, 3) lattice places from rim to rim; the shorter of two ways.
+    """Straight cuts, each (K, 3) lattice points between two borders; the shorter of two choices.
 
     quads : (Q, 4, 3) rectangles of one plane; plane : the two coordinates in it
     """
     lines = [np.unique(quads[..., d]) for d in plane]
     middle = quads.mean(axis=1)[:, plane]
-    filled = np.zeros([len(line) + 1 for line in lines], bool)  # with an empty rim
+    filled = np.zeros([len(line) + 1 for line in lines], bool)  # with an empty border
     filled[tuple(np.searchsorted(line, m) for line, m in zip(lines, middle.T, strict=True))] = True
     ways: list[list[np.ndarray]] = []
     for cells, order in ((filled, (0, 1)), (filled.T, (1, 0))):
@@ -27,9 +27,9 @@ def seams(quads: np.ndarray, plane: list[int]) -> list[np.ndarray]:
 
 
 def _runs(filled: np.ndarray) -> list[tuple[int, int, int]]:
-    """Line across, first and last line along, of each seam between unlike runs of cells.
+    """Line across, first and last line along, of each seam between different runs of cells.
 
-    filled : (I + 2, J + 2) cells with an empty rim; cell i lies before line i
+    filled : (I + 2, J + 2) cells with an empty border; cell i is in front of line i
     """
     found = []
     for row in range(1, filled.shape[1] - 2):

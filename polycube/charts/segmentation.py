@@ -1,8 +1,8 @@
-"""Cut a surface along the edges of its polycube into one region per planar face (patch).
+"""Divide a surface along the edges of its polycube into one region per planar face (patch).
 
-Corners and edges of the polycube are drawn on the surface where its parametrization says, along
-sharp edges where there are some, with the cyclic order of the polycube at every corner; what the
-regions are is checked.  The parametrization may be rough: it only guides.
+Corners and edges of the polycube are drawn on the surface at the positions of its parametrization,
+along sharp edges if there are any, with the cyclic order of the polycube at every corner. The
+topology of the regions is checked. The parametrization is only a guidance and may be rough.
 """
 
 from __future__ import annotations
@@ -20,25 +20,26 @@ from polycube.structure.lattice import Boundary, boundary, cell_of_box
 from polycube.surface.measures import diagonal, euler, face_areas, half_edges
 from polycube.types import AXES, Labels, Parametrization, Polycube, TriMesh
 
-WIDTHS = (0.1, 0.05, 0.2)  # of the guidance, in cells; tried in turn
-SHUFFLES = 5  # of the order of drawing, tried where the short ones first block the others
-SHARP = 0.4  # what a path along a sharp edge costs, of the same path elsewhere
-FOREIGN = 3.0  # what a path amid other labels costs
-CORNER = np.array([1.0, 0.8, 0.6, 0.3])  # of a corner's distance where 0, 1, 2, 3 sharp edges meet
+WIDTHS = (0.1, 0.05, 0.2)  # widths of the guidance in cells, tried in sequence
+SHUFFLES = 5  # number of other drawing orders, tried if short paths block the others
+SHARP = 0.4  # cost of a path along a sharp edge, relative to other paths
+FOREIGN = 3.0  # cost of a path in a region of other labels
+# factor on the distance of a corner with 0, 1, 2, 3 sharp edges
+CORNER = np.array([1.0, 0.8, 0.6, 0.3])
 
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
-    """A surface cut into the patches of a polycube."""
+    """A surface divided into the patches of a polycube."""
 
-    drawing: Drawing  # a path for each arc of the network; the sheet is tagged with the patches
+    drawing: Drawing  # a path for each arc of the network; the tags of the sheet are the patches
     polycube: Polycube
     outside: Boundary
     net: Network
-    parent: np.ndarray  # (F,) face of the surface that each face of the sheet is a part of
+    parent: np.ndarray  # (F,) face of the surface that contains each face of the sheet
 
     def labels(self, surface: TriMesh) -> Labels:
-        """Of the surface's faces, those of the largest part of each."""
+        """Labels of the faces of the surface, from the largest part of each."""
         sheet = self.drawing.sheet
         n_patches = self.outside.patch.max() + 1
         area = face_areas(TriMesh(sheet.vertices, sheet.faces))
@@ -51,7 +52,7 @@ class Segmentation:
         return Labels(axis[patch], patch)
 
     def describe(self, patch: int) -> str:
-        """A patch by number, direction and grid cell."""
+        """Describe a patch by number, direction and grid cell."""
         quad = int((self.outside.patch == patch).argmax())
         cell = cell_of_box(self.polycube)[self.outside.box[quad]]
         where = ", ".join(str(int(i)) for i in np.unravel_index(cell, self.polycube.grid))
@@ -65,11 +66,12 @@ def segment(
     parametrization: Parametrization,
     longest: float = 0.02,
 ) -> Segmentation:
-    """The surface, cut finer, in patches with the topology of the polycube's.
+    """The refined surface, in patches with the topology of those of the polycube.
 
-    longest : edge of the cut surface, in diagonals
-    Raises MeshingError, about the first failure, where no width of the guidance and no order of
-    drawing does it.
+    longest : largest edge of the refined surface, in diagonals
+
+    Raises MeshingError for the first failure if no width of the guidance and no drawing order is
+    successful.
     """
     outside = boundary(polycube)
     faces = np.arange(len(surface.faces))
@@ -94,7 +96,7 @@ def segment(
 
 
 def by_length(outside: Boundary, net: Network) -> np.ndarray:
-    """The arcs, short ones first."""
+    """The arcs in ascending length."""
     lengths = [np.ptp(outside.vertices[list(arc.vertices)], axis=0).sum() for arc in net.arcs]
     return np.argsort(lengths, kind="stable")
 
@@ -124,7 +126,7 @@ def _draw(empty: Segmentation, labels: Labels, width: float, order: np.ndarray) 
 
 
 def place_corners(sheet: Sheet, outside: Boundary, net: Network) -> dict[int, int]:
-    """Vertex of the sheet for each corner of the network: near its place, better a sharp one."""
+    """Vertex of the sheet for each corner of the network: close by, preferably sharp."""
     found = sides(sheet)
     degree = np.bincount(found.ends[found.sharp].ravel(), minlength=len(sheet.vertices))
     corners = list(net.rings)
@@ -138,7 +140,7 @@ def place_corners(sheet: Sheet, outside: Boundary, net: Network) -> dict[int, in
 
 
 def _sector(net: Network, drawing: Drawing, number: int, end: int) -> Sector:
-    """Neighbours between which an arc must leave its corner, of the arcs drawn there so far."""
+    """Neighbours between which an arc must leave its corner, given the arcs drawn so far."""
     ring = net.rings[net.arcs[number].vertices[end]]
     at = ring.index((number, end))
     drawn = [s for s in (*ring[at + 1 :], *ring[:at]) if s[0] in drawing.paths]
@@ -151,7 +153,7 @@ def _sector(net: Network, drawing: Drawing, number: int, end: int) -> Sector:
 
 
 def _patches(found: Segmentation) -> np.ndarray:
-    """(F,) patch of each face; raises MeshingError where a region is not what its patch is."""
+    """(F,) patch of each face; raises MeshingError if a region and its patch differ in topology."""
     faces, outside = found.drawing.sheet.faces, found.outside
     region = found.drawing.regions()
     half = {edge: i // 3 for i, edge in enumerate(map(tuple, half_edges(faces).tolist()))}

@@ -1,8 +1,8 @@
-"""Draw lines on a surface that never cross: shortest paths along edges, guided by places.
+"""Draw lines that never cross on a surface: guided shortest paths along edges.
 
-A path runs through free vertices only.  After each one every edge that joins two drawn vertices
-without being drawn is halved, so two points of one region can always be joined: no line is ever
-blocked by its neighbours.  At a common end the new line keeps its turn in the cyclic order.
+A path uses only free vertices. After each path, every undrawn edge between two drawn vertices is
+halved, so two points of one region can always be connected and lines never block each other. At a
+common end, a new line keeps its position in the cyclic order.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from scipy.sparse.csgraph import dijkstra
 from polycube.charts.mapped_surface import Sheet, Sides, sides, split
 from polycube.surface.measures import connected, half_edges
 
-Cost = Callable[[Sheet, Sides], np.ndarray]  # (E,) of the sides; inf: not here
+Cost = Callable[[Sheet, Sides], np.ndarray]  # (E,) cost of the sides; inf: not permitted
 Sector = tuple[int, int] | None
 
 
 class Drawing:
-    """A sheet and the paths drawn on it so far, each an array of vertices."""
+    """A sheet and the paths drawn on it, each an array of vertices."""
 
     def __init__(self, sheet: Sheet, taken: Iterable[int]) -> None:
         self.sheet = sheet
@@ -39,11 +39,11 @@ class Drawing:
         between: tuple[Sector, Sector] = (None, None),
         least: int = 2,
     ) -> bool:
-        """Draw the cheapest free path; returns False where there is none.
+        """Draw the cheapest free path; returns False if there is none.
 
-        between : at each end, the neighbours after and before which it must leave, turning
-            counter-clockwise; None: anywhere
-        least : a path has more edges than this; a shorter one is halved until it has
+        between : for each end, the neighbours between which the path must leave, counter-clockwise;
+            None: anywhere
+        least : the path must have more edges than this; the edges of a shorter path are halved
         """
         joins, weight = self.sides.ends, cost(self.sheet, self.sides)
         closed = self.taken()
@@ -63,7 +63,7 @@ class Drawing:
         return True
 
     def taken(self) -> np.ndarray:
-        """(V,) whether a vertex is on a path or kept for the end of one."""
+        """(V,) whether a vertex is on a path or reserved as the end of one."""
         found = np.zeros(len(self.sheet.vertices), bool)
         found[self._taken] = True
         return found
@@ -76,7 +76,7 @@ class Drawing:
         return np.isin(self.sides.ends @ key, steps @ key)
 
     def regions(self, faces: np.ndarray | None = None) -> np.ndarray:
-        """(F,) number of the region between the paths that each face (of a mask) is in."""
+        """(F,) region between the paths for each face (of a mask)."""
         ours = np.arange(len(self.sheet.faces)) if faces is None else np.flatnonzero(faces)
         edge = self.sides.of_face[ours].ravel()
         order = np.argsort(edge, kind="stable")
@@ -85,7 +85,7 @@ class Drawing:
         return connected(first[open_] // 3, second[open_] // 3, len(ours))
 
     def move(self, vertices: np.ndarray, places: np.ndarray) -> None:
-        """Give vertices (N,) new places (N, 3) on the polycube."""
+        """Set the positions (N, 3) of vertices (N,) on the polycube."""
         moved = self.sheet.places.copy()
         moved[vertices] = places
         self.sheet = replace(self.sheet, places=moved)
@@ -114,7 +114,7 @@ class Drawing:
         return np.append(np.stack([path[:-1], middle], axis=1).ravel(), path[-1])
 
     def _free_chords(self) -> None:
-        """Halve the sides that join two taken vertices and are not drawn."""
+        """Halve the undrawn sides between two taken vertices."""
         chord = self.taken()[self.sides.ends].all(axis=1) & ~self.drawn()
         if chord.any():
             self._split(chord)
@@ -127,7 +127,7 @@ class Drawing:
 def _shortest(
     joins: np.ndarray, weight: np.ndarray, ends: tuple[int, int], n: int
 ) -> np.ndarray | None:
-    """Vertices from ends[0] to ends[1] of the cheapest path along edges (E, 2) of n vertices."""
+    """Vertices of the cheapest path from ends[0] to ends[1] along edges (E, 2) of n vertices."""
     graph = csr_matrix((weight, tuple(joins.T)), shape=(n, n))
     _, before = dijkstra(graph, directed=False, indices=ends[0], return_predecessors=True)
     path = [ends[1]]
@@ -139,9 +139,9 @@ def _shortest(
 
 
 def near(line: np.ndarray, width: float) -> Cost:
-    """Length of each side, times 1 for places on the line from line[0] to line[-1], more beyond.
+    """Length of each side, times a factor that is 1 on the line and grows with the distance.
 
-    width : distance at which a side costs twice as much
+    width : distance at which the factor is 2
     """
     start, along = line[0], line[-1] - line[0]
 

@@ -1,7 +1,7 @@
-"""A rough map whose boundary lies on the surface: charts outside, harmonic inside.
+"""A rough map with its boundary on the surface: charts on the boundary, harmonic inside.
 
-The polycube's intervals are cut into equal parts.  Lattice points on its boundary go where the
-charts of the surface say, those inside are the discrete harmonic extension.
+The intervals of the polycube are divided into equal parts. Lattice points on its boundary are
+mapped by the charts of the surface; the interior is the discrete harmonic extension.
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ from polycube.types import HexMesh, PerAxis, Polycube, RoughMap
 def chart_map(
     polycube: Polycube, outside: Boundary, sheet: Sheet, rough_map: RoughMap, parts: PerAxis
 ) -> RoughMap:
-    """Trilinear on the lattice of so many parts per interval; `rough_map` stays where no solid is.
+    """Trilinear map on the lattice with the given parts per interval; `rough_map` outside the
+    solid.
 
-    sheet : the surface flattened onto the polycube's boundary, tagged with the patches
+    sheet : the surface flattened onto the boundary of the polycube, with the patches as tags
     """
     hexes = mesh(polycube, identity_map(polycube), parts)
     positions = on_surface(hexes, outside, sheet)
     sizes = [interval_lengths(polycube, rough_map, axis) for axis in range(3)]
-    scaled = [  # lattice coordinates in model lengths, so that the interior keeps proportions
+    scaled = [  # lattice coordinates in model lengths, so that the interior keeps its proportions
         np.interp(hexes.vertices[:, axis], knots, np.append(0, np.cumsum(sizes[axis])))
         for axis, knots in enumerate(polycube.knots)
     ]
@@ -48,12 +49,13 @@ def chart_map(
 
 
 def on_surface(hexes: HexMesh, outside: Boundary, sheet: Sheet) -> np.ndarray:
-    """(V, 3) positions of the vertices of hexes on the polycube, by the charts; zero inside."""
+    """(V, 3) positions on the surface of hex vertices, by the charts; zero inside."""
     found = np.zeros_like(hexes.vertices)
     for patch in range(outside.patch.max() + 1):
         faces = sheet.faces[sheet.tag == patch]
         a, b, c = np.moveaxis(sheet.places[faces], 1, 0)
-        faces = faces[np.abs(np.cross(b - a, c - a)).sum(axis=1) > 1e-15]  # a point has none left
+        # without faces that are collapsed to a point
+        faces = faces[np.abs(np.cross(b - a, c - a)).sum(axis=1) > 1e-15]
         chart = closest.tree(sheet.places[faces], np.zeros((len(faces), 3)))
         wanted = np.unique(hexes.quads[hexes.patch == patch])
         _, face, weight = closest.closest(chart, hexes.vertices[wanted])
@@ -62,7 +64,7 @@ def on_surface(hexes: HexMesh, outside: Boundary, sheet: Sheet) -> np.ndarray:
 
 
 def lattice_weights(points: np.ndarray, hexes: np.ndarray) -> csr_matrix:
-    """(V, V) weights of lattice edges, dual area over length: linear maps are harmonic.
+    """(V, V) weights of lattice edges, dual area divided by length: linear maps are harmonic.
 
     points : (V, 3) lattice points of hexes (H, 8) parallel to the axes
     """

@@ -1,4 +1,4 @@
-"""Parts that the program makes itself, as implicit solids and their triangles.
+"""Example parts, as implicit solids and their triangulations.
 
-Imports surface and below.
+Imports `surface` and the layers below.
 """

@@ -1,9 +1,9 @@
 """Triangulate the zero level of an implicit solid.
 
-A vertex stands in every grid cell that the surface passes through, four of them around every grid
-edge that it crosses (dual contouring).  Vertices then slide along the surface to the middle of
-their neighbours, which makes the triangles even, and at last onto the solid's sharp edges, where
-the planes of the faces around them meet.
+Each grid cell that the surface crosses has a vertex, and each grid edge that it crosses has a quad
+of four vertices (dual contouring). Vertices then slide along the surface towards the mean of their
+neighbours, which makes the triangles regular, and finally onto the sharp edges of the solid, where
+the planes of adjacent faces meet.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from polycube.surface.checks import check_surface
 from polycube.surface.tangent_planes import towards_planes
 from polycube.types import TriMesh
 
-SMOOTHING = 12  # rounds of sliding
-SHARPENING = 4  # rounds of moving to sharp edges
-EVEN = 0.4  # least evenness of a triangle that a move may leave
-STIFFNESS = 0.1  # that holds a point where its planes do not
-STEP = 1e-3  # of a cell, for gradients
+SMOOTHING = 12  # smoothing iterations
+SHARPENING = 4  # iterations that move vertices to sharp edges
+EVEN = 0.4  # smallest evenness of a triangle after a move
+STIFFNESS = 0.1  # stiffness of a point in directions that its planes do not determine
+STEP = 1e-3  # of a cell: step of finite differences
 
 
 def contour(field: Field, low: np.ndarray, high: np.ndarray, cell: float) -> TriMesh:
-    """Closed surface of the solid, which must lie inside the box from `low` to `high`.
+    """Closed surface of the solid, which must be inside the box from `low` to `high`.
 
-    Faces are about `cell` wide; raises ValueError where the solid leaves the box, InputError where
+    Faces are about `cell` wide. Raises ValueError if the solid leaves the box, and InputError if
     the grid is too coarse for a manifold.
     """
     shape = np.ceil(np.subtract(high, low) / cell).astype(int) + 1
@@ -45,7 +45,7 @@ def contour(field: Field, low: np.ndarray, high: np.ndarray, cell: float) -> Tri
 
 
 def _dual_quads(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Quads (Q, 4), outward, between cells (V, 3), one quad around each edge that is crossed."""
+    """Quads (Q, 4), outward, of cells (V, 3), one quad around each crossed edge."""
     corners = []
     for axis in range(3):
         before, after = (np.delete(inside, end, axis) for end in (-1, 0))
@@ -62,7 +62,7 @@ def _dual_quads(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _project(field: Field, points: np.ndarray, cell: float) -> np.ndarray:
-    """Move points along the gradient to the zero level, by at most half a cell at once."""
+    """Move points along the gradient to the zero level, by at most half a cell in each step."""
     for _ in range(4):
         value, gradient = field(points), _gradient(field, points, cell)
         move = value[:, None] * gradient / (gradient**2).sum(axis=1, keepdims=True)
@@ -78,7 +78,7 @@ def _gradient(field: Field, points: np.ndarray, cell: float) -> np.ndarray:
 
 
 def _spread(field: Field, points: np.ndarray, quads: np.ndarray, cell: float) -> np.ndarray:
-    """Let every point slide to the middle of its neighbours on the surface."""
+    """Move every point to the mean of its neighbours on the surface."""
     first, second = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2).T
     size = (len(points), len(points))
     links = coo_array((np.ones(len(first)), (first, second)), shape=size).tocsr()
@@ -89,7 +89,7 @@ def _spread(field: Field, points: np.ndarray, quads: np.ndarray, cell: float) ->
 
 
 def _sharpen(field: Field, points: np.ndarray, quads: np.ndarray, cell: float) -> np.ndarray:
-    """Move every point to where the tangent planes of its quads meet, by at most half a cell."""
+    """Move every point by up to half a cell to the intersection of the planes of its quads."""
     for _ in range(SHARPENING):
         feet = _project(field, points[quads].mean(axis=1), cell)
         normals = _gradient(field, feet, cell)
@@ -101,7 +101,7 @@ def _sharpen(field: Field, points: np.ndarray, quads: np.ndarray, cell: float) -
 def _where_even(
     points: np.ndarray, moved: np.ndarray, field: Field, quads: np.ndarray
 ) -> np.ndarray:
-    """The moved points, but halfway or all the way back where a triangle became thin."""
+    """The moved points; moves that make a triangle thin are halved or taken back."""
     share = np.ones((len(points), 1))
     for _ in range(6):
         there = points + share * (moved - points)
@@ -111,14 +111,14 @@ def _where_even(
 
 
 def _evenness(corners: np.ndarray) -> np.ndarray:
-    """(F,) 1 for equilateral triangles, 0 for flat ones."""
+    """(F,) shape of the triangles: 1 for equilateral ones, 0 for flat ones."""
     sides = corners - np.roll(corners, 1, axis=1)
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     return 2 * np.sqrt(3) * area / (sides**2).sum(axis=(1, 2))
 
 
 def _halves(field: Field, points: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(F, 3) triangles: each quad is cut along the diagonal nearer to the surface."""
+    """(F, 3) triangles: each quad is divided along the diagonal closer to the surface."""
     a, b, c, d = points[quads].transpose(1, 0, 2)
     first, second = (
         np.abs(field((p + q) / 2)) + 0.02 * np.linalg.norm(p - q, axis=1)

@@ -1,7 +1,7 @@
-"""Solids as functions of a point, negative inside: simple ones, and ways to join them.
+"""Solids as functions of a point, negative inside: simple solids, and boolean operations.
 
-Near its zero level each function is about the distance to the surface, so that lengths given for
-rounding and blending are lengths.
+Close to its zero level each function is about the distance from the surface, so the sizes of
+roundings and blends are lengths.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def box(center: Point, half: Point, rounding: float = 0.0) -> Field:
 def cylinder(
     center: Point, axis: int, radius: float, half_height: float, rounding: float = 0.0
 ) -> Field:
-    """Cylinder along a coordinate axis with rounded rims."""
+    """Cylinder along a coordinate axis with rounded edges."""
 
     def field(points: np.ndarray) -> np.ndarray:
         along, across = _split(points - center, axis)
@@ -42,7 +42,7 @@ def cylinder(
 
 
 def torus(center: Point, axis: int, radius: float, thickness: float) -> Field:
-    """Ring around a coordinate axis; `thickness` is the radius of its section."""
+    """Torus around a coordinate axis; `thickness` is the radius of its section."""
 
     def field(points: np.ndarray) -> np.ndarray:
         along, across = _split(points - center, axis)
@@ -52,7 +52,7 @@ def torus(center: Point, axis: int, radius: float, thickness: float) -> Field:
 
 
 def turned(axis: int, profile: Sequence[Point]) -> Field:
-    """Solid of revolution: (height along the axis, radius) of its outline, endless at both ends."""
+    """Unbounded solid of revolution from its profile (height along the axis, radius)."""
     heights, radii = np.array(profile).T
     slopes = np.gradient(radii, heights)
 
@@ -65,7 +65,7 @@ def turned(axis: int, profile: Sequence[Point]) -> Field:
 
 
 def capsule(start: Point, end: Point, first: float, last: float) -> Field:
-    """Rod with round ends whose radius runs from `first` to `last`."""
+    """Rod with round ends and a radius between `first` and `last`."""
     along = np.subtract(end, start)
 
     def field(points: np.ndarray) -> np.ndarray:
@@ -77,34 +77,34 @@ def capsule(start: Point, end: Point, first: float, last: float) -> Field:
 
 
 def union(*fields: Field, blend: float = 0.0) -> Field:
-    """All of the solids, with fillets about `blend` wide where they meet."""
+    """Union of solids, with fillets of about the width `blend`."""
     return lambda points: reduce(
         lambda a, b: _smooth_minimum(a, b, blend), (field(points) for field in fields)
     )
 
 
 def difference(field: Field, *holes: Field, blend: float = 0.0) -> Field:
-    """The solid without the others, with edges broken about `blend` wide."""
+    """The solid without the others, with edges rounded by about `blend`."""
     outside = union(lambda points: -field(points), *holes, blend=blend)
     return lambda points: -outside(points)
 
 
 def intersection(*fields: Field, blend: float = 0.0) -> Field:
-    """What the solids have in common, with edges broken about `blend` wide."""
+    """Intersection of solids, with edges rounded by about `blend`."""
     return lambda points: (
         -reduce(lambda a, b: _smooth_minimum(a, b, blend), (-field(points) for field in fields))
     )
 
 
 def _smooth_minimum(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
-    """The smaller; where they differ by less than `width`, a parabola below both."""
+    """Smooth minimum: a parabola below both if they differ by less than `width`."""
     if width == 0:
         return np.minimum(a, b)
     return np.minimum(a, b) - np.maximum(width - np.abs(a - b), 0) ** 2 / (4 * width)
 
 
 def _rounded(gaps: np.ndarray, rounding: float) -> np.ndarray:
-    """Distance to the corner region that (N, D) gaps beyond straight walls make."""
+    """Distance from a corner region with the gaps (N, D) beyond straight walls."""
     gaps = gaps + rounding
     return np.linalg.norm(np.maximum(gaps, 0), axis=1) + np.minimum(gaps.max(axis=1), 0) - rounding
 

@@ -1,4 +1,4 @@
-"""Parts to try the program on, made here: likenesses of those in the paper, lengths in mm."""
+"""Example parts, similar to those of the paper, lengths in mm."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ X, Y, Z = range(3)
 
 @cache
 def example(name: str) -> TriMesh:
-    """Closed, smooth, even triangulation of a made part; raises InputError with the names."""
+    """Closed, smooth, regular triangulation of an example; raises InputError with the names."""
     if name not in PARTS:
         raise InputError(f"no example named {name!r}; have {', '.join(EXAMPLES)}")
     make, half, cell = PARTS[name]
@@ -37,7 +37,7 @@ def example(name: str) -> TriMesh:
 
 
 def _dice() -> Field:
-    """Cube of 40 with spots: opposite sides add up to seven."""
+    """Cube of 40 with spots: opposite sides have the sum seven."""
     patterns = {
         1: [(0, 0)],
         2: [(-1, -1), (1, 1)],
@@ -56,14 +56,14 @@ def _dice() -> Field:
 
 
 def _ring() -> Field:
-    """Signet ring around y."""
+    """Signet ring around the y axis."""
     band = cylinder((0, 0, 0), Y, 14, 5, 1.5)
     seat = box((0, 0, 13), (7, 6, 3.5), 1.5)
     return difference(union(band, seat, blend=3), cylinder((0, 0, 0), Y, 10, 20), blend=1.5)
 
 
 def _rod() -> Field:
-    """Rod with a cube at one end and an eye around z at the other."""
+    """Rod with a cube at one end and an eye around the z axis at the other."""
     block = box((-45, 0, 0), (13, 13, 13), 3)
     shank = capsule((-45, 0, 0), (45, 0, 0), 8, 6.5)
     eye = cylinder((42, 0, 0), Z, 17, 11, 2.5)
@@ -71,7 +71,7 @@ def _rod() -> Field:
 
 
 def _lantern() -> Field:
-    """Lamp housing: open below, a flared roof, and an eye around y to hang it on."""
+    """Lamp housing: open below, a flared roof, and an eye around the y axis at the top."""
     body = box((0, 0, -18), (17, 17, 24), 3)
     roof = intersection(
         turned(Z, [(0, 26), (10, 21), (20, 12), (30, 6)]),
@@ -117,7 +117,7 @@ def _cup() -> Field:
     return difference(union(wall, handle, blend=4), cylinder((0, 0, 0), Z, 15, 60), blend=2.5)
 
 
-# the field, half the bounding box, and the width of a face
+# function, half the bounding box, and width of a face
 PARTS: dict[str, tuple[Callable[[], Field], tuple[float, float, float], float]] = {
     "dice": (_dice, (20, 20, 20), 2.4),
     "ring": (_ring, (15, 7, 17), 1.3),

@@ -1,4 +1,4 @@
 """Move the vertices of a hex mesh: registration to a surface, pillowing, polishing, refinement.
 
-Imports hexmesh and below.
+Imports `hexmesh` and the layers below.
 """

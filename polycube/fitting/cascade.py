@@ -1,6 +1,6 @@
-"""A better rough map from a coarse mesh that has been registered.
+"""Improve a rough map by registration of coarse meshes.
 
-Long moves are cheap on few hexes; a fine template placed by the outcome has only short ones left.
+Large displacements are cheap with few hexes; the fine mesh then needs only small ones.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from polycube.structure.rough_map import evaluate, identity_map
 from polycube.surface.fit_target import Target
 from polycube.types import PerAxis, Polycube, RoughMap
 
-RATIO = 1.4  # between the sizes of a mesh and of the next coarser one
+RATIO = 1.4  # ratio of the sizes of a mesh and the next coarser one
 
 
 def cascade(
@@ -24,10 +24,12 @@ def cascade(
     coarse: float,
     features: bool = False,
 ) -> RoughMap:
-    """The rough map registered at sizes from `coarse` down, the last one coarser than `size`.
+    """Register the rough map at decreasing sizes, from `coarse` to the last one coarser than
+    `size`.
 
-    size, coarse : lengths in model units; the map given is returned where size is near to coarse
-    features : hold the curves of the surface meanwhile
+    size, coarse : lengths in model units; if `size` is close to `coarse`, the map is returned
+        unchanged
+    features : whether mesh edges follow the curves of the surface
     """
     placed = rough_map
     for level in range(round(np.log(coarse / size) / np.log(RATIO))):
@@ -43,13 +45,13 @@ def registered_map(
     parts: PerAxis,
     features: bool = False,
 ) -> RoughMap:
-    """Where the polycube lies after a registration of hexes with so many parts per interval."""
+    """Rough map after a registration of hexes with the given parts per interval."""
     start = mesh(polycube, rough_map, parts)
     coarse = register_mesh(start, target, rounds=15, iterations=15, samples=1500, features=features)
     places = mesh(polycube, identity_map(polycube), parts).vertices
     lines = grid_lines(polycube, parts)
     lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
-    positions = evaluate(rough_map, lattice.reshape(-1, 3)).reshape(lattice.shape)  # in holes too
+    positions = evaluate(rough_map, lattice.reshape(-1, 3)).reshape(lattice.shape)  # also in holes
     index = [np.searchsorted(line, places[:, axis] - 1e-9) for axis, line in enumerate(lines)]
     positions[tuple(index)] = coarse.vertices
     x, y, z = lines

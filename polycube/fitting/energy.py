@@ -1,14 +1,14 @@
 """Energy of a hex mesh with its gradient: shape, soft minimum of the scaled Jacobian, springs.
 
-Nine frames per hex: its eight corners and the mean of its edges in each direction (the centre
-frame of VTK's scaled Jacobian).  With a, b, c the frame's edges, D = det [a b c] and
-d, S the determinant and squared norm of the edges over their wanted lengths,
+Nine frames per hex: its eight corners and the mean of its edges in each direction (the centre frame
+of VTK's scaled Jacobian). With a, b, c the edges of the frame, D = det [a b c], and d, S the
+determinant and squared norm of the edges divided by their wanted lengths,
 
     shape   S / (3 chi^2/3) + barrel (d^2 + 1) / (2 chi),   chi = (d + sqrt(eps^2 + d^2)) / 2
     jacobian  exp(-beta (D / |a||b||c| - offset)) / beta
 
-summed over the frames and divided by 8 (Garanzha et al. 2021 for the shape term).  A state with
-d below `floor` in any frame has infinite energy: valid hexes stay valid.
+summed over the frames and divided by 8 (Garanzha et al. 2021 for the shape term). The energy is
+infinite if d is below `floor` in any frame, so valid hexes stay valid.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from polycube.numerics.fast_math import FAST, exponential, inverse_cube_root
 from polycube.numerics.threads import parts, side_by_side
 from polycube.numerics.vectors import cross, dot
 
-_DIRECTION = np.vstack([FRAME_EDGES[:8] // 4, [0, 1, 2]])  # of each edge of each frame
+_DIRECTION = np.vstack([FRAME_EDGES[:8] // 4, [0, 1, 2]])  # direction of each edge of each frame
 _TINY = 1e-30
-LANES = 32  # hexes that the energy takes at a time
-LEAST = 3000  # hexes for a thread
+LANES = 32  # hexes evaluated together
+LEAST = 3000  # smallest number of hexes for a thread
 
 
 class Terms(NamedTuple):
-    """Weights of the two hex terms and the bound on the determinants."""
+    """Weights of the two hex terms, and the bound of the determinants."""
 
     shape: float = 1.0
     eps: float = 1e-3
@@ -47,7 +47,8 @@ class Terms(NamedTuple):
 def energy(
     x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray, terms: Terms, springs: Springs
 ) -> tuple[float, np.ndarray]:
-    """Energy and gradient (V, 3); infinite, with a useless gradient, below the floor.
+    """Energy and gradient (V, 3); below the floor the energy is infinite and the gradient
+    undefined.
 
     x : (V, 3), lengths : (H, 3) wanted edge lengths along xi, eta, zeta
     """
@@ -90,9 +91,9 @@ def _hex_energy(
     begin: int,
     end: int,
 ) -> float:
-    """Sum over hexes begin to end; adds to the gradient, by way of that by the edges of each hex.
+    """Sum over hexes begin to end; adds to the gradient through the gradient by edges.
 
-    LANES hexes at a time, number by number, so that the loops over them are vectorised.
+    LANES hexes are evaluated together, so that the loops over them are vectorised.
     """
     total = 0.0
     corner, weight = np.empty((24, LANES)), np.empty((4, LANES))
@@ -131,7 +132,7 @@ def _gather(
     corner: np.ndarray,
     weight: np.ndarray,
 ) -> None:
-    """Corners of hexes, and the weights of their edges and determinants; the last fills up."""
+    """Corners of hexes, and weights of edges and determinants; the last batch is padded."""
     for at in range(LANES):
         h = start + min(at, n - 1)
         for k in range(8):
@@ -172,8 +173,10 @@ def _frame(
     terms: Terms,
     out: np.ndarray,
 ) -> None:
-    """Of the frame of edges at rows i, j, k: value, derivative by the determinant, factors of a,
-    b, c in the gradients by a, b, c, and d.
+    """Values of a frame with the edges in rows i, j, k.
+
+    `out` receives the value, the derivative with respect to the determinant, the factors of a, b, c
+    in the gradients with respect to a, b, c, and d.
     """
     p, q, r = direction
     for at in range(LANES):
@@ -207,7 +210,7 @@ def _frame(
 def _add_cross(
     by_edge: np.ndarray, edge: np.ndarray, i: int, j: int, k: int, out: np.ndarray, row: int
 ) -> None:
-    """Add the gradient by the edge at row i: its factor times a, the determinant's times b x c."""
+    """Add the gradient with respect to the edge in row i: factor times a, plus b x c."""
     for at in range(LANES):
         b = (edge[j, at], edge[j + 1, at], edge[j + 2, at])
         c = (edge[k, at], edge[k + 1, at], edge[k + 2, at])
@@ -226,7 +229,7 @@ def _scatter(
     corner: np.ndarray,
     gradient: np.ndarray,
 ) -> None:
-    """Add the gradients by the edges to those by the vertices, by way of the corners' array."""
+    """Add the gradients with respect to edges to those of the vertices, through the corners."""
     corner[:] = 0.0
     for e in range(12):
         p, q = 3 * EDGES[e, 0], 3 * EDGES[e, 1]

@@ -1,10 +1,10 @@
-"""Cure corners of boundary quads that curves of the surface pull flat.
+"""Remove flat corners of boundary quads caused by curves of the surface.
 
-Where a curve turns on the polycube and not on the part, a quad between it and the face beside it
-has an angle of 180 degrees, and its hex a scaled Jacobian of zero.  A triangular pocket has such a
-quad on its floor, a round one four.  A sheet round the hexes under the face puts two quads there.
-Where one corner alone is flat, a sheet round the quadrant behind it does so and leaves one quad at
-each of the other corners, which a sheet under the face would halve.
+If a curve turns on the polycube but not on the part, a quad between it and the adjacent face has an
+angle of 180 degrees, and its hex a scaled Jacobian of zero. A triangular pocket has one such quad
+on its floor, a round one four. A sheet around the hexes under the face puts two quads there. If
+only one corner is flat, a sheet around the quadrant behind it is better: it leaves one quad at each
+of the other corners, which a sheet under the face would halve.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-FLAT = np.deg2rad(150)  # angle of a quad beyond which the scaled Jacobian of its hex is below 0.5
-ROUNDS = 6  # of sheets at most: those that touch come one after the other
+FLAT = np.deg2rad(150)  # angle of a quad above which the scaled Jacobian of its hex is below 0.5
+ROUNDS = 6  # largest number of rounds; sheets that touch are inserted in sequence
 
 
 def without_flat_corners(
@@ -34,12 +34,12 @@ def without_flat_corners(
     anywhere: bool = False,
     keep_paths: bool = False,
 ) -> HexMesh:
-    """The mesh with sheets of hexes under the faces where quads have flat corners; else the same.
+    """The mesh with sheets of hexes under faces with flat corners; unchanged if there are none.
 
-    mesh : fitted, with its boundary near the target, in model units
+    mesh : fitted mesh, with its boundary close to the target, in model units
     anywhere : also where a path of a curve turns inside a patch of the polycube
-    keep_paths : the mesh carries the paths of the curves that the sheets are made for; else they
-        are found anew each time, and may turn elsewhere
+    keep_paths : whether the mesh keeps the paths for which the sheets are made; otherwise they are
+        computed again after each sheet and may turn elsewhere
     """
     for _ in range(ROUNDS):
         problem = FitProblem(mesh, target, samples=1)
@@ -51,7 +51,7 @@ def without_flat_corners(
         if not inside.any():
             break
         before = len(mesh.hexes)
-        # vertices on their curves: there the paths are found again
+        # vertices on their curves, where the paths are found again
         mesh = with_sheet(replace(mesh, vertices=target.to_model(placed)), inside)
         if keep_paths:
             mesh = replace(mesh, paths=_numbered(matching, target))
@@ -66,7 +66,7 @@ def _numbered(matching: Matching, target: Target) -> dict[str, np.ndarray]:
 
 
 def _disjoint(mesh: HexMesh, sets: list[np.ndarray]) -> np.ndarray:
-    """(H,) hexes of the sets (H,) that may have a sheet, and do not touch one before."""
+    """(H,) union of the sets (H,) that permit a sheet and do not touch an earlier one."""
     inside = np.zeros(len(mesh.hexes), bool)
     used = np.zeros(len(mesh.vertices), bool)
     for own in sets:
@@ -83,10 +83,10 @@ def _sets(
     anywhere: bool,
     may_cross: bool,
 ) -> list[np.ndarray]:
-    """Hexes (H,) to shrink: under each face that has a flat corner, less those at its others.
+    """Hexes (H,) to shrink: under each face with a flat corner, except those at its other corners.
 
-    may_cross : sheets may cross paths; then a face with one flat corner, and that at a corner of
-        the polycube, has the quadrant behind it
+    may_cross : whether sheets may cross paths; then a face with a single flat corner, at a corner
+        of the polycube, gets the quadrant behind it
     """
     mesh, part = problem.mesh, problem.parts(~on_crease(problem, matching))
     flat, sharp = corners(problem, placed, matching, anywhere)
@@ -108,10 +108,10 @@ def _sets(
 def corners(
     problem: FitProblem, placed: np.ndarray, matching: Matching, anywhere: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Flat corners of quads (Q, 4), and which others (Q,) have one at a corner of the surface.
+    """Flat corners of quads (Q, 4), and the other quads (Q,) that have a corner of the surface.
 
-    A flat corner has an angle beyond FLAT between edges of the polycube that lie on curves and
-    have two hexes or more each: with one, the layer of `pillow` is the cure.
+    A flat corner has an angle above FLAT between polycube edges that lie on curves and have at
+    least two hexes each; with one hex, the layer of `pillow` is used instead.
 
     placed : (V, 3) with the boundary on the surface and its curves
     anywhere : also between other edges that lie on curves

@@ -1,8 +1,8 @@
-"""Raise the worst hexes by moving only the vertices near them.
+"""Improve the worst hexes by moving only the vertices close to them.
 
-They lower a sharp soft minimum of the scaled Jacobian.  The boundary among them slides: every step
-of the search is brought back to the surface, so that nothing is lost to a snap afterwards (holding
-the tangent planes alone lost what it gained at the creases of a coarse surface).
+The vertices minimise a sharp soft minimum of the scaled Jacobian. Those on the boundary slide:
+every step of the search is projected onto the surface, so that no later projection loses the gain.
+(With only the tangent planes as constraint, the gain was lost at the creases of a coarse surface.)
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull, together
 from polycube.numerics.lbfgs import descend
 
-BAND = 0.1  # hexes this much better than the worst are raised too
-MOST = 60  # of them
-RINGS = 1  # of hexes round them whose vertices move; 2 and 3 cost more and gain nothing
+BAND = 0.1  # hexes better than the worst one by up to this value are improved as well
+MOST = 60  # largest number of these hexes
+RINGS = 1  # rings of hexes around them whose vertices move; 2 and 3 cost more without gain
 ITERATIONS = 30
-ON_GOAL = 1e-6  # distance from a goal, in diagonals, of a vertex that is there
-LOOSE = 3.0  # weight of the pull on others, per square of the size
-ALPHA = 0.04  # length that a whole turn of the normal is worth, in diagonals
+ON_GOAL = 1e-6  # distance from a goal, in diagonals, below which a vertex is at its goal
+LOOSE = 3.0  # weight of the springs of other vertices, per square of the size
+ALPHA = 0.04  # weight of the difference of unit normals, a length in diagonals
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """The part of a mesh round vertices that move: all hexes that have one."""
+    """The part of a mesh around moving vertices: all hexes that contain one."""
 
-    hexes: np.ndarray  # (h,) of the mesh
-    vertices: np.ndarray  # (v,) of the mesh
-    corners: np.ndarray  # (h, 8) into `vertices`
+    hexes: np.ndarray  # (h,) hexes of the mesh
+    vertices: np.ndarray  # (v,) vertices of the mesh
+    corners: np.ndarray  # (h, 8) indices of `vertices`
     moves: np.ndarray  # (v,) bool
 
 
 def region(hexes: np.ndarray, n_vertices: int, seeds: np.ndarray, rings: int) -> Region:
-    """The vertices of the seeds (hexes) and of so many rings of hexes round them move."""
+    """The vertices of the seeds (hexes) and of some rings of hexes around them move."""
     moves = np.zeros(n_vertices, bool)
     moves[hexes[seeds]] = True
     for _ in range(rings):
@@ -52,10 +52,12 @@ def region(hexes: np.ndarray, n_vertices: int, seeds: np.ndarray, rings: int) ->
 def raise_worst(
     problem: FitProblem, x: np.ndarray, lengths: np.ndarray, at: Goals, cover: Springs, beta: float
 ) -> np.ndarray:
-    """Positions (V, 3) with a higher soft minimum near the worst hexes of x.
+    """Positions (V, 3) with a higher soft minimum close to the worst hexes.
 
-    lengths : (H, 3) wanted; at : goals of x, vertices at theirs stay on the surface; cover : pulls
-    on the boundary, of the target on all quads; beta : sharpness of the minimum
+    lengths : (H, 3) wanted lengths
+    at : goals of x; vertices at their goals stay on the surface
+    cover : springs from the target to all boundary quads
+    beta : sharpness of the minimum
     """
     jacobian = problem.scaled_jacobian(x)
     seeds = np.argsort(jacobian, kind="stable")[:MOST]
@@ -84,7 +86,7 @@ def raise_worst(
 def pull_back(
     problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
 ) -> Springs:
-    """Pulls on the moving vertices that are not at their goals."""
+    """Springs on the moving vertices that are not at their goals."""
     here = np.flatnonzero(is_away[part.vertices] & part.moves)
     vertex = part.vertices[here]
     every = LOOSE / problem.size(x)[vertex] ** 2
@@ -93,7 +95,7 @@ def pull_back(
 
 
 def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
-    """Those springs that hold moving vertices and no vertex outside."""
+    """The springs that involve moving vertices and no vertex outside the region."""
     local = np.full(n_vertices, -1)
     local[part.vertices] = np.arange(len(part.vertices))
     index = local[cover.vertex]  # (S, 4)
@@ -105,7 +107,7 @@ def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
 def rails_of(
     problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Projectors (v, 3, 3) onto where vertices may go, and (v,) which slide on the surface."""
+    """Projectors (v, 3, 3) onto the permitted directions, and (v,) which slide on the surface."""
     rails = np.tile(np.eye(3), (len(x), 1, 1))
     rails[problem.outer] -= at.facing[:, :, None] * at.facing[:, None]
     rails[at.curve] = at.direction[:, :, None] * at.direction[:, None]
@@ -122,7 +124,7 @@ def rails_of(
 def retraction(
     problem: FitProblem, normals: np.ndarray, slides: np.ndarray, cad_face: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Brings those vertices that slide to their CAD face, where it suits their normals."""
+    """Function that projects sliding vertices onto their CAD face, if compatible with normals."""
     face = np.zeros(len(normals), np.int64)
 
     def back(y: np.ndarray) -> np.ndarray:

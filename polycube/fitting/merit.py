@@ -1,33 +1,33 @@
-"""What the fitting stages compare meshes by: the worst hex, less what misses the surface.
+"""Comparison of meshes in the fitting stages: worst hex, minus deviations from the surface.
 
-The acceptance of a run is another matter: see the plugins of kind `acceptance`.
+The acceptance of a run is defined by the plugins of kind `acceptance`.
 """
 
 from __future__ import annotations
 
 from polycube.hexmesh.inspection import Inspection
 
-FULL = 0.6  # a scaled Jacobian counts in full up to this
-BEYOND = 0.25  # what a scaled Jacobian counts beyond that
-CREASES = 0.003  # of the diagonal: 5 % of the creases may be as far from the mesh's edges
-INVALID = 1e6  # what an inverted hex costs: any valid mesh is better
-LEAST = 0.41  # scaled Jacobian that a finer mesh must keep
-KEPT = 0.9  # share of the coarse mesh's scaled Jacobian that is enough where that is less
-# beyond one of these limits a mesh misses the surface
+FULL = 0.6  # the scaled Jacobian counts in full up to this value
+BEYOND = 0.25  # weight of the scaled Jacobian above it
+CREASES = 0.003  # of the diagonal: distance from mesh edges that 5 % of the creases may exceed
+INVALID = 1e6  # penalty of an inverted hex: any valid mesh is better
+LEAST = 0.41  # smallest scaled Jacobian of a refined mesh
+KEPT = 0.9  # share of the scaled Jacobian of the coarse mesh that suffices if it is lower
+# a mesh that exceeds one of these limits does not fit the surface
 OFF_SURFACE = 0.005  # of the diagonal, for boundary vertices
-APART = 0.045  # of the diagonal, for all sampled points, both ways
-VOLUME_OFF = 0.04  # of the surface's volume
+APART = 0.045  # of the diagonal, for all sample points in both directions
+VOLUME_OFF = 0.04  # of the volume of the surface
 POOR = 0.2  # scaled Jacobian
 
 
 def merit_of(jacobian: float, vertices: float, creases: float, near: float = CREASES) -> float:
-    """Merit of a worst hex, and of boundary vertices and creases that miss; larger is better.
+    """Merit of a worst hex, and of boundary vertices and creases; larger is better.
 
     Parameters
     ----------
     jacobian : smallest scaled Jacobian
     vertices, creases : distances in diagonals
-    near : distance of the creases that costs nothing
+    near : distance of the creases without penalty
     """
     return (
         min(jacobian, FULL)
@@ -41,8 +41,8 @@ def merit_of(jacobian: float, vertices: float, creases: float, near: float = CRE
 def merit(found: Inspection) -> float:
     """Merit of a mesh; larger is better.
 
-    The vertices may miss by 0.1 % of the diagonal, 99 % of the points by 1 %, 95 % of the creases
-    by 0.3 % and the volume by 3 % at no cost.
+    There is no penalty for distances of up to 0.1 % of the diagonal for the vertices, 1 % for 99 %
+    of the points, 0.3 % for 95 % of the creases, and 3 % for the volume.
     """
     apart = found.deviation
     miss = max(apart.to_surface.p99, apart.to_mesh.p99)
@@ -54,7 +54,7 @@ def merit(found: Inspection) -> float:
 
 
 def misses(found: Inspection) -> int:
-    """Number of limits that a mesh is beyond."""
+    """Number of limits that a mesh exceeds."""
     apart = found.deviation
     farthest = max(apart.to_surface.largest, apart.to_mesh.largest)
     return sum(
@@ -68,5 +68,5 @@ def misses(found: Inspection) -> int:
 
 
 def least_jacobian(coarse: float) -> float:
-    """Scaled Jacobian that a finer mesh must keep where the coarse one has this."""
+    """Smallest scaled Jacobian of a refined mesh, from that of the coarse mesh."""
     return min(LEAST, KEPT * coarse)

@@ -1,9 +1,9 @@
 """Fit a valid hex mesh only as far as it stays valid.
 
-A mesh is sound where all scaled Jacobians are positive and its boundary does not cross itself.  The
-vertices of a sound mesh move towards given positions, each by its own share of the way: from a
-share of 1 the vertices of bad hexes go back until no hex is bad, and then forward again where
-nothing becomes bad.  With shares of 0 the mesh is the one given, so the result is always sound.
+A mesh is sound if all scaled Jacobians are positive and its boundary does not cross itself. Each
+vertex of a sound mesh moves a share of the way towards its fitted position. Starting with a share
+of 1, the vertices of bad hexes are moved back until no hex is bad, and then forward again as far as
+no hex becomes bad. With shares of 0 the mesh is unchanged, so the result is always sound.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
-LEAST = 0.05  # scaled Jacobian that hexes keep, unless they had less before
-ROUNDING = 1 - 1e-9  # share of its scaled Jacobian that a hex keeps where it is only shifted
-SMALLEST = 1 / 16  # share of the way; a smaller one is none
-ADVANCES = 6  # rounds, each half of the way that is left
+LEAST = 0.05  # smallest scaled Jacobian of a hex, unless it was smaller before
+ROUNDING = 1 - 1e-9  # factor that allows for rounding errors in a hex that is only translated
+SMALLEST = 1 / 16  # smallest share; smaller ones become zero
+ADVANCES = 6  # rounds, each of which adds half of the remaining way
 
 
 def is_sound(mesh: HexMesh) -> bool:
@@ -38,19 +38,19 @@ def partly_fitted(
 
     Parameters
     ----------
-    mesh : all scaled Jacobians positive, no crossing of the boundary
-    fitted : (V, 3) positions of its vertices, in the units of the mesh
-    least : scaled Jacobian that each hex keeps, or its own in `mesh` where that is smaller
+    mesh : hex mesh with positive scaled Jacobians and without crossings of the boundary
+    fitted : (V, 3) fitted positions of its vertices, in model units
+    least : smallest scaled Jacobian of each hex, or its value in `mesh` if that is smaller
 
     Returns
     -------
-    mesh : with the same hexes; its vertices are the fitted ones where all of those are sound
-    share : (V,) of the way that each vertex has gone, from 0 to 1
+    mesh : mesh with the same hexes; its vertices are the fitted ones if all of these are sound
+    share : (V,) share of the way of each vertex, from 0 to 1
 
     Raises
     ------
     ValueError
-        For a mesh that is not sound, or positions that are not finite or not of this shape.
+        If the mesh is not sound, or if positions are not finite or have another shape.
     """
     if fitted.shape != mesh.vertices.shape or not np.isfinite(fitted).all():
         raise ValueError(f"fitted must be finite of shape {mesh.vertices.shape}")
@@ -62,14 +62,14 @@ def partly_fitted(
 
 
 def with_layer(mesh: HexMesh, target: Target) -> HexMesh:
-    """A sound mesh with a layer of hexes under its boundary, or as it is where that is not sound.
+    """A sound mesh with a layer of hexes under its boundary, or unchanged if it would not be sound.
 
-    Hexes with two faces on one smooth face of the part would be flat without it.
+    Without the layer, hexes with two faces on one smooth face of the part would be flat.
 
     Parameters
     ----------
-    mesh : all scaled Jacobians positive, no crossing of the boundary
-    target : of the surface that it is to be fitted to
+    mesh : hex mesh with positive scaled Jacobians and without crossings of the boundary
+    target : the surface to which it will be fitted
     """
     layered = layer(mesh, mesh.patch, np.ones(len(mesh.quads), bool))
     x = untangled(FitProblem(layered, target, samples=1), target.to_unit(layered.vertices))
@@ -78,7 +78,7 @@ def with_layer(mesh: HexMesh, target: Target) -> HexMesh:
 
 
 def _backed_off(mesh: HexMesh, fitted: np.ndarray, floor: np.ndarray) -> np.ndarray:
-    """(V,) shares with which no hex is bad: halved round bad ones, from 1 on."""
+    """(V,) shares without bad hexes: starting from 1, halved around bad ones."""
     share = np.ones(len(fitted))
     while (bad := _bad(_moved(mesh, fitted, share), floor)).any():
         near = np.zeros(len(share), bool)
@@ -91,7 +91,7 @@ def _backed_off(mesh: HexMesh, fitted: np.ndarray, floor: np.ndarray) -> np.ndar
 def _advanced(
     mesh: HexMesh, fitted: np.ndarray, floor: np.ndarray, share: np.ndarray
 ) -> np.ndarray:
-    """(V,) larger shares with which no hex is bad, from shares with which none is."""
+    """(V,) larger shares without bad hexes, starting from shares without bad hexes."""
     for _ in range(ADVANCES):
         if (share == 1).all():
             break
@@ -103,16 +103,16 @@ def _advanced(
 
 
 def _moved(mesh: HexMesh, fitted: np.ndarray, share: np.ndarray) -> HexMesh:
-    """The mesh with each vertex a share of the way; exactly at the ends for 0 and 1."""
+    """The mesh with each vertex at its share of the way; exact for 0 and 1."""
     way = share[:, None]
     between = mesh.vertices + way * (fitted - mesh.vertices)
     return replace(mesh, vertices=np.where(way == 1, fitted, between))
 
 
 def _bad(mesh: HexMesh, floor: np.ndarray) -> np.ndarray:
-    """(V,) whether a vertex is of a hex below its floor (H,) or of a quad that crosses another."""
+    """(V,) whether a vertex has a hex below its limit (H,) or a quad that crosses another."""
     bad = np.zeros(len(mesh.vertices), bool)
     bad[mesh.hexes[scaled_jacobian(mesh.vertices, mesh.hexes) < floor]] = True
-    if not bad.any():  # the costlier check, for meshes that could do
+    if not bad.any():  # the more expensive test, for meshes without bad hexes
         bad[mesh.quads[crossings(mesh)]] = True
     return bad

@@ -1,8 +1,8 @@
-"""A layer of hexes under the boundary, region by region.
+"""A layer of hexes under regions of the boundary.
 
-Without it a hex on a smoothed polycube edge has two faces on one smooth surface and is nearly
-flat.  A region is a part of a patch between creases; where all its borders are creases no layer is
-needed: the sheet then leaves through it, an O-grid on a flat cap or on the annulus of a rim.
+Without it, a hex on a smoothed polycube edge has two faces on one smooth surface and is nearly
+flat. A region is a part of a patch between creases. A region whose borders are all creases needs no
+layer; the sheet then leaves through it and forms an O-grid on a flat cap or on an annulus.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-FLAT = np.deg2rad(155)  # angle of a hex at an edge beyond which its scaled Jacobian is poor
+FLAT = np.deg2rad(155)  # angle of a hex at an edge above which its scaled Jacobian is poor
 
 
 def regions(problem: FitProblem, matching: Matching) -> np.ndarray:
-    """(Q,) patches of a mesh, cut along the creases as well."""
+    """(Q,) patches of a mesh, also divided at the creases."""
     patch = problem.mesh.patch[problem.side_quads]
     same = patch[:, 0] == patch[:, 1]
     uncut = same & ~on_crease(problem, matching)
     region = problem.parts(uncut)
-    alone = (np.bincount(region) == 1)[region]  # a path went round the wrong side of a quad
+    alone = (np.bincount(region) == 1)[region]  # the path passes on the wrong side of a quad
     return problem.parts(uncut | (same & alone[problem.side_quads].any(axis=1)))
 
 
@@ -40,13 +40,13 @@ def smooth_regions(
     least: float = 0.6,
     by_angle: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Regions (Q,), and which quads (Q,) are in one with a border off the creases or nearly flat.
+    """Regions (Q,), and quads (Q,) in regions with a smooth or nearly flat border.
 
-    Across a concave crease both regions are taken or none: the layer of one alone would end in a
-    hex with an angle beyond 180 degrees.
+    Across a concave crease either both regions or none get a layer: the layer of only one would end
+    in a hex with an angle above 180 degrees.
 
-    least : share of the edges between two regions that must be on a crease
-    by_angle : only a border where the hexes are nearly flat asks for a layer, on a crease or not
+    least : smallest share of the edges between two regions that must be on a crease
+    by_angle : only a border at which the hexes are nearly flat needs a layer, on a crease or not
     """
     region = regions(problem, matching)
     borders = chains(problem, region)
@@ -64,7 +64,7 @@ def smooth_regions(
 
 
 def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndarray:
-    """Patches of a fitted mesh of which a part has a border that is not sharp on the surface."""
+    """Patches of a fitted mesh of which a part has a border that is smooth on the surface."""
     problem = FitProblem(mesh, target, samples=1)
     x = target.to_unit(mesh.vertices)
     _, taken = smooth_regions(problem, x, match(problem, x), least)
@@ -72,9 +72,9 @@ def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndar
 
 
 def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.ndarray:
-    """(E,) whether the hexes at a boundary edge have an angle there beyond FLAT each.
+    """(E,) whether each hex at a boundary edge has an angle above FLAT there.
 
-    is_sharp : (E,) which edges have the angle that is seen; at the others the surface is smooth
+    is_sharp : (E,) edges at which the angle of the mesh is used; elsewhere the surface is smooth
     """
     _, normals = problem.normals(x)
     a, b = normals[problem.side_quads[:, 0]], normals[problem.side_quads[:, 1]]
@@ -87,7 +87,7 @@ def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.nda
 
 
 def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:
-    """(E,) whether the target turns inwards from one quad of each boundary edge to the other."""
+    """(E,) whether the target is concave between the two quads of each boundary edge."""
     _, quad_normals = problem.normals(x)
     middle = x[problem.quads].mean(axis=1)
     _, face = problem.target.closest(middle, quad_normals, 0.04)
@@ -97,17 +97,18 @@ def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:
 
 
 def insert(mesh: HexMesh, patches: np.ndarray, depth: float = 0.5) -> HexMesh:
-    """The mesh with one more layer of hexes under the given patches; see `layer`."""
+    """The mesh with an additional layer of hexes under the given patches; see `layer`."""
     return layer(mesh, mesh.patch, np.isin(mesh.patch, patches), depth)
 
 
 def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0.5) -> HexMesh:
-    """The mesh with one more layer of hexes under the quads taken (Q,).
+    """The mesh with an additional layer of hexes under the quads `taken` (Q,).
 
-    The new vertices take the places of the old ones, which move inwards.
+    The new vertices take the positions of the old ones, which move inwards.
 
-    region : (Q,) quads of one are taken together where layers would otherwise only touch
-    depth : share of the way to the middle of the adjacent hexes (bare quads at a rim)
+    region : (Q,) quads of one region are taken together if layers would otherwise only touch
+    depth : displacement towards the centres of the adjacent hexes, as a share of the distance (of
+        the uncovered quads at a rim)
     """
     quads, owner = exposed(mesh.hexes)
     patch = label_of(quads, mesh.quads, mesh.patch)
@@ -118,7 +119,7 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
     twin = np.full(len(mesh.vertices), -1)
     twin[moved] = len(mesh.vertices) + np.arange(len(moved))
     inwards = middles(mesh.hexes, mesh.vertices)
-    rim = np.intersect1d(moved, quads[~covered])  # stays on the quads left bare
+    rim = np.intersect1d(moved, quads[~covered])  # stays on the uncovered quads
     inwards[rim] = middles(quads[~covered], mesh.vertices)[rim]
     old = mesh.vertices.copy()
     old[moved] += depth * (inwards[moved] - old[moved])
@@ -140,7 +141,7 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
 
 
 def _covered(quads: np.ndarray, region: np.ndarray, covered: np.ndarray) -> np.ndarray:
-    """(Q,) quads to cover: those wanted, and regions at whose vertices layers would only touch."""
+    """(Q,) quads to cover: the wanted ones, and regions whose layers only touch at vertices."""
     while True:
         sides, _ = _rim(quads, covered)
         rims = np.bincount(sides.ravel(), minlength=quads.max() + 1)
@@ -151,7 +152,7 @@ def _covered(quads: np.ndarray, region: np.ndarray, covered: np.ndarray) -> np.n
 
 
 def _rim(quads: np.ndarray, covered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (R, 2) between covered quads and others, and the other quad of each (R,)."""
+    """Edges (R, 2) between covered and uncovered quads, and the uncovered quad of each (R,)."""
     sides, pair = quad_edges(quads)
     inside = covered[pair]
     rim = inside[:, 0] != inside[:, 1]

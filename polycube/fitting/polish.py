@@ -1,10 +1,10 @@
-"""Raise the worst scaled Jacobian with the boundary on the surface.
+"""Improve the worst scaled Jacobian with the boundary on the surface.
 
-Soft rounds lower sum exp(-beta (SJ - offset)) / beta with growing beta, while springs hold the
-boundary; hard rounds hold it stiffly, so that vertices slide in tangent planes and along sharp
-edges; local rounds move only what is near the worst hexes; last, creases that gave way are
-regained.  Every round snaps the boundary onto the surface, backing off where a hex would suffer,
-and the best mesh is kept.
+Soft rounds minimise sum exp(-beta (SJ - offset)) / beta with increasing beta, with springs at the
+boundary. Hard rounds use stiff springs, so that vertices slide in tangent planes and along sharp
+edges. Local rounds move only vertices close to the worst hexes. Finally, released creases are
+recovered. Every round projects the boundary onto the surface, less far if a hex would suffer, and
+the best mesh is returned.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which soft features give way, pass by pass
-INVERTING = (0.02,)  # below which exact ones do: hexes that are about to be inverted
+KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which soft features are released, for each pass
+INVERTING = (0.02,)  # below which exact features are released: hexes that are nearly inverted
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
-PATIENCE = 8  # rounds without a better mesh that end a phase
-BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first local round and in the last
-SHARPEN = 1.6  # factor after a local round of little gain
-LITTLE = 0.004  # gain of a local round that is little
-SET_BACK = 0.05  # loss of a local round after which it begins from the best again
-MISSED = 0.008  # distance from the mesh, exceeded by 1 % of the surface, that costs nothing
-UNCOVERED = 10.0  # scaled Jacobian that a diagonal beyond that is worth, or beyond the start's
+PATIENCE = 8  # rounds without improvement after which a phase ends
+BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first and the last local round
+SHARPEN = 1.6  # factor after a local round of small gain
+LITTLE = 0.004  # gain of a local round that counts as small
+SET_BACK = 0.05  # loss in a local round after which it restarts from the best mesh
+MISSED = 0.008  # distance exceeded by 1 % of the surface that has no penalty
+UNCOVERED = 10.0  # scaled Jacobian equivalent to a diagonal beyond it, or beyond the initial value
 
 
 def polish(
@@ -54,19 +54,19 @@ def polish(
     crease_rounds: int = 12,
     samples: int = 2500,
 ) -> HexMesh:
-    """The best mesh found, in model units; never one with a worse score than the one given.
+    """The best mesh found, in model units; its score is never worse than that of the given one.
 
     features : also move vertices onto the curves of the surface
-    exact : they do not give way
-    keep : scaled Jacobians below which they give way otherwise, pass by pass
-    soft_rounds, hard_rounds, local_rounds : of matching and descent, at most
-    crease_rounds : that bring creases back, at most
-    samples : points of the surface that look for the mesh
+    exact : features are not released
+    keep : scaled Jacobians below which features are released otherwise, for each pass
+    soft_rounds, hard_rounds, local_rounds : largest numbers of rounds of matching and descent
+    crease_rounds : largest number of rounds that recover creases
+    samples : points of the surface that are matched with the mesh
     """
     passes = INVERTING if exact else tuple(keep)
     rounds = soft_rounds, hard_rounds
     begun, matching, best = _begun(mesh, target, features, exact, passes, rounds, samples)
-    problem = copy(begun)  # the matches of the last search are its own
+    problem = copy(begun)  # the matches of the last search belong to the copy
     best = _local(problem, matching, best, local_rounds)
     best = regain(problem, matching, best, crease_rounds)
     logger.info(
@@ -87,7 +87,7 @@ def _begun(
     rounds: tuple[int, int],
     samples: int,
 ) -> tuple[FitProblem, Matching, State]:
-    """Best state after the soft and the hard rounds, with what is matched on the curves."""
+    """Best state after the soft and the hard rounds, with its matching."""
     problem = FitProblem(mesh, target, samples)
     x = untangled(problem, target.to_unit(mesh.vertices))
     matching = match(problem, x) if features else no_features()
@@ -104,9 +104,9 @@ def _begun(
 
 
 def untangled(problem: FitProblem, x: np.ndarray, moves: np.ndarray | None = None) -> np.ndarray:
-    """The same positions where all hexes are valid, else moved until they are.
+    """Move the vertices until all hexes are valid; unchanged if they are.
 
-    The boundary is held at its place ever more weakly.  moves : (V,) which may; None: all
+    The boundary is held by ever weaker springs. moves : (V,) vertices that may move; None: all
     """
     place = x[problem.outer]
     for weight in 0.3 ** np.arange(12):
@@ -121,11 +121,11 @@ def untangled(problem: FitProblem, x: np.ndarray, moves: np.ndarray | None = Non
 def _soft(
     problem: FitProblem, x: np.ndarray, matching: Matching, best: State, rounds: int, keep: float
 ) -> State:
-    """Best snapped state of rounds that hold the boundary by springs, weakly below `keep`."""
+    """Best projected state of rounds with springs at the boundary, weak below `keep`."""
     jacobian = problem.scaled_jacobian(x)
     trust = np.where(problem.touching(jacobian < min(0.2, keep)), 0.1, 1.0)
     hold = np.ones(len(x))
-    found = rounds // 3  # round of the best
+    found = rounds // 3  # round of the best state
     for k, step in enumerate(np.linspace(0, 1, rounds)):
         beta, weight = 5 * 5**step, 10 * 30 ** min(1.0, 1.5 * step)
         at = goals_of(problem, x, matching, np.ones(len(x)))
@@ -154,9 +154,9 @@ def _soft(
 
 
 def _hard(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
-    """Best snapped state of rounds that hold the boundary stiffly, from the best one given."""
+    """Best projected state of rounds with stiff springs, starting from the given one."""
     x, trust = best.x, best.trust
-    found = 0  # round of the best
+    found = 0  # round of the best state
     for k, step in enumerate(np.linspace(0, 1, rounds)):
         at = goals_of(problem, x, matching, trust)
         size = problem.size(x)
@@ -184,9 +184,9 @@ def _hard(problem: FitProblem, matching: Matching, best: State, rounds: int) -> 
 
 
 def _local(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
-    """Best state of rounds near the worst hexes; the minimum sharpens where they gain little.
+    """Best state of rounds close to the worst hexes; the minimum is sharpened at small gain.
 
-    The surface pulls twice as much after a round that uncovers it.
+    The springs of the surface are doubled after a round that leaves it uncovered.
     """
     x, trust, beta, strength = best.x, best.trust, BETAS[0], 1.0
     lengths = problem.lengths(x, 2, 0.05)

@@ -1,8 +1,8 @@
-"""A hex mesh whose vertices move over a target: sizes, normals, springs and one descent.
+"""A hex mesh whose vertices move over a target: sizes, normals, springs and descent.
 
-The positions x (V, 3) are at the target's unit scale and belong to the caller; a FitProblem holds
-what does not change while they move.  The matches of the last search are kept as guesses for the
-next: they save time and do not change the answer.
+The positions x (V, 3) are at the unit scale of the target and belong to the caller; a FitProblem
+holds the data that do not change while they move. The matches of the last search are the initial
+guesses of the next; they change the time, not the result.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from polycube.types import HexMesh
 
 
 class FitProblem:
-    """Connectivity of a hex mesh and the surface it is fitted to.
+    """Connectivity of a hex mesh and the surface to which it is fitted.
 
-    The mesh may be a part of another; its quads are the boundary quads of that.
+    The mesh may be a part of another one; its quads are the boundary quads of that mesh.
     """
 
     def __init__(self, mesh: HexMesh, target: Target, samples: int) -> None:
@@ -55,16 +55,16 @@ class FitProblem:
         self.points = np.concatenate([points, corners])
         self.point_normals = np.concatenate([normals, target.vertex_normals[some]])
         self.point_face = np.append(cad_face, np.zeros(len(corners), np.int64))
-        self.cad_face = np.zeros(len(mesh.quads), np.int64)  # of the quads; 0: not known
-        self.vertex_face = np.zeros(len(self.outer), np.int64)  # the same of the outer vertices
+        self.cad_face = np.zeros(len(mesh.quads), np.int64)  # of the quads; 0: unknown
+        self.vertex_face = np.zeros(len(self.outer), np.int64)  # the same for the outer vertices
         self._face = np.zeros(len(self.outer), np.int64)
         self._triangle = np.zeros(len(self.points), np.int64)
-        self._trees: closest.Forest | None = None  # of the quads, where they were last
-        # how feet were asked for last, places and normals (B, 6) then, and the answers
+        self._trees: closest.Forest | None = None  # trees of the quads at their last positions
+        # arguments of the last closest-point query, positions and normals (B, 6), and the results
         self._last: tuple[tuple[float, float], np.ndarray, np.ndarray] | None = None
 
     def hold_on_faces(self, cad_face: np.ndarray) -> None:
-        """From now on every quad (Q,) is fitted to its own CAD face alone; 0: to any."""
+        """Fit every quad (Q,) only to its own CAD face from now on; 0: to any."""
         self.cad_face = cad_face
         low, high = np.full(len(self.mesh.vertices), np.inf), np.full(len(self.mesh.vertices), -1.0)
         corner, own = self.quads.ravel(), np.repeat(cad_face, 4)
@@ -79,7 +79,7 @@ class FitProblem:
 
     @cached_property
     def side_valence(self) -> np.ndarray:
-        """(E,) number of hexes at each of the sides."""
+        """(E,) number of hexes at each side."""
         found, count = edge_valence(self.hexes)
         key = np.array([len(self.mesh.vertices), 1])
         return count[np.searchsorted(found @ key, self.sides @ key)]
@@ -97,9 +97,10 @@ class FitProblem:
         return np.maximum(mean, 0.3 * np.median(mean[self.outer])) if len(self.outer) else mean
 
     def lengths(self, x: np.ndarray, smooth: int, isotropy: float) -> np.ndarray:
-        """(H, 3) wanted edge lengths: the present means, smoothed over like neighbours.
+        """(H, 3) wanted edge lengths: the present means, smoothed over neighbours.
 
-        smooth : steps on the logarithms; isotropy : share of the mean of the three directions
+        smooth : number of smoothing steps of the logarithms
+        isotropy : share of the mean of the three directions
         """
         length = _edge_lengths(np.ascontiguousarray(x, np.float64), self.hexes)
         log = np.log(np.maximum(length, 0.15 * np.median(length))).ravel()
@@ -109,7 +110,7 @@ class FitProblem:
         return np.exp((1 - isotropy) * log + isotropy * log.mean(axis=1, keepdims=True))
 
     def scaled_jacobian(self, x: np.ndarray) -> np.ndarray:
-        """(H,) see `polycube.hexmesh.scaled_jacobian`."""
+        """(H,) scaled Jacobians, see `polycube.hexmesh.scaled_jacobian`."""
         cuts = parts(len(self.hexes), energy.LEAST)
         calls = [partial(scaled_jacobian, x, self.hexes[cut]) for cut in cuts]
         return np.concatenate(side_by_side(calls))
@@ -117,9 +118,9 @@ class FitProblem:
     def feet(
         self, x: np.ndarray, normals: np.ndarray, alpha: float, free: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the target that suit the boundary vertices (B, 3), and its normals there.
+        """Compatible closest points of the target for boundary vertices (B, 3), and its normals.
 
-        Only what has moved since they were asked for last is looked up.
+        Only points that have moved since the last query are updated.
         """
         asked = np.hstack([x, normals])[self.outer]
         how = alpha, free
@@ -143,9 +144,9 @@ class FitProblem:
         weight: np.ndarray,
         slack: float,
     ) -> Springs:
-        """Springs from the points of the target to the boundary quads that suit them.
+        """Springs from points of the target to the closest compatible boundary quads.
 
-        weight : (V,) per square of the size; a point whose quad looks away pulls nothing
+        weight : (V,) per square of the size; 0 for a point whose quad has an incompatible normal
         """
         share = self._nearest_quads(triangles(x, self.quads), quad_normals, alpha)
         quad, corner = self._triangle // 4, self._triangle % 4
@@ -163,9 +164,9 @@ class FitProblem:
     def _nearest_quads(
         self, corners: np.ndarray, quad_normals: np.ndarray, alpha: float
     ) -> np.ndarray:
-        """Find the triangles (4 per quad) of the points; returns their weights (N, 3).
+        """Find the closest triangles (4 per quad) of the points; returns the weights (N, 3).
 
-        Points of a CAD face look among its own quads, where it has any.
+        Points of a CAD face are matched with its own quads if it has any.
         """
         normals = np.repeat(quad_normals, 4, axis=0)
         if self._trees is None:
@@ -187,9 +188,9 @@ class FitProblem:
         iterations: int,
         moves: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Lower the energy; hexes that are all valid stay so.
+        """Lower the energy; if all hexes are valid, they stay valid.
 
-        moves : (V,) which vertices may; None: all
+        moves : (V,) vertices that may move; None: all
         """
         least = energy.least_determinant(x, self.hexes, lengths)
         eps = min(np.sqrt(1e-6 + 0.04 * least**2), 1.0) if least < 0.01 else 1e-3
@@ -204,7 +205,7 @@ class FitProblem:
         return descend(function, x, iterations)
 
     def parts(self, joined: np.ndarray) -> np.ndarray:
-        """(Q,) number of the part of the boundary of each quad, across the sides (E,) that join."""
+        """(Q,) connected part of the boundary of each quad, across the sides `joined` (E,)."""
         first, second = self.side_quads[joined].T
         return connected(first, second, len(self.quads))
 
@@ -237,13 +238,13 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _incidence(cells: np.ndarray, n: int) -> csr_matrix:
-    """(V, C) ones where a vertex belongs to a cell."""
+    """(V, C) matrix of ones for the cells of each vertex."""
     column = np.repeat(np.arange(len(cells)), cells.shape[1])
     return csr_matrix((np.ones(cells.size), (cells.ravel(), column)), shape=(n, len(cells)))
 
 
 def _alike(hexes: np.ndarray) -> csr_matrix:
-    """(3H, 3H) mean over the same direction (3 hex + direction) in the hexes across each face."""
+    """(3H, 3H) mean over the same direction (3 hex + direction) in the neighbouring hexes."""
     a, b = neighbours(hexes)
     first, second = [3 * (a // 6) + a % 6 // 2], [3 * (b // 6) + b % 6 // 2]
     for k in range(2):  # the two directions in the common face

@@ -1,9 +1,9 @@
 """Sets of hexes behind one corner of a boundary quad, bounded by layers of faces.
 
-The two faces under the quad at its corner are continued straight on, across every regular edge,
-until they reach the boundary or an irregular edge.  Where they part the mesh, the hexes on the side
-of the quad are a quadrant.  A sheet round it puts one more row of quads beside each of the two
-edges of the corner, and none beside the other edges of the face.
+The two faces below the quad at its corner are continued straight across every regular edge until
+the boundary or an irregular edge. If they divide the mesh, the hexes on the side of the quad form a
+quadrant. A sheet around it adds a row of quads beside each of the two edges of the corner, and none
+beside the other edges of the face.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _BESIDE = np.array([[f for f in range(6) if np.isin(e, FACES[f]).all()] for e in
 
 
 def quadrant(mesh: HexMesh, hex_: int, face: int, corner: int) -> np.ndarray | None:
-    """(H,) hexes behind a corner of a boundary quad; None where its faces do not part the mesh.
+    """(H,) hexes behind a corner of a boundary quad; None if its faces do not divide the mesh.
 
-    hex_, face : whose boundary quad, as a hex and one of its FACES
+    hex_, face : the boundary quad, as a hex and a local face
     corner : vertex of the quad
     """
     faces, number, count = unique_rows(np.sort(mesh.hexes[:, FACES].reshape(-1, 4), axis=1))
@@ -41,7 +41,7 @@ def _opposite(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of faces that are opposite at an edge, as in a lattice; none at an irregular edge.
 
-    number : (6 H,) of the face of each side of a hex; count : (F,) hexes of each face
+    number : (6 H,) face of each side of a hex; count : (F,) number of hexes of each face
     """
     _, edge, valence = unique_rows(np.sort(hexes[:, EDGES].reshape(-1, 2), axis=1))
     order = np.argsort(edge, kind="stable")
@@ -57,7 +57,7 @@ def _opposite(
             first.append(both[0])
             second.append(both[1])
             continue
-        inner = (~is_exposed).all(axis=2).argmax(axis=1)  # a hex with both its faces inside
+        inner = (~is_exposed).all(axis=2).argmax(axis=1)  # a hex with both faces inside
         total = (ring.sum(axis=(1, 2)) + (ring * is_exposed).sum(axis=(1, 2))) // 2
         for one in ring[np.arange(len(ring)), inner].T:
             is_own = (ring == one[:, None, None]).any(axis=2)

@@ -1,9 +1,9 @@
-"""A mesh with every hex in eight whose finer boundary follows the surface.
+"""Divide every hex into eight and fit the finer boundary to the surface.
 
-The boundary goes to its feet with the inside following harmonically, so that thin layers move as
-one.  Gentle rounds of shape, scaled Jacobian and springs to surface and sharp edges spread what is
-left, and hard rounds of `polish` raise the worst hex.  After every move the few neighbourhoods
-whose hexes would suffer go only part of the way: quality is kept, and the surface given up there.
+The boundary moves to its closest points and the interior follows harmonically, so that thin layers
+move together. Rounds with shape energy, scaled Jacobian and springs to surface and sharp edges
+distribute the deformation, and hard rounds of `polish` improve the worst hex. After each move,
+regions whose hexes would suffer are moved less far, so quality has priority over distance.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-GOOD = 0.5  # score that needs no other recipe
-REACH = 0.0038  # distance that 99 % of the surface should be within: 0.4 % by any sampling
-FAR = 50.0  # what the score loses per diagonal beyond it
-NORMALS = 0.04  # length that a whole turn of the normal is worth, in diagonals
-NEAR = 0.3  # distance of a sharp edge that the boundary is sent to, in local sizes
-ATTEMPTS = 40  # to go less far; in the last ten nothing moves round a bad hex
-SAMPLES = 3  # points of the surface that look for the mesh, per boundary vertex
+GOOD = 0.5  # score above which no other recipe is tried
+REACH = 0.0038  # distance within which 99 % of the surface should be: 0.4 % with any sampling
+FAR = 50.0  # penalty per diagonal beyond it
+NORMALS = 0.04  # weight of the difference of unit normals, a length in diagonals
+NEAR = 0.3  # largest distance of a sharp edge to which the boundary is moved, in local sizes
+ATTEMPTS = 40  # attempts to move less far; in the last ten, no vertex near a bad hex moves
+SAMPLES = 3  # points of the surface that are matched with the mesh, per boundary vertex
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How the finer boundary is brought to the surface after its first move."""
+    """Parameters of the fit of the finer boundary after its first move."""
 
     name: str
-    rounds: int  # of the gentle fit
-    weight: tuple[float, float]  # of its springs, in the first round and in the last
-    cover: float  # weight of the pull from the surface's side, a share of these
-    features: bool = True  # sharp polycube edges follow sharp edges of the surface
+    rounds: int  # rounds of the fit
+    weight: tuple[float, float]  # weight of its springs, in the first round and in the last
+    cover: float  # weight of the springs from the surface, as a share of it
+    features: bool = True  # whether sharp polycube edges follow sharp edges of the surface
 
 
 RECIPES = (
@@ -63,16 +63,16 @@ def refine(
     reach: float = REACH,
     exact: bool = False,
 ) -> HexMesh:
-    """The mesh with every hex in eight, or the same mesh where none keeps its quality.
+    """The mesh with every hex divided into eight, or the same mesh if the quality is not kept.
 
-    It must come nearer to the surface, or be within the reach, with a scaled Jacobian of at least
-    0.41 (or 0.9 of the mesh's own where that is less), miss no more limits and lose no more
-    features of a CAD part.  A second recipe is tried where the first is not good or misses the
-    reach; the best of those within it is kept.
+    The result must be closer to the surface or within the reach, with a scaled Jacobian of at least
+    0.41 (or 0.9 of that of the given mesh if that is less), and it must not exceed more limits or
+    lose more features of a CAD part. A second recipe is tried if the first is not good or misses
+    the reach; the best result within the reach is returned.
 
-    features : also keep sharp polycube edges on sharp edges of the surface
-    reach : distance that 99 % of the surface should be within, in diagonals
-    exact : the features do not give way
+    features : keep sharp polycube edges on sharp edges of the surface
+    reach : distance within which 99 % of the surface should be, in diagonals
+    exact : features are not released
     """
     before = inspect(mesh, surface)
     least = least_jacobian(before.scaled_jacobian)
@@ -104,14 +104,14 @@ def refine(
 
 
 def _lost(found: Inspection) -> int:
-    """Features of a CAD part that the mesh loses."""
+    """Number of features of a CAD part that the mesh loses."""
     return sum(feature.is_lost for feature in found.features)
 
 
 def _tries(
     fine: HexMesh, goal: Target, recipe: Recipe, features: bool, least: float, exact: bool
 ) -> Iterator[tuple[str, HexMesh]]:
-    """Meshes by a recipe: as it is fitted, then with its worst hex raised."""
+    """Meshes by a recipe: after the fit, then with an improved worst hex."""
     use = recipe.features and features
     problem = FitProblem(fine, goal, SAMPLES * len(np.unique(fine.quads)))
     x = goal.to_unit(fine.vertices)
@@ -127,15 +127,15 @@ def _tries(
     )
     x = advance(
         problem, x, goal.to_unit(raised.vertices), least
-    )  # it may give quality for closeness
+    )  # it may lose quality to get closer
     yield f"{recipe.name}, raised", replace(fine, vertices=goal.to_model(x))
 
 
 def advance(problem: FitProblem, x: np.ndarray, wanted: np.ndarray, least: float) -> np.ndarray:
-    """Positions (V, 3) from x towards those wanted, less far round hexes that would fall too low.
+    """Move x (V, 3) towards the wanted positions, less far around hexes that would become too bad.
 
-    No hex falls below `least`, and none that is below it already gets worse: where all of a
-    neighbourhood stays, it is as it was.
+    No hex falls below `least`, and no hex already below becomes worse: if a whole neighbourhood
+    stays, it is unchanged.
     """
     allowed = np.minimum(least, problem.scaled_jacobian(x) - 1e-6)
     share = np.ones(len(x))
@@ -150,7 +150,7 @@ def advance(problem: FitProblem, x: np.ndarray, wanted: np.ndarray, least: float
 
 
 def _rings(problem: FitProblem, near: np.ndarray) -> np.ndarray:
-    """(V,) 1 at the vertices marked, 0 from the fourth ring of hexes round them on."""
+    """(V,) 1 at the marked vertices, 0 from the fourth ring of hexes around them."""
     level = near.astype(float)
     for ring in range(1, 4):
         near = problem.touching(near[problem.hexes].any(axis=1))
@@ -159,21 +159,21 @@ def _rings(problem: FitProblem, near: np.ndarray) -> np.ndarray:
 
 
 def _at_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
-    """Positions with the whole boundary at its goals and the inside carried along."""
+    """Positions with the whole boundary at its goals and the interior following."""
     return x + harmonic(problem, x, _near_goals(problem, x, matching).place(problem, x) - x)
 
 
 def _near_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> Goals:
-    """Goals of the boundary vertices; sharp edges and corners only where they are near."""
+    """Goals of the boundary vertices; sharp edges and corners only if they are close."""
     at = goals(problem, x, matching, NORMALS, np.ones(len(x), bool))
     gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
     return goals(problem, x, matching, NORMALS, gap < NEAR * problem.size(x))
 
 
 def harmonic(problem: FitProblem, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """(V, 3) displacement that is `shift` on the boundary and harmonic inside.
+    """(V, 3) displacement equal to `shift` on the boundary and harmonic inside.
 
-    Edges conduct by their inverse length: the two ends of a short one move alike.
+    The conductance of an edge is its inverse length, so the ends of a short edge move together.
     """
     ends = edges(problem.hexes)
     length = np.linalg.norm(x[ends[:, 0]] - x[ends[:, 1]], axis=1)
@@ -193,7 +193,7 @@ def harmonic(problem: FitProblem, x: np.ndarray, shift: np.ndarray) -> np.ndarra
 
 
 def _fit(problem: FitProblem, x: np.ndarray, matching: Matching, recipe: Recipe) -> np.ndarray:
-    """Rounds of descent with springs that grow stiff; weaker ones round bad hexes."""
+    """Rounds of descent with increasingly stiff springs; weaker ones around bad hexes."""
     trust = np.ones(len(x))
     low, high = recipe.weight
     for step in np.linspace(0, 1, recipe.rounds):

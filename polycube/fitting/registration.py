@@ -1,11 +1,13 @@
-"""Bring the boundary of a hex mesh onto a surface, untangle it and keep the hexes in shape.
+"""Fit the boundary of a hex mesh to a surface, untangle it and keep the hexes well-shaped.
 
 Rounds of descent of
 
-    sum_frames f(J)  +  sum_v w/h^2 [(n . r)^2 + slack |r|^2]  +  the same from the surface's side
+    sum_frames f(J)  +  sum_v w/h^2 [(n . r)^2 + slack |r|^2]  +  the same from points of the
+    surface
 
-with r from a boundary vertex to its foot, the closest point whose normal suits.  The weight w
-grows, the slack and the share alpha of the normals shrink; the pull lets go round bad hexes.
+where r is the vector from a boundary vertex to its closest point with a compatible normal. The
+weight w grows, the slack and the weight alpha of the normals decrease; the springs are released
+around bad hexes.
 """
 
 from __future__ import annotations
@@ -26,19 +28,19 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-Range = tuple[float, float]  # value in the first round and in the last, geometric between
+Range = tuple[float, float]  # value in the first and in the last round, geometric in between
 
 
 @dataclass(frozen=True)
 class ShortQuality:
-    """What a few rounds tell about a structure; lengths in per cent of the diagonal."""
+    """Quality of a structure after a few rounds; lengths in per cent of the diagonal."""
 
-    to_surface: float  # 98th percentile from the boundary vertices
-    to_mesh: float  # 98th percentile from points of the surface
+    to_surface: float  # 98th percentile of the boundary vertices
+    to_mesh: float  # 98th percentile of points of the surface
     bad: float  # share of hexes with a scaled Jacobian below 0.1
     mean_jacobian: float
     min_jacobian: float
-    volume_ratio: float  # of the mesh to the surface
+    volume_ratio: float  # of the mesh, relative to the surface
 
 
 def register_mesh(
@@ -54,13 +56,13 @@ def register_mesh(
     coverage: float = 0.5,
     features: bool = False,
 ) -> HexMesh:
-    """The mesh fitted to the target, in model units like the one given.
+    """The mesh fitted to the target, in model units.
 
-    rounds, iterations : of matching, and of descent in each
-    samples : points of the surface that look for the mesh
-    alpha : length that a whole turn of the normal is worth, in diagonals
-    weight, slack : of the pull across the surface, and the share of it along the surface
-    coverage : weight of the pull from the surface's side
+    rounds, iterations : number of rounds of matching, and of iterations in each
+    samples : points of the surface that are matched with the mesh
+    alpha : weight of the difference of unit normals, a length in diagonals
+    weight, slack : of the springs normal to the surface, and their share along the surface
+    coverage : weight of the springs from points of the surface
     features : match the curves of the surface first: vertices on their paths go to the curves, all
         others to the CAD face that the paths enclose
     """
@@ -85,7 +87,7 @@ def register_mesh(
 
 
 def matched_curves(mesh: HexMesh, target: Target) -> int:
-    """Number of curves of the surface that have a path on the edges of a mesh near it."""
+    """Number of curves of the surface that have a path on the edges of a mesh close to it."""
     return len(match(FitProblem(mesh, target, 1), target.to_unit(mesh.vertices)).routes)
 
 
@@ -97,7 +99,7 @@ def onto(
     weight: np.ndarray,
     slack: float,
 ) -> Springs:
-    """Springs from the boundary vertices to their feet; weight (V,) per square of the size."""
+    """Springs from the boundary vertices to closest points; weight (V,) per square of the size."""
     foot, facing = problem.feet(x, normals, alpha)
     strength = (weight / problem.size(x) ** 2)[problem.outer]
     return pull(problem.outer, foot, facing, strength, slack * strength)

@@ -1,4 +1,4 @@
-"""Meshes with their boundary snapped onto the surface, and what pulls it there."""
+"""Meshes with their boundary projected onto the surface, and the springs that pull it there."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from polycube.fitting.merit import INVALID
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs
 
-OFF = 20.0  # scaled Jacobian that a diagonal off the surface is worth
-COVER = 0.3  # weight of the surface's pull in local rounds (0 slid the barrel's rim away)
-STRAYED = 200.0  # the same off exact features, beyond what is allowed
-GOOD = 0.6  # scaled Jacobian above which the surface pulls with weight 1
+OFF = 20.0  # scaled Jacobian equivalent to a diagonal of distance from the surface
+COVER = 0.3  # weight of the springs of the surface in local rounds (0 loses the rim of the barrel)
+STRAYED = 200.0  # the same for exact features, beyond the permitted distance
+GOOD = 0.6  # scaled Jacobian above which the springs of the surface have weight 1
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A mesh with its boundary snapped to the goals, as far as its hexes allow."""
+    """A mesh with its boundary moved to the goals, as far as its hexes permit."""
 
     x: np.ndarray  # (V, 3)
     jacobian: float  # smallest
     residual: float  # largest distance of a boundary vertex from its goal
     trust: np.ndarray  # (V,) weight of features and coverage
-    strayed: float = 0.0  # largest distance of a vertex from exact features, beyond what is allowed
+    strayed: float = 0.0  # largest distance from exact features, minus the permitted distance
 
     @property
     def score(self) -> float:
-        """Larger is better."""
+        """Score of the mesh; larger is better."""
         off = OFF * self.residual + STRAYED * self.strayed
         return self.jacobian - off - INVALID * (self.jacobian <= 0)
 
 
 def goals_of(problem: FitProblem, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
-    """Goals of all boundary vertices; features only of those trusted (V,)."""
+    """Goals of all boundary vertices; features only at trusted vertices (V,)."""
     return goals(problem, x, matching, ALPHA, trust > 0.3)
 
 
 def state_of(problem: FitProblem, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
-    """The mesh as it is."""
+    """The state of the given positions."""
     return _measured(problem, x, at, at.place(problem, x), trust)
 
 
@@ -67,9 +67,9 @@ def snap(
 ) -> State:
     """Move the boundary to its goals, less far at hexes that would fall below `least`.
 
-    A hex that is below it already may not get worse.
+    A hex already below it must not become worse.
 
-    moves : (V,) which vertices may; None: all
+    moves : (V,) vertices that may move; None: all
     """
     goal = at.place(problem, x)
     if moves is not None:
@@ -86,7 +86,7 @@ def snap(
 
 
 def cover_of(problem: FitProblem, state: State, strength: float) -> tuple[Springs, float]:
-    """Pulls of the surface on the quads, and the distance that 1 % of its points exceed."""
+    """Springs of the surface on the quads, and the distance that 1 % of its points exceed."""
     weight = np.full(len(state.x), strength * (COVER if state.jacobian < GOOD else 1.0))
     springs = problem.cover(state.x, problem.normals(state.x)[1], 0.03, weight, 0.0)
     reached = np.einsum("sk,skd->sd", springs.share, state.x[springs.vertex])

@@ -1,4 +1,4 @@
-"""Quadratic pulls on points of a hex mesh, with their energy and its gradient."""
+"""Quadratic springs at points of a hex mesh, with their energy and its gradient."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numba import njit
 
 
 class Springs(NamedTuple):
-    """Quadratic pulls: sum along (n . r)^2 + every |r|^2 with r = sum_k share_k x_k - goal."""
+    """Quadratic springs: sum along (n . r)^2 + every |r|^2 with r = sum_k share_k x_k - goal."""
 
     vertex: np.ndarray  # (S, 4) int64
     share: np.ndarray  # (S, 4)

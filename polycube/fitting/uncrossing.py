@@ -1,8 +1,8 @@
-"""Mend a boundary that crosses itself at a few places.
+"""Repair a boundary that crosses itself at a few places.
 
-Two quads that fold over each other, or stick into one another, part when their vertices move
-towards their neighbours on the boundary.  They leave the surface by that.  Where they have to move
-so far that hexes are inverted, the hexes near them are untangled.
+Two quads that fold over or penetrate each other separate when their vertices move towards their
+neighbours on the boundary. The vertices leave the surface in this way. If they must move so far
+that hexes are inverted, the hexes nearby are untangled.
 """
 
 from __future__ import annotations
@@ -23,24 +23,25 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-MOST = 40  # pairs of quads; more of them are no accident
+MOST = 40  # largest number of pairs of quads that are repaired
 SHARES = (0.05, 0.1, 0.2, 0.3, 0.45)  # of the way to the mean of the neighbours
-STEPS = 12  # halfway there each, until no quads cross
-RINGS = (2, 3, 4, 5)  # of hexes round what moved that are untangled, tried in turn
+STEPS = 12  # steps of half the way, until no quads cross
+# rings of hexes around the moved vertices that are untangled, tried in sequence
+RINGS = (2, 3, 4, 5)
 
 
 def without_crossings(mesh: HexMesh, target: Target) -> HexMesh:
-    """Move the vertices of quads that cross, as little as parts them.
+    """Move the vertices of crossing quads, by the smallest displacement that separates them.
 
     Parameters
     ----------
-    mesh : fitted
-    target : what it is fitted to
+    mesh : fitted mesh
+    target : the surface to which it is fitted
 
     Returns
     -------
-    The mesh with other vertices, without crossings and inverted hexes; the same where it has none
-    of the former, more than `MOST`, any of the latter, or where nothing parts them
+    The mesh with moved vertices, without crossings and inverted hexes. It is unchanged if it has no
+    crossings or more than `MOST`, if it has inverted hexes, or if the quads cannot be separated
     """
     found = crossings(mesh)
     if not 0 < len(found) <= MOST or scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0:
@@ -67,7 +68,7 @@ def _is_sound(mesh: HexMesh) -> bool:
 
 
 def _means(mesh: HexMesh) -> csr_matrix:
-    """(V, V) rows that give the mean of a vertex's neighbours on the boundary."""
+    """(V, V) matrix that averages the neighbours of a vertex on the boundary."""
     ends, _ = quad_edges(mesh.quads)
     rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
     number = np.bincount(rows, minlength=len(mesh.vertices))
@@ -75,7 +76,7 @@ def _means(mesh: HexMesh) -> csr_matrix:
 
 
 def _unfolded(mesh: HexMesh, target: Target, means: csr_matrix) -> HexMesh:
-    """Quads parted however far they go, and the hexes near them untangled; sound if that works."""
+    """Separate quads without a limit and untangle the hexes nearby; sound if successful."""
     tried = mesh
     for rings in RINGS:
         tried = _parted(tried, means)
@@ -87,7 +88,7 @@ def _unfolded(mesh: HexMesh, target: Target, means: csr_matrix) -> HexMesh:
 
 
 def _parted(mesh: HexMesh, means: csr_matrix) -> HexMesh:
-    """Vertices of quads that cross halfway to the mean of their neighbours, again and again."""
+    """Move the vertices of crossing quads halfway to the mean of their neighbours, repeatedly."""
     for _ in range(STEPS):
         found = crossings(mesh)
         if not len(found):
@@ -100,7 +101,7 @@ def _parted(mesh: HexMesh, means: csr_matrix) -> HexMesh:
 
 
 def _untangled_near(mesh: HexMesh, moves: np.ndarray, rings: int, target: Target) -> HexMesh:
-    """The mesh with the vertices in so many rings of hexes round some (V,) moved."""
+    """The mesh after moving the vertices in some rings of hexes around the given ones (V,)."""
     for _ in range(rings):
         moves[mesh.hexes[moves[mesh.hexes].any(axis=1)]] = True
     elements = np.flatnonzero(moves[mesh.hexes].any(axis=1))

@@ -1,4 +1,4 @@
 """Hex meshes: connectivity, generation, quality, certificates and named sets.
 
-Imports structure, surface and below.
+Imports `structure`, `surface` and the layers below.
 """

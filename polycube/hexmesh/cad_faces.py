@@ -1,10 +1,10 @@
 """The faces of the CAD model on the boundary of a hex mesh.
 
-Nine points of every quad, one in the middle of each ninth, take the face of the nearest triangle
-whose normal suits, and sides that lie on a curve between two faces say which of them the quad is on
-(`polycube.surface.curves.cad_curves`).  Where mesh edges follow the curves, each face so becomes a
-set of whole quads with exactly its border; elsewhere the border is the shortest that suits the
-points.
+Each quad has nine sample points, one at the centre of each ninth. A sample takes the CAD face of
+the closest triangle with a compatible normal. Sides of quads that lie on a curve between two faces
+also determine the face of the quad (`polycube.surface.curves.cad_curves`). If mesh edges follow the
+curves, each CAD face becomes a set of whole quads with exactly its border; otherwise the border is
+the shortest one that agrees with the samples.
 """
 
 from __future__ import annotations
@@ -25,19 +25,20 @@ from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-BORDER = 0.2  # of a quad: what a side between two faces costs where no curve is
-SMOOTH = np.cos(np.radians(30))  # between the normals of quads, where the mesh has no edge
-SPREAD = 0.003  # of the diagonal: how much farther than the surface the face of a quad may be
+BORDER = 0.2  # of a quad: cost of a side between two faces away from curves
+# for the normals of quads at sides where the mesh has no sharp edge
+SMOOTH = np.cos(np.radians(30))
+SPREAD = 0.003  # of the diagonal: how much farther than the surface the CAD face of a quad may be
 TINY = 1e-9
-ALPHA = 0.04  # of the diagonal: how far a normal that is the other way counts
+ALPHA = 0.04  # of the diagonal: distance equivalent to opposite normals
 NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2, 5 / 6)])
 
 
 def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
     """The mesh with all sets of its boundary: ends, holes, CAD faces and patches.
 
-    Ends and holes of a CAD model consist of its faces, and are found on the model, those of any
-    other part of pieces of the mesh's patches.
+    In a CAD model, ends and holes consist of CAD faces and are found on the model. In other parts
+    they consist of pieces of the patches of the mesh.
     """
     if not len(surface.region):
         return replace(mesh, sets=boundary_sets(mesh))
@@ -59,11 +60,11 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
 
 @lru_cache(maxsize=2)
 def model_sets(surface: TriMesh) -> dict[str, np.ndarray]:
-    """Find the sets of a surface that have names before there is a mesh.
+    """Find the sets of a surface that can be named without a mesh.
 
     Returns
     -------
-    Numbers of triangles (N,) by name: ends and holes; for a CAD model its faces, too.
+    Numbers of triangles (N,) by name: ends, holes, and the faces of a CAD model.
     """
     if not len(surface.region):
         alike = np.zeros(len(surface.faces), np.int64)
@@ -73,21 +74,22 @@ def model_sets(surface: TriMesh) -> dict[str, np.ndarray]:
 
 
 def quads_of_sets(mesh: HexMesh, surface: TriMesh) -> dict[str, np.ndarray]:
-    """Boundary quads (N,) of a mesh near the surface, by the names of `model_sets`."""
+    """Boundary quads (N,) of a mesh close to the surface, by the names of `model_sets`."""
     if len(surface.region):
         sets = (mesh if mesh.sets else with_sets(mesh, surface)).sets
         return {name: sets.get(name, np.zeros(0, np.int64)) for name in model_sets(surface)}
     sets = model_sets(surface)
     named = np.ones(len(surface.faces), np.int64)
     for number, own in enumerate(sets.values(), start=2):
-        named[own] = number  # no triangle is in two of them
+        named[own] = number  # no triangle is in two of the sets
     region = _regions(mesh, surface, named)[0]
     return {name: np.flatnonzero(region == number) for number, name in enumerate(sets, start=2)}
 
 
 def _numbers(surface: TriMesh) -> dict[str, np.ndarray]:
-    """Numbers of the CAD faces of each set: ends, holes, `cad_NAME` of all that the file calls so,
-    and `cad_face_1` ...
+    """Numbers of the CAD faces of each set.
+
+    The sets are ends, holes, `cad_NAME` for all faces with a name in the file, `cad_face_1` etc.
     """
     numbers = np.unique(surface.region).tolist()
     called: dict[str, list[int]] = {}
@@ -101,12 +103,12 @@ def _numbers(surface: TriMesh) -> dict[str, np.ndarray]:
 
 
 def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
-    """CAD face of each boundary quad (Q,), and the share of its points that are on it (Q,)."""
+    """CAD face of each boundary quad (Q,), and the share of its samples on this face (Q,)."""
     return _regions(mesh, surface, surface.region)
 
 
 def _regions(mesh: HexMesh, surface: TriMesh, named: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same for any regions of the triangles (F,), from 1."""
+    """Like `quad_regions`, for any regions of the triangles (F,), numbered from 1."""
     goal = target(surface)
     corners = goal.to_unit(mesh.vertices)[mesh.quads]
     points, normals = _ninths(corners)
@@ -120,8 +122,9 @@ def _regions(mesh: HexMesh, surface: TriMesh, named: np.ndarray) -> tuple[np.nda
 
 
 def kept_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(Q,) number of the CAD face that all of each boundary quad is near; 0 without sets of CAD
-    faces, and for quads that spread over several.
+    """(Q,) number of the CAD face to which the whole quad is close.
+
+    It is 0 without sets of CAD faces, and for quads that cover several faces.
     """
     goal, face = target(surface), cad_faces(mesh)
     points, normals = _ninths(goal.to_unit(mesh.vertices)[mesh.quads])
@@ -135,7 +138,7 @@ def kept_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 
 def _ninths(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middles of the ninths (9 Q, 3) and unit normals (Q, 3) of quads with corners (Q, 4, 3)."""
+    """Centres of the ninths (9 Q, 3) and unit normals (Q, 3) of quads with corners (Q, 4, 3)."""
     u, v = NINTHS.T
     shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 9)
     points = np.einsum("kg,qkd->qgd", shape, corners).reshape(-1, 3)
@@ -150,27 +153,29 @@ def _with_short_borders(
     corners: np.ndarray,
     is_smooth: np.ndarray,
 ) -> np.ndarray:
-    """(Q,) CAD faces that suit points and sides, with short borders where no curve is.
+    """(Q,) CAD faces that agree with samples and sides, with short borders away from curves.
 
     Parameters
     ----------
-    ninths : (Q, 9) face that the middle of each ninth is nearest to
-    bounded : (Q, 4) face that each side bounds; 0 where it is on no curve
+    ninths : (Q, 9) closest face for the centre of each ninth
+    bounded : (Q, 4) face that each side bounds; 0 if it is not on a curve
     across : (Q, 4) the other side at the same edge, as 4 quad + corner
-    corners : (Q, 4, 3)
-    is_smooth : (Q, 4) sides at which the mesh has no edge of its own, where a border costs
+    corners : (Q, 4, 3) corners of the quads
+    is_smooth : (Q, 4) sides at which the mesh has no sharp edge, so that a border has a cost
 
-    The faces minimise the sum over the quads of the share of their ninths on other faces, the share
-    of their perimeter that bounds other faces, and `BORDER` times the lengths of the smooth sides
-    between different faces on no curve, over the mean side of the two quads.  In a step, quads
-    change that gain more by it than their neighbours would: the sum decreases in every step.
+    The result minimises the sum over the quads of the share of their ninths on other faces, the
+    share of their perimeter that bounds other faces, and `BORDER` times the lengths of the smooth
+    sides between different faces away from curves, divided by the mean side of the two quads. In
+    each step, the quads change whose gain is larger than those of their neighbours, so the sum
+    decreases.
     """
     is_curve = bounded > 0
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     size = length.mean(axis=1)
     weight = 2 * length / (size[:, None] + size[across // 4]).clip(TINY)
     weight *= BORDER * (is_smooth & ~is_curve & ~is_curve.ravel()[across])
-    candidates = np.hstack([ninths[:, [len(NINTHS) // 2]], ninths, bounded])  # ties: the middle
+    # at a tie, the centre decides
+    candidates = np.hstack([ninths[:, [len(NINTHS) // 2]], ninths, bounded])
     own = (candidates[:, :, None] != ninths[:, None]).mean(axis=2)
     part = is_curve * length / (4 * size[:, None]).clip(TINY)
     own += ((candidates[:, :, None] != bounded[:, None]) * part[:, None]).sum(axis=2)
@@ -191,7 +196,7 @@ def _with_short_borders(
 
 
 def _across(quads: np.ndarray) -> np.ndarray:
-    """(Q, 4) the other side at the edge of each side, as 4 quad + corner; itself without one."""
+    """(Q, 4) the other side at the edge of each side, as 4 quad + corner; or itself."""
     found = np.arange(quads.size)
     first, second = twins(quads)
     found[first], found[second] = second, first

@@ -1,8 +1,8 @@
-"""Whether trilinear hexes are positive everywhere, not only at their corners.
+"""Certificate that trilinear hexes have a positive Jacobian everywhere, not only at corners.
 
-det J of a trilinear map is a polynomial of degree 2 in each of xi, eta, zeta.  Its 27 Bernstein
-coefficients on a box bound it from below and the corner ones are values; a box whose bound is not
-positive is halved in each direction (de Casteljau) until a value or the bound decides.
+det J of a trilinear map is a polynomial of degree 2 in each of xi, eta, zeta. Its 27 Bernstein
+coefficients on a box are bounds from below, and those at the corners are values. A box with a
+non-positive bound is halved in each direction (de Casteljau) until a value or the bound decides.
 (Johnen, Weill, Remacle: Robust and efficient validation of the linear hexahedral element, 2017.)
 """
 
@@ -17,10 +17,11 @@ import numpy as np
 
 from polycube.hexmesh.connectivity import EDGES, PLACES
 
-MAX_LEVEL = 12  # halvings of a box
-MAX_NUMBERS = 2_700_000  # in the boxes open at once; 22 MB
-CHUNK = 50_000  # hexes at a time
-ROUNDING = 1e-12  # of the largest frame of a hex: a bound no larger is not taken for positive
+MAX_LEVEL = 12  # largest number of times that a box is halved
+MAX_NUMBERS = 2_700_000  # numbers in all undecided boxes at once; 22 MB
+CHUNK = 50_000  # hexes in one batch
+# relative to the largest frame of a hex: a smaller bound does not count as positive
+ROUNDING = 1e-12
 
 _NODES = np.array([0.0, 0.5, 1.0])
 _GRID = np.array(list(product(_NODES, repeat=3)))  # (27, 3), zeta fastest
@@ -29,10 +30,10 @@ _TO_BERNSTEIN = np.array([[1, 0, 0], [-0.5, 2, -0.5], [0, 0, 1]])  # from values
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """det J of each hex over its mean there, which is 1 in a parallelepiped."""
+    """det J of each hex relative to its mean value; 1 for a parallelepiped."""
 
-    least: np.ndarray  # (H,) smallest value met
-    bound: np.ndarray  # (H,) nowhere smaller, to rounding
+    least: np.ndarray  # (H,) smallest value found
+    bound: np.ndarray  # (H,) lower bound, up to rounding errors
 
     @property
     def positive(self) -> np.ndarray:
@@ -41,12 +42,12 @@ class Certificate:
 
     @property
     def refuted(self) -> np.ndarray:
-        """(H,) whether det J is zero or negative somewhere; what is neither is undecided."""
+        """(H,) whether det J is zero or negative somewhere; the remaining hexes are undecided."""
         return self.least <= 0
 
 
 def certify(vertices: np.ndarray, hexes: np.ndarray) -> Certificate:
-    """Bounds of det J of hexes (H, 8); only as sharp as the sign needs."""
+    """Bounds of det J of hexes (H, 8), as tight as needed for the sign."""
     parts = [_chunk(vertices, part) for part in np.array_split(hexes, len(hexes) // CHUNK + 1)]
     return Certificate(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
@@ -58,7 +59,8 @@ def coefficients(corners: np.ndarray) -> np.ndarray:
 
 
 def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    corners = vertices[hexes] - vertices[hexes[:, :1]]  # a far placement would cost digits
+    # reduces rounding errors for a part far from the origin
+    corners = vertices[hexes] - vertices[hexes[:, :1]]
     boxes = coefficients(corners)
     mean = np.abs(boxes.mean(axis=1))
     length = np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2).max(axis=1)
@@ -68,10 +70,10 @@ def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def signed_bounds(boxes: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Least value met and bound (H,) of polynomials of a degree in each of three variables.
+    """Smallest value found and lower bound (H,) of polynomials in three variables.
 
-    boxes : (H, (degree + 1)^3) Bernstein coefficients on the unit cube.  A box is halved only
-        where the sign is open.
+    boxes : (H, (degree + 1)^3) Bernstein coefficients on the unit cube, for the given degree in
+        each variable; a box is only halved while the sign is undecided
     """
     halves, ends = _halves(degree)
     owner = np.arange(len(boxes))
@@ -93,9 +95,10 @@ def signed_bounds(boxes: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarra
 
 @lru_cache
 def _halves(degree: int) -> tuple[list[tuple[np.ndarray, ...]], np.ndarray]:
-    """Matrices along the axes that halve a box, for each of eight; which coefficients are values.
+    """Matrices along the axes for each of the eight halves of a box, and which coefficients are
+    values.
 
-    By de Casteljau's rule.
+    The matrices follow from de Casteljau's algorithm.
     """
     n = degree + 1
     low = np.array([[comb(i, j) / 2**i for j in range(n)] for i in range(n)])
@@ -104,7 +107,7 @@ def _halves(degree: int) -> tuple[list[tuple[np.ndarray, ...]], np.ndarray]:
 
 
 def _along_axes(values: np.ndarray, matrices: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Apply a (m, m) matrix per axis to tensors (n, m^3)."""
+    """Apply an (m, m) matrix along each axis of tensors (n, m^3)."""
     x, y, z = matrices
     cube = values.reshape(-1, len(x), len(x), len(x))
     return np.einsum("nijk,ai,bj,ck->nabc", cube, x, y, z, optimize=True).reshape(values.shape)

@@ -1,7 +1,7 @@
 """Connectivity of a hex mesh: boundary, edges, valences, extraordinary edges, checks.
 
-Local numbers are VTK's (see `polycube.types.HexMesh`).  A face is exposed when one hex has it;
-the exposed faces, counter-clockwise from outside, are the boundary.
+Local numbering is that of VTK (see `polycube.types.HexMesh`). A face is exposed if it belongs to
+only one hex; the boundary consists of the exposed faces, counter-clockwise from outside.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from scipy.sparse.csgraph import connected_components
 from polycube.surface.measures import components, euler
 from polycube.types import HexMesh
 
-# place of each corner in the unit cube (xi, eta, zeta)
+# position of each corner in the unit cube (xi, eta, zeta)
 PLACES = np.reshape(
     [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1], (8, 3)
 )
-# corner and the ends of its three edges, right-handed
+# each corner and the ends of its three edges, right-handed
 CORNERS = np.reshape(
     [
         0,
@@ -61,7 +61,7 @@ CORNERS = np.reshape(
 FACES = np.array(
     [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]]
 )
-# four edges along xi, then eta, then zeta, from the low end to the high one
+# four edges each along xi, eta and zeta, in ascending direction
 EDGES = np.reshape(
     [0, 1, 3, 2, 4, 5, 7, 6, 0, 3, 1, 2, 4, 7, 5, 6, 0, 4, 1, 5, 2, 6, 3, 7],
     (12, 2),
@@ -75,7 +75,7 @@ def hex_mesh(
     patch: np.ndarray | None = None,
     cell: np.ndarray | None = None,
 ) -> HexMesh:
-    """Hex mesh with what is not given filled in: boundary quads, patch 0, cell 0.
+    """Make a hex mesh; missing arguments default to all boundary quads, patch 0 and cell 0.
 
     vertices : (V, 3), hexes : (H, 8), quads : (Q, 4), patch : (Q,), cell : (H,)
     """
@@ -87,7 +87,7 @@ def hex_mesh(
 
 
 def boundary_quads(hexes: np.ndarray) -> np.ndarray:
-    """(Q, 4) faces that one hex has, counter-clockwise from outside, in the order of the hexes."""
+    """(Q, 4) faces of only one hex, counter-clockwise from outside, in the order of the hexes."""
     return exposed(hexes)[0]
 
 
@@ -100,7 +100,7 @@ def exposed(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-    """The hex of each boundary quad (Q,), and which of its FACES it is (Q,)."""
+    """The hex of each boundary quad (Q,), and its number in FACES (Q,)."""
     faces = mesh.hexes[:, FACES].reshape(-1, 4)
     rows = np.sort(np.concatenate([faces, mesh.quads]), axis=1)
     _, inverse, _ = unique_rows(rows)
@@ -110,10 +110,10 @@ def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def part(mesh: HexMesh, elements: np.ndarray, sides: np.ndarray) -> tuple[HexMesh, np.ndarray]:
-    """Some hexes (E,) of a mesh, with those of its boundary quads that they have, and the vertices
-    used (V',), ascending.
+    """Extract hexes (E,) of a mesh with their boundary quads, and the used vertices (V',),
+    ascending.
 
-    sides : (Q, 2) hex and face of each boundary quad of the mesh
+    sides : (Q, 2) hex and local face of each boundary quad of the mesh
     """
     used, hexes = np.unique(mesh.hexes[elements], return_inverse=True)
     kept = np.isin(sides[:, 0], elements)
@@ -137,7 +137,7 @@ def neighbours(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def unique_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distinct rows in lexical order, where each row went, and how often each occurs."""
+    """Distinct rows in lexical order, index of each row among them, and number of occurrences."""
     order = np.lexsort(rows.T[::-1])
     ordered = rows[order]
     new = np.ones(len(rows), bool)
@@ -148,21 +148,21 @@ def unique_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def edge_valence(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (E, 2), ends ascending, and the number of hexes round each (E,)."""
+    """Edges (E, 2) with ascending ends, and the number of hexes around each (E,)."""
     edges, _, count = unique_rows(np.sort(hexes[:, EDGES].reshape(-1, 2), axis=1))
     return edges, count
 
 
 def edges(hexes: np.ndarray) -> np.ndarray:
-    """(E, 2) edges, ends ascending."""
+    """(E, 2) edges with ascending ends."""
     return edge_valence(hexes)[0]
 
 
 def quad_edges(quads: np.ndarray, is_closed: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (E, 2) of a quad surface, ends ascending, and the two quads at each (E, 2).
+    """Edges (E, 2) of a quad surface with ascending ends, and the two quads at each (E, 2).
 
-    is_closed : raise ValueError where an edge has not exactly two quads; else an edge of the border
-        has its quad twice, and at an edge with more they are the first and the last
+    is_closed : True: raise ValueError unless every edge has exactly two quads. False: an edge of
+        the border has its quad twice; an edge with more than two quads has the first and the last
     """
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
     found, inverse, count = unique_rows(sides)
@@ -178,7 +178,7 @@ def quad_edges(quads: np.ndarray, is_closed: bool = True) -> tuple[np.ndarray, n
 
 
 def extraordinary_edges(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Interior edges without four hexes (I, 2), and boundary edges without two (B, 2)."""
+    """Interior edges (I, 2) without exactly four hexes, and boundary edges (B, 2) without two."""
     found, count = edge_valence(mesh.hexes)
     outside, _ = quad_edges(mesh.quads)
     key = np.int64(len(mesh.vertices))
@@ -196,7 +196,7 @@ def genus(mesh: HexMesh) -> int:
 
 
 def check_conforming(mesh: HexMesh) -> None:
-    """Raise ValueError unless hexes meet in whole faces and the boundary is a closed manifold."""
+    """Raise ValueError unless hexes share whole faces and the boundary is a closed manifold."""
     if len(mesh.hexes) == 0:
         raise ValueError("hex mesh has no hexes")
     if mesh.hexes.min() < 0 or mesh.hexes.max() >= len(mesh.vertices):
@@ -218,7 +218,7 @@ def check_conforming(mesh: HexMesh) -> None:
 
 
 def _check_fans(quads: np.ndarray) -> None:
-    """Raise ValueError where the quads round a vertex are more than one fan."""
+    """Raise ValueError if the quads around a vertex form more than one fan."""
     _, pairs = quad_edges(quads)
     ends, _ = quad_edges(quads)
     corner = {(q, v): 4 * q + k for q, row in enumerate(quads.tolist()) for k, v in enumerate(row)}

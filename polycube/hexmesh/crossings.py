@@ -1,12 +1,12 @@
-"""Crossings of the boundary of a hex mesh with itself.
+"""Self-intersections of the boundary of a hex mesh.
 
-A boundary quad is a bilinear patch.  It is replaced by two triangles, split along the diagonal from
-the first corner of the face in Abaqus' order of faces (S1 to S6), as programs do that triangulate
-the boundary of a hex mesh.  Two triangles without a common vertex are disjoint if and only if a
-plane separates them, and it suffices to test the planes of finitely many directions (separating
-axes: both normals, the products of edges of one with edges of the other and, for triangles in one
-plane, the normals of edges within it).  Rounding cannot make up a separating plane, so a clean mesh
-has no crossings whatever its orientation, and triangles that touch or overlap in one plane count.
+A boundary quad is a bilinear patch. It is replaced by two triangles, split along the diagonal from
+the first corner of the face in the order of faces of Abaqus (S1 to S6), as in programs that
+triangulate the boundary of a hex mesh. Two triangles without a common vertex are disjoint if and
+only if a plane separates them, and it is sufficient to test planes of finitely many directions
+(separating axes: both normals, the cross products of edges of one with edges of the other and, for
+coplanar triangles, the normals of edges in their plane). Rounding errors cannot produce a
+separating plane. Triangles that touch, or overlap in one plane, count as crossing.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from polycube.surface.closest import tree
 from polycube.surface.intersections import overlapping_boxes
 from polycube.types import HexMesh
 
-# the faces 3-0-4-7 and 2-3-7-6 start, in the order of `connectivity.FACES`, beside that corner
+# In the order of `connectivity.FACES`, the faces 3-0-4-7 and 2-3-7-6 start beside that corner.
 _OTHER_DIAGONAL = np.array([True, False, False, True, False, False])
-MANY = 20  # pairs of quads that cross, from which on no later stage parts them
-_GAP = 1e-9  # of the size of two triangles: a gap below it is a contact
+# number of crossing pairs of quads above which later stages are not expected to separate them
+MANY = 20
+_GAP = 1e-9  # of the size of two triangles: a smaller gap is a contact
 
 
 def crossings(mesh: HexMesh) -> np.ndarray:
@@ -36,8 +37,8 @@ def crossings(mesh: HexMesh) -> np.ndarray:
     Returns
     -------
     (N, 2) int array
-        Indices i < j into ``mesh.quads``, in lexical order.  Triangles with a common vertex do not
-        count, so that neighbours count only where they fold over each other beyond it.
+        Indices i < j of ``mesh.quads``, in lexical order. Triangles with a common vertex do not
+        count, so neighbouring quads are found only if they fold over each other elsewhere.
     """
     triangles, quad = _split(mesh)
     corners = mesh.vertices[triangles]
@@ -48,7 +49,7 @@ def crossings(mesh: HexMesh) -> np.ndarray:
 
 
 def _split(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Two triangles of each quad (2 Q, 3), and the quad of each (2 Q,)."""
+    """Two triangles of each quad (2 Q, 3), and the quad of each triangle (2 Q,)."""
     hexa, face = quad_sides(mesh)
     quads = mesh.hexes[hexa[:, None], FACES[face]]
     quads = np.where(_OTHER_DIAGONAL[face, None], np.roll(quads, -1, axis=1), quads)
@@ -58,7 +59,7 @@ def _split(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True, error_model="numpy")
 def _meet(corners: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """(N,) whether the triangles (T, 3, 3) of each pair (N, 2) have a point in common."""
+    """(N,) whether the triangles (T, 3, 3) of each pair (N, 2) have a common point."""
     found = np.zeros(len(pairs), np.bool_)
     points = np.empty((6, 3))
     for n in range(len(pairs)):
@@ -73,7 +74,7 @@ def _meet(corners: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy")
 def _separated(points: np.ndarray, gap: float) -> bool:
-    """Whether a plane separates the triangles of points 0 to 2 and 3 to 5, by more than `gap`."""
+    """Whether a plane separates the triangles of points 0-2 and 3-5 by more than `gap`."""
     first, second = _normal(points, 0), _normal(points, 3)
     if _separates(points, first, gap) or _separates(points, second, gap):
         return True
@@ -104,7 +105,7 @@ def _separates(points: np.ndarray, axis: Vector, gap: float) -> bool:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _edge(points: np.ndarray, k: int) -> Vector:
-    """From point k to the next of its triangle."""
+    """Vector from point k to the next point of its triangle."""
     after = k - 2 if k % 3 == 2 else k + 1
     return (
         points[after, 0] - points[k, 0],

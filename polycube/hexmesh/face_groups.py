@@ -1,9 +1,9 @@
-"""Groups of the faces of a closed surface that have a name of their own: its ends and its holes.
+"""Groups of faces of a closed surface with a name: its ends and its holes.
 
-Faces with one label (a patch, a face of a CAD model) are cut at sharp edges into segments, and
-these into pieces whose normals are nearest to the same axis direction.  An end such as `x_min`
-consists of the pieces farthest out among those that face -x; of a CAD model, of whole CAD faces.  A
-hole consists of pieces that meet at concave edges and stand round an axis that they face.
+Faces with one label (a patch or a CAD face) are divided at sharp edges into segments, and these
+into pieces whose normals are closest to the same axis direction. An end such as `x_min` consists of
+the outermost pieces whose normals point to -x; in a CAD model, of whole CAD faces. A hole consists
+of pieces that meet at concave edges and surround an axis.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from polycube.surface.measures import connected
 from polycube.types import TriMesh
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
-SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that cuts a label
-WHOLE = 0.5  # of its segment's area: a piece whose border may be in the middle of a smooth face
+SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that divides a label
+WHOLE = 0.5  # of the area of its segment: smaller pieces may end in the middle of a smooth face
 FLAT, PART = 0.95, 0.2  # least mean normal of a smaller piece, and its least share of its segment
-ROUND = 0.4  # length of the mean normal towards an end of a CAD face that is not flat, at least
-OUTERMOST = 0.05  # of the diagonal: how far from the bounding box the outermost point of an end is
-LEVEL = 1e-3  # of the diagonal: pieces that lie equally far out
-OPPOSITE = 0.7  # minus the cosine between normals of pieces that face each other, at least
-UPRIGHT = 0.7  # sine between the normal of a wall and the axis of its hole, at least
-GAP = np.radians(170)  # between the directions that neighbouring walls of a hole face, at most
-N_FLOORS = 12  # pieces, the largest, whose normals may be the axis
-CONCAVE = 0.02  # sine of the angle at which two pieces turn inwards, at least, on average
+ROUND = 0.4  # smallest length of the mean normal towards an end, for a CAD face that is not flat
+OUTERMOST = 0.05  # of the diagonal: largest distance of an end from the bounding box
+LEVEL = 1e-3  # of the diagonal: pieces with a smaller difference are equally far out
+OPPOSITE = 0.7  # smallest negative cosine between the normals of pieces that face each other
+UPRIGHT = 0.7  # smallest sine between the normal of a wall and the axis of its hole
+GAP = np.radians(170)  # largest angle between the normals of neighbouring walls of a hole
+N_FLOORS = 12  # number of the largest pieces whose normals are tried as axis
+CONCAVE = 0.02  # smallest mean sine of the concave angle between two pieces
 GAUSS = 0.5 + np.sqrt(1 / 12) * np.array([-1, 1])  # two points on the unit interval
 
 
@@ -38,9 +38,9 @@ class Faces:
 
     Parameters
     ----------
-    area : (N,)
-    normal : (N, 3) mean over the area, of length 1 where flat
-    middle : (N, 3) centroid
+    area : (N,) areas
+    normal : (N, 3) mean normals over the area, of length 1 for flat faces
+    middle : (N, 3) centroids
     """
 
     area: np.ndarray
@@ -57,24 +57,24 @@ class Faces:
 
 @dataclass(frozen=True, eq=False)
 class _Borders:
-    """Pairs of faces that share an edge; a face beside smaller ones may have none there."""
+    """Pairs of faces that share an edge; a face beside smaller ones may have no partner there."""
 
     first: np.ndarray  # (P,)
     second: np.ndarray  # (P,)
-    cosine: np.ndarray  # (P,) between the normals
-    inwards: np.ndarray  # (P,) sine of the angle at which they turn inwards
+    cosine: np.ndarray  # (P,) cosine between the normals
+    inwards: np.ndarray  # (P,) sine of the concave angle
 
     def components(self, kept: np.ndarray, number: int) -> np.ndarray:
-        """(N,) number of the connected component of each face over the borders kept (P,)."""
+        """(N,) connected component of each face over the borders kept (P,)."""
         return connected(self.first[kept], self.second[kept], number)
 
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """A closed surface, cut into segments and these into pieces that face one axis direction."""
+    """A closed surface, divided into segments, and these into pieces with one axis direction."""
 
     corners: np.ndarray  # (N, 4, 3)
-    measured: Faces  # the faces
+    measured: Faces  # measures of the faces
     borders: _Borders
     segment: np.ndarray  # (N,)
     piece: np.ndarray  # (N,)
@@ -86,7 +86,7 @@ class _Cut:
         return float(np.linalg.norm(np.ptp(self.corners, axis=(0, 1))))
 
     def reach(self, end: int, group: np.ndarray) -> np.ndarray:
-        """How far out each group of faces (N,) comes at an end."""
+        """Largest coordinate of each group of faces (N,) in the direction of an end."""
         out = np.full(int(group.max()) + 1, -np.inf)
         place = (2 * (end % 2) - 1) * self.corners[:, :, end // 2]
         np.maximum.at(out, group, place.max(axis=1))
@@ -101,13 +101,13 @@ def ends_and_holes(
     Parameters
     ----------
     points : (V, 3)
-    faces : (N, 4) quads or (N, 3) triangles into points, counter-clockwise from outside
+    faces : (N, 4) quads or (N, 3) triangles, indices of points, counter-clockwise from outside
     label : (N,) faces with different labels are never in one piece
 
     Returns
     -------
-    Numbers of faces, ascending, by name: `ENDS` that there are, then `hole_1` ... from low to high
-    x, y and z of their middles.  No face has two of these names.
+    Numbers of faces, ascending, by name: the existing ones of `ENDS`, then `hole_1` etc., sorted by
+    x, y and z of their centroids. No face has two of these names.
     """
     cut = _cut(points, faces, label)
     names = _flat_ends(cut)
@@ -116,10 +116,10 @@ def ends_and_holes(
 
 
 def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
-    """Find the ends and the holes of a CAD model, which consist of whole CAD faces.
+    """Find the ends and the holes of a CAD model; they consist of whole CAD faces.
 
-    An end such as `x_min` is the faces that reach the least x, are flat and face -x; without such,
-    those that face -x on the whole, such as half a cylinder.
+    An end such as `x_min` consists of the flat faces with normal -x at the smallest x. If there are
+    none, it consists of faces whose mean normal points to -x, such as half a cylinder.
 
     Returns
     -------
@@ -144,12 +144,12 @@ def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
 
 
 def facing(normal: np.ndarray) -> np.ndarray:
-    """Index into `ENDS` of the axis direction nearest to each normal (N, 3)."""
+    """Index in `ENDS` of the axis direction closest to each normal (N, 3)."""
     return np.stack([-normal, normal], axis=-1).reshape(-1, 6).argmax(axis=1)
 
 
 def measure(corners: np.ndarray) -> Faces:
-    """Measures of bilinear faces (N, 4, 3), at 2 x 2 Gauss points of each."""
+    """Measures of bilinear faces (N, 4, 3), with 2 x 2 Gauss points each."""
     u, v = np.array([(u, v) for v in GAUSS for u in GAUSS]).T
     shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 4)
     across = np.stack([v - 1, 1 - v, v, -v])
@@ -177,7 +177,7 @@ def _cut(points: np.ndarray, faces: np.ndarray, label: np.ndarray) -> _Cut:
 
 def _flat_ends(cut: _Cut) -> dict[str, np.ndarray]:
     """Pieces of each end."""
-    _, one = np.unique(cut.piece, return_index=True)  # a face of each piece
+    _, one = np.unique(cut.piece, return_index=True)  # one face of each piece
     direction = facing(cut.measured.normal)[one]
     share = cut.pieces.area / cut.measured.joined(cut.segment).area[cut.segment[one]]
     length = np.linalg.norm(cut.pieces.normal, axis=1)
@@ -192,7 +192,7 @@ def _flat_ends(cut: _Cut) -> dict[str, np.ndarray]:
 
 
 def _farthest(faces: Faces, own: np.ndarray, end: int, size: float) -> np.ndarray:
-    """Those of some faces whose middles are farthest out at an end."""
+    """The faces among `own` whose centroids are outermost in the direction of an end."""
     far = (2 * (end % 2) - 1) * faces.middle[own, end // 2]
     return own[far >= far.max() - LEVEL * size]
 
@@ -212,7 +212,7 @@ def _borders(faces: np.ndarray, measured: Faces) -> _Borders:
 
 
 def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
-    """Pieces of each hole or pocket, none of them in an end, from low to high."""
+    """Pieces of each hole or pocket that belong to no end, in ascending order."""
     pieces, borders, n = cut.pieces, cut.borders, len(cut.pieces.area)
     is_end = np.isin(np.arange(n), ends)
     pair = np.sort(np.stack([cut.piece[borders.first], cut.piece[borders.second]], axis=1), axis=1)
@@ -231,10 +231,10 @@ def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _encloses(pieces: Faces, walls: np.ndarray) -> bool:
-    """Whether pieces that face their middle, or each other, stand round an axis."""
+    """Whether pieces whose normals point to their centre, or to each other, surround an axis."""
     area, normal, middle = pieces.area[walls], pieces.normal[walls], pieces.middle[walls]
     normal = normal / np.linalg.norm(normal, axis=1).clip(1e-12)[:, None]
-    least = np.linalg.eigh(normal.T * area @ normal)[1][:, 0]  # along a passage
+    least = np.linalg.eigh(normal.T * area @ normal)[1][:, 0]  # direction along a passage
     towards = normal @ middle.T > (normal * middle).sum(axis=1)[:, None]
     towards &= normal @ normal.T < -OPPOSITE
     is_opposite = (towards & towards.T).any(axis=1)

@@ -1,7 +1,7 @@
 """Distances of the points, curves and faces of a CAD model from a hex mesh.
 
-A curve is compared with the edges of the boundary quads, a point with their corners, a face with
-the quads.  These are the three shares of the HexMe benchmark (Beaufort et al. 2022).
+Curves are compared with the edges of the boundary quads, points with their corners, and faces with
+the quads. These are the three measures of the HexMe benchmark (Beaufort et al. 2022).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from polycube.surface.curves.features import Crease, Features
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
-TOLERANCE = 0.003  # of the diagonal: a feature that is no farther away is kept
-STEP = 0.004  # of the diagonal, between the samples of a curve
-MOST = 95  # per cent of the samples that must be near
+TOLERANCE = 0.003  # of the diagonal: features farther away than this are lost
+STEP = 0.004  # of the diagonal: spacing of the samples of a curve
+MOST = 95  # per cent of the samples that must be close
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,12 @@ class Feature:
 
     Parameters
     ----------
-    kind : point, curve or face
-    shape : of a curve line, circle or curve; of a face plane, cylinder ...; of a point ""
-    faces : CAD faces that it is, or lies between
-    place : a point of it, in model units
-    distance : that 95 % of its samples keep, as a fraction of the diagonal
+    kind : "point", "curve" or "face"
+    shape : for a curve "line", "circle" or "curve"; for a face "plane", "cylinder" etc.; for a
+        point ""
+    faces : the CAD face, or the adjacent CAD faces
+    place : a point of the feature, in model units
+    distance : distance not exceeded by 95 % of its samples, as a fraction of the diagonal
     """
 
     kind: str
@@ -43,20 +44,20 @@ class Feature:
 
     @property
     def is_lost(self) -> bool:
-        """Whether it is farther from the mesh than `TOLERANCE`."""
+        """Whether the feature is farther from the mesh than `TOLERANCE`."""
         return self.distance > TOLERANCE
 
 
 def feature_distances(
     mesh: HexMesh, surface: TriMesh, nearest: Mapping[int, np.ndarray]
 ) -> list[Feature]:
-    """Measure how far each feature of a CAD part is from a hex mesh.
+    """Measure the distance of each feature of a CAD part from a hex mesh.
 
-    Points are those where three curves or more meet.
+    Points are those where at least three curves meet.
 
     Parameters
     ----------
-    nearest : of each CAD face, the distances (S,) of samples from the boundary of the mesh
+    nearest : for each CAD face, the distances (S,) of samples from the boundary of the mesh
     """
     goal = target(surface)
     creases, corners = goal.features.creases, goal.features.corners
@@ -86,7 +87,7 @@ def curve_samples(crease: Crease) -> np.ndarray:
 
 
 def points_of(features: Features) -> dict[int, list[int]]:
-    """Corners where three curves or more meet, with the numbers of these curves."""
+    """Corners where at least three curves meet, with the numbers of these curves."""
     at: dict[int, list[int]] = {}
     for number, crease in enumerate(features.creases):
         for end in crease.ends[: 2 * (not crease.is_loop)]:
@@ -102,6 +103,6 @@ def _feature(
 
 
 def _tree(points: np.ndarray) -> closest.Tree:
-    """Of segments (N, 2, 3) or points (N, 1, 3)."""
+    """Box tree of segments (N, 2, 3) or points (N, 1, 3)."""
     corners = points[:, [0, -1, -1]]
     return closest.tree(corners, np.zeros((len(corners), 3)))

@@ -1,4 +1,4 @@
-"""Count hexes through a wall and edges round a hole, from the boundary quads of one face."""
+"""Number of hexes through a wall and of edges around a hole, from the quads of a face."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from polycube.hexmesh.connectivity import neighbours, quad_sides
 from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
-RIM = 0.5  # of the length of the longest closed curve of a border: of those that count
+RIM = 0.5  # of the longest border curve: shorter curves do not count
 
 
 def through(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Walk from every boundary quad through opposite faces of hexes to the boundary.
+    """Follow opposite faces of hexes from every boundary quad to the boundary.
 
     Returns
     -------
-    count : (Q,) hexes on the way
-    end : (Q,) number of the boundary quad at which the way ends
+    count : (Q,) number of hexes on the path
+    end : (Q,) number of the boundary quad at the end of the path
     """
     beyond = np.full(6 * len(mesh.hexes), -1)
     first, second = neighbours(mesh.hexes)
@@ -29,7 +29,7 @@ def through(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     face, count, active = start ^ 1, np.ones(len(start), np.int64), np.arange(len(start))
     while len(active):
         active = active[beyond[face[active]] >= 0]
-        face[active] = beyond[face[active]] ^ 1  # faces of a hex are numbered in opposite pairs
+        face[active] = beyond[face[active]] ^ 1  # opposite faces of a hex have consecutive numbers
         count[active] += 1
     return count, quad[face]
 
@@ -37,17 +37,17 @@ def through(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
 def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
     """Find the closed curves that bound some faces of a closed surface.
 
-    Curves of less than half the length of the longest are left out: those of a hole in the wall of
-    a wider one.
+    Curves shorter than half the longest one are ignored: they belong to a smaller hole in the wall
+    of a larger one.
 
     Parameters
     ----------
     points : (V, 3)
-    faces : (N, K) into points, counter-clockwise from outside
+    faces : (N, K) indices of points, counter-clockwise from outside
 
     Returns
     -------
-    (E, 2) edges of each curve, in no order; none where the faces have no border
+    (E, 2) edges of each curve, unordered; none if the faces have no border
     """
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     n = len(points)
@@ -59,12 +59,12 @@ def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
 
 
 def curve_length(points: np.ndarray, edges: np.ndarray) -> float:
-    """Sum of the lengths of edges (E, 2) between points (V, 3)."""
+    """Total length of edges (E, 2) between points (V, 3)."""
     return float(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1).sum())
 
 
 def around(mesh: HexMesh, quads: np.ndarray) -> int:
-    """Number of mesh edges on the rim of a hole, the least of its rims; 0 where it has none.
+    """Number of mesh edges on the rim of a hole, the smallest of its rims; 0 without a rim.
 
     quads : (N,) numbers of the boundary quads of its wall
     """
@@ -72,6 +72,6 @@ def around(mesh: HexMesh, quads: np.ndarray) -> int:
 
 
 def edge_length(mesh: HexMesh, quads: np.ndarray) -> float:
-    """Median length of the sides of boundary quads (N,), in model units."""
+    """Median side length of boundary quads (N,), in model units."""
     corners = mesh.vertices[mesh.quads[quads]]
     return float(np.median(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)))

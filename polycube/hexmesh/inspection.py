@@ -1,9 +1,9 @@
-"""Measurements of a hex mesh against the surface that it was made for.
+"""Measurements of a hex mesh compared with the surface for which it was made.
 
-Distances are exact closest-point distances at sampled points, both ways, as fractions of the
-diagonal of the surface's bounding box.  That alone hides what is lost of a thin part: a missing
-web of 4 mm in a beam of 320 mm is 1 % of the diagonal.  The largest distances are therefore also
-compared with the wall thickness of the solid and with the edge length of the hexes at their place.
+Distances are exact closest-point distances at sample points, in both directions, as fractions of
+the diagonal of the bounding box. They do not show the loss of a thin wall: a missing web of 4 mm in
+a beam of 320 mm is 1 % of the diagonal. The largest distances are therefore also compared with the
+wall thickness of the solid and with the edge length of the hexes at the same place.
 """
 
 from __future__ import annotations
@@ -24,35 +24,36 @@ from polycube.surface.fit_target import target
 from polycube.surface.thickness import thickness
 from polycube.types import HexMesh, TriMesh
 
-SAMPLES = 8000  # points on the surface, besides its vertices
+SAMPLES = 8000  # points on the surface, in addition to its vertices
 CELL = 0.02  # of the diagonal: only the farthest sample of each cell is compared with the wall
-PLACES = 128  # samples compared with the wall, at most, each way
-N_CELLS = 1_000_000  # along an axis: more than there are
-TINY = 1e-9  # of the diagonal: what counts as the edge length of a collapsed quad
+PLACES = 128  # largest number of samples compared with the wall, in each direction
+N_CELLS = 1_000_000  # along an axis; larger than any actual number
+TINY = 1e-9  # of the diagonal: assumed edge length of a collapsed quad
 
 
-# from each of these samples to the points at which the thickness is taken; their median counts, so
-# that single folds of the surface do not
+# offsets from each sample to the points at which the thickness is measured; the median is used, so
+# that folds of the surface have no effect
 AROUND = 0.006 * np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
 
 
 @dataclass(frozen=True)
 class LocalDistance:
-    """A distance between mesh and surface beside a length of the part at the same place."""
+    """A distance between mesh and surface, and a length of the part at the same place."""
 
     distance: float  # in model units
-    length: float  # wall thickness or hex edge there, in model units
-    place: tuple[float, float, float]  # on the surface or the mesh's boundary, in model coordinates
+    length: float  # wall thickness or hex edge length there, in model units
+    # on the surface or the boundary of the mesh, in model coordinates
+    place: tuple[float, float, float]
 
     @property
     def share(self) -> float:
-        """Distance over length."""
+        """Distance divided by length."""
         return self.distance / self.length
 
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """Measurements of a hex mesh; each is computed when it is first read.
+    """Measurements of a hex mesh; each is computed at first access.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ class Inspection:
 
     @cached_property
     def scaled_jacobian(self) -> float:
-        """Smallest scaled Jacobian of a hex; at most 0 where one is inverted or flat."""
+        """Smallest scaled Jacobian of a hex; at most 0 if a hex is inverted or flat."""
         return float(scaled_jacobian(self.mesh.vertices, self.mesh.hexes).min())
 
     @cached_property
@@ -76,17 +77,17 @@ class Inspection:
 
     @cached_property
     def crossing_at(self) -> np.ndarray:
-        """(3,) middle of the first quad that crosses another; there must be one."""
+        """(3,) centre of the first quad that crosses another; there must be one."""
         return self.mesh.vertices[self.mesh.quads[self.crossings[0, 0]]].mean(axis=0)
 
     @cached_property
     def deviation(self) -> Deviation:
-        """Distances between boundary and surface, both ways, as fractions of the diagonal."""
+        """Distances between boundary and surface, both directions, as fractions of the diagonal."""
         return quality.deviation_of(self._on_boundary, self._on_surface)
 
     @cached_property
     def farthest(self) -> tuple[np.ndarray, np.ndarray]:
-        """The points (3,) of the boundary and of the surface that are farthest from the other."""
+        """The points (3,) of the boundary and of the surface with the largest distances."""
         goal = target(self.surface)
         first, second = (
             goal.to_model(samples.points[samples.distance.argmax()])
@@ -96,12 +97,12 @@ class Inspection:
 
     @property
     def largest(self) -> float:
-        """Largest distance either way, as a fraction of the diagonal."""
+        """Largest distance in both directions, as a fraction of the diagonal."""
         return max(self.deviation.to_surface.largest, self.deviation.to_mesh.largest)
 
     @property
     def farthest_at(self) -> np.ndarray:
-        """(3,) point of the boundary or the surface where that is."""
+        """(3,) point of the boundary or the surface with the largest distance."""
         return self.farthest[int(self.deviation.to_mesh.largest >= self.largest)]
 
     @cached_property
@@ -111,7 +112,7 @@ class Inspection:
 
     @cached_property
     def volume_ratio(self) -> float:
-        """Volume of the mesh over that inside the surface."""
+        """Volume of the mesh divided by the volume inside the surface."""
         return quality.volume(self.mesh) / measures.volume(self.surface)
 
     @cached_property
@@ -126,7 +127,7 @@ class Inspection:
 
     @cached_property
     def off_size(self) -> LocalDistance:
-        """The distance that is the largest share of the mean edge length of the nearest quad."""
+        """The distance that is the largest share of the mean edge length of the closest quad."""
         corners = self.mesh.vertices[self.mesh.quads]
         edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).mean(axis=1)
         both = [self._on_boundary, self._on_surface]
@@ -134,24 +135,24 @@ class Inspection:
 
     @cached_property
     def features(self) -> list[Feature]:
-        """Points, curves and faces of a CAD part with their distances; none without CAD faces."""
+        """Points, curves and faces of a CAD part with their distances; empty without CAD faces."""
         if not len(self.surface.region):
             return []
         numbers = target(self.surface).samples(SAMPLES)[2]
-        distance = self._on_surface.distance[: len(numbers)]  # then come the vertices
+        distance = self._on_surface.distance[: len(numbers)]  # the vertices follow
         nearest = {n: distance[numbers == n] for n in np.unique(self.surface.region).tolist()}
         return feature_distances(self.mesh, self.surface, nearest)
 
     @cached_property
     def lost_faces(self) -> tuple[str, ...]:
-        """CAD faces without a boundary quad: the user's name where only one has it, or its set."""
+        """CAD faces without a boundary quad: the name in the CAD file if unique, or the set."""
         names = self.surface.region_names
         unique = {n: name for n, name in enumerate(names, 1) if name and names.count(name) == 1}
         return tuple(unique.get(number, f"cad_face_{number}") for number in self._lost)
 
     @cached_property
     def lost_area(self) -> float:
-        """Area of the CAD faces without a boundary quad, as a fraction of the surface's."""
+        """Area of the CAD faces without a boundary quad, as a fraction of the surface area."""
         areas = measures.face_areas(self.surface)
         return float(areas[np.isin(self.surface.region, self._lost)].sum() / areas.sum())
 
@@ -170,7 +171,7 @@ class Inspection:
         return quality.surface_samples(self.mesh, self.surface, SAMPLES)
 
     def _worst(self, samples: list[Samples], lengths: np.ndarray) -> LocalDistance:
-        """The largest share of the lengths (N,), at all points of the samples one after another."""
+        """The largest ratio of distance and length (N,) over the points of all samples."""
         goal = target(self.surface)
         distance = goal.scale * np.concatenate([each.distance for each in samples])
         lengths = np.maximum(lengths, TINY * goal.scale)
@@ -182,7 +183,7 @@ class Inspection:
 
 @lru_cache(maxsize=4)
 def inspect(mesh: HexMesh, surface: TriMesh) -> Inspection:
-    """Inspect a hex mesh against its surface; the same objects give the same Inspection.
+    """Inspect a hex mesh and its surface; the result is cached for the same objects.
 
     Parameters
     ----------
@@ -193,13 +194,13 @@ def inspect(mesh: HexMesh, surface: TriMesh) -> Inspection:
     Returns
     -------
     Inspection
-        Its measurements are computed when they are first read.
+        Its measurements are computed at first access.
     """
     return Inspection(mesh, surface)
 
 
 def _farthest_of_cells(samples: Samples) -> Samples:
-    """The farthest sample of each cell of a grid, of the PLACES cells with the farthest ones."""
+    """The farthest sample of each grid cell, for the PLACES cells with the largest distances."""
     far = np.argsort(-samples.distance, kind="stable")
     x, y, z = np.floor(samples.points[far] / CELL).astype(np.int64).T
     cell = (x * N_CELLS + y) * N_CELLS + z

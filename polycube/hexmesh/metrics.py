@@ -1,8 +1,8 @@
-"""Quality of single hexes by the measures that finite-element programs show, VTK's numbers.
+"""Quality measures of single hexes, as in finite-element programs, with the values of VTK.
 
-A frame is the three edges at a corner; the principal axes are the sums of the four edges along
-xi, eta and zeta.  (Knupp 2003; Stimpson et al., The Verdict geometric quality library, 2007.)
-VTK 9.7 leaves the zeta edges out of its edge ratio; ours has all twelve, as its manual says.
+A frame consists of the three edges at a corner; the principal axes are the sums of the four edges
+along xi, eta and zeta. (Knupp 2003; Stimpson et al., The Verdict geometric quality library, 2007.)
+VTK 9.7 omits the zeta edges in its edge ratio; here all twelve edges are used, as in its manual.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import numpy as np
 from polycube.hexmesh.connectivity import CORNERS, EDGES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
-LARGEST = 1e30  # what VTK gives where a measure has no bound: an edge without length, det <= 0
-LEAST = 1e-30  # what VTK takes for zero
-CHUNK = 50_000  # hexes at a time; 30 MB
+LARGEST = 1e30  # value of VTK for an unbounded measure: an edge without length, det <= 0
+LEAST = 1e-30  # smaller values count as zero in VTK
+CHUNK = 50_000  # hexes in one batch; 30 MB
 
-# measure -> what a cube has, what is the worst, and what it says
+# measure: value of a cube, which values are worse, and description
 MEASURES = {
     "scaled_jacobian": (1.0, min, "least volume of a frame of unit edges; at most 0: inverted"),
     "edge_ratio": (1.0, max, "longest edge over the shortest"),
@@ -28,7 +28,7 @@ MEASURES = {
 
 
 def metrics(vertices: np.ndarray, hexes: np.ndarray) -> dict[str, np.ndarray]:
-    """(H,) of each of MEASURES."""
+    """(H,) values of each of MEASURES."""
     parts = [_chunk(vertices, part) for part in np.array_split(hexes, len(hexes) // CHUNK + 1)]
     found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return {"scaled_jacobian": scaled_jacobian(vertices, hexes), **found}
@@ -58,7 +58,7 @@ def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _ratio(lengths: np.ndarray) -> np.ndarray:
-    """(H,) of lengths (H, n): the longest over the shortest."""
+    """(H,) ratio of the longest to the shortest of lengths (H, n)."""
     shortest = lengths.min(axis=1)
     ratio = lengths.max(axis=1) / np.maximum(shortest, LEAST)
     return np.where(shortest > LEAST, ratio, LARGEST)
@@ -72,7 +72,7 @@ def _skew(axes: np.ndarray) -> np.ndarray:
 
 
 def _condition(frames: np.ndarray, det: np.ndarray, square: np.ndarray) -> np.ndarray:
-    """Largest |A| |A^-1| / 3 with Frobenius norms; A^-1 is made of cross products over det."""
+    """Largest |A| |A^-1| / 3 in the Frobenius norm; A^-1 from cross products and det."""
     a, b, c = np.moveaxis(frames, 2, 0)
     cross = sum(((np.cross(p, q)) ** 2).sum(axis=-1) for p, q in ((a, b), (b, c), (c, a)))
     number = np.sqrt(square * cross) / (3 * np.where(det > LEAST, det, 1))

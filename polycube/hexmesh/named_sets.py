@@ -1,7 +1,7 @@
-"""Parts of the boundary by what users call them: sides, holes, patch numbers, faces of a CAD model.
+"""Named parts of the boundary: sides, holes, patch numbers, faces of a CAD model.
 
-Names come from the geometry (`polycube.hexmesh.face_groups`), so that a hex mesh of another program
-has them too.  Exports, analyses and report all take the sets from here.
+Names are derived from the geometry (`polycube.hexmesh.face_groups`), so a hex mesh of another
+program has them as well. Exports, analyses and the report use these sets.
 """
 
 from __future__ import annotations
@@ -15,26 +15,27 @@ from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.face_groups import ENDS, ends_and_holes
 from polycube.types import HexMesh, Spline
 
-MANY = 500  # patches that no user means
+MANY = 500  # number of patches above which they get no names
 Sets = Mapping[str, np.ndarray]  # numbers of boundary faces (N,) by name
 
 
 def boundary_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Numbers of the boundary quads of each name: ends, holes, then `patch_n` of every patch."""
+    """Numbers of the boundary quads of each name: ends, holes, then `patch_n` for every patch."""
     return sets_of_quads(mesh.vertices, mesh.quads, mesh.patch)
 
 
 def sets_of_quads(
     points: np.ndarray, quads: np.ndarray, patch: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """The same of a closed surface: quads (Q, 4) into points (N, 3), and the patch of each (Q,)."""
+    """The same for a closed surface: quads (Q, 4) of points (N, 3), and the patch of each (Q,)."""
     return ends_and_holes(points, quads, patch) | patch_sets(patch)
 
 
 def patch_sets(patch: np.ndarray) -> dict[str, np.ndarray]:
-    """Numbers of the boundary quads of each patch (Q,), as `patch_0` ...
+    """Numbers of the boundary quads of each patch (Q,), as `patch_0` etc.
 
-    None where there are more than `MANY`: a lattice as fine as the hexes has one at every step.
+    Empty if there are more than `MANY`, as in a lattice as fine as the hexes, which has a patch at
+    every step.
     """
     if patch.max(initial=0) >= MANY:
         return {}
@@ -42,13 +43,13 @@ def patch_sets(patch: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def sets_of_spline(spline: Spline, mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Numbers of the sides (N,) of a spline that came from the quads of each set of its mesh."""
+    """Numbers of the sides (N,) of a spline that belong to the quads of each set of its mesh."""
     quad = quads_of_spline(spline, mesh)
     return {name: np.flatnonzero(np.isin(quad, own)) for name, own in mesh.sets.items()}
 
 
 def quads_of_spline(spline: Spline, mesh: HexMesh) -> np.ndarray:
-    """Boundary quad of the mesh that each side of its spline came from (S,)."""
+    """(S,) boundary quad of the mesh that belongs to each side of its spline."""
     owner, side = quad_sides(mesh)
     quad = np.full((len(mesh.hexes), 6), -1)
     quad[owner, side] = np.arange(len(owner))
@@ -57,7 +58,7 @@ def quads_of_spline(spline: Spline, mesh: HexMesh) -> np.ndarray:
 
 
 def cad_faces(mesh: HexMesh) -> np.ndarray:
-    """Number of the CAD face of each boundary quad (Q,), by the sets `cad_face_n`; 0 without."""
+    """(Q,) CAD face of each boundary quad, from the sets `cad_face_n`; 0 if there is none."""
     found = np.zeros(len(mesh.quads), np.int64)
     for name, own in mesh.sets.items():
         number = re.fullmatch(r"cad_face_(\d+)", name)
@@ -67,7 +68,7 @@ def cad_faces(mesh: HexMesh) -> np.ndarray:
 
 
 def listed(sets: Sets) -> str:
-    """The names in a sentence; numbered ones by their first and last."""
+    """List the names in a sentence; of numbered names, the first and the last."""
     said: list[str] = []
     numbered: dict[str, list[str]] = {}
     for name in sets:
@@ -81,19 +82,19 @@ def listed(sets: Sets) -> str:
 
 
 def set_name(place: object) -> str:
-    """The set that a place names: itself, or `patch_7` for the number 7."""
+    """The set that belongs to a place: the name itself, or `patch_7` for the number 7."""
     text = str(place)
     return f"patch_{int(text)}" if text.isdigit() else text
 
 
 def kind_of(name: str) -> str:
-    """What a set of this name is: "direction", "hole", "cad_face" or "patch"."""
+    """Kind of set of a name: "direction", "hole", "cad_face" or "patch"."""
     if name in ENDS:
         return "direction"
     return "cad_face" if name.startswith("cad_") else name.rpartition("_")[0]
 
 
 def may_name(place: object) -> bool:
-    """Whether some part could have a set of this name."""
+    """Whether a part can have a set of this name."""
     ends = "|".join(ENDS)
     return bool(re.fullmatch(rf"{ends}|hole_\d+|patch_\d+|cad_\w+", set_name(place)))

@@ -1,4 +1,4 @@
-"""Every hex in eight: new vertices in the middles of edges, faces and hexes."""
+"""Divide every hex into eight, with new vertices at the centres of edges, faces and hexes."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from polycube.hexmesh.connectivity import PLACES, unique_rows
 from polycube.types import HexMesh
 
 _GRID = np.stack(np.meshgrid(*[range(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)  # (27, 3)
-# corners whose mean each of the 27 places is: they agree with it wherever it is no middle
+# the corners whose mean is each of the 27 points; the same point may have several numbers
 _PARENTS = [np.flatnonzero(((place == 1) | (2 * PLACES == place)).all(axis=1)) for place in _GRID]
-_CHILDREN = (PLACES[:, None] + PLACES) @ [9, 3, 1]  # (8, 8) places of each child's corners
+_CHILDREN = (PLACES[:, None] + PLACES) @ [9, 3, 1]  # (8, 8) points of the corners of each child
 
 
 def split(mesh: HexMesh) -> HexMesh:
-    """Every hex in eight with new vertices in the middles; the old ones keep their numbers.
+    """Divide every hex into eight; the existing vertices keep their numbers.
 
-    The children of hex h are 8 h to 8 h + 7, those of quad q 4 q to 4 q + 3.
+    The children of hex h are 8 h to 8 h + 7, those of quad q are 4 q to 4 q + 3.
     """
     number = np.zeros((len(mesh.hexes), 27), np.int64)
     vertices = [mesh.vertices]
@@ -46,7 +46,7 @@ def split(mesh: HexMesh) -> HexMesh:
 
 
 def _split_quads(quads: np.ndarray, middles: dict[int, tuple[np.ndarray, int]]) -> np.ndarray:
-    """(4 Q, 4) children of the boundary quads, turned as they are."""
+    """(4 Q, 4) children of the boundary quads, with the same orientation."""
     sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     middle = _number_of(sides, *middles[2]).reshape(-1, 4)
     centre = np.repeat(_number_of(quads, *middles[4])[:, None], 4, axis=1)
@@ -54,7 +54,7 @@ def _split_quads(quads: np.ndarray, middles: dict[int, tuple[np.ndarray, int]]) 
 
 
 def _number_of(rows: np.ndarray, known: np.ndarray, start: int) -> np.ndarray:
-    """Vertex in the middle of each row of corners; `known` are the sorted rows, all distinct."""
+    """Vertex at the centre of each row of corners; `known` are the sorted distinct rows."""
     _, inverse, _ = unique_rows(np.vstack([known, np.sort(rows, axis=1)]))
     place = np.zeros(len(known), np.int64)
     place[inverse[: len(known)]] = np.arange(len(known))

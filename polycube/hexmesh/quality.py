@@ -1,7 +1,7 @@
-"""Volume of a hex mesh, and its distances to a surface and its creases.
+"""Volume of a hex mesh, and its distances from a surface and its creases.
 
-Distances are exact (closest point on triangles), taken at samples, as fractions of the diagonal
-of the surface's bounding box.
+Distances are exact (closest points on triangles) at samples, as fractions of the diagonal of the
+bounding box of the surface.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 _GRID = np.array([1, 3, 5]) / 6
-# shares of the corners of a quad: 9 points inside, then the corners
+# weights of the corners of a quad: 9 points inside, then the corners
 SHARES = np.concatenate(
     [
         [[(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v] for u in _GRID for v in _GRID],
@@ -27,22 +27,22 @@ SHARES = np.concatenate(
 
 @dataclass(frozen=True)
 class Distances:
-    """Of sampled points of one surface from another, as fractions of the diagonal."""
+    """Statistics of the distances of sample points from a surface, as fractions of the diagonal."""
 
     largest: float
     mean: float
-    p99: float  # exceeded by one point in a hundred
+    p99: float  # exceeded by 1 % of the points
 
     @classmethod
     def of(cls, values: np.ndarray) -> Distances:
-        """Of the distances (N,)."""
+        """Statistics of distances (N,)."""
         largest, mean, p99 = values.max(), values.mean(), np.percentile(values, 99)
         return cls(float(largest), float(mean), float(p99))
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Two-sided distance of a hex mesh's boundary and a surface."""
+    """Distances between the boundary of a hex mesh and a surface, in both directions."""
 
     vertices: float  # largest distance of a boundary vertex from the surface
     to_surface: Distances  # from points of the boundary
@@ -54,16 +54,16 @@ class Samples:
     """Points of one surface with their closest points on another, at unit scale."""
 
     points: np.ndarray  # (N, 3)
-    feet: np.ndarray  # (N, 3) closest points of the other surface
+    feet: np.ndarray  # (N, 3) closest points on the other surface
     distance: np.ndarray  # (N,)
-    quad: np.ndarray  # (N,) boundary quad of the hex mesh at the point or its foot
+    quad: np.ndarray  # (N,) boundary quad of the hex mesh at the point or its closest point
 
 
 def volume(mesh: HexMesh) -> float:
     """Volume inside the bilinear boundary quads."""
-    centre = mesh.vertices.mean(axis=0)  # a far placement would cost digits
+    centre = mesh.vertices.mean(axis=0)  # reduces rounding errors for a part far from the origin
     a, b, c, d = np.moveaxis(mesh.vertices[mesh.quads] - centre, 1, 0)
-    # the mean of both ways to cut a quad in two triangles is exact for a bilinear quad
+    # The mean over both diagonals of a quad is exact for a bilinear quad.
     six = sum(
         np.einsum("qd,qd->", p, np.cross(q, r))
         for p, q, r in ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
@@ -72,16 +72,16 @@ def volume(mesh: HexMesh) -> float:
 
 
 def triangles(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(4 Q, 3, 3) four triangles of each quad (Q, 4), round its middle."""
+    """(4 Q, 3, 3) four triangles of each quad (Q, 4), around its centre."""
     corner = vertices[quads]  # (Q, 4, 3)
     middle = np.broadcast_to(corner.mean(axis=1, keepdims=True), corner.shape)
     return np.stack([corner, np.roll(corner, -1, axis=1), middle], axis=2).reshape(-1, 3, 3)
 
 
 def deviation(mesh: HexMesh, surface: TriMesh, samples: int = 8000) -> Deviation:
-    """Distances of mesh and surface, both ways.
+    """Distances between mesh and surface, in both directions.
 
-    samples : number of points on the surface, besides its vertices; 13 are taken on each quad
+    samples : number of points on the surface, in addition to its vertices; each quad has 13 points
     """
     return deviation_of(boundary_samples(mesh, surface), surface_samples(mesh, surface, samples))
 
@@ -104,7 +104,7 @@ def boundary_samples(mesh: HexMesh, surface: TriMesh) -> Samples:
 
 
 def surface_samples(mesh: HexMesh, surface: TriMesh, number: int) -> Samples:
-    """`number` points of the surface and its vertices, and the closest points of the boundary."""
+    """`number` points of the surface and its vertices, with the closest points of the boundary."""
     goal = target(surface)
     faces = triangles(goal.to_unit(mesh.vertices), mesh.quads)
     tree = closest.tree(faces, np.zeros((len(faces), 3)))
@@ -114,9 +114,9 @@ def surface_samples(mesh: HexMesh, surface: TriMesh, number: int) -> Samples:
 
 
 def off_creases(goal: Target, edges: np.ndarray, step: float = 0.004) -> float:
-    """Distance that 5 % of the surface's creases are from edges (N, 2, 3), at least; unit scale.
+    """Distance from edges (N, 2, 3) exceeded by 5 % of the creases of the surface; unit scale.
 
-    step : between the points taken on the creases
+    step : spacing of the samples on the creases
     """
     if not goal.features.creases:
         return 0.0
@@ -129,9 +129,9 @@ def off_creases(goal: Target, edges: np.ndarray, step: float = 0.004) -> float:
 
 
 def creases_to_edges(mesh: HexMesh, surface: TriMesh) -> float:
-    """Distance from the mesh's boundary edges that 5 % of the surface's creases exceed.
+    """Distance from the boundary edges of the mesh exceeded by 5 % of the creases of the surface.
 
-    A fraction of the diagonal; 0 where the surface has no creases.
+    It is a fraction of the diagonal; 0 if the surface has no creases.
     """
     goal = target(surface)
     return off_creases(goal, boundary_edges(mesh, goal))

@@ -1,4 +1,4 @@
-"""Scaled Jacobian of hexes: VTK's number, of nine frames of each hex.
+"""Scaled Jacobian of hexes as in VTK: the minimum over nine frames of each hex.
 
 The frames are the edges at the eight corners, and the mean edges in the three directions.
 """
@@ -35,8 +35,8 @@ def scaled_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     Returns
     -------
     (H,) array
-        det(a, b, c) / (|a| |b| |c|), least over the nine frames a, b, c, in [-1, 1]; at most 0
-        where the hex is inverted or flat, -1 where an edge has no length.
+        Minimum of det(a, b, c) / (|a| |b| |c|) over the nine frames a, b, c, in [-1, 1]; at most 0
+        for an inverted or flat hex, -1 for an edge without length.
     """
     return _scaled_jacobian(
         np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(hexes, np.int64)

@@ -1,4 +1,4 @@
-"""Settings that the stages of a meshing bundle share."""
+"""Settings common to the stages of a meshing bundle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from polycube.types import TriMesh
 
-MOST_HEXES = 100  # through a wall, round a hole
+MOST_HEXES = 100  # largest number through a wall or around a hole
 FEATURES = ("auto", "exact", "soft", "off")
 
 
@@ -65,25 +65,25 @@ class MeshingSettings:
 
 
 def curvature_of(asked: float | str, exact: bool) -> float | str:
-    """The chord error that was asked for, with auto resolved."""
+    """The setting of the chord error, with auto resolved."""
     return ("0.2%" if exact else "0.3%") if asked == "auto" else asked
 
 
 def creases_of(asked: float | str | None, surface: TriMesh) -> float | str | None:
-    """The distance of sharp edges that was asked for, with auto resolved."""
+    """The setting of the distance of sharp edges, with auto resolved."""
     if asked != "auto":
         return asked
     return None if len(surface.region) else "0.1%"
 
 
 def check_features(asked: str) -> None:
-    """Raise ValueError for what is no choice of `features`."""
+    """Raise ValueError for an invalid value of `features`."""
     if asked not in FEATURES:
         raise ValueError(f"features must be {', '.join(FEATURES)}; got {asked!r}")
 
 
 def features_of(asked: str, surface: TriMesh) -> str:
-    """How the features of a surface are kept: what was asked for, with auto resolved."""
+    """The setting of the features of a surface, with auto resolved."""
     if asked != "auto":
         return asked
     return "exact" if len(surface.region) else "soft"

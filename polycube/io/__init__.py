@@ -1,4 +1,4 @@
 """Read surfaces, CAD files and hex meshes; write meshes, splines and solutions.
 
-Imports analysis and below.
+Imports `analysis` and the layers below.
 """

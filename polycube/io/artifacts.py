@@ -1,9 +1,9 @@
-"""Save and load what a stage made, so that a run can start again in the middle.
+"""Save and load the results of stages, so that a run can be resumed.
 
-One .npz per value: the arrays under the path of their field, and the rest as JSON.  No pickle.
-Whole numbers are kept as differences of rows: meshes and sparse matrices repeat from row to row, so
-these compress to half of the bytes or less.  Of other numbers all first bytes stand together, then
-all second ones: signs and exponents compress, and every bit is kept.
+Each value is one .npz file: the arrays under the path of their field, and the rest as JSON, without
+pickle. Integers are stored as differences of rows: meshes and sparse matrices change little from
+row to row, so these compress to at most half the size. Other numbers are stored with all first
+bytes together, then all second bytes etc., because signs and exponents compress; no bit is lost.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from polycube import types
 
 
 def save(path: Path, value: object) -> None:
-    """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz."""
+    """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz file."""
     arrays: dict[str, np.ndarray] = {}
     tree = _pack(value, "value", arrays)
     np.savez_compressed(path, allow_pickle=False, tree=np.array(json.dumps(tree)), **arrays)
 
 
 def load(path: Path) -> object:
-    """What `save` wrote; raises FileNotFoundError."""
+    """Load a value written by `save`; raises FileNotFoundError."""
     with np.load(path, allow_pickle=False) as arrays:
         return _unpack(json.loads(str(arrays["tree"])), arrays)
 

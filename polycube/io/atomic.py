@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all: written beside their place, then moved into it."""
+"""Atomic writing of files: written beside their place, then moved into it."""
 
 import os
 from collections.abc import Iterator
@@ -8,9 +8,9 @@ from pathlib import Path
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a temporary path in the folder of `path`; it becomes `path` when the block ends well.
+    """Yield a temporary path in the folder of `path`, which becomes `path` at the end of the block.
 
-    A block that raises leaves what stood at `path` before, and no temporary file.
+    If the block raises, the previous file at `path` is unchanged and the temporary file is removed.
     """
     path = Path(path)
     temporary = path.with_name(f".{os.getpid()}-{path.name}")  # keeps the suffix

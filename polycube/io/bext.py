@@ -1,11 +1,11 @@
-"""BEXT v1: Bezier extraction of a cubic spline as text, the form LS-DYNA has read.
+"""BEXT v1: Bezier extraction of a cubic spline as text, as read by LS-DYNA.
 
     B E X T / type hex / nodeN n / elemN m / n lines "gnode x y z w" / per element
     "belem f 3 3 3", a line of the f function numbers from 0, and f rows of coefficients:
     "d c0 ... c63" or "s count index value ...", Bezier index i + 4 j + 16 k.
 
-Numbers have 17 digits: what is read equals what was written.  Elements are written as they are
-extracted, `CHUNK` at a time, so memory does not grow with the file.
+Numbers have 17 digits, so reading returns the written values exactly. Elements are written in
+batches of `CHUNK`, so the memory does not grow with the file.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from polycube.spline.element_faces import lone_sides
 from polycube.types import Spline
 from polycube.types.spline import ElementFunctions
 
-CHUNK = 256  # elements that are extracted together
-SPARSE = 20  # most coefficients of a row that is written as indices and values
+CHUNK = 256  # elements in a batch
+SPARSE = 20  # largest number of coefficients of a row that is written as indices and values
 
 
 def write_bext(path: Path, spline: Spline) -> Path:
@@ -40,7 +40,7 @@ def write_bext(path: Path, spline: Spline) -> Path:
 
 
 def chunks(spline: Spline) -> Iterator[ElementFunctions]:
-    """The functions of all elements, in order, `CHUNK` elements at a time."""
+    """The functions of all elements, in order, in batches of `CHUNK` elements."""
     for first in range(0, len(spline.nodes), CHUNK):
         yield spline.element_functions(slice(first, first + CHUNK))
 
@@ -56,7 +56,7 @@ def _elements(functions: ElementFunctions) -> Iterator[str]:
 
 
 def _rows(coefficients: csr_matrix) -> list[str]:
-    """One line per row; equal values are formatted once."""
+    """One line per row; equal values are formatted only once."""
     values, inverse = np.unique(coefficients.data, return_inverse=True)
     text = np.array([f"{value:.17g}" for value in values.tolist()], dtype=object)[inverse].tolist()
     index = coefficients.indices.tolist()
@@ -75,10 +75,10 @@ def _rows(coefficients: csr_matrix) -> list[str]:
 
 
 def read_bext(path: Path) -> Spline:
-    """The spline of a cubic BEXT v1 file; Bezier nodes with equal rows are one node.
+    """Read the spline of a cubic BEXT v1 file; Bezier nodes with equal rows are merged.
 
-    Element e counts as hex e, faces of one element alone as boundary.  Raises ValueError for
-    another format or degree and a short file.
+    Element e is hex e, and faces of only one element are the boundary. Raises ValueError for
+    another format or degree and for an incomplete file.
     """
     words = iter(Path(path).read_text().split())
     try:
@@ -128,7 +128,7 @@ def _node(words: Iterator[str]) -> list[float]:
 
 
 def _element(words: Iterator[str], first: int, n_nodes: int) -> Iterator[np.ndarray]:
-    """Arrays (3, n) of Bezier node, function and coefficient, nodes counted from `first`."""
+    """Arrays (3, n) of Bezier node, function and coefficient; nodes are numbered from `first`."""
     _expect(words, "belem")
     count = int(_take(words, 1)[0])
     _expect(words, "3 3 3")
@@ -146,7 +146,7 @@ def _element(words: Iterator[str], first: int, n_nodes: int) -> Iterator[np.ndar
 
 
 def _checked(row: np.ndarray, n_nodes: int) -> np.ndarray:
-    """The row (3, n) of Bezier indices, functions and coefficients, when all are in range."""
+    """The row (3, n) of Bezier indices, functions and coefficients; ValueError if out of range."""
     for name, numbers, size in (("Bezier index", row[0], 64), ("function", row[1], n_nodes)):
         if not ((numbers >= 0) & (numbers < size)).all():
             raise ValueError(f"{name} {numbers.max():.0f} is not in 0 to {size - 1}")
@@ -154,7 +154,7 @@ def _checked(row: np.ndarray, n_nodes: int) -> np.ndarray:
 
 
 def share(rows: csr_matrix) -> tuple[csr_matrix, np.ndarray]:
-    """The distinct rows in order of appearance, and which of them each row is."""
+    """The distinct rows in order of appearance, and the index of each row among them."""
     rows.sort_indices()
     ends = pairwise(rows.indptr)
     contents = [(rows.indices[a:b].tobytes(), rows.data[a:b].tobytes()) for a, b in ends]

@@ -4,11 +4,12 @@
     blocks / per block "1 elements functions vectors 3 3 3" / per element its functions, then their
     vectors / "vectors 0" (dense, sparse) / lines "count length" / the vectors.
 
-One block for each number of functions of an element.  Integers ten a line, floats five a line, each
-list on a new line: the layout of libMesh's reader and its sample.  Floats have 17 digits.
+There is one block for each number of functions of an element. Lines have ten integers or five
+floats, and each list starts a new line, as in the reader of libMesh and its sample file. Floats
+have 17 digits.
 
-Elements are extracted a few at a time.  What is kept of all of them is two numbers for each of
-their functions, and the distinct vectors, of which there are few beside the elements.
+Elements are extracted in batches. The memory for all elements is two numbers for each of their
+functions, and the distinct vectors, which are few.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from polycube.types import Spline
 
 
 def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
-    """Write the spline as a part of that number."""
-    place: dict[bytes, int] = {}  # of each distinct vector
+    """Write the spline as a part with the given number."""
+    place: dict[bytes, int] = {}  # index of each distinct vector
     counts, functions, numbers = [], [], []
     for chunk in chunks(spline):
         rows = map(np.ndarray.tobytes, chunk.coefficients.toarray())
@@ -62,10 +63,10 @@ def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
 
 
 def read_bext2(path: Path) -> Spline:
-    """The spline of a cubic BEXT v2 file; Bezier nodes with equal rows are one node.
+    """Read the spline of a cubic BEXT v2 file; Bezier nodes with equal rows are merged.
 
-    Element e counts as hex e, faces of one element alone as boundary.  Raises ValueError for
-    another format, degree or weight and a short file.
+    Element e is hex e, and faces of only one element are the boundary. Raises ValueError for
+    another format, degree or weight and for an incomplete file.
     """
     header, *lines = Path(path).read_text(encoding="ascii").splitlines()
     if header.split() != "B E X T 2.0".split():
@@ -87,7 +88,7 @@ def read_bext2(path: Path) -> Spline:
 
 
 class _Numbers:
-    """All numbers of a file, taken from the front."""
+    """All numbers of a file, read in sequence."""
 
     def __init__(self, values: np.ndarray, path: Path) -> None:
         self.values, self.path = values, path

@@ -1,4 +1,4 @@
-"""Splines as Bezier cells of VTK, and the fields of solutions by their values at points."""
+"""Splines as Bezier cells of VTK, and the fields of solutions as values at points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from polycube.types import Deformation, Modes, Solution, Spline
 
 
 def _vtk_order() -> np.ndarray:
-    """(64,) place i + 4 j + 16 k of each of VTK's points: corners, edges, faces, body."""
+    """(64,) index i + 4 j + 16 k of each of VTK's points: corners, edges, faces, body."""
     corner = [(0, 0), (3, 0), (3, 3), (0, 3)]
     inner = (1, 2)
     points = [(i, j, k) for k in (0, 3) for i, j in corner]
@@ -30,16 +30,16 @@ def _vtk_order() -> np.ndarray:
 
 
 VTK_ORDER = _vtk_order()
-OLD_ORDER = VTK_ORDER.copy()  # of Lagrange cells in files of version 1.0: two edges change places
+OLD_ORDER = VTK_ORDER.copy()  # of Lagrange cells in files of version 1.0: two edges are exchanged
 OLD_ORDER[28:32] = VTK_ORDER[[30, 31, 28, 29]]
 
 
 def write_bezier_vtu(
     path: Path, spline: Spline, cell_data: Mapping[str, np.ndarray] | None = None
 ) -> Path:
-    """Write the Bezier elements, with the hex each came from.
+    """Write the Bezier elements with the hex of each element.
 
-    cell_data : numbers of the elements, (E,) or (E, n)
+    cell_data : data of the elements, (E,) or (E, n)
     """
     return write_cells(
         path,
@@ -58,12 +58,12 @@ def write_field_vtu(
     is_curved: bool = True,
     precision: str = "double",
 ) -> Path:
-    """Write fields by their values at points of the elements, with the hex each came from.
+    """Write fields as values at points of the elements, with the hex of each element.
 
     fields : Bezier coefficients, (B,) or (B, n)
-    is_curved : cells are cubic Lagrange hexahedra, whose points are at 4^3 even places; otherwise
+    is_curved : True: cells are cubic Lagrange hexahedra with 4^3 evenly spaced points; False:
         hexahedra of eight nodes, the corners of the elements
-    precision : "single" or "double", of the fields; points are double
+    precision : "single" or "double", for the fields; points are double
     """
     places = OLD_ORDER if is_curved else VTK_ORDER[:8]
     _, first, cells = np.unique(spline.nodes[:, places], return_index=True, return_inverse=True)
@@ -109,9 +109,9 @@ def write_solution(
 
 
 def scaled_shapes(spline: Spline, modes: Modes) -> dict[str, np.ndarray]:
-    """The displacements (C, 3) of the modes by name, "mode_07 1.234e+03 Hz".
+    """The displacements (C, 3) of the modes by name, such as "mode_07 1.234e+03 Hz".
 
-    Each is scaled to a largest displacement of a tenth of the control points' diagonal.
+    Each is scaled to a largest displacement of a tenth of the diagonal of the control points.
     """
     size = 0.1 * np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = modes.units.get("frequency", "")

@@ -1,7 +1,8 @@
 """Triangles of one solid of a CAD file (STEP, IGES, BREP), in the units of the file.
 
-gmsh does it in a process of its own; where it does not load, cascadio reads STEP files with one
-solid.  Closedness is checked afterwards as for any surface, and here that no volume was lost.
+Gmsh tessellates in a separate process; if it cannot be loaded, cascadio reads STEP files with one
+solid. Here it is checked that no volume is lost; whether the surface is closed is checked later as
+for any surface.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ logger = logging.getLogger(__name__)
 
 BREP = ".brep"
 SUFFIXES = (*STEP, ".iges", ".igs", BREP)
-ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # of the shapes in a BREP file
+ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
-LOST = 0.05  # share of the volume that tessellation may lose
+LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
 
 
 @dataclass(frozen=True)
 class Cad:
-    """How CAD files are read."""
+    """Options for reading CAD files."""
 
-    solid: int | None = None  # of a file with several: which, from 1
+    solid: int | None = None  # number of the solid to read from a file with several, from 1
     segments: int = SEGMENTS  # triangle edges on a full turn of a round face
-    units: str | None = None  # lengths the rest of the run takes the coordinates for
+    units: str | None = None  # length unit of the coordinates in the rest of the run
 
     def __post_init__(self) -> None:
         if self.solid == "all":
@@ -55,7 +56,7 @@ class Cad:
 
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
-    """Closed, oriented surface of a solid with its CAD faces, and doubts; raises InputError."""
+    """Closed, oriented surface of a solid with its CAD faces, and warnings; raises InputError."""
     found = _tessellated(path, options)
     unit = file_unit(path)
     surface, notes = clean(found["vertices"] / MILLIMETRES[unit], found["faces"])
@@ -82,9 +83,9 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
 
 
 def _regions(surface: TriMesh, found: dict[str, np.ndarray], path: Path) -> TriMesh:
-    """The surface with the CAD face that each of its triangles is on, and the faces' names.
+    """The surface with the CAD face of each triangle, and the names of the faces.
 
-    Cleaning may have dropped and turned triangles: the middles tell which are left.
+    Cleaning may have dropped and reoriented triangles, so their centres are compared.
     """
     unit = MILLIMETRES[file_unit(path)]
     middles = found["vertices"][found["faces"]].mean(axis=1) / unit
@@ -100,13 +101,13 @@ def _regions(surface: TriMesh, found: dict[str, np.ndarray], path: Path) -> TriM
 
 
 def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
-    """Arrays in millimetres: volume (one number), vertices, faces, those of `cad_worker` beside.
+    """Arrays in millimetres: volume (one number), vertices, faces, and those of `cad_worker`.
 
-    Only vertices and faces where gmsh does not load.
+    Only vertices and faces if gmsh cannot be loaded.
     """
     asked = {"solid": options.solid, "segments": options.segments}
     check_whole(path)
-    effort = max(1.0, options.segments / SEGMENTS) ** 2  # as many triangles
+    effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
     output, said = read_alone("polycube.io.cad_worker", path, asked, effort)
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
@@ -117,13 +118,13 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
 
 
 def check_whole(path: Path) -> None:
-    """Raise InputError for a BREP file that breaks off: Open CASCADE reads on for ever there."""
+    """Raise InputError for an incomplete BREP file, which Open CASCADE would read forever."""
     if path.suffix.lower() == BREP and not ROOT.search(path.read_bytes()[-200:]):
         raise InputError("the file breaks off: the shape that it is about must be named last")
 
 
 def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.ndarray]:
-    """The arrays of the solid asked for; raises InputError where that is not clear."""
+    """The arrays of the requested solid; raises InputError if the request is ambiguous."""
     volumes, boxes = found["volume"], found["box"]
     if not len(volumes):
         raise InputError("the file contains no solid; export the part as a closed solid body")
@@ -141,7 +142,7 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
 
 
 def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:
-    """The same by cascadio, whose lengths are metres."""
+    """Like `_tessellated` by cascadio, whose lengths are in metres."""
     if path.suffix.lower() not in STEP or options.solid is not None:
         raise InputError(f"{path.suffix} files and cad.solid need gmsh; {INSTALL}")
     try:

@@ -1,7 +1,8 @@
-"""Tessellate a CAD file with gmsh: `python -m polycube.io.cad_worker`, a process of its own.
+"""Tessellate a CAD file with gmsh in a separate process: `python -m polycube.io.cad_worker`.
 
-Open CASCADE writes to the standard output, and may crash; gmsh takes over signals and is GPL.
-Reads a request as JSON on standard input; writes arrays to the .npz it names.
+Open CASCADE writes to the standard output and may crash; gmsh replaces signal handlers and is under
+the GPL. The process reads a request as JSON from standard input and writes arrays to the .npz file
+given there.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ import numpy as np
 
 from polycube.io.foreign.process import limit
 
-SEW = 1e-5  # of the diagonal: gaps of loose faces that are closed
+SEW = 1e-5  # of the diagonal: gaps between loose faces that are closed
 COARSE = 1 / 20  # of the diagonal: largest triangle edge
 FINE = 1 / 1000  # smallest
 
 
 def main() -> None:
-    """Solids of the file, and the triangles of the one asked for; lengths in millimetres."""
+    """Write the solids of the file, and the triangles of the requested one, in millimetres."""
     request = json.load(sys.stdin)
     gmsh = opened(request)
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", request["segments"])
@@ -42,9 +43,9 @@ def main() -> None:
 
 
 def opened(request: Mapping[str, Any]) -> ModuleType:
-    """gmsh with the solids of a file, in millimetres.
+    """Gmsh with the solids of a file, in millimetres.
 
-    request : the `path`, and the `seconds` and `gigabytes` that may be used
+    request : the `path`, and the limits `seconds` and `gigabytes`
     """
     limit(request)
     import gmsh
@@ -58,7 +59,8 @@ def opened(request: Mapping[str, Any]) -> ModuleType:
         "Mesh.MeshSizeExtendFromBoundary": 0,
     }.items():
         gmsh.option.setNumber(name, value)
-    if request["path"].lower().endswith((".step", ".stp")):  # others have no units or are in mm
+    # the other formats have no units or are in mm
+    if request["path"].lower().endswith((".step", ".stp")):
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     gmsh.model.occ.importShapes(request["path"])
     gmsh.model.occ.synchronize()
@@ -75,9 +77,9 @@ def _diagonal(gmsh: ModuleType) -> float:
 
 
 def _triangles(gmsh: ModuleType, solids: list[int], chosen: int) -> dict[str, np.ndarray]:
-    """Vertices (V, 3), faces (F, 3), the CAD face of each (F,), from 1.
+    """Vertices (V, 3), faces (F, 3), and the CAD face of each triangle (F,), from 1.
 
-    Of each CAD face: kind of surface, name, number of corners, and these, all in a row.
+    Also for each CAD face: kind of surface, name, number of corners, and all corners in sequence.
     """
     others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
     gmsh.model.occ.remove(others, recursive=True)
@@ -105,7 +107,7 @@ def _triangles(gmsh: ModuleType, solids: list[int], chosen: int) -> dict[str, np
 
 
 def _names(gmsh: ModuleType, sides: list[int]) -> list[str]:
-    """What gmsh calls each face; where it has no names but several colours, `colour_ff0000`."""
+    """Names of the faces from gmsh; `colour_ff0000` if there are no names but several colours."""
     names = [gmsh.model.getEntityName(2, side).rpartition("/")[2] for side in sides]
     colours = [gmsh.model.getColor(2, side) for side in sides]
     if any(names) or len(set(colours)) == 1:

@@ -1,7 +1,7 @@
-"""Read a hex mesh that another program made, and check that it bounds one solid.
+"""Read a hex mesh of another program, and check that it bounds one solid.
 
-Coordinates are kept exactly as they stand in the file.  What is changed is told: vertices welded or
-left out, hexes numbered the other way round.  What is still wrong then is refused, never patched.
+Coordinates are not changed. Changes are reported: vertices merged or removed, hexes renumbered.
+Remaining defects raise an error; they are not patched.
 """
 
 from __future__ import annotations
@@ -32,17 +32,18 @@ from polycube.types import HexMesh, TriMesh
 logger = logging.getLogger(__name__)
 
 FORMATS = (".vtu", ".vtk", ".mesh", ".msh", ".inp")
-FLAT_CELLS = ("vertex", "line", "triangle", "quad")  # beside the hexes; left out
+FLAT_CELLS = ("vertex", "line", "triangle", "quad")  # ignored cells beside the hexes
 SHARP = np.pi / 4  # angle between the normals of quads of different patches
 MIRRORED = [4, 5, 6, 7, 0, 1, 2, 3]
-BY_AXES = [0, 1, 3, 2, 4, 5, 7, 6]  # xi fastest, then eta, then zeta, as some programs number
-APART = 0.1  # of the diagonal: boxes of mesh and surface farther off are not of one part
+# numbering with xi fastest, then eta, then zeta, as in some programs
+BY_AXES = [0, 1, 3, 2, 4, 5, 7, 6]
+APART = 0.1  # of the diagonal: boxes of mesh and surface that differ more do not belong to one part
 
 
 def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
-    """Conforming hex mesh, its patches cut at sharp edges, and what was changed, one per line.
+    """Conforming hex mesh with patches between sharp edges, and a list of the changes.
 
-    Raises InputError, one sentence, for what can not be used.
+    Raises InputError with one sentence for an unusable mesh.
     """
     path = Path(path)
     try:
@@ -56,7 +57,7 @@ def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
 
 
 def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points (V, 3), hexes (H, 8) and the array `cell` (H,) of our own files, else zeros."""
+    """Points (V, 3), hexes (H, 8) and the array `cell` (H,); zeros if there is none."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"unknown kind of hex mesh {path.suffix!r}; can read {', '.join(FORMATS)}")
     if not path.is_file():
@@ -65,7 +66,7 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     kinds: Counter[str] = Counter()
     for kind, number in zip(found["kind"].tolist(), found["number"].tolist(), strict=True):
         kinds[kind] += number
-    kinds = +kinds  # without those of which there are none
+    kinds = +kinds  # without those with count zero
     others = [kind for kind in kinds if kind not in (*FLAT_CELLS, "hexahedron")]
     if others or "hexahedron" not in kinds:
         had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"
@@ -83,20 +84,20 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _in_blocks(found: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]:
-    """The arrays of a name, of all blocks of cells that have one, in their order."""
+    """The arrays with a name, of all blocks of cells that have one, in sequence."""
     every = (found.get(f"{name} {i}") for i in range(len(found["kind"])))
     return [array for array in every if array is not None]
 
 
 def _cells(found: Mapping[str, np.ndarray], number: int) -> np.ndarray:
-    """(H,) the array `cell` of our own files, zeros in any other file."""
+    """(H,) the array `cell` of files of this program, zeros in other files."""
     cell = np.concatenate([np.zeros(0, np.int64), *_in_blocks(found, "cell")])
     known = len(cell) == number and cell.dtype.kind in "iu" and cell.min() >= 0
     return cell if known else np.zeros(number, np.int64)
 
 
 def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[HexMesh, list[str]]:
-    """Mesh of one solid in VTK's vertex order, and one sentence for each thing changed."""
+    """Mesh of one solid in the vertex order of VTK, and one sentence for each change."""
     vertices, hexes = np.asarray(vertices, np.float64), np.asarray(hexes, np.int64)
     if not np.isfinite(vertices).all():
         raise InputError("coordinates must be finite numbers")
@@ -117,7 +118,7 @@ def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[Hex
 
 
 def _welded(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Only vertices that are used, one at each place, in their order."""
+    """The used vertices without duplicates, in their order."""
     used, local = np.unique(hexes, return_inverse=True)
     _, first, group = np.unique(vertices[used], axis=0, return_index=True, return_inverse=True)
     kept = np.sort(first)
@@ -144,7 +145,7 @@ def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """VTK's order of the corners, or that of the axes made VTK's where most hexes say so."""
+    """Corners in VTK's order; converted from the order of the axes if most hexes have that."""
     plain, by_axes = (_untwisted(vertices, h) for h in (hexes, hexes[:, BY_AXES]))
     if 2 * plain.sum() >= len(hexes) or by_axes.sum() <= plain.sum():
         return hexes, []
@@ -163,7 +164,8 @@ def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
 def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
     """Mirror the numbering of hexes so that neighbours agree and the volume is positive.
 
-    Two nodes stand for each hex, as given and mirrored; neighbours that agree link equal nodes.
+    Each hex has two nodes, for the given and the mirrored numbering; neighbours with compatible
+    numberings link equal nodes.
     """
     n = len(hexes)
     first, second = neighbours(hexes)
@@ -202,7 +204,7 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
 
 
 def _volume(vertices: np.ndarray, hexes: np.ndarray) -> float:
-    """Of the boundary, by its triangles; negative when the hexes are mirrored."""
+    """Volume inside the boundary, from its triangles; negative if the hexes are mirrored."""
     corners = triangles(vertices - vertices.mean(axis=0), boundary_quads(hexes))
     return float(np.linalg.det(corners).sum() / 6)
 
@@ -219,7 +221,7 @@ def patches(mesh: HexMesh, angle: float = SHARP) -> np.ndarray:
 
 
 def boundary(mesh: HexMesh) -> TriMesh:
-    """The boundary as a surface: four triangles of each quad, round its middle."""
+    """The boundary as a surface: four triangles of each quad, around its centre."""
     outer, quads = np.unique(mesh.quads, return_inverse=True)
     quads = quads.reshape(-1, 4)
     middle = len(outer) + np.arange(len(quads))
@@ -230,7 +232,7 @@ def boundary(mesh: HexMesh) -> TriMesh:
 
 
 def check_place(mesh: HexMesh, surface: TriMesh) -> None:
-    """Raise InputError unless mesh and surface lie in the same place at the same size."""
+    """Raise InputError unless mesh and surface have the same position and size."""
     boxes = [(p.min(axis=0), p.max(axis=0)) for p in (mesh.vertices, surface.vertices)]
     size = diagonal(surface)
     off = max(np.linalg.norm(a - b) for a, b in zip(*boxes, strict=True)) / size

@@ -1,7 +1,7 @@
 """An LS-DYNA deck for the free vibration modes of a spline in BEXT version 1.
 
-Keywords and cards are those of the published rod's deck, which LS-DYNA ran in 2020.
-Consistent units: the part's length, kg, s; so frequencies come in Hz.
+Keywords and cards are those of the deck of the published rod, which was run with LS-DYNA in 2020.
+The units are consistent: length unit of the part, kg, s; frequencies are in Hz.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from polycube.units import METRES
 def write_modal_deck(
     path: Path, bext: str, elastic: Material, units: str, modes: int, lumped: bool = False
 ) -> Path:
-    """Write the deck beside a file named `bext`; modes count the six rigid ones.
+    """Write the deck beside a file named `bext`; the modes include the six rigid ones.
 
-    lumped : LS-DYNA's own default, rows of the mass matrix summed on the diagonal
+    lumped : default of LS-DYNA: row sums of the mass matrix on the diagonal
     """
     metre = METRES[units]
     young, density = elastic.young * metre, elastic.density * metre**3
@@ -54,7 +54,7 @@ def write_modal_deck(
 
 
 class DeckSettings(TypedDict):
-    """Arguments of `write_modal_deck` beside the files."""
+    """Arguments of `write_modal_deck` without the files."""
 
     elastic: Material
     units: str
@@ -63,7 +63,7 @@ class DeckSettings(TypedDict):
 
 
 def settings_of(analysis: Json) -> DeckSettings:
-    """Material, units, modes and mass of an analysis' options; what it has not, of steel in mm."""
+    """Material, units, modes and mass from the options of an analysis; defaults: steel in mm."""
     return {
         "elastic": material(analysis.get("material", "steel")),
         "units": analysis.get("units", "mm"),

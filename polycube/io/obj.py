@@ -1,4 +1,4 @@
-"""Read the vertices and faces of Wavefront OBJ files; everything else in them is ignored."""
+"""Read the vertices and faces of Wavefront OBJ files; the rest is ignored."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from polycube.errors import InputError, brief
 
-LARGEST = 2**31 - 1  # vertex index
+LARGEST = 2**31 - 1  # largest vertex index
 
 
 def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) and faces (F, 3), polygons split; raises InputError with the line."""
+    """Vertices (V, 3) and faces (F, 3), polygons divided; raises InputError with the line."""
     vertices: list[list[float]] = []
     polygons: list[list[int]] = []
     text = path.read_text(encoding="latin-1").replace("\\\n", " ")
@@ -31,7 +31,7 @@ def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _vertex(index: int, n_vertices: int) -> int:
-    """Count from 1 on, or back from the last vertex with negative indices."""
+    """Convert an index: counted from 1, or negative and counted back from the last vertex."""
     if index > LARGEST:
         raise ValueError(f"vertex index larger than {LARGEST}")
     if index == 0:
@@ -42,10 +42,10 @@ def _vertex(index: int, n_vertices: int) -> int:
 
 
 def split(vertices: np.ndarray, polygons: list[list[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices, and (F, 3) triangles: each polygon a fan around its best corner.
+    """Vertices, and (F, 3) triangles: each polygon becomes a fan around its best corner.
 
-    The best corner's flattest triangle looks most the way of the polygon; raises InputError for
-    fewer than three corners, unknown vertices and polygons that are no fan of any corner.
+    At the best corner, the smallest cosine between a triangle and the polygon is largest. Raises
+    InputError for fewer than three corners, unknown vertices and polygons without such a corner.
     """
     sizes = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
     if (sizes < 3).any():
@@ -62,7 +62,7 @@ def split(vertices: np.ndarray, polygons: list[list[int]]) -> tuple[np.ndarray, 
 
 
 def _fans(vertices: np.ndarray, rings: np.ndarray) -> np.ndarray:
-    """Triangles of (P, n) polygons of n corners."""
+    """Triangles of (P, n) polygons with n corners."""
     n = rings.shape[1]
     if n == 3:
         return rings
@@ -75,7 +75,7 @@ def _fans(vertices: np.ndarray, rings: np.ndarray) -> np.ndarray:
     )
     a, b, c = np.moveaxis(vertices[fans], 3, 0)
     areas = np.cross(b - a, c - a)
-    normal = areas[:, 0].sum(axis=1)  # the same from every start
+    normal = areas[:, 0].sum(axis=1)  # the same for every corner
     worst = np.einsum("psti,pi->pst", areas, normal).min(axis=2)
     best = worst.argmax(axis=1)
     chosen = np.arange(len(rings)), best

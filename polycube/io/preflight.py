@@ -1,4 +1,4 @@
-"""Look at a surface before it is meshed: what is wrong, how many, where, and what would help."""
+"""Check a surface before meshing: kinds, numbers and places of defects, and possible remedies."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from polycube.surface.repair.defects import Defect, find_defects
 from polycube.surface.repair.repair import finite
 from polycube.types import TriMesh
 
-N_PLACES = 3  # of each problem, printed
+N_PLACES = 3  # number of printed places for each defect
 
 
 @dataclass(frozen=True, eq=False)
 class Preflight:
-    """What was found in a file, and what a run would make of it."""
+    """Result of the check of a file."""
 
     path: str
-    surface: TriMesh  # as it was given, equal corners welded, faces of no numbers left out
-    lost: int  # vertices that are not finite
+    surface: TriMesh  # as given, with equal corners merged and faces without finite corners removed
+    lost: int  # number of vertices that are not finite
     defects: list[Defect]
     verdict: str  # one sentence
     is_usable: bool
 
     def table(self) -> str:
-        """For the terminal: a line per problem."""
+        """Table for the terminal, one line per defect."""
         surface = self.surface
         rows = [
             f"{self.path}: {len(surface.vertices)} vertices, {len(surface.faces)} faces, "
@@ -51,13 +51,13 @@ class Preflight:
         return "\n".join(rows)
 
     def write(self, path: Path) -> Path:
-        """The places as points, lines and triangles of a `.vtp`, `problem` numbered in each."""
+        """Write the places as points, lines and triangles of a `.vtp`, numbered by `problem`."""
         items = {defect.problem: defect.items for defect in self.defects}
         return write_named_vtp(path, self.surface.vertices, items, "problem")
 
 
 def preflight(path: str, cad: Cad, level: str) -> Preflight:
-    """Look at a file, and try a repair of the level; raises InputError where it can not be read."""
+    """Check a file and try a repair of the level; raises InputError if it cannot be read."""
     if path.startswith(EXAMPLE) or is_cad(Path(path)):
         given, lost = read_repaired(path, cad, "off")[0], 0
     else:

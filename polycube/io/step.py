@@ -1,4 +1,4 @@
-"""What a STEP file says that the program which reads its shapes does not pass on: unit, names."""
+"""Information of a STEP file that is not passed on with its shapes: length unit, names of faces."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from polycube.units import METRES
 STEP = (".step", ".stp")
 MILLIMETRES = {name: 1000 * metres for name, metres in METRES.items()}
 PREFIX = {"": 1000.0, ".MILLI.": 1.0, ".CENTI.": 10.0, ".MICRO.": 1e-3}  # of a metre, in mm
-SAME = 1e-6  # of the diagonal: vertices this near are one
+SAME = 1e-6  # of the diagonal: closer vertices are equal
 ADVANCED_FACE = r"ADVANCED_FACE\s*\(\s*'([^']*)'\s*,\s*\(([^)]*)\)\s*,\s*#(\d+)"
-KINDS = {  # elementary surfaces: STEP's word, gmsh's
+KINDS = {  # elementary surfaces: names in STEP and in gmsh
     "PLANE": "Plane",
     "CYLINDRICAL_SURFACE": "Cylinder",
     "CONICAL_SURFACE": "Cone",
@@ -26,7 +26,7 @@ KINDS = {  # elementary surfaces: STEP's word, gmsh's
 
 
 def file_unit(path: Path) -> str:
-    """Length unit that a STEP file declares, a key of MILLIMETRES; other files: mm."""
+    """Length unit declared in a STEP file, a key of MILLIMETRES; mm for other files."""
     if path.suffix.lower() not in STEP:
         return "mm"
     text = re.sub(r"\s+", "", path.read_text(errors="replace").upper())
@@ -40,7 +40,7 @@ def file_unit(path: Path) -> str:
 
 
 def _millimetres(unit: str, entity: dict[str, str]) -> float:
-    """Of one unit: an SI unit, or so many of another."""
+    """Millimetres of a unit: an SI unit, or a multiple of another unit."""
     if based := re.search(r"CONVERSION_BASED_UNIT\('[^']*',#(\d+)\)", unit):
         measure = entity.get(based[1], "")
         factor = re.search(r"LENGTH_MEASURE\(([-+.\dE]+)\),#(\d+)", measure)
@@ -50,11 +50,13 @@ def _millimetres(unit: str, entity: dict[str, str]) -> float:
 
 
 def face_names(path: Path, kinds: Sequence[str], corners: Sequence[np.ndarray]) -> tuple[str, ...]:
-    """Names of the faces of a solid as the STEP file has them; "" where it has none, or is not one.
+    """Names of the faces of a solid in a STEP file; "" for a face without a name, or another file.
 
-    kinds : gmsh's word for the surface of each face
-    corners : the vertices (N, 3) round each face, in the file's unit
-    A face is the one with the same vertices; where several of different names have them, "".
+    kinds : kind of surface of each face, as named by gmsh
+    corners : the vertices (N, 3) around each face, in the unit of the file
+
+    Faces are identified by their vertices; the name is "" if faces of different names have the same
+    vertices.
     """
     if path.suffix.lower() not in STEP:
         return ("",) * len(kinds)
@@ -89,7 +91,7 @@ def _references(body: str) -> list[str]:
 
 
 def _points(body: str, entity: dict[str, str]) -> np.ndarray:
-    """(N, 3) vertices that an entity, or a list of references, comes down to."""
+    """(N, 3) vertices of an entity, or of a list of references."""
     waiting, seen, found = [body], set(), []
     while waiting:
         body = waiting.pop()
@@ -106,6 +108,6 @@ def _points(body: str, entity: dict[str, str]) -> np.ndarray:
 
 
 def _places(tree: cKDTree, points: np.ndarray, near: float) -> frozenset[int]:
-    """The points by their numbers in the tree; -1 for those that are none of its own."""
+    """The numbers of the points in the tree; -1 for points that are not in it."""
     off, number = tree.query(np.reshape(points, (-1, 3)))
     return frozenset(np.where(off <= near, number, -1).tolist())

@@ -1,4 +1,4 @@
-"""Read STL files, binary and ASCII, and refuse broken ones by name; write binary ones."""
+"""Read STL files, binary and ASCII, with checks of their structure; write binary ones."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ END = re.compile(rb"^\s*endsolid\b", re.IGNORECASE | re.MULTILINE)
 
 
 def read_stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (3 F, 3), unwelded, and faces (F, 3); raises InputError, one sentence."""
+    """Corners (3 F, 3), not merged, and faces (F, 3); raises InputError with one sentence."""
     data = path.read_bytes()
     if not data:
         raise InputError("the file is empty")
     count = int.from_bytes(data[80:HEADER], "little")
-    if HEADER + RECORD * count == len(data):  # also where the header begins with "solid"
+    if HEADER + RECORD * count == len(data):  # also if the header begins with "solid"
         corners = _binary(data)
     elif b"\0" in data:
         raise InputError(
@@ -37,7 +37,7 @@ def read_stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
-    """Write a binary STL file, in single precision, as the format has it."""
+    """Write a binary STL file in single precision, as required by the format."""
     records = np.zeros((len(faces), RECORD), np.uint8)
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -53,7 +53,7 @@ def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
 
 def _binary(data: bytes) -> np.ndarray:
     records = np.frombuffer(data, np.uint8, offset=HEADER).reshape(-1, RECORD)
-    floats = np.ascontiguousarray(records[:, 12:48]).view("<f4")  # after the normal
+    floats = np.ascontiguousarray(records[:, 12:48]).view("<f4")  # behind the normal
     return floats.reshape(-1, 3).astype(np.float64)
 
 

@@ -1,6 +1,6 @@
-"""Read a surface from a file, or a made example, and check that it bounds one solid.
+"""Read a surface from a file or an example, and check that it bounds one solid.
 
-Coordinates are kept exactly as they stand in the file: no scaling, no moving, no turning.
+Coordinates are not changed: no scaling, translation or rotation.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
 
 def read_surface(path: str | Path, cad: Cad | None = None) -> tuple[TriMesh, list[str]]:
-    """Closed, oriented surface of one solid, and what was changed or is doubtful, one per line.
+    """Closed, oriented surface of one solid, and a list of changes and warnings.
 
-    `path` is a file or `example:NAME`; `cad` is how CAD files are read.
-    Raises InputError, one sentence, for what can not be used.
+    `path` is a file or `example:NAME`; `cad` are the options for CAD files. Raises InputError with
+    one sentence for an unusable surface.
     """
     surface, warnings, _ = read_repaired(path, cad, LEVELS[0])
     return surface, warnings
@@ -42,7 +42,7 @@ def read_surface(path: str | Path, cad: Cad | None = None) -> tuple[TriMesh, lis
 def read_repaired(
     path: str | Path, cad: Cad | None, level: str
 ) -> tuple[TriMesh, list[str], Repair | None]:
-    """As `read_surface`, after a repair of a level of `repair.LEVELS`; None where it is off."""
+    """Like `read_surface`, after a repair with a level of `repair.LEVELS`; None if it is off."""
     if str(path).startswith(EXAMPLE):
         return example(str(path).removeprefix(EXAMPLE)), [], None
     path = Path(path)
@@ -68,7 +68,7 @@ def read_repaired(
 
 
 def read_soup(path: Path) -> Soup:
-    """Vertices and faces as they stand in a file that is no CAD file; raises InputError."""
+    """Vertices and faces of a file that is not a CAD file, unchanged; raises InputError."""
     try:
         return _reader(path)(path)
     except InputError as error:
@@ -78,12 +78,12 @@ def read_soup(path: Path) -> Soup:
 
 
 def is_cad(path: Path) -> bool:
-    """Whether the name is that of a CAD file."""
+    """Whether the suffix is that of a CAD file."""
     return path.suffix.lower() in SUFFIXES and not path.is_dir()
 
 
 def _cleaned(vertices: np.ndarray, faces: np.ndarray) -> tuple[TriMesh, list[str]]:
-    """As `clean`; a refusal says which repair would help."""
+    """Like `clean`; the error message names the repair that would help."""
     try:
         return clean(vertices, faces)
     except InputError as error:
@@ -91,7 +91,7 @@ def _cleaned(vertices: np.ndarray, faces: np.ndarray) -> tuple[TriMesh, list[str
 
 
 def _remedy(vertices: np.ndarray, faces: np.ndarray) -> str:
-    """The end of a refusal: what to say, where that helps."""
+    """The remedy for an error message, if there is one."""
     try:
         finite(vertices, faces)
     except InputError:
@@ -124,7 +124,7 @@ def _read_trimesh(path: Path) -> Soup:
         raise InputError("the file is empty")
     try:
         mesh = trimesh.load_mesh(path, process=False)
-    except Exception as error:  # foreign parsers raise whatever broke
+    except Exception as error:  # parsers of other packages raise various errors
         raise InputError(f"not a readable {path.suffix} file: {brief(error)}") from error
     return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
 
@@ -153,4 +153,4 @@ READERS: dict[str, Callable[[Path], Soup]] = {
     ".glb": _read_trimesh,
     ".fbx": _read_fbx,
 }
-KNOWN = (*READERS, *SUFFIXES)  # endings of files that can be read
+KNOWN = (*READERS, *SUFFIXES)  # suffixes of files that can be read

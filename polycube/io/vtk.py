@@ -1,11 +1,11 @@
-"""The files of a run that ParaView and PyVista open: VTK's XML formats, compressed by zlib.
+"""Files for ParaView and PyVista: the XML formats of VTK, compressed by zlib.
 
-Written without the VTK library, so results leave a machine that has none; equal data gives equal
-bytes.  Lengths are in the user's units, the polycube's in cells.
+They are written without the VTK library, so results can be written without it, and equal data give
+equal bytes. Lengths are in model units, those of the polycube in cells.
 
-Files of other cells than Bezier's are XML with base64 inside, which other programs read too.  Those
-of Bezier cells, which VTK alone reads, have their data behind the XML as bytes, a quarter smaller.
-Arrays are compressed one after the other on their way to the file, so memory does not grow with it.
+Files without Bezier cells are XML with base64 data, which other programs can read. Files with
+Bezier cells, which only VTK reads, have binary data appended to the XML and are a quarter smaller.
+Arrays are compressed in sequence while they are written, so the memory does not grow with them.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from polycube.io.atomic import atomic_write
 from polycube.structure.lattice import cell_of_box
 from polycube.types import HexMesh, Labels, Polycube, TriMesh
 
-HEXAHEDRON, BEZIER_HEXAHEDRON, LAGRANGE_HEXAHEDRON = 12, 79, 72  # VTK's numbers for the cells
-BLOCK = 1 << 20  # bytes that are compressed together
-LEVEL = 3  # of zlib: more is slower and hardly smaller
+HEXAHEDRON, BEZIER_HEXAHEDRON, LAGRANGE_HEXAHEDRON = 12, 79, 72  # cell types of VTK
+BLOCK = 1 << 20  # bytes compressed together
+LEVEL = 3  # level of zlib: higher ones are slower and hardly better
 _TYPES = {"i": "Int", "u": "UInt", "f": "Float"}
 _CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
@@ -44,9 +44,9 @@ def write_hex_vtu(
     context: Sequence[str | None] = (),
     point_data: Arrays | None = None,
 ) -> Path:
-    """Write the hex mesh with its measures and sets, the grid cell and primitive of each hex.
+    """Write the hex mesh with its measures and sets, and the grid cell and primitive of each hex.
 
-    context : primitive per grid cell, as in `Polycube.context`; empty where it is not known
+    context : primitive per grid cell, as in `Polycube.context`; empty if it is unknown
     point_data : more arrays (V,) or (V, 3)
     """
     boundary = np.zeros(len(hexes.vertices), np.uint8)
@@ -65,7 +65,7 @@ def write_hex_vtu(
 def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
     """Write one hexahedron per occupied box, with its grid cell and primitive."""
     boxes = np.argwhere(polycube.occupancy)
-    corners = boxes[:, None] + _CORNERS  # (C, 8, 3) into the knots
+    corners = boxes[:, None] + _CORNERS  # (C, 8, 3) indices of the knots
     used, hexes = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     points = np.stack(
         [knots[index] for knots, index in zip(polycube.knots, used.T, strict=True)], 1
@@ -94,7 +94,7 @@ def write_named_vtp(
 ) -> Path:
     """Write vertices (N, 1), edges (N, 2) and faces (N, 3) by name; `array` numbers the names.
 
-    A comment in the file says what the numbers are.
+    A comment in the file explains the numbers.
     """
     polygons: dict[str, Arrays] = {}
     number, counts = [], [f'NumberOfPoints="{len(points)}"']
@@ -120,7 +120,7 @@ def write_cells(
     cell_data: Arrays,
     comment: str = "",
 ) -> Path:
-    """Write an unstructured grid of cells of one VTK type, (E, K) into points (N, 3)."""
+    """Write an unstructured grid of cells (E, K) of one VTK type with points (N, 3)."""
     offsets = np.arange(1, len(cells) + 1) * cells.shape[1]
     types = np.full(len(cells), cell_type, np.uint8)
     sections = {
@@ -130,15 +130,16 @@ def write_cells(
         "Cells": {"connectivity": cells.ravel(), "offsets": offsets, "types": types},
     }
     counts = f'NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}"'
-    version = "2.1" if cell_type == BEZIER_HEXAHEDRON else "1.0"  # 2.1: today's order of its points
+    # 2.1: the current order of its points
+    version = "2.1" if cell_type == BEZIER_HEXAHEDRON else "1.0"
     return _write(path, "UnstructuredGrid", counts, sections, comment, version)
 
 
 def set_arrays(hexes: HexMesh) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Arrays of the sets of the boundary that have a name of their own, no patch number.
+    """Arrays of the named sets of the boundary, except patches.
 
-    Returns (V,) 1 on the quads of the set, and (H,) the sum of 1, 2, 4, 8, 16, 32 for those of the
-    faces -xi +xi -eta +eta -zeta +zeta of each hex that are in the set; uint8.
+    Returns (V,) 1 on the quads of the set, and (H,) the sum of 1, 2, 4, 8, 16, 32 for the faces -xi
+    +xi -eta +eta -zeta +zeta of each hex in the set; uint8.
     """
     owner, side = quad_sides(hexes)
     at_vertices, at_hexes = {}, {}
@@ -152,13 +153,13 @@ def set_arrays(hexes: HexMesh) -> tuple[dict[str, np.ndarray], dict[str, np.ndar
 
 
 def numbered_primitives(context: Sequence[str | None]) -> tuple[list[str], np.ndarray]:
-    """Primitive names, sorted, and the number of each grid cell's primitive (-1 where empty)."""
+    """Primitive names, sorted, and the number of the primitive of each grid cell (-1 if empty)."""
     names = sorted({name for name in context if name})
     return names, np.array([names.index(name) if name else -1 for name in context])
 
 
 def _legend(names: Sequence[str]) -> str:
-    """What the numbers of `primitive` mean; string arrays stop readers such as meshio."""
+    """Explain the numbers of `primitive`; string arrays cannot be read by meshio and others."""
     return f"<!-- primitive: {', '.join(f'{i} {name}' for i, name in enumerate(names))} -->\n"
 
 
@@ -168,7 +169,7 @@ def _write(
     counts: str,
     sections: Mapping[str, Arrays],
     comment: str = "",
-    version: str = "1.0",  # what most other readers know
+    version: str = "1.0",  # supported by most other readers
 ) -> Path:
     has_bezier = version != "1.0"
     with atomic_write(path) as temporary, open(temporary, "wb") as file, TemporaryFile() as data:
@@ -194,7 +195,7 @@ def _write(
 
 
 def _array(name: str, array: np.ndarray, data: IO[bytes] | None) -> bytes:
-    """The element of an array; its content is appended to `data`, or stands in it as base64."""
+    """The XML element of an array; its content is appended to `data` or included as base64."""
     if array.dtype == bool:
         array = array.astype(np.uint8)
     width = array.shape[1] if array.ndim > 1 else 1
@@ -215,8 +216,8 @@ def _array(name: str, array: np.ndarray, data: IO[bytes] | None) -> bytes:
 def _compressed(content: memoryview) -> tuple[bytes, bytes]:
     """Header and blocks of compressed data.
 
-    The header counts the blocks, and the bytes in one, in the last if it is smaller, and in each
-    of them compressed.
+    The header has the number of blocks, the size of a block, the size of the last block if it is
+    smaller, and the compressed sizes.
     """
     starts = range(0, len(content), BLOCK)
     blocks = [zlib.compress(content[start : start + BLOCK], LEVEL) for start in starts]

@@ -1,4 +1,4 @@
-"""Numerical methods that know nothing of meshes: threads, descent, sparse solvers.
+"""Numerical methods without meshes: threads, descent, sparse solvers.
 
 Imports numpy, scipy and numba only.
 """

@@ -11,8 +11,8 @@ from polycube.errors import MeshingError
 
 logger = logging.getLogger(__name__)
 
-TOLERANCE = 1e-12  # of the residual at the start, in the norm of the preconditioner
-ITERATIONS = 500  # at most
+TOLERANCE = 1e-12  # of the initial residual, in the norm of the preconditioner
+ITERATIONS = 500  # largest number of iterations
 
 Operator = Callable[[np.ndarray], np.ndarray]
 
@@ -20,9 +20,10 @@ Operator = Callable[[np.ndarray], np.ndarray]
 def conjugate_gradients(matrix: Operator, right: np.ndarray, precondition: Operator) -> np.ndarray:
     """Solution (N,) of A x = right (N,).
 
-    precondition : near the inverse; it may be in single precision, so directions are made conjugate
-        with the change of the residual (Polak and Ribiere)
-    Raises MeshingError when the residual is not at TOLERANCE after ITERATIONS.
+    precondition : approximate inverse; it may be in single precision, because directions are made
+        conjugate with the change of the residual (Polak and Ribiere)
+
+    Raises MeshingError if TOLERANCE is not reached within ITERATIONS.
     """
     found, rest = np.zeros_like(right), right
     better = direction = precondition(rest)

@@ -1,8 +1,8 @@
 """Lowest eigenpairs of K x = lambda M x by a block Davidson method.
 
-The space is enlarged by P r, the preconditioned residuals r = K x - theta M x of the Ritz vectors
-that have not converged.  With P near the inverse of K - shift M that is inverse iteration speeded
-up by all that was seen before, yet P may be rough: what is found depends on K and M alone.
+The space is extended by P r, the preconditioned residuals r = K x - theta M x of the Ritz vectors
+that have not converged. If P is close to the inverse of K - shift M, this is inverse iteration
+accelerated by the previous iterations. P may be inaccurate: the result depends on K and M only.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from polycube.numerics.threads import parts, side_by_side
 
 logger = logging.getLogger(__name__)
 
-TOLERANCE = 1e-10  # of the residual, in the norm of the inverse, to the root of lambda - shift
-ROOM = 8  # vectors kept per pair sought, before a restart with a quarter of them
-ROUNDING = 1e-6  # residual, below which one that does not halve in PATIENCE iterations is final
+# of the residual, in the norm of the inverse, relative to the root of lambda - shift
+TOLERANCE = 1e-10
+ROOM = 8  # vectors stored per requested pair, before a restart with a quarter of them
+ROUNDING = 1e-6  # residual below which one that does not halve in PATIENCE iterations is final
 PATIENCE = 3
-ITERATIONS = 500  # at most
-ROWS = 4000  # of tall matrices, from which two threads pay
-DEPENDENT = 1e-14  # share of the largest squared length, below which a direction is left out
+ITERATIONS = 500  # largest number of iterations
+ROWS = 4000  # rows of tall matrices above which two threads are used
+DEPENDENT = 1e-14  # of the largest squared length: smaller directions are omitted
 
 
 def davidson(
@@ -38,14 +39,15 @@ def davidson(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (K,), ascending, and M-orthonormal vectors (N, K).
 
-    precondition : (N, k) -> (N, k), near the inverse of K - shift M, which is positive definite
-    Stops at TOLERANCE, or where rounding keeps the residual from falling.  Raises MeshingError when
-    the residual is neither after ITERATIONS.
+    precondition : (N, k) -> (N, k), approximate inverse of K - shift M, which is positive definite
+
+    Stops at TOLERANCE, or if rounding errors prevent a smaller residual. Raises MeshingError if
+    neither is reached within ITERATIONS.
     """
     start = np.random.default_rng(0).standard_normal((stiffness.shape[0], n_pairs))
     space = _Space(stiffness, mass, ROOM * max(n_pairs, 4))
     space.add(precondition(mass @ start))
-    error = np.full(n_pairs, np.inf)  # of each pair when it was last looked at
+    error = np.full(n_pairs, np.inf)  # of each pair at its last check
     errors: list[float] = []
     while True:
         values, x, kx, mx = space.ritz(n_pairs)
@@ -78,14 +80,14 @@ class _Space:
     """M-orthonormal vectors V, K V and M V."""
 
     def __init__(self, stiffness: spmatrix, mass: LinearOperator, room: int) -> None:
-        """`room` : vectors at most; more are reduced to the lowest Ritz vectors."""
+        """`room` : largest number of vectors; more are reduced to the lowest Ritz vectors."""
         self.stiffness, self.mass = stiffness, mass
         self.seen = self.size = 0
         self._kept = np.zeros((3, stiffness.shape[0], room))
         self._small = np.zeros((room, room))  # V^T K V
 
     def add(self, w: np.ndarray) -> None:
-        """Enlarge the space by the columns of w (N, k), made M-orthonormal to it."""
+        """Extend the space by the columns of w (N, k), made M-orthonormal."""
         self.seen += w.shape[1]
         if self.size + w.shape[1] > self._kept.shape[2]:
             self._reduce(self._kept.shape[2] // 4)
@@ -114,7 +116,7 @@ class _Space:
         return values, x, kx, mx
 
     def _lowest(self, n: int) -> tuple[np.ndarray, np.ndarray]:
-        """Ritz values, and the vectors in terms of V."""
+        """Ritz values, and the vectors as combinations of V."""
         values, turn = np.linalg.eigh(self._small[: self.size, : self.size])
         return values[:n], turn[:, :n]
 
@@ -127,7 +129,7 @@ class _Space:
 
 
 def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a^T b of tall matrices, summed in an order that does not depend on the threads."""
+    """a^T b of tall matrices, summed in an order independent of the number of threads."""
     cuts = parts(len(a), ROWS)
     return np.sum(side_by_side([partial(np.matmul, a[cut].T, b[cut]) for cut in cuts]), axis=0)
 

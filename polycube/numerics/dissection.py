@@ -1,7 +1,8 @@
 """Elimination order of a sparse symmetric matrix by nested dissection in space.
 
-The unknowns are cut across one of the axes, near the median, where the separator is thinnest: those
-of one half that touch the other.  Both halves are eliminated, each cut likewise, before it.
+The unknowns are divided along one of the axes, close to the median, where the separator is
+smallest: the unknowns of one half that are adjacent to the other. Both halves are divided likewise
+and eliminated before the separator.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-LEAF = 200  # unknowns that are not cut further
-SHARES = np.linspace(0.4, 0.6, 5)  # of the unknowns below a cut, tried
+LEAF = 200  # unknowns that are not divided further
+SHARES = np.linspace(0.4, 0.6, 5)  # shares of the unknowns below a cut that are tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,15 +22,15 @@ class Front:
     """Unknowns eliminated together, after those of its children."""
 
     own: np.ndarray  # (n,) unknowns
-    children: tuple[int, ...]  # fronts before this one, at most two
+    children: tuple[int, ...]  # earlier fronts, at most two
 
 
 def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
-    """Fronts in an order of elimination, the last the root of all.
+    """Fronts in an order of elimination; the last one is the root.
 
-    points : (n, 3) where each unknown is, more or less
+    points : (n, 3) approximate position of each unknown
     """
-    touches = np.ones(matrix.nnz)  # values could cancel where the neighbours of a row are counted
+    touches = np.ones(matrix.nnz)  # values could cancel when the neighbours of a row are counted
     pattern = csr_matrix((touches, matrix.indices, matrix.indptr), matrix.shape)
     group, first = _alike(pattern)
     graph = csr_matrix(pattern[first][:, first])
@@ -42,7 +43,7 @@ def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
 
 
 def _alike(pattern: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
-    """Group of each row, rows of one pattern together, and a row of each group."""
+    """Group of each row, with equal patterns in one group, and one row of each group."""
     rng = np.random.default_rng(0)
     _, first, group = np.unique(
         pattern @ rng.random(pattern.shape[0]), return_index=True, return_inverse=True
@@ -57,9 +58,10 @@ def _cut(
     nodes: np.ndarray,
     fronts: list[Front],
 ) -> Iterator[tuple[np.ndarray, tuple[int, ...]]]:
-    """Yield own nodes and children of the fronts of a part, its root last.
+    """Yield own nodes and children of the fronts of a part, the root last.
 
-    size : unknowns at each node of the graph.  fronts : those yielded so far, the caller's list
+    size : unknowns at each node of the graph
+    fronts : the fronts yielded so far, a list of the caller
     """
     if size[nodes].sum() <= LEAF:
         yield nodes, ()
@@ -75,7 +77,8 @@ def _cut(
         choices, key=lambda choice: _cost(choice, weight), default=(none[0], none[1])
     )
     if not touching.any():
-        touching[np.argmax(side)] = True  # halves that do not touch: a front needs an unknown
+        # for halves that are not adjacent: a front needs an unknown
+        touching[np.argmax(side)] = True
     halves = [nodes[side & ~touching], nodes[~side]]
     if min(map(len, halves)) == 0:
         yield nodes, ()
@@ -90,7 +93,7 @@ def _cut(
 def _separators(
     part: csr_matrix, x: np.ndarray, weight: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Nodes of one side that touch the other, and that side, for cuts across x near its median."""
+    """Nodes of one side adjacent to the other, and that side, for cuts across x near the median."""
     order = np.argsort(x, kind="stable")
     level = np.round((x[order] - x.min()) / max(np.ptp(x), np.finfo(float).tiny), 6)
     near = level[np.searchsorted(np.cumsum(weight[order]) / weight.sum(), SHARES)]
@@ -103,7 +106,7 @@ def _separators(
 
 
 def _cost(choice: tuple[np.ndarray, np.ndarray], weight: np.ndarray) -> float:
-    """Unknowns of the separator over those of the two parts, multiplied."""
+    """Unknowns of the separator divided by those of the two parts, multiplied."""
     touching, side = choice
     apart = weight[side & ~touching].sum() * weight[~side].sum()
     return weight[touching].sum() / max(apart, 1e-9)

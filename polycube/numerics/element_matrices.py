@@ -7,7 +7,7 @@ from numba import njit
 
 from polycube.numerics.element_sums import RUN
 
-BAND = 48  # rows of products at a time: those above the diagonal are not needed
+BAND = 48  # rows of products in a batch: those above the diagonal are not needed
 
 
 @njit(cache=True, nogil=True)
@@ -29,7 +29,7 @@ def add_elements(
     stiffness: np.ndarray,
     mass: np.ndarray,
 ) -> tuple[float, int]:
-    """Add the integrals over runs of elements; the least det J at a Gauss point, and its element.
+    """Add the integrals over runs of elements; returns the smallest det J and its element.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _inverse(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True, nogil=True)
 def _to_space(slope: np.ndarray, inverse: np.ndarray) -> None:
-    """Turn derivatives (f, 3, q) by parameters into those by coordinates."""
+    """Convert derivatives (f, 3, q) by parameters to derivatives by coordinates."""
     for a in range(len(slope)):
         own = slope[a]
         for p in range(own.shape[1]):
@@ -123,14 +123,14 @@ def _add(
 
 @njit(cache=True, nogil=True)
 def _elements(runs: np.ndarray, number: int) -> np.ndarray:
-    """Elements of runs, of so many in all."""
+    """Elements of runs, for a given total number."""
     found = (runs[:, None] * RUN + np.arange(RUN)).ravel()
     return found[found < number]
 
 
 @njit(cache=True, nogil=True)
 def elastic(blocks: np.ndarray, lame: float, shear: float) -> None:
-    """Turn gradient products S[i, j] of pairs of functions (Z, 3, 3) into their stiffness."""
+    """Convert gradient products S[i, j] of pairs of functions (Z, 3, 3) to stiffness."""
     for pair in range(len(blocks)):
         s = blocks[pair]
         laplace = shear * (s[0, 0] + s[1, 1] + s[2, 2])

@@ -1,8 +1,9 @@
-"""Which functions share an element, and which elements share no function.
+"""Functions that share an element, and elements that share no function.
 
-A matrix that is a sum over elements has a block for each pair of functions that share one.
-Elements are taken in short runs, as neighbours often are.  Runs of one colour share no function:
-their blocks can be added on several threads at once, and the sums do not depend on how many.
+A matrix that is a sum over elements has a block for each pair of functions that share one. Elements
+are grouped in short runs, because neighbours often have consecutive numbers. Runs of one colour
+share no function: their blocks can be added on several threads, and the sums do not depend on the
+number of threads.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from polycube.numerics.products import Symmetric
 from polycube.numerics.threads import parts, side_by_side
 from polycube.types import ElementFunctions
 
-RUN = 32  # elements that one thread adds one after the other
-ROWS = 500  # functions, from which two threads pay
+RUN = 32  # elements that one thread adds in sequence
+ROWS = 500  # functions above which two threads are used
 
 
 def zero_matrices(functions: ElementFunctions, size: int, *orders: int) -> list[Symmetric]:
-    """Zero matrices of one pattern for `size` functions, with blocks of the orders given."""
+    """Zero matrices with a common pattern for `size` functions, with blocks of the given orders."""
     starts, elements = _elements_of(functions.offsets, functions.functions, size)
     given = (functions.offsets, functions.functions, starts, elements)
     rows = side_by_side([partial(_partners, *given, c.start, c.stop) for c in parts(size, ROWS)])
@@ -44,7 +45,7 @@ def colours(functions: ElementFunctions, size: int) -> list[np.ndarray]:
 def _elements_of(
     offsets: np.ndarray, functions: np.ndarray, size: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the elements of each function start (C + 1,), and the elements."""
+    """Start of the elements of each function (C + 1,), and the elements."""
     shape = (len(offsets) - 1, size)
     has = csr_matrix((np.ones(len(functions), bool), functions, offsets), shape).tocsc()
     return has.indptr, has.indices
@@ -83,10 +84,10 @@ def _partners(
 def _colour(
     offsets: np.ndarray, functions: np.ndarray, starts: np.ndarray, elements: np.ndarray
 ) -> np.ndarray:
-    """(E,) the least colour that no earlier element with a function in common has."""
+    """(E,) the smallest colour without an earlier element that shares a function."""
     n = len(offsets) - 1
     colour = np.full(n, n)
-    taken = np.full(n + 1, -1)  # the last element that could not have a colour
+    taken = np.full(n + 1, -1)  # the last element that cannot have the colour
     for element in range(n):
         for function in functions[offsets[element] : offsets[element + 1]]:
             for other in elements[starts[function] : starts[function + 1]]:

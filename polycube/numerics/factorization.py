@@ -1,8 +1,8 @@
 """Direct solution with a sparse symmetric positive definite matrix: multifrontal Cholesky.
 
-Each front of a nested dissection is a dense matrix of its own unknowns and of the later ones they
-touch.  Its own are eliminated, and what that does to the others is added to the parent's front.
-The matrix is scaled to unit diagonal first.
+Each front of a nested dissection is a dense matrix of its own unknowns and of the later ones
+adjacent to them. Its own unknowns are eliminated, and the update of the others is added to the
+front of its parent. The matrix is first scaled to unit diagonal.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from polycube.numerics.dissection import dissect
 class Factor:
     """Lower triangle by fronts; unknowns in the order of elimination."""
 
-    scale: np.ndarray  # (n,) by place, that makes the diagonal one
-    order: np.ndarray  # (n,) unknown at each place
-    starts: np.ndarray  # (F + 1,) places of each front's own unknowns
-    later: list[np.ndarray]  # places of the other unknowns of each front
+    scale: np.ndarray  # (n,) in order of elimination; makes the diagonal one
+    order: np.ndarray  # (n,) unknown at each position
+    starts: np.ndarray  # (F + 1,) positions of the own unknowns of each front
+    later: list[np.ndarray]  # positions of the other unknowns of each front
     diagonal: list[np.ndarray]  # (own, own) lower triangles
     below: list[np.ndarray]  # (later, own)
 
     @property
     def entries(self) -> int:
-        """Numbers kept."""
+        """Number of stored entries."""
         return sum(a.size for a in (*self.diagonal, *self.below))
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Solution (n,) or (n, k) for right-hand sides, many at the cost of a few."""
+        """Solution (n,) or (n, k) for right-hand sides; several cost little more than one."""
         right = np.asarray(right, np.float64)
         scale = self.scale[:, None]
         x = right.reshape(len(scale), -1)[self.order] * scale
@@ -57,10 +57,11 @@ class Factor:
 
 
 def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
-    """Cholesky factor of a symmetric positive definite matrix, in the precision of its numbers.
+    """Cholesky factor of a symmetric positive definite matrix, in the precision of its entries.
 
-    points : (n, 3) where each unknown is, more or less; only the time depends on it
-    Raises ValueError when the matrix is not positive definite.
+    points : (n, 3) approximate position of each unknown; it changes only the time
+
+    Raises ValueError if the matrix is not positive definite.
     """
     matrix = csr_matrix(matrix)
     fronts = dissect(matrix, _in_a_row(matrix) if points is None else points)
@@ -73,7 +74,7 @@ def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
     later: list[np.ndarray] = []
     diagonal: list[np.ndarray] = []
     below: list[np.ndarray] = []
-    updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # of fronts not yet assembled
+    updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # of fronts that are not assembled yet
     for k, front in enumerate(fronts):
         a, b = starts[k], starts[k + 1]
         entries = ordered[:, a:b].tocoo()
@@ -97,7 +98,7 @@ def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
 
 
 def _in_a_row(matrix: csr_matrix) -> np.ndarray:
-    """(n, 3) places along a line on which neighbours are near each other."""
+    """(n, 3) positions along a line such that neighbours are close to each other."""
     places = np.zeros((matrix.shape[0], 3))
     places[reverse_cuthill_mckee(matrix, symmetric_mode=True), 0] = np.arange(len(places))
     return places
@@ -126,8 +127,8 @@ def _front(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Dense columns of the own unknowns (own + later, own), and the rest (later, later), lower.
 
-    entries : of the matrix, columns a to b, on and below the diagonal.  pending : places and packed
-        update of each child; emptied, for they are large
+    entries : entries of the matrix, columns a to b, on and below the diagonal
+    pending : positions and packed update of each child; emptied to save memory
     """
     n = b - a
     dense = np.zeros((n + len(others), n), entries.dtype, order="F")
@@ -159,9 +160,10 @@ def _packed(square: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def _add(dense: np.ndarray, rest: np.ndarray, at: np.ndarray, update: np.ndarray) -> None:
-    """Add a child's packed update to the rows and columns `at` of a front.
+    """Add the packed update of a child to the rows and columns `at` of a front.
 
-    dense : (own + later, own) first columns of the front.  rest : (later, later) the others
+    dense : (own + later, own) first columns of the front
+    rest : (later, later) the other columns
     """
     n, k = dense.shape[1], 0
     for j in range(len(at)):

@@ -1,4 +1,4 @@
-"""Limited-memory BFGS with a backtracking line search that steps back from infinite values."""
+"""Limited-memory BFGS with a backtracking line search that supports infinite values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 
 MEMORY = 8  # pairs of steps and gradient changes
-BLOCK = 8192  # numbers of a product at a time: longer ones BLAS may cut by the number of cores
+# length of the blocks of a product: BLAS may divide longer ones by the number of cores
+BLOCK = 8192
 STALL = 1e-9  # relative decrease that ends the search
 
 Function = Callable[[np.ndarray], tuple[float, np.ndarray]]
@@ -21,7 +22,7 @@ _CHECK: ContextVar[Callable[[], None] | None] = ContextVar("check", default=None
 
 @contextmanager
 def watched(check: Callable[[], None]) -> Iterator[None]:
-    """Call `check` at each evaluation of all descents inside; it may raise to end them."""
+    """Call `check` at each evaluation of all descents in the context; it may raise to end them."""
     token = _CHECK.set(check)
     try:
         yield
@@ -31,7 +32,7 @@ def watched(check: Callable[[], None]) -> Iterator[None]:
 
 @contextmanager
 def counted() -> Iterator[Counter[str]]:
-    """Number of accepted `steps`, and of `evaluations`, of all descents inside; may be nested."""
+    """Count accepted `steps` and `evaluations` of all descents in the context; may be nested."""
     effort: Counter[str] = Counter()
     token = _EFFORTS.set((*_EFFORTS.get(), effort))
     try:
@@ -47,11 +48,11 @@ def descend(
     step: float = 1e-4,
     retract: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Point of lower value, after at most so many accepted steps.
+    """Point of lower value, after at most the given number of accepted steps.
 
     function : x -> (value, gradient); values may be infinite, except at the start
     step : largest change of a coordinate in a first, unscaled step
-    retract : brings a point back to where the search has to stay, as x is
+    retract : projects a point onto the permitted set, which contains the start
     """
     back, check = retract or (lambda place: place), _CHECK.get()
 
@@ -90,19 +91,19 @@ def _count(what: str) -> None:
 
 
 class _Pairs:
-    """The last steps and gradient changes, from which the inverse Hessian is estimated."""
+    """The last steps and gradient changes, which define the inverse Hessian estimate."""
 
     def __init__(self, size: int) -> None:
         self._changes, self._bends = np.empty((MEMORY, size)), np.empty((MEMORY, size))
-        self._inverses = np.empty(MEMORY)  # of the curvatures, change . bend
+        self._inverses = np.empty(MEMORY)  # inverse curvatures, change . bend
         self.number, self._next = 0, 0
 
     def clear(self) -> None:
-        """Forget all."""
+        """Remove all pairs."""
         self.number = 0
 
     def add(self, change: np.ndarray, bend: np.ndarray) -> None:
-        """Keep a pair, in the place of the oldest, unless its curvature is not safely positive."""
+        """Replace the oldest pair, unless the curvature of the new one is not clearly positive."""
         change, bend = change.reshape(-1), bend.reshape(-1)
         curvature = _dot(change, bend)
         if curvature > 1e-14 * np.sqrt(_dot(change, change) * _dot(bend, bend)):
@@ -112,13 +113,13 @@ class _Pairs:
             self.number = min(self.number + 1, MEMORY)
 
     def direction(self, gradient: np.ndarray, step: float) -> tuple[np.ndarray, float]:
-        """Inverse Hessian estimate times gradient, and the slope against it.
+        """Inverse Hessian estimate times gradient, and the slope along it.
 
-        step : largest change of a coordinate where there are no pairs
+        step : largest change of a coordinate if there are no pairs
         """
         flat = np.ascontiguousarray(gradient, np.float64).reshape(-1)
         if self.number:
-            order = (self._next - 1 - np.arange(self.number)) % MEMORY  # from the newest on
+            order = (self._next - 1 - np.arange(self.number)) % MEMORY  # newest first
             direction = _two_loops(flat, self._changes, self._bends, self._inverses, order)
         else:
             direction = flat * (step / (np.abs(flat).max() + 1e-30))
@@ -127,7 +128,7 @@ class _Pairs:
 
 @njit(cache=True, nogil=True)
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
-    """Product of vectors (n,), the same whatever the number of cores."""
+    """Scalar product of vectors (n,), independent of the number of cores."""
     total = 0.0
     for start in range(0, len(a), BLOCK):
         total += np.dot(a[start : start + BLOCK], b[start : start + BLOCK])
@@ -170,7 +171,7 @@ def _backtrack(
     direction: np.ndarray,
     slope: float,
 ) -> tuple[np.ndarray, float, np.ndarray] | None:
-    """First point along the direction with enough decrease (Armijo), or None."""
+    """First point along the direction with sufficient decrease (Armijo), or None."""
     length = 1.0
     for attempt in range(25):
         moved = retract(x - length * direction)

@@ -1,7 +1,7 @@
-"""Sparse matrices times blocks of vectors, on a few threads.
+"""Sparse matrices times blocks of vectors, on several threads.
 
-Each part of the rows adds to sums of its own, which are added up in a fixed order: the numbers do
-not depend on how many threads there are.
+Each part of the rows has its own sums, which are added in a fixed order, so the result does not
+depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix
 
 from polycube.numerics.threads import parts, side_by_side
 
-LEAST = 500  # rows of blocks, from which two parts pay
+LEAST = 500  # rows of blocks above which two parts are used
 
 
 @dataclass(frozen=True, eq=False)
 class Symmetric:
-    """A symmetric matrix of C x C blocks (n, n), of which the lower triangle is kept."""
+    """A symmetric matrix of C x C blocks (n, n), stored as its lower triangle."""
 
     indptr: np.ndarray  # (C + 1,)
-    indices: np.ndarray  # (Z,) columns of each row, ascending, the last the row's own
+    indices: np.ndarray  # (Z,) columns of each row, ascending; the last is the diagonal
     blocks: np.ndarray  # (Z, n, n)
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(n C, n C)."""
+        """Shape (n C, n C)."""
         size = self.blocks.shape[1] * (len(self.indptr) - 1)
         return size, size
 
     def full(self) -> bsr_matrix:
-        """Both triangles."""
+        """The matrix with both triangles."""
         n = self.blocks.shape[1]
         row = np.repeat(np.arange(len(self.indptr) - 1, dtype=np.int32), np.diff(self.indptr))
         below = np.flatnonzero(row != self.indices)
@@ -114,7 +114,7 @@ def _any(
     last: int,
     total: np.ndarray,
 ) -> None:
-    """Add what rows `first` to `last`, and the columns like them, give to total (C, n, k)."""
+    """Add the contributions of rows `first` to `last`, and their transposes, to total (C, n, k)."""
     n, k = x.shape[1:]
     for row in range(first, last):
         for at in range(indptr[row], indptr[row + 1]):
@@ -139,7 +139,7 @@ def _three(
     last: int,
     total: np.ndarray,
 ) -> None:
-    """`_any` with n = 3, in loops over vectors that the compiler makes fast."""
+    """`_any` for n = 3, in loops that the compiler vectorises."""
     k = x.shape[2]
     here, own = np.empty(3 * k, x.dtype), np.empty(3 * k, x.dtype)
     for row in range(first, last):

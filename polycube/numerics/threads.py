@@ -1,7 +1,7 @@
-"""Compiled kernels that hold no lock, on a few threads at once.
+"""Compiled kernels that release the interpreter lock, on several threads.
 
-What is computed never depends on how many there are: work is cut by its size alone, and results
-come back in its order.
+The result never depends on the number of threads: work is divided by its size only, and results are
+returned in its order.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import TypeVar
 
-MOST = 4  # threads of the pool
+MOST = 4  # largest number of threads
 
 Result = TypeVar("Result")
 
 
 def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
-    """Results of the calls, in order; the first runs on this thread, which then takes the last
-    ones that no other has begun.
+    """Results of the calls, in order.
 
-    A call must not use this function itself: it would wait for a thread that waits.
+    The first call runs on this thread, which then takes the last calls that no other thread has
+    started. A call must not use this function itself, because it would wait for a waiting thread.
     """
     workers = pool()
     if workers is None or len(calls) == 1:
@@ -36,21 +36,21 @@ def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
 
 
 def parts(number: int, least: int) -> list[slice]:
-    """Up to `MOST` even slices of so many items, of at least so many each where there are two."""
+    """Up to `MOST` equal slices of a number of items, each of at least `least` items."""
     count = max(1, min(MOST, number // least))
     ends = [number * k // count for k in range(count + 1)]
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
 def cores() -> int:
-    """Number of cores that are worth using: up to `MOST` of those the process may use."""
+    """Number of useful cores: up to `MOST` of those available to the process."""
     number = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return min(number or 1, MOST)
 
 
 @lru_cache(maxsize=1)
 def pool() -> ThreadPoolExecutor | None:
-    """Threads beside the one that asks; none where the process may use one core only."""
+    """Additional threads; None if only one core is available."""
     return ThreadPoolExecutor(cores() - 1) if cores() > 1 else None
 
 

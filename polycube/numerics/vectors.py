@@ -1,4 +1,4 @@
-"""Vectors of three numbers in compiled loops; the functions become part of their caller."""
+"""Vectors of three numbers in compiled loops; the functions are inlined."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
 """From a surface to an analysed solid: run state, stages, search, acceptance, deadline.
 
-Imports the registry and every folder below it; knows no plugin by name.
+Imports the registry and all layers below; does not depend on the names of plugins.
 """

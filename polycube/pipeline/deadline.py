@@ -1,7 +1,7 @@
-"""End meshing early, with the best valid mesh so far: when time is up, or when a user says so.
+"""End meshing early with the best valid mesh, at a time limit or on request.
 
-Nothing here touches the process: the deadline is looked at after each stage and at each step of a
-descent, on whatever thread the run is.
+The state of the process is not changed: the deadline is checked after each stage and at each step
+of a descent, on the thread of the run.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from polycube.pipeline.state import RunState
 
 logger = logging.getLogger(__name__)
 
-N_COMPARED = 5  # meshes of the largest scaled Jacobians, which then are judged
+N_COMPARED = 5  # number of meshes with the largest scaled Jacobians that are compared
 
 
 class TimeIsUp(BaseException):
@@ -28,11 +28,11 @@ class TimeIsUp(BaseException):
 
 @dataclass
 class Deadline:
-    """When meshing ends, and every valid mesh until then.
+    """Deadline of meshing, and the valid meshes until then.
 
     Parameters
     ----------
-    seconds : for meshing; None for no limit
+    seconds : time for meshing; None for no limit
     interrupt : set by another thread or by a signal handler to end the run
     """
 
@@ -43,7 +43,7 @@ class Deadline:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Count the seconds, and look at the deadline at each step of a descent inside."""
+        """Measure the time, and check the deadline at each step of a descent in the context."""
         if self.seconds is not None:
             self._end = time.monotonic() + self.seconds
         try:
@@ -53,11 +53,12 @@ class Deadline:
             self._end = float("inf")
 
     def note(self, state: RunState, is_fitted: bool = True) -> None:
-        """Keep a state whose hexes are valid.
+        """Store a state with valid hexes.
 
         Parameters
         ----------
-        is_fitted : the hexes lie on the surface; such a mesh is better than any other
+        is_fitted : whether the hexes are fitted to the surface; such a mesh is better than any
+            other
         """
         if state.hexes is None:
             return
@@ -68,9 +69,9 @@ class Deadline:
             logger.debug("best scaled Jacobian so far: %.3f", best, extra={"best": best})
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt where a user ended the run, TimeIsUp where time is up.
+        """Raise KeyboardInterrupt if the user ended the run, TimeIsUp at the time limit.
 
-        Time is not up before there is a valid mesh.
+        TimeIsUp is not raised before there is a valid mesh.
         """
         if self.interrupt.is_set():
             raise KeyboardInterrupt
@@ -78,6 +79,6 @@ class Deadline:
             raise TimeIsUp
 
     def best(self, key: Callable[[RunState], tuple[float, ...]]) -> RunState | None:
-        """The best valid state, by a key of the few with the largest scaled Jacobians."""
+        """The best valid state by a key, among the few with the largest scaled Jacobians."""
         first = sorted(self._valid, key=lambda each: each[:2], reverse=True)[:N_COMPARED]
         return max((state for *_, state in first), key=key, default=None)

@@ -1,8 +1,8 @@
-"""The last attempt, where the search ends without a mesh that can be used.
+"""The last attempt, if the search ends without a usable mesh.
 
-The hexes of a lattice are valid as they are.  They are fitted as far as they stay valid, stage by
-stage (`polycube.fitting.partial`), so that there is a mesh in the end, and a sentence that says how
-far it is off.
+The hexes of a lattice are valid before they are fitted. They are fitted stage by stage as far as
+they stay valid (`polycube.fitting.partial`), so that there is a mesh in the end, with a sentence
+about its deviation.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-MOVING = ("meshing/smooth", "meshing/optimize")  # stages that keep the hexes and move vertices
-NEAR = 0.005  # of the diagonal: a boundary vertex further off the surface is not fitted
+# stages that move vertices and do not change the hexes
+MOVING = ("meshing/smooth", "meshing/optimize")
+NEAR = 0.005  # of the diagonal: boundary vertices farther away from the surface are not fitted
 
 
 def is_usable(found: Variants) -> bool:
@@ -41,29 +42,30 @@ def is_usable(found: Variants) -> bool:
 
 
 def in_order(made: Iterable[Variants], best: Variants) -> list[Variants]:
-    """Structures for the last attempt: overlays, the finest first, then the one with the best mesh.
+    """Structures for the last attempt: overlays, the finest first, then that of the best mesh.
 
     Parameters
     ----------
-    made : structures that were meshed, in that order
-    best : the one whose mesh would be taken
+    made : meshed structures, in that order
+    best : structure of the best mesh
     """
     overlays = sorted(filter(_is_lattice, [*made][::-1]), key=_number_of_cells, reverse=True)
     return [*overlays, *[best] * (best not in overlays)]
 
 
 def last_attempt(starts: Iterable[Variants], why: str) -> RunState | None:
-    """The first structure whose unfitted hexes are valid, fitted as far as they stay so.
+    """The first structure with valid unfitted hexes, fitted as far as they stay valid.
 
     Parameters
     ----------
     starts : structures, the best first
-    why : no fitted mesh is valid
+    why : reason why no fitted mesh is valid
 
     Returns
     -------
-    None where no structure has valid hexes.  `unfitted` of the state says what is off, unless all
-    boundary vertices lie on the surface and the acceptance finds the mesh valid.
+    The state, or None if no structure has valid hexes. `unfitted` of the state describes the
+    deviation, unless all boundary vertices are on the surface and the acceptance finds the mesh
+    valid.
     """
     for start in starts:
         hexes = _unfitted(start)
@@ -81,7 +83,7 @@ def last_attempt(starts: Iterable[Variants], why: str) -> RunState | None:
 
 
 def wrong_topology(state: RunState) -> str:
-    """Say that the mesh has another genus than the part, and how far it is off; else nothing."""
+    """A sentence if mesh and part differ in genus, with the distance; else empty."""
     if state.polycube is None:
         return ""
     has, wanted = genus_of(state.polycube, state.blocks), measures.genus(state.surface)
@@ -104,7 +106,7 @@ def _number_of_cells(start: Variants) -> int:
 
 
 def _unfitted(start: Variants) -> HexMesh | None:
-    """Cells of an overlay as they are; of another structure what the first stages make."""
+    """Cells of an overlay; for another structure, the result of the first stages."""
     state = start.start
     if _is_lattice(start):
         assert state.polycube is not None and state.rough_map is not None
@@ -122,7 +124,7 @@ def _unfitted(start: Variants) -> HexMesh | None:
 
 
 def _moved(start: Variants, stage: Stage, state: RunState) -> HexMesh:
-    """What a stage makes of valid hexes, as far as they stay valid."""
+    """Result of a stage for valid hexes, as far as they stay valid."""
     hexes = state.hexes
     assert hexes is not None
     try:
@@ -141,7 +143,7 @@ def _moved(start: Variants, stage: Stage, state: RunState) -> HexMesh:
 
 
 def _described(start: Variants, hexes: HexMesh, why: str) -> RunState:
-    """The state with these hexes, and where they do not fit, how far they are off."""
+    """The state with these hexes, and a description of their deviation if there is one."""
     state = replace(start.start, hexes=hexes)
     off = _off_surface(state)
     if not off and start.acceptance(hexes, state.surface).is_valid:
@@ -168,7 +170,7 @@ def _off_surface(state: RunState) -> float:
 
 
 def _distances(state: RunState) -> str:
-    """The largest distance and that of 99 % of the points, in diagonals, and where."""
+    """The largest distance and that of 99 % of the points, in diagonals, and the place."""
     assert state.hexes is not None
     found = inspect(state.hexes, state.surface)
     p99 = max(found.deviation.to_surface.p99, found.deviation.to_mesh.p99)

@@ -1,7 +1,7 @@
-"""A run that begins with a hex mesh of another program: `infer.py hex=mesh.vtu`.
+"""A run that starts with a hex mesh of another program: `infer.py hex=mesh.vtu`.
 
-Nothing is proposed or subdivided.  The surface is the one given with it, or its own boundary.
-What comes out is never worse than what came in.
+There is no proposal and no subdivision. The surface is the one given in addition, or the boundary
+of the mesh. The result is never worse than the input.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-GIVEN = "given"  # the stage file of the mesh that was read
+GIVEN = "given"  # stage file of the mesh that was read
 
 
 class Improvement(Run):
-    """A run that begins with hexes."""
+    """A run that starts with hexes."""
 
     before = ("read",)
 
@@ -43,20 +43,20 @@ class Improvement(Run):
         return ("surface", "hexes")
 
     def load_input(self) -> RunState:
-        """What the run that is resumed has read."""
+        """The input of the resumed run."""
         given, hex_path = self.load(GIVEN)
         return replace(super().load_input(), given=given, hex_path=hex_path, hexes=given)
 
     def propose(self, state: RunState) -> RunState:
-        """No structure is looked for."""
+        """The state unchanged: there is no structure."""
         return state
 
     def keep_start(self, state: RunState) -> None:
-        """Keep the mesh that was given."""
+        """Store the given mesh."""
         self._save(GIVEN, [state.given, state.hex_path])
 
     def search(self, state: RunState, stages: list[Stage], kept: bool) -> RunState:
-        """The best mesh of the variants, or the one given where none is better."""
+        """The best mesh of the variants, or the given one if none is better."""
         given = state.given
         assert given is not None
         self.deadline.note(state)
@@ -78,7 +78,7 @@ class Improvement(Run):
         return replace(state, hexes=given)
 
     def _key(self, mesh: HexMesh, state: RunState) -> tuple[object, ...]:
-        """Larger is better: the verdict, and among equals the mean scaled Jacobian."""
+        """Sort key, larger is better: the verdict, then the mean scaled Jacobian."""
         mean = float(scaled_jacobian(mesh.vertices, mesh.hexes).mean())
         return self.acceptance(mesh, state.surface).key, mean
 
@@ -113,6 +113,6 @@ def _read_files(settings: Settings) -> tuple[HexMesh, TriMesh, str, list[str]]:
 
 
 def is_improvement(settings: Settings) -> bool:
-    """Whether the run begins with hexes: `hex` is given, or the run resumed began so."""
+    """Whether the run starts with hexes: `hex` is given, or was given in the resumed run."""
     resumed: Path | None = settings.resume
     return settings.hex is not None or (resumed is not None and has_stage(resumed, GIVEN))

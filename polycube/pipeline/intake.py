@@ -1,4 +1,4 @@
-"""The surface of a run: read, and repaired where that is asked for."""
+"""Read the surface of a run, and repair it on request."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
 
 
 def sharp_places(surface: TriMesh) -> list[str]:
-    """A sentence on the edges and corners that no good hex can follow; none where there is none."""
+    """A sentence about edges and corners that no good hex can follow; empty if there are none."""
     found = acute(surface)
     if not found:
         return []
@@ -50,7 +50,7 @@ def sharp_places(surface: TriMesh) -> list[str]:
 
 
 def write_repaired(folder: Path, state: RunState) -> None:
-    """Write the surface as it was repaired, where it was."""
+    """Write the repaired surface if there is one."""
     if state.repair is not None:
         surface = state.surface
         write_stl(folder / "repaired.stl", surface.vertices, surface.faces)

@@ -1,6 +1,6 @@
-"""A run whose mesh is that of an identical solid, moved to its place.
+"""A run that takes the mesh of an identical solid and moves it to its place.
 
-What depends on the place is done anew: the named sets, the acceptance, the spline and the analysis.
+The results that depend on the place are computed again: named sets, acceptance, spline, analysis.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from polycube.types import Candidate, HexMesh, Ranked, RoughMap, TriMesh
 
 
 class Placement(Run):
-    """A run that takes all up to the mesh from another run.
+    """A run that takes everything up to the mesh from another run.
 
     Parameters
     ----------
-    settings : of this run; those of meshing are the other's
+    settings : settings of this run; those of meshing are from the other run
     source : folder of the other run
-    motion : from its solid to this one
+    motion : motion from its solid to this one
     """
 
     def __init__(
@@ -41,15 +41,15 @@ class Placement(Run):
         self.report = json.loads((source / "report.json").read_text(encoding="utf-8"))
 
     def load(self, stage: str) -> Any:
-        """What the other run kept, moved."""
+        """The stored result of the other run, moved."""
         return moved(load_stage(self.source, stage), self.motion)
 
     def is_kept(self, stage: str) -> bool:
-        """All but spline and analysis."""
+        """True for all stages except spline and analysis."""
         return stage in (*self.before, *(each.kind for each in self.meshing))
 
     def finish_mesh(self, state: RunState) -> RunState:
-        """Name the parts of the boundary and judge the mesh; the other's failure is this one's."""
+        """Name the parts of the boundary and judge the mesh; the failure of the other run stays."""
         state = replace(super().finish_mesh(state), stopped=self.report.get("stopped"))
         if not self.report.get("partly_fitted"):
             return state
@@ -58,16 +58,16 @@ class Placement(Run):
 
 
 def is_meshed(folder: Path, order: Sequence[str]) -> bool:
-    """Whether a run kept all of its meshing stages, and ended.
+    """Whether a run is complete and has stored all of its meshing stages.
 
-    order : of the meshing stages
+    order : order of the meshing stages
     """
     ended = (folder / "report.json").is_file()
     return ended and all(has_stage(folder, kind) for kind in ("read", "structure", *order))
 
 
 def moved(value: Any, motion: Motion) -> Any:
-    """What a stage kept, with all that lies in space moved, and CAD faces renumbered."""
+    """A stored result with moved coordinates and renumbered CAD faces."""
     if isinstance(value, list | tuple):
         return type(value)(moved(item, motion) for item in value)
     if isinstance(value, TriMesh):

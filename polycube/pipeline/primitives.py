@@ -1,4 +1,4 @@
-"""The voxels of the primitives chosen."""
+"""The voxels of the selected primitives."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ def voxels(items: Iterable[Item]) -> dict[str, np.ndarray]:
 
     Returns
     -------
-    (3, 3, 3) bool of each primitive by its name, see `primitive_name`.
+    Voxels (3, 3, 3) bool of each primitive by its name, see `primitive_name`.
 
     Raises
     ------
-    InputError : a plugin makes something else, or two primitives have the same name
+    InputError
+        If a plugin returns something else, or if two primitives have the same name.
     """
     made: dict[str, np.ndarray] = {}
     for item in items:

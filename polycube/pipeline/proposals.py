@@ -1,4 +1,4 @@
-"""Candidates of all structure plugins chosen, on all grids chosen."""
+"""Candidates of all selected structure plugins on all selected grids."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from polycube.types import Candidate, TriMesh
 logger = logging.getLogger(__name__)
 
 Grid = tuple[int, ...]
-Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
+Primitives = Mapping[str, np.ndarray]  # voxels (3, 3, 3) by name
 
 
 def propose(
     settings: Settings, surface: TriMesh, primitives: Primitives, clock: Clock
 ) -> tuple[Candidate, ...]:
-    """Collect the candidates of each grid, without those that a smaller grid made already.
+    """Collect the candidates of each grid, without those of a smaller grid.
 
     Raises
     ------
     InputError
-        For options of proposals that a given context replaces.
+        If there are options of proposals that a given context replaces.
     """
     candidates: tuple[Candidate, ...] = ()
     for grid in grids(settings):
@@ -44,7 +44,7 @@ def propose(
 
 
 def grids(settings: Settings) -> list[Grid]:
-    """The grid, or those of grid=auto; of these the first that a given context fits."""
+    """The grid, or those of grid=auto; with a context, the first one that fits."""
     given = settings.grid["shape"]
     shapes = [tuple(shape) for shape in ([given] if given else settings.grid.get("among", []))]
     if not shapes:
@@ -56,7 +56,7 @@ def grids(settings: Settings) -> list[Grid]:
 
 
 def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
-    """Say why no candidate has the surface's genus, and what may help."""
+    """Explain why no candidate has the genus of the surface, and what may help."""
     shapes = " or ".join("x".join(map(str, shape)) for shape in grids(settings))
     named = ", ".join(map(str, settings.primitives["use"]))
     own = dict(_plugins(grids(settings)[-1], settings, {}))
@@ -101,8 +101,8 @@ def _propose_on(
 def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tuple[str, Structure]]:
     """The structure plugins of a run, by name.
 
-    A given context replaces all that propose without a network; those that have one still denoise
-    the part in it.
+    A given context replaces all plugins without a network; those with a network still denoise the
+    part for this context.
     """
     own = settings.structure.get("proposals") or {
         str(settings.structure.get("plugin")): settings.structure
@@ -127,7 +127,7 @@ def _build(config: Node, grid: Grid, primitives: Primitives) -> Structure:
 
 
 def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:
-    """Raise InputError where a user chose options of a plugin that a context replaces."""
+    """Raise InputError if the user set options of a plugin that a context replaces."""
     if alone:
         raise InputError(
             f"structure={name} finds the structure itself, so it cannot be combined with "

@@ -1,4 +1,4 @@
-"""Keep what each stage made, so that a run can start again in the middle."""
+"""Store the results of each stage, so that a run can be resumed."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from polycube.io import artifacts, manifest
 
 
 def save_stage(folder: Path, kind: str, value: object) -> None:
-    """Keep what a stage made as `folder/stages/<kind>.npz`."""
+    """Store the result of a stage as `folder/stages/<kind>.npz`."""
     with manifest.writing(folder) as scratch:
         (scratch / "stages").mkdir()
         artifacts.save(scratch / stage_name(kind), value)
 
 
 def load_stage(folder: Path, kind: str) -> Any:
-    """Load what `save_stage` kept; raises InputError, naming the stages that are there."""
+    """Load a result stored by `save_stage`; raises InputError with the existing stages."""
     path = folder / stage_name(kind)
     if not path.is_file():
         have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
@@ -27,20 +27,20 @@ def load_stage(folder: Path, kind: str) -> Any:
         )
     try:
         return artifacts.load(path)
-    except Exception as error:  # zip, zlib, numpy and JSON each have exceptions of their own
+    except Exception as error:  # zip, zlib, numpy and JSON raise different errors
         what = f"the kept result is damaged ({brief(error)})"
         raise InputError(what, str(path), "resume from an earlier stage") from error
 
 
 def has_stage(folder: Path, kind: str) -> bool:
-    """Whether `save_stage` kept something of this kind."""
+    """Whether there is a stored result of this kind."""
     return (folder / stage_name(kind)).is_file()
 
 
 def changed_settings(
     now: Mapping[str, object], before: Mapping[str, object], kinds: Iterable[str]
 ) -> list[str]:
-    """List the settings of these kinds that differ from those of the run that is resumed."""
+    """List the settings of these kinds that differ from those of the resumed run."""
     groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
     new = {name: value for group in groups for name, value in _flat(now.get(group), group)}
     old = {name: value for group in groups for name, value in _flat(before.get(group), group)}
@@ -52,7 +52,7 @@ def changed_settings(
 
 
 def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
-    """Full names and values of what a setting holds."""
+    """Full names and values in a setting."""
     if not isinstance(value, Mapping):
         yield name, value
         return
@@ -61,5 +61,5 @@ def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
 
 
 def stage_name(kind: str) -> str:
-    """The file of a stage in a results folder."""
+    """File name of a stage in a results folder."""
     return f"stages/{kind.replace('/', '.')}.npz"

@@ -1,4 +1,4 @@
-"""One part, from its surface to the solution on its spline: the steps of a run, in order."""
+"""The steps of a run, in order: from the surface of a part to the solution on its spline."""
 
 from __future__ import annotations
 
@@ -53,18 +53,18 @@ Read = Callable[[Settings, Clock], RunState]
 
 
 class Run:
-    """The steps of a run.  All plugins are built, and so checked, at the start.
+    """The steps of a run. All plugins are built and checked at the start.
 
     Parameters
     ----------
-    settings : of the run
+    settings : settings of the run
     read : makes the first state: a surface, or a surface with a hex mesh to improve
     interrupt : set by another thread or by a signal handler to end the run
 
     Raises
     ------
     InputError
-        For a plugin, an option or a chain of stages that cannot be.
+        If a plugin, an option or the order of the stages is invalid.
     """
 
     before: tuple[str, ...] = ("read", "structure")  # the meshing stages
@@ -73,7 +73,7 @@ class Run:
         self.settings = settings
         self.clock = Clock()
         self.deadline = Deadline(settings.seconds, interrupt or Event())
-        self.folder: Path | None = None  # set when the input is known to be good
+        self.folder: Path | None = None  # set after the input was accepted
         self._read = read
         try:
             self.requests = requests_of(settings.meshing.get("at") or ())
@@ -113,7 +113,7 @@ class Run:
         Raises
         ------
         InputError
-            For an input that must be refused, or a part that no proposal fits.
+            If the input is invalid, or if no proposal fits the part.
         """
         if self.is_kept("read"):
             state = self.load_input()
@@ -125,7 +125,7 @@ class Run:
         return self.propose(state)
 
     def load_input(self) -> RunState:
-        """What the run that is resumed has read."""
+        """The input of the resumed run."""
         surface, path, warnings, repair = self.load("read")
         return RunState(surface, path=path, warnings=tuple(warnings), repair=repair)
 
@@ -141,7 +141,7 @@ class Run:
         return choose(replace(state, ranked=ranked), 0, self.primitives)
 
     def keep_input(self, state: RunState, folder: Path) -> None:
-        """Start the results folder: from here on, what is made is kept."""
+        """Start the results folder; from here on, results are stored."""
         self.folder = folder
         if self.settings.resume:
             self._log_changed_settings(self._resumed / "config.json")
@@ -149,20 +149,20 @@ class Run:
         self.keep_start(state)
 
     def keep_start(self, state: RunState) -> None:
-        """Keep what meshing starts from."""
+        """Store the state from which meshing starts."""
         self._save("structure", [state.ranked, state.chosen])
 
     def mesh(self, state: RunState) -> RunState:
         """Make the hexes on the best structure; see `polycube.pipeline.search`.
 
-        When time is up, or a user ends the run, the best valid mesh so far is the result.
+        At the time limit, or if the user ends the run, the result is the best valid mesh so far.
 
         Raises
         ------
         KeyboardInterrupt
-            Where a user ended the run before there was a valid mesh.
+            If the user ended the run before there was a valid mesh.
         MeshingError
-            Where every variant failed.
+            If every variant failed.
         """
         first = next((i for i, s in enumerate(self.meshing) if not self.is_kept(s.kind)), None)
         kept = self.meshing[:first]
@@ -208,11 +208,11 @@ class Run:
         return state
 
     def search(self, state: RunState, stages: list[Stage], kept: bool) -> RunState:
-        """Mesh the structures worth it, and keep the best mesh."""
+        """Mesh the promising structures, and return the best mesh."""
         ranked = state.ranked
         tries = self.settings.tries
         choices = [state.chosen] if kept else worth_meshing(ranked, tries)
-        made: list[Variants] = []  # of the structures so far
+        made: list[Variants] = []  # variants of the structures so far
 
         def starts() -> Iterator[Variants]:
             for index in choices:
@@ -252,11 +252,11 @@ class Run:
         return self._finish(found, stages)
 
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
-        """The variants of the bundle, on one structure; with blocks they have no short runs.
+        """The variants of the bundle on one structure; with blocks they have no short runs.
 
-        Nor has a drawn structure, which is compared with the first by meshes of equal effort.
-        Variants of a coarse structure give up where they cross themselves; those of an overlay
-        differ in that.
+        The same holds for a drawn structure, which is compared with the first by meshes of equal
+        effort. On a coarse structure, no more variants are tried after crossings; the variants of
+        an overlay differ in this respect.
         """
         in_full = start.blocks is not None or is_drawn(start)
         trial = None if in_full else self.bundle.get("trial")
@@ -272,7 +272,7 @@ class Run:
         )
 
     def _finish(self, found: Variants, stages: Sequence[Stage]) -> RunState:
-        """Run the last stages, and keep what each stage of the best run gave."""
+        """Run the last stages, and store the result of each stage of the best run."""
         state, path = found.finish()
         self.keep_start(state)
         for stage, result in zip(stages, path, strict=True):
@@ -290,7 +290,7 @@ class Run:
             return replace(self._best("meshing was interrupted"), interrupted=True)
 
     def _best(self, why: str) -> RunState:
-        """The best valid mesh so far, for later stages too; raises KeyboardInterrupt without."""
+        """The best valid mesh so far; raises KeyboardInterrupt if there is none."""
         best = self.deadline.best(lambda s: self.acceptance(_hexes(s), s.surface).key)
         if best is None:
             raise KeyboardInterrupt
@@ -299,7 +299,7 @@ class Run:
         return replace(self._kept(best), stopped=stopped)
 
     def _kept(self, state: RunState) -> RunState:
-        """A state whose hexes stand for the results of all stages that gave none; kept so."""
+        """A state whose hexes are stored as the result of all stages without one."""
         self.keep_start(state)
         for stage in self.meshing:
             value = getattr(state, KINDS[stage.kind].gives)
@@ -307,7 +307,7 @@ class Run:
         return state
 
     def check_places(self, hexes: HexMesh, exports: Sequence[Export] = ()) -> None:
-        """Raise InputError for a place that an analysis or an export needs and the mesh has not."""
+        """Raise InputError if the mesh lacks a place that an analysis or an export needs."""
         again = f"; the mesh is saved, continue with resume={self.folder} from=spline"
         for stage in self.solving:
             try:
@@ -323,11 +323,11 @@ class Run:
         return self.settings.resume
 
     def load(self, stage: str) -> Any:
-        """What an earlier run kept of a stage."""
+        """Load the result of a stage from an earlier run."""
         return load_stage(self._resumed, stage)
 
     def is_kept(self, stage: str) -> bool:
-        """Whether an earlier run's result of this stage is taken."""
+        """Whether the result of this stage is taken from an earlier run."""
         start = self.settings.start
         return self.settings.resume is not None and (
             self.names.index(stage) < self.names.index(str(start))
@@ -338,7 +338,7 @@ class Run:
             save_stage(self.folder, kind, value)
 
     def _log_changed_settings(self, kept: Path) -> None:
-        """Settings of the stages to come are those of this command line, not of the kept run."""
+        """Log that settings of the remaining stages are those of this command line."""
         again = self.names[self.names.index(str(self.settings.start)) :]
         now = self.settings.composed
         before = json.loads(kept.read_text()) if kept.is_file() else now

@@ -1,12 +1,12 @@
-"""Search: mesh the best structures in a few variants, and keep the best mesh.
+"""Search: mesh the best structures in a few variants, and return the best mesh.
 
-A variant replaces options of some stages.  The first variant of the best structure is run in full.
-Where its mesh is not good, every variant has a short run (the options of `trial`), and the best of
-the short runs is repeated in full, and the next best too where that mesh misses something.  Another
-structure goes on only where the short run of its first variant is better than every mesh before;
-where none is acceptable in the end, all variants of every structure have a short run.  A short run
-that beats a first structure without short runs is repeated in full.  `Acceptance` decides what is
-good and what is better.
+A variant replaces options of some stages. The first variant of the best structure is run in full.
+If its mesh is not good, every variant has a short run (with the options of `trial`), and the best
+short run is repeated in full; the second best too if that mesh has a deficiency. Another structure
+is continued only if the short run of its first variant is better than every earlier mesh. If no
+mesh is acceptable in the end, all variants of every structure have a short run. A short run that is
+better than a first structure without short runs is repeated in full. `Acceptance` decides which
+meshes are good and which are better.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from polycube.types import HexMesh, Verdict
 
 logger = logging.getLogger(__name__)
 
-Options = Mapping[str, Mapping[str, object]]  # to replace, by stage
-Name = tuple[int, bool]  # of a run: its variant, and whether it was short
+Options = Mapping[str, Mapping[str, object]]  # options to replace, by stage
+Name = tuple[int, bool]  # name of a run: its variant, and whether it was short
 WORST = (-float("inf"),)
-REPEATED = 2  # short runs at most that are repeated in full
-LARGE = 10_000  # hexes of a mesh whose runs take long
+REPEATED = 2  # largest number of short runs that are repeated in full
+LARGE = 10_000  # number of hexes above which runs take long
 
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A run of the stages: where it ended, what each stage gave, and how good that is."""
+    """A run of the stages: its final state, the result of each stage, and its quality."""
 
     state: RunState
     path: tuple[object, ...]
@@ -52,11 +52,11 @@ class Variants:
 
     Parameters
     ----------
-    stages : all of the bundle's
-    variants : options to replace; an empty set means the stages as they are
-    start : the state that the stages start from
+    stages : all stages of the bundle
+    variants : options to replace; an empty set means unchanged stages
+    start : state from which the stages start
     trial : options of a short run, whose mesh may be the best
-    gives_up : where all runs ended with many crossings no other variant is tried
+    gives_up : whether no other variant is tried after runs with many crossings only
     """
 
     stages: Sequence[Stage]
@@ -83,12 +83,12 @@ class Variants:
 
     @property
     def attempts(self) -> dict[Name, Attempt]:
-        """The runs that succeeded."""
+        """The successful runs."""
         return {n: each for n, each in self._attempts.items() if isinstance(each, Attempt)}
 
     @property
     def chosen(self) -> Name:
-        """The run whose mesh is taken; raises MeshingError where all have failed."""
+        """The run whose mesh is taken; raises MeshingError if all have failed."""
         found = self.attempts
         if not found:
             raise next(each for each in self._attempts.values() if isinstance(each, MeshingError))
@@ -96,19 +96,21 @@ class Variants:
 
     @property
     def best(self) -> tuple[float, ...]:
-        """Key of the best mesh; lower than any other before there is one."""
+        """Key of the best mesh; lower than any other if there is none."""
         return max((each.verdict.key for each in self.attempts.values()), default=WORST)
 
     @property
     def reaches(self) -> float:
-        """Scaled Jacobian of the best mesh where it misses nothing, else -inf."""
+        """Scaled Jacobian of the best mesh if it has no deficiency, else -inf."""
         found = self.attempts
         return found[self.chosen].verdict.reaches if found else -float("inf")
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether all meshes so far are large and have inverted hexes, or cross themselves in many
-        places and the variants give up then.
+        """Whether other variants are not worth trying.
+
+        That is the case if all meshes so far are large and have inverted hexes, or, with
+        `gives_up`, many crossings.
         """
         meshes = [each.state.hexes for each in self.attempts.values()]
         return bool(meshes) and all(mesh and self._is_lost(mesh) for mesh in meshes)
@@ -120,7 +122,7 @@ class Variants:
         return is_large and scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0
 
     def run(self, number: int, short: bool = False) -> Attempt | None:
-        """Run a variant, the first being 0; None where it fails."""
+        """Run a variant, the first one being 0; None if it fails."""
         name = f"{'trial of ' * short}variant {number + 1} of {len(self.variants)}"
         try:
             state, path = self._advance(self._chain(number, short), self.start)
@@ -134,9 +136,9 @@ class Variants:
         return attempt
 
     def run_others(self) -> None:
-        """Short runs of all variants that had none, the first too, until one is good.
+        """Short runs of all variants without one, including the first, until one is good.
 
-        There are none where `is_hopeless`: another structure is the better way then.
+        There are none if `is_hopeless`: another structure is more promising then.
         """
         for number in range(len(self.variants)):
             if self.reaches >= self.acceptance.good or self.is_hopeless:
@@ -145,9 +147,9 @@ class Variants:
                 self.run(number, short=True)
 
     def run_again(self, options: Options, in_full: bool = False) -> tuple[Name, Attempt | None]:
-        """Run the variant whose mesh is taken with other options, as a new variant.
+        """Run the variant of the taken mesh with other options, as a new variant.
 
-        in_full : even where that run was short
+        in_full : in full even if that run was short
         """
         number, short = self.chosen
         short &= not in_full
@@ -156,8 +158,9 @@ class Variants:
         return name, self.run(*name)
 
     def best_short(self) -> tuple[tuple[float, ...], int] | None:
-        """Key and number of the best variant that had a short run alone; None where the short
-        runs are no shorter than others.
+        """Key and number of the best variant with only a short run.
+
+        None if short runs are not shorter than full ones.
         """
         if not self.trial:
             return None
@@ -174,18 +177,18 @@ class Variants:
         return next((s.plugin for s in self._chain(*self.chosen) if s.kind == kind), None)
 
     def taken(self) -> Attempt:
-        """The best run, or the preferred one."""
+        """The preferred run, or the best one."""
         return self.attempts[self.chosen]
 
     @property
     def why(self) -> str:
-        """Why the mesh taken is not valid, or why there is none."""
+        """Reason why the taken mesh is not valid, or why there is none."""
         if self.attempts:
             return "; ".join(self.taken().verdict.failures)
         return "; ".join({str(each): 0 for each in self._attempts.values()})
 
     def finish(self) -> tuple[RunState, tuple[object, ...]]:
-        """Final state and the results of the stages on the way; the last stages run here, once."""
+        """Final state and the results of the stages; the last stages are run here, once."""
         taken = self.taken()
         state, path = self._advance(self._once, taken.state)
         return state, (*taken.path, *path)
@@ -195,14 +198,14 @@ class Variants:
         return self.acceptance(state.hexes, state.surface)
 
     def _chain(self, number: int, short: bool) -> list[Stage]:
-        """The stages of a run, but those that run once."""
+        """The stages of a run, except those that are run once."""
         options = _merged(self.variants[number], self.trial if short else {})
         return [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in self.stages]
 
     def _advance(
         self, stages: Sequence[Stage], state: RunState
     ) -> tuple[RunState, tuple[object, ...]]:
-        """Run stages one by one; equal plugins on equal inputs are run once."""
+        """Run stages in sequence; equal plugins with equal inputs are run once."""
         path = []
         for stage in stages:
             key = _key(stage, state)
@@ -216,7 +219,7 @@ class Variants:
         return state, tuple(path)
 
     def _result(self, stage: Stage, state: RunState) -> object:
-        """What a stage gives, or its MeshingError; valid meshes are noted for the deadline."""
+        """The result of a stage, or its MeshingError; valid meshes are stored for the deadline."""
         try:
             value = self.clock.run(stage.kind, lambda: stage(state))
             if isinstance(value, HexMesh):
@@ -239,14 +242,14 @@ def search(
     Parameters
     ----------
     starts : one for each structure, the most promising first
-    is_settled : whether the mesh of a structure is such that no other needs to be tried
+    is_settled : whether the mesh of a structure makes others unnecessary
     has_rival : compare the second structure before the other variants of the first
-    improve : called after the first run of all; it may run more
+    improve : called after the first run; it may run more
 
     Raises
     ------
     MeshingError
-        Of the first run, where all have failed.
+        The error of the first run, if all have failed.
     """
     tried: list[Variants] = []
     for start in starts:
@@ -281,7 +284,7 @@ def search(
         if start.attempts[number, True].verdict.lost > lost:
             break
         start.run(number)
-        enough = -np.finfo(float).max  # another only where something is missed
+        enough = -np.finfo(float).max  # another one only if there is a deficiency
         lost = _leader(tried).taken().verdict.lost
     found = _leader(tried)
     return found if found.attempts else tried[0]
@@ -292,12 +295,12 @@ def _leader(tried: Sequence[Variants]) -> Variants:
 
 
 def _merged(one: Options, other: Options) -> dict[str, dict[str, object]]:
-    """Options of both; the other's come first."""
+    """Options of both, with precedence for the second."""
     return {kind: {**one.get(kind, {}), **other.get(kind, {})} for kind in {*one, *other}}
 
 
 def _check(stages: Sequence[Stage], options: Iterable[Options]) -> None:
-    """Raise InputError where options are to be replaced that a stage's plugin does not have."""
+    """Raise InputError if options are replaced that the plugin of a stage does not have."""
     plugins = {stage.kind: stage.plugin for stage in stages}
     for kind, names in ((kind, each[kind]) for each in options for kind in each if kind in plugins):
         lacking = sorted(set(names) - {known.name for known in fields(plugins[kind])})
@@ -310,7 +313,7 @@ def _check(stages: Sequence[Stage], options: Iterable[Options]) -> None:
 
 
 def _key(stage: Stage, state: RunState) -> tuple[object, ...]:
-    """What tells the result of a stage on a state from others."""
+    """Cache key of the result of a stage for a state."""
     others = [id(getattr(state, name)) for name in KINDS[stage.kind].takes if name != "hexes"]
     return stage.kind, repr(stage.plugin), _digest(state.hexes), *others
 

@@ -1,4 +1,4 @@
-"""The settings of a run, checked: what `conf/infer.yaml` composes, with types."""
+"""The checked settings of a run, composed from `conf/infer.yaml`."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from polycube.io.cad import Cad
 from polycube.pipeline.files import Files
 from polycube.surface.repair.repair import LEVELS
 
-HALVES = ("meshing", "spline", "analysis")  # of a run; each needs the one before it
+HALVES = ("meshing", "spline", "analysis")  # parts of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """Run-wide settings, and the composed configuration of every group.
+    """Settings of the whole run, and the composed configuration of every group.
 
-    Names, defaults and help stand in `conf/infer.yaml`; `start` is `from` there.
+    Names, defaults and help are in `conf/infer.yaml`; `start` is `from` there.
     """
 
     mesh: str | None
@@ -48,7 +48,7 @@ class Settings:
     strict: bool
     resume: Path | None
     start: str | None
-    composed: Node  # all of it, as it is written to config.json
+    composed: Node  # complete, as written to config.json
 
     @classmethod
     def of(cls, composed: Node) -> Settings:
@@ -57,7 +57,7 @@ class Settings:
         Raises
         ------
         InputError
-            For a run-wide setting that makes no sense; plugins check their own options.
+            If a setting of the whole run is invalid; plugins check their own options.
         """
         read = _Reader(composed)
         mesh = composed["mesh"]
@@ -102,7 +102,7 @@ class _Reader:
     composed: Node
 
     def node(self, name: str) -> dict[str, Any]:
-        value = self.composed.get(name, {})  # no export is no group
+        value = self.composed.get(name, {})  # there is no group without exports
         if not isinstance(value, Mapping):
             raise InputError(f"{name} must be a group of settings; got {value!r}")
         return dict(value)
@@ -141,7 +141,7 @@ class _Reader:
         return tuple(half for half in value if half not in chain[last:])
 
     def is_none(self, half: str) -> bool:
-        """Whether there is none of it, as `spline=none` says."""
+        """Whether a part is switched off, as by `spline=none`."""
         return self.node(half).get("plugin", half) is None
 
     def context(self) -> Sequence[str | None] | None:

@@ -1,4 +1,4 @@
-"""Build the stages of a run, and run them one by one on a clock."""
+"""Build the stages of a run, and run them in sequence with a clock."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of a run: a plugin of a kind that takes and gives fields of the run state."""
+    """One step of a run: a plugin of a kind with fields of the run state as input and output."""
 
     kind: str
-    plugin: Any  # of the Protocol of its kind
+    plugin: Any  # implements the Protocol of its kind
 
     def __call__(self, state: RunState) -> object:
-        """What the plugin makes of its part of the state."""
+        """The result of the plugin for its inputs from the state."""
         return self.plugin(*(getattr(state, name) for name in KINDS[self.kind].takes))
 
     def put(self, state: RunState, value: object) -> RunState:
-        """The state with what the stage gave."""
+        """The state with the result of the stage."""
         change: dict[str, Any] = {KINDS[self.kind].gives: value}
         return replace(state, **change)
 
 
 @dataclass
 class Clock:
-    """Seconds, and effort of descent (`counted`), spent per step, summed over repeats."""
+    """Seconds and descent effort (`counted`) per step, summed over repetitions."""
 
     seconds: dict[str, float] = field(default_factory=dict)
     effort: dict[str, Counter[str]] = field(default_factory=dict)
 
     def run(self, name: str, call: Callable[[], Value]) -> Value:
-        """Call, time and log one line.
+        """Call a function, measure its time and log one line.
 
         Raises
         ------
         InputError, MeshingError
-            As the call does; any other exception becomes a MeshingError that names the step.
+            As the function; any other exception becomes a MeshingError with the name of the step.
         """
         logger.debug("%s begins", name, extra={"stage": name})
         begin = time.perf_counter()
@@ -73,7 +73,7 @@ class Clock:
 
 
 def build_stages(order: Sequence[str], configs: Mapping[str, Any]) -> list[Stage]:
-    """Build the plugin of every stage in `order`; raises InputError for a stage without config."""
+    """Build the plugin of every stage in `order`; raises InputError for a missing configuration."""
     missing = [kind for kind in order if kind not in configs]
     if missing:
         raise InputError(f"no config for stage {missing[0]!r}; have {', '.join(configs)}")
@@ -86,12 +86,12 @@ def meshing_stages(bundle: Mapping[str, Any], have: Sequence[str]) -> list[Stage
     Parameters
     ----------
     bundle : composed from a file of conf/meshing
-    have : fields of the run state that meshing starts from
+    have : fields of the run state from which meshing starts
 
     Raises
     ------
     InputError
-        For an order that is no chain from these to a spline.
+        If the stages do not form a chain from these fields to a spline.
     """
     order = bundle["order"]
     check_chain([*order, "spline"], have)

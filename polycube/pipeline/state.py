@@ -1,4 +1,4 @@
-"""What a run has made so far."""
+"""The state of a run."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ from polycube.types import (
 
 @dataclass(frozen=True, eq=False)
 class RunState:
-    """The data that flows from step to step; a step returns a new state.
+    """The data passed from step to step; a step returns a new state.
 
-    What was not made yet is None, or empty.  Stages take and give the fields that
-    `polycube.kinds.KINDS` names.
+    Fields that are not computed yet are None or empty. Stages have the fields given in
+    `polycube.kinds.KINDS` as input and output.
 
     Parameters
     ----------
-    surface : the part, checked and repaired where that was asked for
-    path, warnings : where the surface came from, and what the reader has to say of it
+    surface : the part, checked and repaired on request
+    path, warnings : origin of the surface, and warnings of the reader
     repair : numbers of the repair
     given, hex_path : a hex mesh to improve, and its file
-    ranked, chosen : proposed structures, best first, and the number of the one that is meshed
+    ranked, chosen : proposed structures, best first, and the number of the meshed one
     polycube, rough_map, parametrization : of that structure
-    blocks : hexes of that structure, where it has its own
+    blocks : hexes of that structure, if it has its own
     trajectory, steps : (S, N, 3) states of the denoising and (S,) their steps
-    denoised_on : the polycube that the denoised points lie on, where it is another one
-    labels : of the surface, by the faces of the polycube
+    denoised_on : polycube of the denoised points, if it is another one
+    labels : labels of the surface, the faces of the polycube
     hexes, spline, solution : the results
-    verdict : of the acceptance, on the hexes
-    unfitted : why the hexes are fitted only in part, and how far they are off
-    failure : why there is no valid result
-    stopped : why meshing ended early, with the best valid mesh until then
-    interrupted : whether a user ended the run
+    verdict : result of the acceptance for the hexes
+    unfitted : why the hexes are only partly fitted, and their deviation
+    failure : reason why there is no valid result
+    stopped : reason why meshing ended early with the best valid mesh
+    interrupted : whether the user ended the run
     """
 
     surface: TriMesh

@@ -1,4 +1,4 @@
 """Volumetric splines on hex meshes: Bezier elements, fit, certificates; numpy and scipy only.
 
-Imports hexmesh and below.
+Imports `hexmesh` and the layers below.
 """

@@ -1,6 +1,6 @@
 """Bernstein polynomials on [0, 1] and their tensor products.
 
-Tensor order everywhere: i + (n + 1) j + (n + 1)^2 k, i fastest, for points and polynomials alike.
+The tensor order of points and polynomials is i + (n + 1) j + (n + 1)^2 k, with i fastest.
 """
 
 from functools import reduce
@@ -17,7 +17,7 @@ def bernstein(t: np.ndarray, degree: int = 3) -> np.ndarray:
 
 
 def derivative(t: np.ndarray, degree: int = 3) -> np.ndarray:
-    """(P, degree + 1) values of B_i'(t) = n (B_{i-1} - B_i), the latter of degree n - 1."""
+    """(P, degree + 1) values of B_i'(t) = n (B_{i-1} - B_i), with B of degree n - 1."""
     lower = np.pad(bernstein(t, degree - 1), ((0, 0), (1, 1)))
     return degree * (lower[:, :-1] - lower[:, 1:])
 
@@ -34,6 +34,6 @@ def volume_basis(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """n Gauss points on [0, 1] and their weights; exact for degree 2n - 1."""
+    """n Gauss points on [0, 1] and their weights; exact up to degree 2n - 1."""
     x, w = np.polynomial.legendre.leggauss(n)
     return (x + 1) / 2, w / 2

@@ -1,7 +1,8 @@
 """Bezier geometry of a spline: points, and det J with a certified lower bound.
 
-det J of a tricubic element is a polynomial of degree 8 in each direction.  Its Bernstein
-coefficients bound it from below, the corner ones are values, their mean is the element's volume.
+det J of a tricubic element is a polynomial of degree 8 in each direction. Its Bernstein
+coefficients are bounds from below, those at the corners are values, and their mean is the volume of
+the element.
 """
 
 from __future__ import annotations
@@ -18,27 +19,29 @@ from polycube.types import Spline
 
 DEGREE = 8  # of det J
 CORNERS = np.array([0, 8, 72, 80, 648, 656, 720, 728])  # of a (9, 9, 9) tensor
-LINE = (1 - np.cos(np.pi * np.arange(9) / 8)) / 2  # Chebyshev's extrema: stable to interpolate at
-TO_BERNSTEIN = np.linalg.inv(bernstein(LINE, DEGREE))  # from values on it
-WEIGHTS = TO_BERNSTEIN.mean(axis=0)  # exact integral by mean coefficient
+# extrema of Chebyshev polynomials: stable interpolation points
+LINE = (1 - np.cos(np.pi * np.arange(9) / 8)) / 2
+TO_BERNSTEIN = np.linalg.inv(bernstein(LINE, DEGREE))  # from values at these points
+WEIGHTS = TO_BERNSTEIN.mean(axis=0)  # exact integral, because it is the mean of the coefficients
 GRID = np.stack(np.meshgrid(LINE, LINE, LINE, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1]
-MAX_LEVEL = 16  # halvings of a box
-MAX_BOXES = 20_000  # held at once; 117 MB
-HALVINGS = 3  # for the bounds of all elements
-SLACK = 0.01  # of the volume, that such a bound may lie below a value
-CHUNK = 64  # elements at a time whose coefficients are kept
+MAX_LEVEL = 16  # largest number of times that a box is halved
+MAX_BOXES = 20_000  # boxes at once; 117 MB
+HALVINGS = 3  # number of times that elements are halved for their bounds
+SLACK = 0.01  # of the volume: permitted difference between such a bound and a value
+CHUNK = 64  # elements in a batch whose coefficients are stored
 
 
 @dataclass(frozen=True)
 class Jacobian:
-    """det J of a whole spline; lengths in the user's units, parameter cube of edge 1."""
+    """det J of a whole spline in cubed model units, for parameters from 0 to 1."""
 
     volume: float
-    min_detj: float  # smallest value met
-    lower_bound: float  # certified to rounding: det J is nowhere smaller
-    min_scaled_detj: float  # smallest det J over the volume of its element; 1 in a parallelepiped
-    element: int  # that holds min_detj
-    position: tuple[float, float, float]  # where
+    min_detj: float  # smallest value found
+    lower_bound: float  # certified up to rounding errors: det J is nowhere smaller
+    # smallest det J divided by the volume of its element; 1 for a parallelepiped
+    min_scaled_detj: float
+    element: int  # element with min_detj
+    position: tuple[float, float, float]  # its parameters
 
 
 def bezier_points(spline: Spline) -> np.ndarray:
@@ -47,17 +50,17 @@ def bezier_points(spline: Spline) -> np.ndarray:
 
 
 def scaled_detj(spline: Spline, elements: np.ndarray | slice = slice(None)) -> np.ndarray:
-    """(E,) least det J among 9^3 samples of each element, or of some, over its volume."""
+    """(E,) smallest det J of 9^3 samples of each element, or of some, divided by its volume."""
     points = spline.extraction @ spline.control
     return _scaled(*least_detj(points, spline.nodes[elements], LINE, WEIGHTS))
 
 
 @lru_cache(maxsize=4)
 def min_detj(spline: Spline) -> Jacobian:
-    """Smallest det J of the spline, where it is, and a bound that no point goes below.
+    """Smallest det J of the spline, its place, and a lower bound for all points.
 
-    Samples 9^3 points per element, then halves the boxes whose bound lies below the least value.
-    Kept, for plugin and report ask alike.
+    9^3 points per element are sampled; then boxes whose bound is below the smallest value are
+    halved. The result is cached for the plugin and the report.
     """
     points, nodes = spline.extraction @ spline.control, spline.nodes
     least, volumes = least_detj(points, nodes, LINE, WEIGHTS)
@@ -79,9 +82,9 @@ def min_detj(spline: Spline) -> Jacobian:
 
 
 def scaled_bounds(spline: Spline) -> np.ndarray:
-    """(E,) numbers that det J over the volume of its element is certified not to go below.
+    """(E,) certified lower bounds of det J divided by the volume of its element.
 
-    At most a hundredth below the least value met, or after three halvings of the element.
+    They are at most a hundredth below the smallest value found, or result from three halvings.
     """
     points, nodes = spline.extraction @ spline.control, spline.nodes
     return np.concatenate(
@@ -113,8 +116,10 @@ def _scaled(least: np.ndarray, volumes: np.ndarray) -> np.ndarray:
 def _open(
     points: np.ndarray, nodes: np.ndarray, limit: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Bernstein coefficients (n, 729) of the elements (n,) that have some below a limit, and the
-    least coefficient of all others.
+    """Bernstein coefficients of the elements that need halving.
+
+    Returns coefficients (n, 729) and numbers (n,) of the elements with coefficients below a limit,
+    and the smallest coefficient of all other elements.
     """
     boxes, elements, settled = [], [], np.inf
     for part in np.array_split(np.arange(len(nodes)), len(nodes) // CHUNK + 1):
@@ -127,7 +132,7 @@ def _open(
 
 
 def _along_axes(values: np.ndarray, *matrices: np.ndarray) -> np.ndarray:
-    """Apply a (9, 9) matrix per axis x, y, z (or one for all) to tensors (n, 729)."""
+    """Apply a (9, 9) matrix along each axis x, y, z (or one for all) of tensors (n, 729)."""
     x, y, z = matrices * (3 // len(matrices))
     cube = values.reshape(-1, 9, 9, 9)
     return np.einsum("nkji,ck,bj,ai->ncba", cube, z, y, x, optimize=True).reshape(-1, 729)
@@ -140,10 +145,10 @@ def _descend(
     best: tuple[float, int, np.ndarray],
     tolerance: float,
 ) -> tuple[tuple[float, int, np.ndarray], float]:
-    """Improve the least value (value, element, place) and return the bound, box by box.
+    """Improve the smallest value (value, element, place) and return the bound, box by box.
 
     boxes : (n, 729) Bernstein coefficients, at first of whole elements (n,)
-    settled : no coefficient of all other elements is less
+    settled : smallest coefficient of all other elements
     """
     origin = np.zeros((len(boxes), 3))
     for level in range(MAX_LEVEL + 1):
@@ -166,7 +171,7 @@ def _descend(
 def _halve(
     boxes: np.ndarray, element: np.ndarray, origin: np.ndarray, level: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The eight halves of each box by de Casteljau's rule, with their element and origin."""
+    """The eight halves of each box by de Casteljau's algorithm, with their element and origin."""
     halves = [bernstein(np.array([0.5]), i)[0] for i in range(DEGREE + 1)]
     low = np.array([np.pad(row, (0, DEGREE - i)) for i, row in enumerate(halves)])
     sides = [low, low[::-1, ::-1]]

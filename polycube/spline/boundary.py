@@ -12,11 +12,11 @@ from polycube.spline.element_faces import FACES
 
 
 class Elements(Protocol):
-    """Bezier elements with faces on the boundary: a spline, or a space to make one of."""
+    """Bezier elements with faces on the boundary: a spline, or a spline space."""
 
     @property
     def extraction(self) -> csr_matrix:
-        """(B, C) Bezier nodes from the control points; rows sum to 1."""
+        """(B, C) Bezier nodes from control points; each row has the sum 1."""
 
     @property
     def nodes(self) -> np.ndarray:
@@ -24,7 +24,7 @@ class Elements(Protocol):
 
     @property
     def sides(self) -> np.ndarray:
-        """(Q, 2) element and face of it, for each face on the boundary."""
+        """(Q, 2) element and local face of each face on the boundary."""
 
 
 def boundary_nodes(spline: Elements) -> np.ndarray:
@@ -43,7 +43,7 @@ def sampling(
 ) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
     """Points, d/du and d/dv as matrices (n, B) on the Bezier nodes.
 
-    faces : (n,) the face of each point (u, v) of (n,); without it all points on every face, face
+    faces : (n,) the face of each point (u, v) of (n,); without it, all points on every face, face
         by face
     """
     nodes = boundary_nodes(spline)
@@ -60,7 +60,7 @@ def sampling(
 
 
 def normals(du: np.ndarray, dv: np.ndarray) -> np.ndarray:
-    """(n, 3) unit normals of tangents (n, 3); zero where these are parallel."""
+    """(n, 3) unit normals of tangents (n, 3); zero if these are parallel."""
     normal = np.cross(du, dv)
     return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
 
@@ -76,7 +76,7 @@ def corners(pieces: int) -> np.ndarray:
 
 
 def _cut(pieces: int) -> np.ndarray:
-    """(2 pieces^2, 3) points of the triangles of a face."""
+    """(2 pieces^2, 3) indices of the points of the triangles of a face."""
     number = np.arange((pieces + 1) ** 2).reshape(pieces + 1, pieces + 1)
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
     return np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])

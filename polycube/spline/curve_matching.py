@@ -1,4 +1,4 @@
-"""Where the edges of a spline's boundary between two CAD faces should be: on the curve there."""
+"""Match the edges of a spline between two CAD faces with the curve of the CAD model."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from polycube.surface.fit_target import Target
 from polycube.surface.measures import twins
 from polycube.types import Spline
 
-LINE = np.arange(5) / 4  # points on an edge; its ends go to the corners, where curves meet
+LINE = np.arange(5) / 4  # points on an edge; its ends belong to corners, where curves meet
 # u and v on the edge from each corner to the next
 AROUND = np.array([[LINE, 0 * LINE], [1 + 0 * LINE, LINE], [1 - LINE, 1 + 0 * LINE],
                    [0 * LINE, 1 - LINE]])  # fmt: skip
 
 
 class CurveMatcher:
-    """Points on the edges between sides of two CAD faces, matched to the curves between these.
+    """Points on the edges between sides of two CAD faces, matched with the curves between these.
 
     Parameters
     ----------
-    spline : at unit scale
+    spline : spline at unit scale
     target : the surface
     cad_face : (S,) number of the CAD face of each side; 0 for any
 
     Attributes
     ----------
-    rows : (M, C) the points from the control points
+    rows : (M, C) matrix from the control points to the points
     side : (M,) a side of each point
     """
 
@@ -54,7 +54,7 @@ class CurveMatcher:
         self.rows: csr_matrix = sampling(spline, u, v, self.side)[0] @ spline.extraction
 
     def __call__(self, control: np.ndarray) -> np.ndarray:
-        """(M, 3) points on the curves that are closest to those of control points (C, 3)."""
+        """(M, 3) closest points on the curves for control points (C, 3)."""
         places = np.split(self.rows @ control, np.cumsum(self._counts)[:-1])
         goals = [closest.closest(t, p)[0] for t, p in zip(self._trees, places, strict=False)]
         return np.concatenate([np.zeros((0, 3)), *goals])

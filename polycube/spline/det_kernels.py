@@ -1,4 +1,4 @@
-"""det J of tricubic elements on a grid: its values, the least ones, and what they lack."""
+"""det J of tricubic elements on a grid: values, minima, and squared shortfall."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import bernstein, derivative
 from polycube.spline.element_tangents import LANES, add_back, gather, room, tangents
 
-LEAST = 256  # elements for a thread
+LEAST = 256  # smallest number of elements for a thread
 
 
 def detj(points: np.ndarray, nodes: np.ndarray, line: np.ndarray) -> np.ndarray:
@@ -28,9 +28,9 @@ def detj(points: np.ndarray, nodes: np.ndarray, line: np.ndarray) -> np.ndarray:
 def least_detj(
     points: np.ndarray, nodes: np.ndarray, line: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(E,) least value of each element on the grid, and the (E,) sums of values by weights.
+    """(E,) smallest value of each element on the grid, and weighted sums (E,) of the values.
 
-    weights : (n,) of a rule on the line, whose tensor product weighs the values
+    weights : (n,) weights of a quadrature rule on the line, used as a tensor product
     """
     tables = bernstein(line), derivative(line)
     work = [partial(_least, points, nodes[p], *tables, weights) for p in parts(len(nodes), LEAST)]
@@ -41,17 +41,18 @@ def least_detj(
 def squared_lack(
     points: np.ndarray, nodes: np.ndarray, line: np.ndarray, unit: np.ndarray, wanted: float
 ) -> tuple[float, np.ndarray]:
-    """Sum of max(wanted - det J / unit, 0)^2 over elements and grid, and (B, 3) its derivatives.
+    """Sum of max(wanted - det J / unit, 0)^2 over elements and grid, and its gradient (B, 3).
 
-    unit : (E,) of each element
-    It runs on the thread that asks and holds no lock.
+    unit : (E,) scale of each element
+
+    It runs on the calling thread and releases the global interpreter lock.
     """
     return _lack(points, nodes, bernstein(line), derivative(line), unit, wanted)
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _determinants(tangents: np.ndarray, out: np.ndarray) -> None:
-    """(n^2, LANES) of tangents (n^2, 3, 3 LANES)."""
+    """Determinants (n^2, LANES) of tangents (n^2, 3, 3 LANES)."""
     lanes = out.shape[1]
     for s in range(len(out)):
         a, b, c, det = tangents[s, 0], tangents[s, 1], tangents[s, 2], out[s]
@@ -66,7 +67,7 @@ def _determinants(tangents: np.ndarray, out: np.ndarray) -> None:
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _by_tangents(by_det: np.ndarray, tangents: np.ndarray, out: np.ndarray) -> None:
-    """Derivatives by the tangents, both (n^2, 3, 3 LANES), from those by det J (n^2, LANES)."""
+    """Derivatives by the tangents (n^2, 3, 3 LANES), from those by det J (n^2, LANES)."""
     lanes = by_det.shape[1]
     for s in range(len(by_det)):
         for k in range(3):
@@ -80,7 +81,7 @@ def _by_tangents(by_det: np.ndarray, tangents: np.ndarray, out: np.ndarray) -> N
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _take_in(det: np.ndarray, weights: np.ndarray, low: np.ndarray, sums: np.ndarray) -> None:
-    """Bring the least values and weighted sums (LANES,) up to date with a plane (n^2, LANES)."""
+    """Update the minima and weighted sums (LANES,) with a plane (n^2, LANES)."""
     for s in range(len(det)):
         for at in range(len(low)):
             low[at] = min(low[at], det[s, at])
@@ -89,9 +90,9 @@ def _take_in(det: np.ndarray, weights: np.ndarray, low: np.ndarray, sums: np.nda
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _lack_of(det: np.ndarray, goal: np.ndarray, inverse: np.ndarray) -> float:
-    """Squared lack of det J (n^2, LANES), in whose place its derivatives come.
+    """Squared shortfall of det J (n^2, LANES), which is replaced by the derivatives.
 
-    goal, inverse : (LANES,) of each lane: units that are wanted, and 1 / unit
+    goal, inverse : (LANES,) wanted value in units, and 1 / unit
     """
     total = 0.0
     for s in range(len(det)):
@@ -107,7 +108,7 @@ def _lack_of(det: np.ndarray, goal: np.ndarray, inverse: np.ndarray) -> float:
 def _values(
     points: np.ndarray, nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray
 ) -> np.ndarray:
-    """(E, n^3)."""
+    """(E, n^3) values of det J."""
     n = len(values)
     found = np.empty((len(nodes), n**3))
     net, planes, lines, slope, det = room(n)
@@ -130,7 +131,7 @@ def _least(
     slopes: np.ndarray,
     weights: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Least value (E,) and weighted sum (E,)."""
+    """Smallest value (E,) and weighted sum (E,)."""
     n = len(values)
     least, total = np.empty(len(nodes)), np.empty(len(nodes))
     net, planes, lines, slope, det = room(n)
@@ -157,7 +158,7 @@ def _lack(
     unit: np.ndarray,
     wanted: float,
 ) -> tuple[float, np.ndarray]:
-    """The value, and its derivatives (B, 3) by the points."""
+    """The value, and its derivatives (B, 3) with respect to the points."""
     n, value = len(values), 0.0
     by_point = np.zeros(points.shape)
     net, planes, lines, slope, det = room(n)

@@ -1,4 +1,4 @@
-"""How far the boundary of a spline and the surface it stands for are apart, both ways."""
+"""Distances between the boundary of a spline and its surface, in both directions."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from polycube.surface.fit_target import target
 from polycube.surface.measures import volume
 from polycube.types import Spline, TriMesh
 
-PIECES = 4  # cuts of a boundary face each way
-SAMPLES = 8000  # points on the surface, besides its vertices
+PIECES = 4  # divisions of a boundary face in each direction
+SAMPLES = 8000  # points on the surface, in addition to its vertices
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distances are fractions of the surface's diagonal."""
+    """Distances as fractions of the diagonal of the surface."""
 
-    to_surface: Distances  # from points of the spline's boundary
+    to_surface: Distances  # from points of the boundary of the spline
     to_spline: Distances  # from points of the surface
-    worst: tuple[float, float, float]  # place on either, farthest from the other
-    volume: float  # the spline's over the surface's, less 1
+    worst: tuple[float, float, float]  # point with the largest distance, on either
+    volume: float  # volume of the spline divided by that of the surface, minus 1
 
 
 @lru_cache(maxsize=4)
 def deviation(spline: Spline, surface: TriMesh) -> Deviation:
-    """Of 25 points on each boundary face, and of samples and vertices of the surface.
+    """Deviation at 25 points of each boundary face, and at samples and vertices of the surface.
 
-    These are measured to chords of the spline, which are a 16th of a face's own sagitta inside.
-    Kept, for plugin and report ask alike.
+    Distances of the latter are measured to chords of the spline, whose error is a 16th of the
+    sagitta of a face. The result is cached for the plugin and the report.
     """
     goal = target(surface)
     points, _, _ = sampling(spline, *grid(np.arange(PIECES + 1) / PIECES))

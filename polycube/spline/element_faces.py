@@ -1,4 +1,4 @@
-"""Faces of cubic Bezier elements, and which of them are on the boundary."""
+"""Faces of cubic Bezier elements, and those on the boundary."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ _CORNERS = [0, 3, 12, 15]
 
 
 def lone_sides(nodes: np.ndarray) -> np.ndarray:
-    """(Q, 2) element and face, for faces whose corner nodes no other face has; nodes (E, 64)."""
+    """(Q, 2) element and local face of faces that no other element shares; nodes (E, 64)."""
     corners = np.sort(nodes[:, FACES[:, _CORNERS]].reshape(-1, 4), axis=1)
     _, inverse, count = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
     return np.stack(np.divmod(np.flatnonzero(count[inverse.ravel()] == 1), 6), axis=1)

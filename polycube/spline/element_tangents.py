@@ -1,8 +1,8 @@
-"""Tangents of tricubic elements on a grid, a few elements at once, and the way back.
+"""Tangents of tricubic elements on a grid, in small batches, and the adjoint operation.
 
-Sums are factorised: the Bezier net of an element is contracted along z, then y, then x, and
-derivatives by its points go the same way back.  Each number of an element has a row with a lane for
-each of `LANES` elements, so that the compiled loops are vectorised.
+Sums are factorised: the Bezier net of an element is contracted along z, then y, then x; the adjoint
+uses the reverse order. Each number of an element has a row with a lane for each of `LANES`
+elements, so that the compiled loops are vectorised.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ LANES = 16
 
 @njit(cache=True, error_model="numpy")
 def room(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Net, planes, lines, tangents and determinants, to be filled in."""
+    """Buffers for net, planes, lines, tangents and determinants."""
     planes, lines = np.empty((2, 48 * LANES)), np.empty((3, 12 * LANES))
     tangents, det = np.empty((n * n, 3, 3 * LANES)), np.empty((n * n, LANES))
     return np.empty(192 * LANES), planes, lines, tangents, det
@@ -25,7 +25,7 @@ def room(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.nda
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def gather(points: np.ndarray, nodes: np.ndarray, start: int, net: np.ndarray) -> None:
-    """Points of elements from `start` on, (192 LANES,); the last one fills up."""
+    """Points of the elements from `start` on, (192 LANES,); the last batch is padded."""
     for at in range(LANES):
         e = min(start + at, len(nodes) - 1)
         for k in range(64):
@@ -43,7 +43,7 @@ def tangents(
     lines: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """d/dx, d/dy and d/dz (n^2, 3, 3 LANES) on plane k; planes and lines are filled on the way."""
+    """d/dx, d/dy and d/dz (n^2, 3, 3 LANES) on plane k; also fills planes and lines."""
     n = len(values)
     _combine(values[k], net, planes[0])
     _combine(slopes[k], net, planes[1])
@@ -68,7 +68,7 @@ def add_back(
     lines: np.ndarray,
     by_net: np.ndarray,
 ) -> None:
-    """Derivatives by the net, added, from those by the tangents of `tangents`."""
+    """Add the derivatives with respect to the net, from those with respect to the tangents."""
     n = len(values)
     planes[:] = 0
     for j in range(n):
@@ -87,7 +87,7 @@ def add_back(
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _combine(weights: np.ndarray, source: np.ndarray, out: np.ndarray) -> None:
-    """Fill `out` (m,) with the combination by weights (4,) of the quarters of `source` (4 m,)."""
+    """Fill `out` (m,) with the combination of the quarters of `source` (4 m,) by weights (4,)."""
     a, b, c, d, m = weights[0], weights[1], weights[2], weights[3], len(out)
     for r in range(m):
         out[r] = a * source[r] + b * source[m + r] + c * source[2 * m + r] + d * source[3 * m + r]

@@ -1,9 +1,9 @@
-"""Where points of a spline's boundary should be: matched from both sides, creases too.
+"""Goals for points of the boundary of a spline, matched in both directions and at creases.
 
-Own points go to the closest point of the surface whose normal suits.  Points of the surface and of
-its creases pull the point of the boundary that is closest to them, so that nothing is missed.
-Sides that are on a face of a CAD model are matched with this face alone, and the edges between two
-of them with the curve there.
+Points of the spline are matched with the closest compatible points of the surface. Points of the
+surface and of its creases are matched with the closest points of the boundary, so that all of the
+surface is covered. Sides on a CAD face are matched only with this face, and the edges between two
+CAD faces with the curve between them.
 """
 
 from __future__ import annotations
@@ -20,31 +20,33 @@ from polycube.surface import closest
 from polycube.surface.fit_target import Target
 from polycube.types import Spline
 
-OWN = 4  # points on a face, each way
-PIECES = 4  # cuts of a face, each way, where the closest point of the boundary is sought
-SAMPLES = 6000  # of the surface
-STEP = 0.004  # between points on creases, in diagonals
-ALPHA = 0.04  # length that a whole turn of the normal is worth, in diagonals
-FREE = 1.0  # square difference of normals (60 degrees) that costs nothing
-COVER = 2.0  # weight of the surface's points beside the own
-CREASE = 0.3  # weight of a crease's points, per length of a face's side; more swells round edges
-CURVE = 16.0  # weight of an edge between CAD faces, beside a face of mean area
-REACH = 0.7  # sides of a face from which a crease pulls
+OWN = 4  # points on a face in each direction
+PIECES = 4  # divisions of a face in each direction, for closest points on the boundary
+SAMPLES = 6000  # points of the surface
+STEP = 0.004  # spacing of points on creases, in diagonals
+ALPHA = 0.04  # weight of the difference of unit normals, a length in diagonals
+FREE = 1.0  # squared difference of normals (60 degrees) without penalty
+COVER = 2.0  # weight of the points of the surface, relative to those of the spline
+# weight of points on creases per side length of a face; larger values bulge rounded edges
+CREASE = 0.3
+CURVE = 16.0  # weight of an edge between CAD faces, relative to a face of mean area
+REACH = 0.7  # distance within which a crease is matched, in side lengths of a face
 
 
 class Matches(NamedTuple):
-    """Points `rows @ control` of the boundary, and the points of the surface for them."""
+    """Points `rows @ control` of the boundary, and matched points of the surface."""
 
     rows: csr_matrix  # (M, C)
     goal: np.ndarray  # (M, 3)
-    normal: np.ndarray  # (M, 3) unit vectors along which a gap counts most
-    weight: np.ndarray  # (M,) of the squared gap; own points of a face of mean area have 1 in all
+    normal: np.ndarray  # (M, 3) unit vectors along which a gap has its full weight
+    # (M,) weight of the squared gap; the points of a face of mean area have the sum 1
+    weight: np.ndarray
 
 
 class Matcher:
-    """Matches a spline, whose control points move, to a target at unit scale.
+    """Matches a spline with moving control points to a target at unit scale.
 
-    cad_face : (S,) number of the CAD face that each side is on; 0 for any
+    cad_face : (S,) number of the CAD face of each side; 0 for any
     """
 
     def __init__(self, spline: Spline, target: Target, cad_face: np.ndarray) -> None:
@@ -63,7 +65,7 @@ class Matcher:
         self._creases = np.concatenate([np.zeros((0, 3)), *on])
 
     def __call__(self, control: np.ndarray) -> Matches:
-        """Matches of control points (C, 3) at the target's unit scale."""
+        """Matches of control points (C, 3) at the unit scale of the target."""
         du, dv = self._du @ control, self._dv @ control
         area = np.linalg.norm(np.cross(du, dv).reshape(-1, OWN**2, 3).mean(axis=1), axis=1)
         share = area / area.mean() ** 2
@@ -83,7 +85,7 @@ class Matcher:
         return Matches(self.rows, foot, self.target.normals[self._own_face], weight)
 
     def _theirs(self, control: np.ndarray, area: np.ndarray, share: np.ndarray) -> list[Matches]:
-        """Of the points of the surface that face the spline, and of the creases within reach."""
+        """Matches of the points of the surface with compatible normals, and of close creases."""
         pieces = triangles(self._skin @ control, PIECES)
         facing = normals(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
         tree = self._moved(pieces, facing).tree
@@ -104,7 +106,7 @@ class Matcher:
         return [cover, Matches(rows, self._creases, gap / (length[:, None] + 1e-12), weight)]
 
     def _moved(self, pieces: np.ndarray, facing: np.ndarray) -> closest.Forest:
-        """Trees of the pieces of the boundary, split as they were the first time."""
+        """Trees of the parts of the boundary, with the first subdivision."""
         if self._trees is None:
             self._trees = closest.forest(pieces, facing, np.zeros(len(pieces), np.int64))
         else:
@@ -112,7 +114,7 @@ class Matcher:
         return self._trees
 
     def _along(self, control: np.ndarray, share: np.ndarray) -> Matches:
-        """Of the edges between CAD faces."""
+        """Matches of the edges between CAD faces."""
         rows, goal = self._curves.rows, self._curves(control)
         gap = goal - rows @ control
         length = np.linalg.norm(gap, axis=1, keepdims=True)
@@ -122,7 +124,7 @@ class Matcher:
     def _place(
         self, tree: closest.Tree, points: np.ndarray, facing: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, csr_matrix]:
-        """Face and piece (n,) of the closest points on the boundary, and their rows (n, C)."""
+        """Face and part (n,) of the closest points on the boundary, and their rows (n, C)."""
         alpha = 0.0 if facing is None else ALPHA
         _, piece, share = closest.closest(tree, points, facing, alpha, None, FREE)
         face, local = np.divmod(piece, 2 * PIECES**2)

@@ -1,6 +1,6 @@
-"""Keep det J of a spline positive while it is fitted: damp a move, or raise the lowest elements.
+"""Keep det J of a spline positive during the fit: damp a move, or raise the lowest elements.
 
-Scaled det J is det J over the volume of its element.
+Scaled det J is det J divided by the volume of its element.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from polycube.spline.det_kernels import detj, squared_lack
 from polycube.spline.matching import Matches
 from polycube.types import Spline
 
-LINE = np.arange(5) / 4  # where an element is sampled while it is raised, each way
-DAMPINGS = 8  # at most; the last one takes all of the move back
-DAMPED = 0.6  # what is left of a step after one
-INFLUENCE = 0.02  # least coefficient of a control point that moves, on an element to raise
-ABOVE = 1.1  # floors that a sample is raised to: between samples det J is lower
+LINE = np.arange(5) / 4  # samples of an element while it is raised, in each direction
+DAMPINGS = 8  # largest number of dampings; the last one takes the whole move back
+DAMPED = 0.6  # factor of a damping
+INFLUENCE = 0.02  # smallest coefficient, on an element to raise, of a control point that moves
+ABOVE = 1.1  # factor on the floor for samples, because det J is lower between them
 ITERATIONS = 60
-TANGENTIAL = 0.05  # weight of a gap along the surface beside one across
-ELEMENTS = 256  # for a thread
-GAPS = 2000  # for a thread
-STIFF = 0.02  # of the membrane on the step, by the means of the diagonals
+TANGENTIAL = 0.05  # weight of a gap along the surface, relative to one across it
+ELEMENTS = 256  # smallest number of elements for a thread
+GAPS = 2000  # smallest number of gaps for a thread
+STIFF = 0.02  # stiffness of the membrane of the step, relative to the mean diagonals
 
 
 def shares(spline: Spline) -> csr_matrix:
@@ -41,8 +41,9 @@ def shares(spline: Spline) -> csr_matrix:
 
 
 def damped(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matrix) -> np.ndarray:
-    """Control points between the spline's and `moved` (C, 3), nearer to its where an element's
-    scaled det J would fall below its floor (E,).
+    """Control points between those of the spline and `moved` (C, 3).
+
+    They are closer to the spline at elements whose scaled det J would fall below their floor (E,).
     """
     step = moved - spline.control
     kept, scaled = np.ones(len(step)), np.empty(len(floor))
@@ -60,8 +61,9 @@ def damped(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matr
 
 
 def restored(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matrix) -> np.ndarray:
-    """`moved` (C, 3) with the spline's own control points round elements whose scaled det J is
-    below their floor (E,), at most the spline's own: then none is.
+    """`moved` (C, 3), with the control points of the spline at elements below their floor (E,).
+
+    The floor is at most the scaled det J of the spline, so no element is below it then.
     """
     control, scaled = moved.copy(), np.empty(len(floor))
     near: np.ndarray | slice = slice(None)  # elements that changed
@@ -86,8 +88,10 @@ def raised(
     """Control points (C, 3) with the elements below `wanted`, at most the floor, raised to it.
 
     scaled : (E,) scaled det J of the spline
-    Minimises the squared lack of scaled det J at 5^3 points of each, over the square of the floor,
-    the gaps of the boundary to its matches, over the mean area of a face, and a membrane.
+
+    The objective consists of the squared shortfall of scaled det J at 5^3 points of each element
+    divided by the square of the floor, the gaps between the boundary and its matches divided by the
+    mean area of a face, and a membrane.
     """
     moves = np.flatnonzero((share[scaled < wanted] > INFLUENCE).sum(axis=0))
     near = np.flatnonzero((share[:, moves] > INFLUENCE).sum(axis=1))
@@ -111,13 +115,13 @@ def raised(
 
 
 class _Lack:
-    """Squared lack of det J in elements (e,), by moving control points (n,)."""
+    """Squared shortfall of det J in elements (e,), as a function of control points (n,)."""
 
     def __init__(
         self, spline: Spline, moves: np.ndarray, elements: np.ndarray, wanted: float, floor: float
     ) -> None:
         values = detj(spline.extraction @ spline.control, spline.nodes[elements], LINE)
-        volume = np.abs(values.mean(axis=1))  # near enough for a scale
+        volume = np.abs(values.mean(axis=1))  # sufficient as a scale
         nodes, local = np.unique(spline.nodes[elements], return_inverse=True)
         rows = spline.extraction[nodes]
         self.rows, self.local = rows[:, moves], local.reshape(-1, 64)
@@ -131,7 +135,7 @@ class _Lack:
 
 
 class _Gap:
-    """Weighted squared gaps of some matches (m,), by moving control points (n,)."""
+    """Weighted squared gaps of some matches (m,), as a function of control points (n,)."""
 
     def __init__(
         self, control: np.ndarray, moves: np.ndarray, matches: Matches, felt: np.ndarray
@@ -156,7 +160,7 @@ def _squared_gaps(
     weight: np.ndarray,
     y: np.ndarray,
 ) -> tuple[float, np.ndarray]:
-    """Of gaps rows @ y + rest: the value, and its derivatives by y (n, 3)."""
+    """Value and derivatives with respect to y (n, 3) of the gaps rows @ y + rest."""
     total, by_y = 0.0, np.zeros(y.shape)
     for i in range(len(rest)):
         a, b, c = rest[i]

@@ -1,8 +1,8 @@
-"""Hexes of 20 or 27 nodes: on the fitted spline where there is one, with straight edges otherwise.
+"""Hexes of 20 or 27 nodes: on the fitted spline if there is one, else with straight edges.
 
-A hex of 27 nodes is a triquadratic map, and so is one of 20 with the nodes of its faces and its
-middle by the serendipity functions.  det J has degree 5 in each of xi, eta, zeta; its Bernstein
-coefficients are bounded as those of trilinear hexes are (`polycube.hexmesh.certificate`).
+A hex of 27 nodes is a triquadratic map. A hex of 20 nodes is one as well, with the nodes of its
+faces and its centre from the serendipity functions. det J has degree 5 in each of xi, eta, zeta;
+its Bernstein coefficients are bounded as for trilinear hexes (`polycube.hexmesh.certificate`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from polycube.types import HexMesh, Spline
 
 logger = logging.getLogger(__name__)
 
-NODES = (8, 20, 27)  # that a hex may have
-CHUNK = 250  # hexes at a time
+NODES = (8, 20, 27)  # permitted numbers of nodes of a hex
+CHUNK = 250  # hexes in a batch
 
 # ends of the edges in the order of their nodes, 8 to 19; the faces follow in that of FACES
 EDGE_ENDS = np.reshape(
@@ -29,7 +29,7 @@ EDGE_ENDS = np.reshape(
 
 
 def _shares(groups: list[np.ndarray]) -> np.ndarray:
-    """(n, 8) rows that take the mean of some corners."""
+    """(n, 8) rows with the mean of some corners."""
     rows = np.zeros((len(groups), 8))
     for row, corners in zip(rows, groups, strict=True):
         row[corners] = 1 / len(corners)
@@ -37,14 +37,15 @@ def _shares(groups: list[np.ndarray]) -> np.ndarray:
 
 
 STRAIGHT = _shares([*np.arange(8)[:, None], *EDGE_ENDS, *FACES, np.arange(8)])  # (27, 8)
-PARAMETERS = STRAIGHT @ PLACES  # (27, 3) of the nodes, in the order of VTK
+PARAMETERS = STRAIGHT @ PLACES  # (27, 3) parameters of the nodes, in the order of VTK
 
 
 def _serendipity() -> np.ndarray:
     """(27, 20) all nodes of a hex from its corners and edges.
 
-    The middle of a face is half the sum of its edges less a quarter of that of its corners, that
-    of the hex a quarter of the sum of its edges less a quarter of that of its corners.
+    The centre of a face is half the sum of its edges minus a quarter of the sum of its corners; the
+    centre of the hex is a quarter of the sum of its edges minus a quarter of the sum of its
+    corners.
     """
     on_face = STRAIGHT[20:26] > 0
     of_face = np.hstack([on_face / -4, on_face[:, EDGE_ENDS].all(axis=2) / 2])
@@ -54,12 +55,12 @@ def _serendipity() -> np.ndarray:
 SERENDIPITY = _serendipity()
 
 DEGREE = 5  # of det J
-_LINE = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2  # Chebyshev's extrema
+_LINE = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2  # extrema of Chebyshev polynomials
 TO_BERNSTEIN = tensor(*[np.linalg.inv(bernstein(_LINE, DEGREE))] * 3)  # from values on _LINE^3
 
 
 def _gradients() -> np.ndarray:
-    """(3, 216, 27) of the functions of the nodes on the grid _LINE^3, xi fastest."""
+    """(3, 216, 27) gradients of the nodal functions on the grid _LINE^3, xi fastest."""
     through = np.linalg.inv(bernstein(np.array([0, 0.5, 1]), 2))
     b, d = bernstein(_LINE, 2) @ through, derivative(_LINE, 2) @ through
     place = np.rint(2 * PARAMETERS).astype(int) @ [1, 3, 9]
@@ -70,7 +71,7 @@ GRADIENTS = _gradients()
 BASIS = np.einsum("pi,pj,pk->pkji", *map(bernstein, PARAMETERS.T)).reshape(27, 64)  # tricubic
 CORNER_NODES = PLACES @ [3, 12, 48]  # of Bezier elements, in the order of VTK
 
-# node that corner q of octant o is, at 8 o + q, and the first such pair of each node
+# node at corner q of octant o, at index 8 o + q, and the first such pair of each node
 _PAIRS = (PLACES[:, None] + PLACES).reshape(64, 3) @ [1, 3, 9]
 OF_PAIR = np.argsort(np.rint(2 * PARAMETERS).astype(int) @ [1, 3, 9])[_PAIRS]
 FIRST = np.unique(OF_PAIR, return_index=True)[1]
@@ -78,25 +79,25 @@ FIRST = np.unique(OF_PAIR, return_index=True)[1]
 
 @dataclass(frozen=True, eq=False)
 class HexElements:
-    """Hexes of 8, 20 or 27 nodes, numbered and ordered as VTK does: corners, edges, faces, middle.
+    """Hexes of 8, 20 or 27 nodes in the order of VTK: corners, edges, faces, centre.
 
     The corners have the numbers of the vertices of the mesh, and the quads those of its quads.
     """
 
     points: np.ndarray  # (N, 3)
-    hexes: np.ndarray  # (H, 8, 20 or 27) into points
-    quads: np.ndarray  # (Q, 4, 8 or 9) into points
-    straightened: int = 0  # hexes with a spline whose edges are straight all the same
-    inverted: int = 0  # hexes that are not positive with straight ones either
+    hexes: np.ndarray  # (H, 8, 20 or 27) indices of points
+    quads: np.ndarray  # (Q, 4, 8 or 9) indices of points
+    straightened: int = 0  # number of hexes on a spline with straight edges
+    inverted: int = 0  # number of hexes that are not positive even with straight edges
 
 
 def hex_elements(mesh: HexMesh, spline: Spline | None, nodes: int) -> HexElements:
-    """The hexes of a mesh with so many nodes.
+    """The hexes of a mesh with a given number of nodes.
 
-    Those of 8 are the mesh itself.  Of 20 and 27 all nodes, the corners too, are points of the
-    spline; without one they are those of the trilinear hexes.  det J of every hex is certified
-    positive: where it is not, the nodes between corners go to where straight edges have them, for
-    the neighbours too.  Hexes that hold elements of several levels are straight.
+    Hexes of 8 nodes are the mesh itself. For 20 and 27, all nodes including the corners are points
+    of the spline, or of the trilinear hexes without a spline. det J of every hex is certified
+    positive: if it is not, the nodes between its corners are moved to straight edges, also for the
+    neighbours. Hexes with elements of several levels are straight.
 
     Raises
     ------
@@ -134,7 +135,7 @@ def hex_elements(mesh: HexMesh, spline: Spline | None, nodes: int) -> HexElement
 
 
 def check_nodes(nodes: object) -> None:
-    """Raise ValueError unless it is a number of nodes that a hex may have."""
+    """Raise ValueError unless it is a permitted number of nodes."""
     if nodes not in NODES:
         raise ValueError(f"nodes must be 8, 20 or 27, those of a hex; got {nodes!r}")
 
@@ -146,7 +147,7 @@ def positive(points: np.ndarray, hexes: np.ndarray) -> np.ndarray:
 
 
 def _positive(nodes: np.ndarray) -> np.ndarray:
-    nodes = nodes - nodes[:, :1]  # a far placement would cost digits
+    nodes = nodes - nodes[:, :1]  # reduces rounding errors for a part far from the origin
     at = SERENDIPITY @ nodes if nodes.shape[1] == 20 else nodes
     jacobian = np.einsum("aqn,hni->hqia", GRADIENTS, at, optimize=True)
     boxes = np.linalg.det(jacobian) @ TO_BERNSTEIN.T
@@ -174,7 +175,7 @@ def _numbered(mesh: HexMesh, nodes: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sampled(spline: Spline) -> tuple[np.ndarray, np.ndarray]:
-    """Hexes (K,) whose elements are of one level, and the 27 points (K, 27, 3) of each."""
+    """Hexes (K,) whose elements have one level, and the 27 points (K, 27, 3) of each."""
     points = spline.extraction @ spline.control
     order = np.argsort(spline.element_hex, kind="stable")
     hexes, at = [], []
@@ -189,7 +190,8 @@ def _sampled(spline: Spline) -> tuple[np.ndarray, np.ndarray]:
             nodes = spline.nodes[elements[:, _at_corners(level)], CORNER_NODES]  # (K, 8, 8)
             ids = nodes.reshape(-1, 64)
             first = ids[:, FIRST]
-            is_sure = (first[:, OF_PAIR] == ids).all(axis=1)  # as the order of the elements says
+            # whether the elements have the expected order
+            is_sure = (first[:, OF_PAIR] == ids).all(axis=1)
             found = points[first]
         hexes.append(spline.element_hex[elements[is_sure, 0]])
         at.append(found[is_sure])
@@ -197,7 +199,7 @@ def _sampled(spline: Spline) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _at_corners(level: int) -> np.ndarray:
-    """(8, 8) which of the 8^level elements of a hex is at corner q of its octant o."""
+    """(8, 8) number, of the 8^level elements of a hex, of the one at corner q of octant o."""
     octant, corner = np.indices((8, 8))
     return octant * 8 ** (level - 1) + corner * ((8 ** (level - 1) - 1) // 7)
 

@@ -1,9 +1,11 @@
 """Move the control points of a spline so that its boundary follows the surface.
 
-1. Least squares on the control points that have a share in the boundary: own points and the
-   surface's, matched anew each time, with a membrane on the step.
-2. The others follow harmonically, on a graph whose edges weigh as the inverse square of the length.
-3. Where det J of an element fell, the move is damped, then the elements below the floor are raised.
+1. Least squares for the control points that contribute to the boundary: points of the spline and of
+   the surface, matched again in each iteration, with a membrane term for the step.
+2. The other control points follow harmonically, on a graph with the inverse squared length as the
+   weight of an edge.
+3. If det J of an element has decreased, the move is damped; then elements below the floor are
+   raised.
 """
 
 from __future__ import annotations
@@ -21,23 +23,24 @@ from polycube.spline.positive import damped, raised, restored, shares
 from polycube.surface.fit_target import target
 from polycube.types import Spline, TriMesh
 
-FAIR = 0.02  # of the membrane beside the squared gaps, by the means of their diagonals
-STILL = 1e-6  # of a control point's own step: those the boundary hardly feels stay
-EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface already
-LOOSE = 0.5  # share of its scaled det J that an element keeps at least, before it is raised
-WORTH = 0.001  # distance, in diagonals, that half the least scaled det J is worth below the floor
+FAIR = 0.02  # weight of the membrane relative to the squared gaps, by their mean diagonals
+STILL = 1e-6  # relative contribution below which control points stay fixed
+EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface
+LOOSE = 0.5  # share of its scaled det J that an element keeps before it is raised
+# distance, in diagonals, equivalent to half of the least scaled det J below the floor
+WORTH = 0.001
 SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}  # and positive definite
-FIRST = 0.2  # share of the floor that is wanted where the whole of it cannot be had at once
+FIRST = 0.2  # share of the floor used first if the whole floor cannot be reached at once
 
 
 def fit_to_surface(
     options: Fit, spline: Spline, surface: TriMesh, cad_face: np.ndarray | None = None
 ) -> Spline:
-    """The spline with its control points moved; least scaled det J no lower, or the floor's.
+    """The spline with moved control points; the least scaled det J does not fall below the floor.
 
-    cad_face : (S,) number of the CAD face that each side is on; 0 for any
+    cad_face : (S,) number of the CAD face of each side; 0 for any
 
-    A spline that is certified to be positive comes back as it is rather than without that.
+    A spline that is certified positive is returned unchanged if the result would not be positive.
     """
     if options.iterations == 0:
         return spline
@@ -59,7 +62,7 @@ def fit_to_surface(
 def _positive(
     options: Fit, spline: Spline, moved: np.ndarray, matcher: Matcher, graph: csr_matrix
 ) -> np.ndarray:
-    """The moved control points (C, 3), drawn back or on where det J asks for it."""
+    """The moved control points (C, 3), moved back or further as det J requires."""
     share, old = shares(spline), scaled_detj(spline)
     enough = np.clip(old.min(), 0, options.floor)
 
@@ -100,8 +103,10 @@ def _positive(
 
 
 def laplacian(spline: Spline) -> csr_matrix:
-    """(C, C) of the graph of control points: weights are the products of coefficients at
-    neighbouring Bezier nodes, over the squared distance.
+    """(C, C) Laplacian of the graph of control points.
+
+    The weights are the products of coefficients at neighbouring Bezier nodes, divided by the
+    squared distance.
     """
     coefficients = abs(spline.extraction)
     pairs = (coefficients.T @ (_neighbours(spline) @ coefficients)).tocoo()
@@ -113,7 +118,7 @@ def laplacian(spline: Spline) -> csr_matrix:
 
 
 def _neighbours(spline: Spline) -> csr_matrix:
-    """(B, B) ones between neighbours in the Bezier net."""
+    """(B, B) matrix of ones for neighbours in the Bezier net."""
     place = np.arange(64).reshape(4, 4, 4)
     ends = [(place[:3], place[1:]), (place[:, :3], place[:, 1:]), (place[..., :3], place[..., 1:])]
     first, second = (
@@ -128,11 +133,11 @@ def _neighbours(spline: Spline) -> csr_matrix:
 def _on_boundary(
     matcher: Matcher, graph: csr_matrix, iterations: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Control points (T,) that have a share in the boundary, and where they should be (T, 3)."""
+    """Control points (T,) that contribute to the boundary, and their goals (T, 3)."""
     control = matcher.spline.control.copy()
     touched = np.flatnonzero(np.bincount(matcher.rows.indices, minlength=len(control)))
     fair = graph[touched][:, touched]
-    fair = fair - diags(np.asarray(fair.sum(axis=1)).ravel())  # of the touched among themselves
+    fair = fair - diags(np.asarray(fair.sum(axis=1)).ravel())  # among the touched ones
     longest = np.inf
     for _ in range(iterations):
         rows, goal, _, weight = matcher(control)
@@ -154,7 +159,7 @@ def _on_boundary(
 def _follow(
     graph: csr_matrix, fixed: np.ndarray, places: np.ndarray, control: np.ndarray
 ) -> np.ndarray:
-    """All control points (C, 3): the `fixed` (T,) at their places, the others harmonic."""
+    """All control points (C, 3): the fixed ones (T,) at their positions, the others harmonic."""
     step = np.zeros_like(control)
     step[fixed] = places - control[fixed]
     free = np.setdiff1d(np.arange(len(control)), fixed)

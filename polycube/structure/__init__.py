@@ -1,4 +1,4 @@
 """Polycubes: boxes on a lattice, their faces and genus, and rough maps onto a part.
 
-Imports surface and below.
+Imports `surface` and the layers below.
 """

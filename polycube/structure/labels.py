@@ -1,4 +1,4 @@
-"""Label a surface with the faces of its polycube, by where it lies on the polycube."""
+"""Labels of a surface: the polycube face to which each triangle is mapped."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def nearest_labels(
     alpha: float = 0.3,
     rounds: int = 5,
 ) -> Labels:
-    """Label each triangle with the polycube face nearest to its place on the polycube.
+    """Label each triangle with the polycube face closest to its image on the polycube.
 
     Parameters
     ----------
-    alpha : length that a whole turn of the normal is worth, in cells
-    rounds : of the majority vote that removes lone triangles
+    alpha : distance equivalent to opposite normals, in cells
+    rounds : rounds of the majority vote that removes isolated triangles
     """
     outside = boundary(polycube)
     corners = outside.vertices[outside.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)]
@@ -44,9 +44,9 @@ def nearest_labels(
 
 
 def majority(patch: np.ndarray, faces: np.ndarray, rounds: int) -> np.ndarray:
-    """Labels (F,) after votes in which two equal neighbours outvote a face unlike all three."""
+    """Labels (F,) after rounds in which an isolated triangle takes the label of two neighbours."""
     first, second = twins(faces)
-    across = np.empty(faces.size, np.int64)  # face of the other side of each half-edge
+    across = np.empty(faces.size, np.int64)  # face on the other side of each half-edge
     across[first], across[second] = second // 3, first // 3
     neighbour = across.reshape(-1, 3)
     for _ in range(rounds):

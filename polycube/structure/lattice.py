@@ -1,8 +1,8 @@
-"""Polycubes as boxes on a rectilinear lattice: from a context, their faces, their genus.
+"""Polycubes as boxes on a rectilinear lattice: construction from a context, faces, genus.
 
-Each grid cell holds a primitive, 3 x 3 x 3 voxels with knots at thirds of the cell (paper,
-section 3.1).  Slabs that repeat say nothing new; `collapse` drops their knots, after which equal
-structures are equal arrays whatever context named them.
+Each grid cell contains a primitive, 3 x 3 x 3 voxels with knots at thirds of the cell (paper,
+section 3.1). `collapse` removes the knots between equal slabs, so that equal structures have equal
+arrays, independent of their contexts.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from scipy.sparse.csgraph import connected_components
 
 from polycube.types import Polycube, freeze
 
-NAMED = 8  # cells whose primitives are told one by one, at most
-CORNERS = np.array(  # of a box, for each outward axis label, counter-clockwise from outside
+NAMED = 8  # largest number of cells whose primitives are listed one by one
+CORNERS = np.array(  # corners of a box for each outward axis label, counter-clockwise from outside
     [
         [[1, 0, 0], [1, 1, 0], [1, 1, 1], [1, 0, 1]],  # +x
         [[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 1, 0]],  # -x
@@ -34,10 +34,10 @@ class Boundary:
     """Boundary faces of a polycube; vertices, quads and patches in a fixed order."""
 
     vertices: np.ndarray  # (V, 3)
-    quads: np.ndarray  # (Q, 4) into vertices, counter-clockwise from outside
+    quads: np.ndarray  # (Q, 4) indices of vertices, counter-clockwise from outside
     axis: np.ndarray  # (Q,) 0..5, outward, see types.AXES
     patch: np.ndarray  # (Q,) maximal planar connected face
-    box: np.ndarray  # (Q,) into the occupied boxes, in the order of np.argwhere(occupancy)
+    box: np.ndarray  # (Q,) indices of the occupied boxes, in the order of np.argwhere(occupancy)
 
     def __post_init__(self) -> None:
         freeze(
@@ -53,9 +53,9 @@ class Boundary:
 def lattice(
     grid: Sequence[int], context: Sequence[str | None], primitives: Mapping[str, np.ndarray]
 ) -> Polycube:
-    """Polycube of a grid whose cells hold the named primitives (None: empty), x slowest.
+    """Polycube of a grid whose cells contain the given primitives (None: empty), x slowest.
 
-    primitives : name -> (3, 3, 3) bool; raises LookupError for a name that is not there.
+    primitives : voxels (3, 3, 3) bool for each name; LookupError is raised for an unknown name
     """
     unknown = [name for name in context if name is not None and name not in primitives]
     if unknown:
@@ -74,7 +74,7 @@ def lattice(
 
 
 def describe(polycube: Polycube) -> str:
-    """The primitives of the cells, or of a lattice of many bricks its shape."""
+    """Describe a polycube: the primitives of its cells, or the shape of a large lattice."""
     if len(polycube.context) <= NAMED:
         return ", ".join(name or "-" for name in polycube.context)
     shape = "x".join(map(str, polycube.occupancy.shape))
@@ -82,7 +82,7 @@ def describe(polycube: Polycube) -> str:
 
 
 def collapse(polycube: Polycube) -> Polycube:
-    """The same solid with as few knots as hold it: no empty ends, no two equal slabs in a row."""
+    """The same solid with the smallest number of knots: no empty ends, no equal adjacent slabs."""
     occupancy, knots = polycube.occupancy, list(polycube.knots)
     for axis in range(3):
         slabs = np.moveaxis(occupancy, axis, 0)
@@ -97,7 +97,7 @@ def collapse(polycube: Polycube) -> Polycube:
 
 
 def boundary(polycube: Polycube) -> Boundary:
-    """Faces between solid and outside, by axis label and then by box."""
+    """Faces between solid and outside, sorted by axis label and then by box."""
     occupancy = polycube.occupancy
     boxes = np.argwhere(occupancy)
     padded = np.pad(occupancy, 1)
@@ -120,7 +120,7 @@ def boundary(polycube: Polycube) -> Boundary:
 def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """(Q,) number of the planar face of each quad, in order of first appearance.
 
-    Two quads that share an edge and face the same way lie in one plane.
+    Two quads that share an edge and have the same orientation are in the same plane.
     """
     _, quad, start = _sorted_edges(quads)
     i, j = np.triu_indices(4, 1)  # at most four quads meet at a lattice edge
@@ -132,7 +132,7 @@ def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def _sorted_edges(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges of quads, equal ones together: (4Q, 2) vertices, (4Q,) quad, (E,) where each starts."""
+    """Edges of quads, sorted: (4Q, 2) vertices, (4Q,) quad, (E,) first index of equal edges."""
     edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2), axis=1)
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     edges = edges[order]
@@ -151,8 +151,8 @@ def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
 
     Returns
     -------
-    ends : (E, 2) into vertices
-    patches : (E, 2) the patches that meet there, the smaller number first
+    ends : (E, 2) indices of vertices
+    patches : (E, 2) the adjacent patches, the smaller number first
     """
     pairs, quad, start = _sorted_edges(surface.quads)
     pairs, patches = (
@@ -180,7 +180,7 @@ def corners(surface: Boundary) -> np.ndarray:
 
 
 def genus(polycube: Polycube) -> int:
-    """Handles of a connected polycube without voids: 1 - V + E - F + H of the closed solid."""
+    """Number of handles of a connected polycube without voids: 1 - (V - E + F - H)."""
     euler = 0
     for collapsed in np.ndindex(2, 2, 2):  # axes along which the lattice element has no extent
         solid = np.pad(polycube.occupancy, 1)
@@ -192,7 +192,7 @@ def genus(polycube: Polycube) -> int:
 
 
 def is_manifold(polycube: Polycube) -> bool:
-    """Whether the boundary is one closed manifold: no second piece, no void, no pinched place."""
+    """Whether the boundary is one connected closed manifold, without voids and pinched points."""
     if not polycube.occupancy.any():
         return False
     quads = boundary(polycube).quads
@@ -208,7 +208,7 @@ def is_manifold(polycube: Polycube) -> bool:
 
 
 def cell_at(polycube: Polycube, points: np.ndarray) -> np.ndarray:
-    """(N,) grid cell, x slowest, that holds each of the (N, 3) points of the polycube."""
+    """(N,) grid cell, x slowest, that contains each of the points (N, 3) of the polycube."""
     index = np.clip(np.floor(points).astype(int), 0, np.array(polycube.grid) - 1)
     return np.ravel_multi_index(index.T, polycube.grid)
 
@@ -221,13 +221,13 @@ def cell_of_box(polycube: Polycube) -> np.ndarray:
 
 
 def cell_and_wall(polycube: Polycube, surface: Boundary) -> np.ndarray:
-    """(2, Q) grid cell of each boundary face, and 1 where it is a hole's, 0 where it is outer.
+    """(2, Q) grid cell of each boundary face, and 1 for a face of a hole, 0 for an outer face.
 
-    A hole's face looks into an occupied cell.  Every cell needs as many boxes, as `lattice` makes
-    them; raises ValueError for a collapsed polycube, whose faces may reach over several cells.
+    A face of a hole faces an occupied cell. All cells must have the same number of boxes, as in a
+    polycube from `lattice`; ValueError is raised for a collapsed polycube.
     """
     grid = np.array(polycube.grid)
-    size = polycube.occupancy.shape // grid  # boxes per cell
+    size = polycube.occupancy.shape // grid  # number of boxes per cell
     for knots, n_cells, step in zip(polycube.knots, grid, size, strict=True):
         if step == 0 or not np.array_equal(knots[::step], np.arange(n_cells + 1)):
             raise ValueError(f"cells of a collapsed polycube are not known; knots {knots}")

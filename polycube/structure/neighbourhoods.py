@@ -1,7 +1,7 @@
-"""Whether boxes are one solid, and its genus, from the 2 x 2 x 2 boxes about each lattice vertex.
+"""Manifold test and genus of boxes, from the 2 x 2 x 2 boxes around each lattice vertex.
 
-The same answers as `lattice.is_manifold` and `lattice.genus`, for those who ask many times a
-second: what a vertex adds is looked up among the 256 ways to fill its neighbourhood.
+The results are those of `lattice.is_manifold` and `lattice.genus`, but are computed faster: the
+contribution of a vertex is looked up for the 256 states of its neighbourhood.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from scipy.ndimage import label
 
 
 def solid_genus(occupancy: np.ndarray) -> int | None:
-    """Genus of the union of (X, Y, Z) boxes; None where it is not one manifold without voids."""
+    """Genus of the union of boxes (X, Y, Z); None unless it is one manifold without voids."""
     full = np.zeros(np.add(occupancy.shape, 2), bool)
     full[1:-1, 1:-1, 1:-1] = occupancy
     around = codes(full)
@@ -23,9 +23,9 @@ def solid_genus(occupancy: np.ndarray) -> int | None:
 
 
 def codes(full: np.ndarray) -> np.ndarray:
-    """(X-1, Y-1, Z-1) which of the eight boxes about each inner vertex are full.
+    """(X-1, Y-1, Z-1) code of the occupied boxes around each inner vertex.
 
-    Bit 4 x + 2 y + z is of the box (x, y, z) of the eight.
+    Bit 4 x + 2 y + z belongs to box (x, y, z) of the eight.
     """
     bits = full.astype(np.uint8)
     along_x = bits[:-1] | bits[1:] << 4
@@ -34,12 +34,12 @@ def codes(full: np.ndarray) -> np.ndarray:
 
 
 def _is_manifold(full: np.ndarray) -> bool:
-    """Whether the boundary of (2, 2, 2) boxes is one disc, or nothing, at their common vertex."""
+    """Whether the boundary of (2, 2, 2) boxes at their common vertex is one disc or empty."""
     return label(full)[1] <= 1 and label(~full)[1] <= 1
 
 
 def _euler(full: np.ndarray) -> float:
-    """What the vertex adds to V - E + F - C: of an edge a half, of a face a quarter ..."""
+    """Contribution of the vertex to V - E + F - C: half of an edge, a quarter of a face, etc."""
     total = 0.0
     for spans in np.ndindex(2, 2, 2):  # axes along which an element at the vertex has an extent
         elements = full

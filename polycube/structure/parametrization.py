@@ -1,4 +1,4 @@
-"""Where the vertices of a surface lie on the polycube, through a hex mesh registered to it."""
+"""Positions of the vertices of a surface on the polycube, through a registered hex mesh."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from polycube.types import HexMesh, Parametrization, TriMesh
 def pull_back(
     surface: TriMesh, hexes: HexMesh, positions: np.ndarray, alpha: float = 0.05
 ) -> Parametrization:
-    """Polycube positions of the surface's vertices, on the boundary of the polycube.
+    """Positions of the vertices of the surface on the boundary of the polycube.
 
-    hexes : registered to the surface
-    positions : (V, 3) polycube position of each vertex of the hexes
-    alpha : length that a whole turn of the normal is worth, in diagonals
+    hexes : hex mesh registered to the surface
+    positions : (V, 3) position on the polycube of each vertex of the hexes
+    alpha : distance equivalent to opposite normals, in diagonals
     """
     goal = target(surface)
     triangles = hexes.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
@@ -27,7 +27,7 @@ def pull_back(
 
 
 def unit_normals(corners: np.ndarray) -> np.ndarray:
-    """(T, 3) of triangles (T, 3, 3); zero where a triangle has no area."""
+    """(T, 3) unit normals of triangles (T, 3, 3); zero for a triangle without area."""
     vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

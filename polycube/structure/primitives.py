@@ -1,4 +1,4 @@
-"""Primitives as a configuration writes them: by name, or with options."""
+"""Primitives in a configuration: a name, or a name with options."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Item = str | Mapping[str, object]  # name of a plugin, or {plugin: name, option:
 
 
 def primitive_config(item: Item) -> dict[str, object]:
-    """Configuration of the plugin that makes a primitive."""
+    """Configuration of the plugin of a primitive."""
     if isinstance(item, Mapping) and "plugin" in item:
         return dict(item)
     if not isinstance(item, str):
@@ -22,9 +22,10 @@ def primitive_config(item: Item) -> dict[str, object]:
 
 
 def primitive_name(item: Item) -> str:
-    """Name in contexts, weights and exported files: hole_x, or tee_stem_1 where there are options.
+    """Name in contexts, weights and exported files: hole_x, or tee_stem_1 if there are options.
 
-    Primitives that differ have different names, so that weights are used for their own only.
+    Different primitives have different names, so that weights are used only with their own
+    primitives.
     """
     config = primitive_config(item)
     options = (f"{key}_{value}" for key, value in config.items() if key != "plugin")
@@ -32,5 +33,5 @@ def primitive_name(item: Item) -> str:
 
 
 def full_cell(primitives: Mapping[str, np.ndarray]) -> str | None:
-    """Name of the first primitive, of voxels by name, that fills its cell; None without one."""
+    """Name of the first primitive that fills its cell, of voxels by name; None if there is none."""
     return next((name for name, voxels in primitives.items() if voxels.all()), None)

@@ -1,4 +1,4 @@
-"""Which polycube noisy points lie on: the structure read from the points alone."""
+"""Recognition of the polycube from noisy points on its boundary."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from scipy.special import ndtr
 from polycube.structure.lattice import collapse, genus, is_manifold, lattice
 from polycube.types import Polycube
 
-CHANGES = 2  # cells that may be filled otherwise than supposed
-NOISE = (0.03, 0.06, 0.12, 0.2)  # cells: standard deviations that points may be off by
-STRAY = 1e-3  # density of points that are nowhere near, per cell^3
+CHANGES = 2  # largest number of cells that differ from the supposed structure
+NOISE = (0.03, 0.06, 0.12, 0.2)  # standard deviations of the noise, in cells
+STRAY = 1e-3  # density of outliers, per cell^3
 
 
 def read_structure(
@@ -22,15 +22,17 @@ def read_structure(
     primitives: Mapping[str, np.ndarray],
     margin: float = 0.0,
 ) -> Polycube:
-    """The likeliest polycube of (N, 3) points that has the supposed one's grid and genus.
+    """The most probable polycube of points (N, 3), with the grid and genus of the supposed one.
 
-    Tried are all fillings that differ from the supposed one in at most CHANGES cells, which on a
-    grid of two cells are all there are.  Of evenly spread points all 24 contexts of 2x1 are read
-    right up to noise of 0.1 cells; of 0.15, which is half a wall, the directions of holes are lost.
+    The candidates are all structures that differ from the supposed one in at most CHANGES cells; on
+    a grid of two cells these are all structures. For evenly distributed points, all 24 contexts of
+    2x1 are recognised up to a noise of 0.1 cells; at 0.15, half the thickness of a wall, the
+    directions of holes are lost.
 
-    primitives : name -> (3, 3, 3) bool
-    margin : log-likelihood per point by which another structure must be better than the supposed
-    Returns the supposed polycube itself, or another, collapsed.
+    primitives : voxels (3, 3, 3) bool for each name
+    margin : smallest gain in log-likelihood per point for a structure other than the supposed one
+
+    Returns the supposed polycube itself, or another one, collapsed.
     """
     wanted = genus(supposed)
     best, most = supposed, log_likelihood(points, collapse(supposed)) + margin * len(points)
@@ -58,13 +60,13 @@ def _changed(
 
 
 def log_likelihood(points: np.ndarray, polycube: Polycube) -> float:
-    """Of (N, 3) points spread evenly over the boundary and then moved by Gaussian noise.
+    """Log-likelihood of points (N, 3) spread evenly over the boundary with Gaussian noise.
 
-    Exact: over a rectangle a Gaussian is a product of one-dimensional integrals.  The noise is the
-    likeliest of NOISE.
+    The value is exact: over a rectangle, a Gaussian is a product of one-dimensional integrals. The
+    noise is the most probable one of NOISE.
     """
     solid = np.pad(polycube.occupancy, 1)
-    walls = []  # for each axis (knots, boxes, boxes) bool: where the boundary has a face across it
+    walls = []  # for each axis (knots, boxes, boxes) bool: whether a boundary face is there
     for axis in range(3):
         changes = np.diff(np.moveaxis(solid, axis, 0).astype(np.int8), axis=0) != 0
         walls.append(changes[:, 1:-1, 1:-1].astype(float))

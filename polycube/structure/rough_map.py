@@ -1,8 +1,9 @@
-"""Rough maps from a polycube to the model: evaluate one, build one, fit one to correspondences.
+"""Rough maps from a polycube to the model: evaluation, construction, and fit to point pairs.
 
-A rough map is trilinear between control positions on a rectilinear lattice, and linear beyond it.
-The fit starts from a robust affine map that keeps orientation, and adds the smoothest displacement
-that explains the points; outliers lose their weight (iteratively reweighted least squares).
+A rough map is trilinear between control positions on a rectilinear lattice, and linear outside it.
+The fit starts with a robust affine map of positive determinant and adds the smoothest displacement
+that reproduces the points. The weights of outliers are reduced (iteratively reweighted least
+squares).
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from polycube.types import PerAxis, Polycube, RoughMap
 
 
 def evaluate(rough_map: RoughMap, points: np.ndarray) -> np.ndarray:
-    """(N, 3) where the (N, 3) polycube points lie in the model."""
+    """(N, 3) images in the model of points (N, 3) of the polycube."""
     axes = (rough_map.x, rough_map.y, rough_map.z)
     return weights(axes, points) @ rough_map.positions.reshape(-1, 3)
 
 
 def weights(axes: PerAxis, points: np.ndarray) -> csr_matrix:
-    """(N, X*Y*Z) trilinear weights of the control positions at points; rows sum to 1."""
+    """(N, X*Y*Z) trilinear weights of the control positions at points; each row has the sum 1."""
     lower, fraction = np.empty(points.shape, int), np.empty(points.shape)
     for axis, knots in enumerate(axes):
         i = np.clip(np.searchsorted(knots, points[:, axis], "right") - 1, 0, len(knots) - 2)
@@ -38,7 +39,7 @@ def weights(axes: PerAxis, points: np.ndarray) -> csr_matrix:
 
 
 def identity_map(polycube: Polycube) -> RoughMap:
-    """The map that leaves polycube points where they are."""
+    """The identity map."""
     return affine_map(polycube, np.eye(3), np.zeros(3))
 
 
@@ -63,14 +64,14 @@ def fit(
     outlier: float = 0.1,
     rounds: int = 12,
 ) -> RoughMap:
-    """Rough map that brings (N, 3) polycube points near their (N, 3) model points.
+    """Rough map from points (N, 3) of the polycube to points (N, 3) of the model.
 
-    spacing : of the control lattice, in cells
-    smoothness : weight of the second differences against the mean squared distance
-    outlier : distance at which a point counts half, as a share of the targets' diagonal
-    rounds : of reweighting
+    spacing : spacing of the control lattice, in cells
+    smoothness : weight of the second differences relative to the mean squared distance
+    outlier : distance at which the weight of a point is a quarter, as a share of the diagonal
+    rounds : rounds of reweighting
 
-    The smoothness grows tenfold until the map keeps orientation everywhere on its lattice.
+    The smoothness is multiplied by ten until the map preserves orientation on its whole lattice.
     """
     if points.shape != targets.shape or len(points) < 4:
         raise ValueError(
@@ -97,9 +98,9 @@ def fit(
 def _affine(
     points: np.ndarray, goal: np.ndarray, outlier: float, rounds: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Robust affine map points -> goal, of positive determinant.
+    """Robust affine map from points to goal with a positive determinant.
 
-    Singular values are at least a quarter of the largest, so that no direction collapses.
+    Singular values are at least a quarter of the largest one, so that no direction collapses.
     """
     homogeneous = np.column_stack([points, np.ones(len(points))])
     weight = np.ones(len(points))
@@ -115,12 +116,12 @@ def _affine(
 
 
 def _trust(residual: np.ndarray, outlier: float) -> np.ndarray:
-    """(N,) weight of points at the given distances: 1 near, 1/4 at `outlier`, 0 far."""
+    """(N,) weights of points at the given distances: 1 at 0, 1/4 at `outlier`, 0 far away."""
     return (1 + (residual**2).sum(axis=1) / outlier**2) ** -2.0
 
 
 def _control(knots: np.ndarray, spacing: float) -> np.ndarray:
-    """Control planes about `spacing` apart, from the first knot to the last."""
+    """Control planes with about the given spacing, from the first knot to the last."""
     length = knots[-1] - knots[0]
     return np.linspace(knots[0], knots[-1], max(1, round(length / spacing)) + 1)
 
@@ -128,7 +129,7 @@ def _control(knots: np.ndarray, spacing: float) -> np.ndarray:
 def _bending(axes: PerAxis) -> np.ndarray:
     """Quadratic form of all second differences of a field on the control lattice.
 
-    A slight pull to zero settles what no point and no neighbour sees.
+    A small multiple of the identity makes it definite.
     """
     sizes = [len(knots) for knots in axes]
     form = 1e-4 * np.eye(int(np.prod(sizes)))
@@ -143,10 +144,10 @@ def _bending(axes: PerAxis) -> np.ndarray:
 def _robust(
     weights: csr_matrix, energy: np.ndarray, residual: np.ndarray, outlier: float, rounds: int
 ) -> np.ndarray:
-    """(X*Y*Z, 3) displacement of the control positions that explains the residual."""
+    """(X*Y*Z, 3) displacement of the control positions that reproduces the residual."""
     moved = np.zeros((weights.shape[1], 3))
     for step in range(rounds):
-        reach = outlier * max(1.0, 3 - 4 * step / rounds)  # wide at first
+        reach = outlier * max(1.0, 3 - 4 * step / rounds)  # wide in the first steps
         trust = _trust(residual - weights @ moved, reach)
         weighted = weights.multiply((trust / trust.sum())[:, None]).T.tocsr()
         form = (weighted @ weights).toarray() + energy

@@ -1,4 +1,4 @@
-"""What the 2 x 2 x 2 cells round each point of a lattice say of a solid's topology."""
+"""Topology of a solid of lattice cells, from the 2 x 2 x 2 cells around each lattice point."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from scipy.ndimage import label
 
 
 def _table() -> np.ndarray:
-    """(256, 3) of each 2 x 2 x 2 window: 8 times its share of the Euler number; 1 if pinched; 1 if
-    the boundary has a corner there, as in any window that is alike along no axis."""
+    """(256, 3) table for each 2 x 2 x 2 window.
+
+    The columns are 8 times the contribution to the Euler number; 1 for a pinched point; 1 for a
+    corner of the boundary, i.e. if the window is not symmetric along any axis.
+    """
     table = np.zeros((256, 3), np.int64)
     for code in range(256):
         window = np.array([code >> bit & 1 for bit in range(8)], bool).reshape(2, 2, 2)
@@ -25,7 +28,7 @@ TABLE = _table()
 
 
 def windows(solid: np.ndarray) -> np.ndarray:
-    """Code of the 2 x 2 x 2 bricks around each lattice point: bit 4a + 2b + c of brick a, b, c."""
+    """Code of the 2 x 2 x 2 cells around each lattice point: bit 4a + 2b + c for cell (a, b, c)."""
     codes = np.zeros(np.array(solid.shape) - 1, np.int64)
     for bit, (a, b, c) in enumerate(np.ndindex(2, 2, 2)):
         nx, ny, nz = codes.shape
@@ -37,10 +40,10 @@ def windows(solid: np.ndarray) -> np.ndarray:
 def flip(
     solid: np.ndarray, codes: np.ndarray, i: int, j: int, k: int, table: np.ndarray
 ) -> tuple[int, int]:
-    """Flip a cell and the windows that see it, in place; what that adds to the table's sums.
+    """Flip a cell and update the windows in place; returns the changes of the sums of the table.
 
-    solid : with an empty layer round it
-    codes : its `windows`
+    solid : cells with an empty layer around them
+    codes : codes of the windows, see `windows`
     table : `TABLE`
     """
     solid[i, j, k] = not solid[i, j, k]

@@ -1,4 +1,4 @@
-"""Triangle surfaces: measures, frames, creases, closest points, crossings; no files.
+"""Triangle surfaces: measures, frames, creases, closest points, intersections. No file access.
 
-Imports numerics and the data types.
+Imports `numerics` and the data types.
 """

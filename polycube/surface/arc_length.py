@@ -1,7 +1,7 @@
-"""Vertices of a path on a crease, compiled: closest arc lengths, in order and apart.
+"""Arc lengths of the vertices of a path along a crease; compiled functions.
 
-A crease is points (N, 3), the arc length up to each, and whether it is a loop, which ends at its
-first point again.
+A crease is given by points (N, 3), the arc length at each point, and whether it is a loop. The last
+point of a loop is its first point.
 """
 
 from __future__ import annotations
@@ -9,16 +9,17 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-EXPECTED = 0.2  # what a length along a crease counts against a distance from it
-BRANCH = 3.0  # length of a branch to either side, in the distance from it
-CLOSEST = 0.2  # least distance of neighbours along a crease, in even spacings
+# weight of the deviation from the expected arc length, relative to a distance from the crease
+EXPECTED = 0.2
+BRANCH = 3.0  # length of a branch on either side, as a multiple of the distance from the crease
+CLOSEST = 0.2  # smallest distance of neighbours along a crease, as a share of the even spacing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _closest(
     points: np.ndarray, arc: np.ndarray, is_loop: bool, k: int, x: np.ndarray, expected: float
 ) -> tuple[float, float]:
-    """Arc length and square distance of the point of segment k closest to x."""
+    """Arc length and squared distance of the point of segment k that is closest to x."""
     along, size = 0.0, 0.0
     for d in range(3):
         step = points[k + 1, d] - points[k, d]
@@ -40,11 +41,11 @@ def _closest(
 def nearest(
     points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray, expected: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Arc lengths (M,) of the points closest to x (M, 3), and square distances (M,).
+    """Arc lengths (M,) of the points closest to x (M, 3), and squared distances (M,).
 
-    expected : (M,) arc lengths that tell branches apart where the crease comes near itself, or nan;
-        a loop's may be beyond its length, and the answers are then too.  On a branch the closest
-        point counts alone: a point on the crease is its own answer
+    expected : (M,) expected arc lengths, or nan. They distinguish the branches of a crease that
+        comes close to itself; within a branch, only the distance counts. For a loop they may exceed
+        its length, and so may the result.
     """
     result, squares = np.empty(len(x)), np.empty(len(x))
     for i in range(len(x)):
@@ -66,10 +67,9 @@ def nearest(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def expected(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) -> np.ndarray:
-    """(M,) arc lengths that the vertices of a path at x (M, 3) would have at an even stretch.
+    """(M,) arc lengths of the vertices x (M, 3) of a path that is stretched evenly.
 
-    The path of a loop ends at its first vertex again, where the arc length has grown by the length
-    of the crease.
+    For a loop, the path ends at its first vertex, where the arc length is the length of the crease.
     """
     result = np.zeros(len(x))
     for i in range(1, len(x)):
@@ -83,9 +83,9 @@ def expected(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spread(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) -> np.ndarray:
-    """(M,) arc lengths of the vertices of a path at x: the closest, but in order and apart.
+    """(M,) closest arc lengths of the vertices of a path at x, made ascending and kept apart.
 
-    The first vertex of a loop's path is not repeated.
+    The first vertex of the path of a loop is not repeated.
     """
     n = len(x)
     closed = np.concatenate((x, x[:1])) if is_loop else x
@@ -104,7 +104,7 @@ def spread(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) ->
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def segments(arc: np.ndarray, is_loop: bool, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Segments (M,) of arc lengths (M,), and those lengths on the crease itself."""
+    """Segments (M,) that contain arc lengths (M,), and these lengths reduced to the crease."""
     number, inside = np.empty(len(at), np.int64), np.empty(len(at))
     for i in range(len(at)):
         if is_loop:
@@ -125,10 +125,10 @@ def slide(
     x: np.ndarray,
     start: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Feet (M, 3) of the paths of all routes, and the directions of the creases there.
+    """Closest points (M, 3) of the paths of all routes, and directions of the creases there.
 
-    points, arc : of all creases one after the other, that of route r begins at first[r]
-    x : (M, 3) the paths one after the other, that of route r begins at start[r]
+    points, arc : all creases in sequence; the crease of route r begins at first[r]
+    x : (M, 3) vertices of all paths in sequence; the path of route r begins at start[r]
     """
     feet, way = np.empty_like(x), np.empty_like(x)
     for r in range(len(is_loop)):

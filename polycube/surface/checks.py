@@ -1,4 +1,4 @@
-"""Whether a surface bounds one solid; what is wrong is said in one sentence, with its place."""
+"""Checks that a surface is the boundary of one solid; messages give the defect and its place."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from polycube.surface.measures import (
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
 
-FLAT = 1e-9  # volume over area and diagonal, below which a surface encloses nothing
+FLAT = 1e-9  # volume / (area * diagonal), below which a surface is taken to enclose no volume
 
 
 def check_closed(surface: TriMesh) -> None:
-    """Raise InputError, in one sentence, unless every edge has exactly two faces."""
+    """Raise InputError unless every edge has exactly two faces."""
     faces = surface.faces
     _refuse(surface, nonmanifold_edges(faces), "not manifold", "with more than two faces")
     _refuse(surface, open_edges(faces), "not closed", "with one face only")
 
 
 def check_surface(surface: TriMesh) -> None:
-    """Raise InputError, in one sentence, unless the surface bounds one solid."""
+    """Raise InputError unless the surface bounds one solid."""
     faces = surface.faces
     check_closed(surface)
     _refuse(
@@ -50,7 +50,7 @@ def check_surface(surface: TriMesh) -> None:
 
 
 def _refuse(surface: TriMesh, wrong: np.ndarray, what: str, which: str) -> None:
-    """Raise about (N, 1) vertices or (N, 2) edges, where there are any."""
+    """Raise InputError if there are defective vertices (N, 1) or edges (N, 2)."""
     if len(wrong):
         names = ("vertex", "edge") if len(wrong) == 1 else ("vertices", "edges")
         ends = [place(surface, surface.vertices[vertex]) for vertex in wrong[0]]

@@ -1,9 +1,10 @@
-"""Exact closest points on triangles whose normals suit: a box tree over points and normals.
+"""Exact closest points on triangles with compatible normals: a box tree of points and normals.
 
-Minimises |x - p|^2 + alpha^2 max(|n - n_f|^2 - free, 0) over the points p of all triangles f
-(alpha = 0: the closest point).  Boxes bound positions and normals together, so the search is exact
-for every alpha.  A triangle (a, b, b) is a segment, with its direction in the place of the normal.
-A forest has a tree of each group of triangles as well, so that each point can look in one of them.
+Minimises |x - p|^2 + alpha^2 max(|n - n_f|^2 - free, 0) over the points p of all triangles f. With
+alpha = 0 this is the closest point. The boxes bound positions and normals together, so the search
+is exact for every alpha. A triangle (a, b, b) is a segment, whose direction is stored instead of
+the normal. A forest also has a tree for each group of triangles, so that the search for a point can
+be limited to one group.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ from polycube.numerics.threads import parts, side_by_side
 from polycube.numerics.vectors import Vector, dot, minus
 
 LEAF = 4  # triangles in a leaf
-LEAST = 300  # points for a thread
+LEAST = 300  # smallest number of points for a thread
 
 
 class Tree(NamedTuple):
-    """Box tree of T triangles: nodes in depth-first order, the left child follows its parent."""
+    """Box tree of T triangles: nodes in depth-first order; the left child follows its parent."""
 
     corners: np.ndarray  # (T, 3, 3)
     normals: np.ndarray  # (T, 3)
@@ -34,16 +35,17 @@ class Tree(NamedTuple):
 
 
 class Forest(NamedTuple):
-    """Box trees of T triangles and of groups of them; group 0 stands for all."""
+    """Box trees of T triangles and of groups of them; group 0 contains all triangles."""
 
-    tree: Tree  # nodes of the tree of all, then of those of the groups, which are in `order` twice
-    group: np.ndarray  # (T,) of each triangle
-    root: np.ndarray  # (G,) first node of the tree of each group; 0 for one without triangles
-    some: np.ndarray  # (G,) a triangle of each group
+    # nodes of all trees, the tree of all triangles first; `order` lists each grouped triangle twice
+    tree: Tree
+    group: np.ndarray  # (T,) group of each triangle
+    root: np.ndarray  # (G,) root node of the tree of each group; 0 for a group without triangles
+    some: np.ndarray  # (G,) one triangle of each group
 
 
 def tree(corners: np.ndarray, normals: np.ndarray) -> Tree:
-    """Box tree over triangles (T, 3, 3) with normals (T, 3)."""
+    """Build a box tree of triangles (T, 3, 3) with normals (T, 3)."""
     corners = np.ascontiguousarray(corners, np.float64)
     normals = np.ascontiguousarray(normals, np.float64)
     split = _build(corners, normals)
@@ -51,9 +53,9 @@ def tree(corners: np.ndarray, normals: np.ndarray) -> Tree:
 
 
 def forest(corners: np.ndarray, normals: np.ndarray, group: np.ndarray) -> Forest:
-    """Box trees over triangles (T, 3, 3) with normals (T, 3), and over the groups (T,) of them.
+    """Build box trees of triangles (T, 3, 3) with normals (T, 3), and of their groups (T,).
 
-    group : numbers from 1 on; a triangle of group 0 is in none
+    group : numbers from 1 on; a triangle of group 0 belongs to no group
     """
     whole = tree(corners, normals)
     splits = [(whole.order, whole.first, whole.last, whole.right)]
@@ -73,7 +75,10 @@ def forest(corners: np.ndarray, normals: np.ndarray, group: np.ndarray) -> Fores
 
 
 def moved(trees: Forest, corners: np.ndarray, normals: np.ndarray) -> Forest:
-    """The same trees over triangles that have moved: exact, and quick to search if not far."""
+    """Update the boxes of the trees after the triangles have moved.
+
+    The search stays exact; it is fast if the triangles have not moved far.
+    """
     corners, normals = np.ascontiguousarray(corners), np.ascontiguousarray(normals)
     split = trees.tree[2:6]
     boxes = _boxes(corners, normals, *split)
@@ -91,11 +96,11 @@ def closest(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Closest points (N, 3), their triangles (N,) and barycentric weights (N, 3).
 
-    guess : (N,) triangles to start from (any answer is right, a good guess is fast); without, each
-        point starts from the answer of the one before
-    free : square difference of normals that costs nothing; with it a point on a triangle that suits
-        is its own answer, without it one beyond a bend may win
-    root : (N,) nodes below which to look, with guesses of triangles there
+    guess : (N,) triangles at which the search starts. They change the time, not the result.
+        Default: the triangle found for the preceding point
+    free : squared difference of normals without penalty; with it, a point on a triangle with a
+        compatible normal is its own closest point, also near a bend
+    root : (N,) nodes below which to search; guesses must be triangles below them
     """
     points = np.ascontiguousarray(points, np.float64)
     normals = np.zeros_like(points) if normals is None else np.ascontiguousarray(normals)
@@ -122,7 +127,7 @@ def closest_in(
     guess: np.ndarray | None = None,
     free: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same among the triangles of a group (N,) for each point: among all for group 0."""
+    """Like `closest`, among the triangles of a group (N,) for each point; group 0 is all."""
     root, some = trees.root[group], trees.some[group]
     if guess is None:
         guess = some
@@ -131,7 +136,7 @@ def closest_in(
 
 
 def distance(tree: Tree, points: np.ndarray) -> np.ndarray:
-    """(N,) exact distances from points (N, 3) to the triangles."""
+    """(N,) exact distances of points (N, 3) from the triangles."""
     return np.linalg.norm(points - closest(tree, points)[0], axis=1)
 
 
@@ -150,7 +155,7 @@ def _build(
     extent = 0.0
     for d in range(3):
         extent = max(extent, centre[:, d].max() - centre[:, d].min())
-    centre[:, 3:] *= 0.1 * extent  # normals matter less than places for the split
+    centre[:, 3:] *= 0.1 * extent  # the split depends mainly on positions, less on normals
     order = np.arange(n)
     first, last, right = (
         np.zeros(2 * n, np.int64),
@@ -177,7 +182,8 @@ def _build(
         if e - s > LEAF:
             order[s:e] = order[s:e][np.argsort(centre[order[s:e], axis], kind="mergesort")]
             middle = (s + e) // 2
-            begin[top], end[top], parent[top] = middle, e, node  # right: after the whole left part
+            # right child: after the whole left part
+            begin[top], end[top], parent[top] = middle, e, node
             begin[top + 1], end[top + 1], parent[top + 1] = s, middle, -1
             top += 2
     return order, first[:count], last[:count], right[:count]
@@ -192,7 +198,7 @@ def _boxes(
     last: np.ndarray,
     right: np.ndarray,
 ) -> np.ndarray:
-    """`box` of a `Tree`: of its triangles at a leaf, else of both children, which come later."""
+    """`box` of a `Tree`: from the triangles of a leaf, or from both children, which come later."""
     box = np.empty((len(first), 12))
     box[:, :6], box[:, 6:] = np.inf, -np.inf
     for node in range(len(first) - 1, -1, -1):
@@ -214,7 +220,7 @@ def _boxes(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _bound(box: np.ndarray, node: int, x: Vector, n: Vector, square: float, free: float) -> float:
-    """Least value that any triangle of the node can have."""
+    """Lower bound of the objective over the triangles of the node."""
     away, turned = 0.0, 0.0
     for d in range(3):
         gap = max(box[node, d] - x[d], x[d] - box[node, 6 + d], 0.0)
@@ -226,7 +232,7 @@ def _bound(box: np.ndarray, node: int, x: Vector, n: Vector, square: float, free
 
 @njit(cache=True, error_model="numpy")
 def _weights(x: Vector, a: Vector, b: Vector, c: Vector) -> tuple[float, float]:
-    """Weights of b and c at the point of their triangle with a that is closest to x."""
+    """Barycentric weights of b and c at the point of triangle (a, b, c) closest to x."""
     ab, ac = minus(b, a), minus(c, a)
     gap = minus(x, a)
     d1, d2 = dot(ab, gap), dot(ac, gap)
@@ -262,9 +268,9 @@ def _row(array: np.ndarray, i: int) -> Vector:
 def _value(
     tree: Tree, face: int, x: Vector, n: Vector, square: float, free: float, most: float
 ) -> tuple[float, float, float]:
-    """Square distance and misfit of the normal, with the weights of the closest point.
+    """Squared distance, penalty of the normal, and the weights of the closest point.
 
-    Infinite where the misfit alone is not below `most`.
+    The result is infinite if the penalty alone is not below `most`.
     """
     turn = minus(n, _row(tree.normals, face))
     misfit = square * max(dot(turn, turn) - free, 0.0)

@@ -1,4 +1,4 @@
-"""How small hexes must be for the details of a surface."""
+"""Hex size that is needed for the details of a surface."""
 
 from __future__ import annotations
 
@@ -12,40 +12,44 @@ from polycube.surface.measures import twins
 from polycube.surface.samples import spread
 from polycube.surface.thickness import widths
 
-SAMPLES = 5_000  # on the surface
-LARGE = 0.1  # hexes, in diagonals: no larger ones are asked about
-CHORD = 0.002  # distance, in diagonals, of a curved surface from the middle of an edge
-SMOOTH = 0.5  # turn between two triangles of one smooth face at most, in radians
-SPACING, NEAR = 0.01, 0.1  # of points on curves, and of two curves that are compared
-COINCIDENT = 0.002  # curves nearer than this are one for the mesh
-RARE_FACES, RARE_CURVES = 2.0, 10.0  # per cent of them that may want less than `detail_size`
+SAMPLES = 5_000  # number of points on the surface
+LARGE = 0.1  # of the diagonal: largest size
+# of the diagonal: permitted distance between a curved surface and the middle of an edge
+CHORD = 0.002
+SMOOTH = 0.5  # largest turn, in radians, between two triangles of one smooth face
+# spacing of points on curves, and distance below which two curves are compared
+SPACING, NEAR = 0.01, 0.1
+COINCIDENT = 0.002  # curves closer than this are represented by one path
+# per cent of faces and curves that may need less than `detail_size`
+RARE_FACES, RARE_CURVES = 2.0, 10.0
 
 
 def detail_size(goal: Target, across: float, around: float) -> float:
-    """Edge length of hexes that are small enough for nearly all walls, holes, slots and curves.
+    """Edge length of hexes that is small enough for nearly all walls, holes, slots and curves.
 
     Parameters
     ----------
     goal : the surface
-    across : hexes through a wall
-    around : hexes round a hole, or round a circle as wide as a slot
+    across : number of hexes across a wall
+    around : number of hexes around a hole, or around a circle as wide as a slot
 
     Returns
     -------
-    a share of the diagonal
+    edge length as a share of the diagonal
     """
     _, by_sample = _on_faces(goal, across, around)
     _, by_point, curve = _on_curves(goal)
-    by_curve = np.full(len(goal.followed.creases) + 1, LARGE)  # one more: there may be no curves
+    # one more, in case there are no curves
+    by_curve = np.full(len(goal.followed.creases) + 1, LARGE)
     np.minimum.at(by_curve, curve, by_point)
     faces, curves = np.percentile(by_sample, RARE_FACES), np.percentile(by_curve, RARE_CURVES)
     return float(min(faces, curves))
 
 
 def small_details(goal: Target, size: float, across: float, around: float) -> np.ndarray:
-    """Points at which hexes of a size are too large for the details of the surface.
+    """Points at which hexes of a given size are too large for the details of the surface.
 
-    These are walls, holes and slots, curves shorter than two hexes, and curves nearer to others
+    Details are walls, holes and slots, curves shorter than two hexes, and curves closer to others
     than two hexes.
 
     Parameters
@@ -65,7 +69,7 @@ def small_details(goal: Target, size: float, across: float, around: float) -> np
 
 @lru_cache(maxsize=4)
 def _on_faces(goal: Target, across: float, around: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the surface (N, 3) and the size of hexes that walls, holes and bends want there."""
+    """Points of the surface (N, 3) and the hex size needed there for walls, holes and bends."""
     points, face = spread(goal.surface, SAMPLES)
     wall, room = (
         widths(goal, points, outside, LARGE * max(across, around / np.pi))
@@ -81,7 +85,7 @@ def _curvature(goal: Target) -> np.ndarray:
     first, second = (half // 3 for half in twins(surface.faces))
     middle = surface.vertices[surface.faces].mean(axis=1)
     turn = np.linalg.norm(goal.normals[first] - goal.normals[second], axis=1)
-    # facets of a round face turn by less; the middles of two are as far apart as their chords
+    # The facets of a round face turn by less; their centres are one chord length apart.
     apart = np.linalg.norm(middle[first] - middle[second], axis=1)
     found = np.zeros(len(surface.faces))
     curved = np.where(turn < SMOOTH, turn / np.maximum(apart, 1e-12), 0.0)
@@ -92,9 +96,10 @@ def _curvature(goal: Target) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def _on_curves(goal: Target) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points of the curves (N, 3), the size of hexes that they want, and which curve each is of.
+    """Points of the curves (N, 3), the hex size needed there, and the curve of each point.
 
-    Half the length of a curve, and half the distance from another away from a common corner.
+    The size is half the length of the curve, or half the distance from another curve away from a
+    common corner.
     """
     rows = [np.zeros((0, 6))]
     for number, crease in enumerate(goal.followed.creases):
@@ -107,7 +112,7 @@ def _on_curves(goal: Target) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     points, away, wanted, owner = table[:, :3], table[:, 3], table[:, 4], table[:, 5].astype(int)
     one, two = cKDTree(points).query_pairs(NEAR, output_type="ndarray").T
     apart = np.linalg.norm(points[one] - points[two], axis=1)
-    # two curves that meet at a corner are as near each other there as they are to it
+    # Two curves that meet at a corner are as close to each other there as to the corner.
     free = (owner[one] != owner[two]) & (apart < 0.5 * (away[one] + away[two]))
     for end in (one, two):
         np.minimum.at(wanted, end[free], np.maximum(apart[free], COINCIDENT) / 2)

@@ -1,7 +1,7 @@
-"""How far a surface turns at an edge when seen from half a hex away.
+"""Turn of a surface at an edge, measured with averaged normals.
 
-The mean normals on either side, over a width, tell an edge between two faces of the part from the
-rim of a groove, a rib or a fold of noise, whose sides look alike from there.
+Normals averaged over half a hex on either side distinguish an edge between two faces of the part
+from the rim of a groove, a rib or a fold caused by noise, where both averages agree.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from polycube.surface.measures import face_areas
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
-POINTS = 100  # of the surface whose normals are averaged, in a flat disc of the width
-MOST = 100_000  # of these points
-ROWS = 10_000  # edges or faces at a time, so that memory is bounded
-FEW = 0.1  # of the area: at most so much at noisy edges is left alone
+POINTS = 100  # sample points of the surface in a flat disc of the given width
+MOST = 100_000  # largest number of sample points
+ROWS = 10_000  # number of edges or faces in one batch, which limits memory
+FEW = 0.1  # of the area: noise on a smaller share is not filtered
 
 
 def broad_turns(
     surface: TriMesh, normals: np.ndarray, sides: np.ndarray, width: float
 ) -> np.ndarray:
-    """(S,) angle between the mean normals on the two sides of the edges, across them.
+    """(S,) angle between the averaged normals on the two sides of the edges.
 
     surface, normals : at unit scale, (F, 3)
     sides : (S, 2) ends of the edges
-    width : radius round an edge's middle within which the surface counts
+    width : radius around the middle of an edge within which normals are averaged
 
-    The sides are parted by the plane of the edge and of the mean normal; pi where one is empty:
-    then nothing is known.
+    The plane of the edge and of the mean normal separates the two sides. If one side has no points,
+    the angle is pi, which means unknown.
     """
     if len(sides) == 0:
         return np.zeros(0)
@@ -57,12 +57,12 @@ def broad_turns(
 def steady_normals(
     surface: TriMesh, normals: np.ndarray, noise: np.ndarray, width: float
 ) -> np.ndarray:
-    """(F, 3) normals, at the ends of noisy edges the mean of all within a width of the face.
+    """(F, 3) normals; at the ends of noisy edges, the average within a width of the face.
 
     noise : (N, 2) ends of those edges
 
-    A sliver that noise has folded faces anywhere; what lies round it tells where it should.  A
-    surface with few of them is as it was meant, and keeps its normals.
+    The normal of a sliver that is folded by noise is arbitrary, so the average of its surroundings
+    is used. If only a small part of the surface is noisy, the normals are returned unchanged.
     """
     is_rough = np.isin(surface.faces, noise).any(axis=1)
     area = face_areas(surface)
@@ -82,26 +82,26 @@ def steady_normals(
 
 
 def _in_turn(function: Callable[[np.ndarray], np.ndarray], rows: np.ndarray) -> np.ndarray:
-    """The function's rows, few at a time: each looks at a hundred points."""
+    """Evaluate a function in batches of rows, each of which uses about a hundred points."""
     parts = np.array_split(rows, 1 + len(rows) // ROWS)
     return np.concatenate([function(part) for part in parts])
 
 
 def _near(tree: cKDTree, places: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (P,), (P,) of a place and a point within the width of it, in the places' order."""
+    """Pairs (P,), (P,) of a place and a point within the width, in the order of the places."""
     near = tree.query_ball_point(places, width)
     place = np.repeat(np.arange(len(places)), [len(found) for found in near])
     return place, np.concatenate(near).astype(np.int64)
 
 
 def _points(surface: TriMesh, width: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points (N, 3) spread evenly, `POINTS` in a disc of the width, and their faces (N,)."""
+    """Points (N, 3) evenly distributed, `POINTS` in a disc of the width, and their faces (N,)."""
     discs = face_areas(surface).sum() / (np.pi * width**2)
     return spread(surface, min(int(POINTS * discs), MOST))
 
 
 def _sums(group: np.ndarray, vectors: np.ndarray, number: int) -> np.ndarray:
-    """(number, 3) sum of the vectors of each group."""
+    """(number, 3) sums of the vectors of each group."""
     return np.stack([np.bincount(group, column, number) for column in vectors.T], axis=1)
 
 

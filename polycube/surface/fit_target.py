@@ -1,6 +1,6 @@
 """The surface to fit: closest points with compatible normals, samples, creases.
 
-Works at unit scale (bounding box centred, diagonal 1), so that weights need no units.
+All lengths are at unit scale (bounding box centred, diagonal 1), so weights have no units.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ from polycube.surface.measures import diagonal, face_areas, face_normals
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
-STEADY = 0.025  # half a hex: radius of the mean by which noisy faces look
+STEADY = 0.025  # half a hex: radius over which the normals of noisy faces are averaged
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
     """A surface at unit scale, prepared for fitting."""
 
-    center: np.ndarray  # (3,) of the model's bounding box
-    scale: float  # diagonal of the model's bounding box
+    center: np.ndarray  # (3,) centre of the bounding box of the model
+    scale: float  # diagonal of the bounding box of the model
     surface: TriMesh  # at unit scale
     normals: np.ndarray  # (F, 3)
     vertex_normals: np.ndarray  # (V, 3)
     trees: closest.Forest  # of the surface and of its CAD faces
     features: Features
-    followed: Features  # the curves that mesh edges are to follow: see `without_cusps`
+    followed: Features  # curves for mesh edges to follow, see `without_cusps`
 
     @property
     def tree(self) -> closest.Tree:
-        """Of the whole surface."""
+        """Box tree of the whole surface."""
         return self.trees.tree
 
     def to_unit(self, points: np.ndarray) -> np.ndarray:
-        """Model points at unit scale."""
+        """Transform points of the model to unit scale."""
         return (points - self.center) / self.scale
 
     def to_model(self, points: np.ndarray) -> np.ndarray:
-        """Points of unit scale in the user's units and placement."""
+        """Transform points of unit scale to the units and the placement of the model."""
         return points * self.scale + self.center
 
     def closest(
@@ -57,9 +57,9 @@ class Target:
         free: float = 0.0,
         cad_face: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Feet (N, 3) of points (N, 3) and their triangles (N,); see `closest.closest`.
+        """Closest points (N, 3) of points (N, 3) and their triangles (N,); see `closest.closest`.
 
-        cad_face : (N,) the face of the CAD model that each foot must be on; 0 for any
+        cad_face : (N,) CAD face on which each closest point must lie; 0 for any face
         """
         how = points, normals, alpha, guess, free
         if cad_face is None:
@@ -67,13 +67,13 @@ class Target:
         return closest.closest_in(self.trees, cad_face, *how)[:2]
 
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """About `number` points (N, 3) spread evenly, with normals (N, 3) and CAD faces (N,)."""
+        """About `number` evenly spread points (N, 3), their normals (N, 3) and CAD faces (N,)."""
         return _samples(self, number)
 
 
 @lru_cache(maxsize=4)
 def target(surface: TriMesh) -> Target:
-    """Prepare a surface; the same object gives the same Target."""
+    """Prepare a surface; the result is cached for each surface object."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     center, scale = (low + high) / 2, diagonal(surface)
     unit = TriMesh((surface.vertices - center) / scale, surface.faces, surface.region)

@@ -1,10 +1,11 @@
-"""Frames in which a part may look like a polycube.
+"""Coordinate frames in which a part may be close to a polycube.
 
-A frame is good when the surface's normals lie along its axes and its bounding box is small:
+A frame is good if the normals of the surface lie along its axes and its bounding box is small:
 
     J(R) = log sum_f a_f |R n_f|_1 + 1/3 log volume(box(R x)),    |t| = sqrt(t^2 + 1e-4).
 
-No single start finds it for every part, so several are tried and the distinct ones are kept.
+The descent is started from several frames, because no single start is sufficient for every part;
+distinct results are returned.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from polycube.surface.measures import area_vectors
 from polycube.types import TriMesh
 
-SAME = np.cos(np.radians(10))  # frames whose axes agree better than this are one
+SAME = np.cos(np.radians(10))  # frames whose axes agree better than this are the same frame
 
 
 def rotations() -> np.ndarray:
@@ -34,13 +35,13 @@ def rotations() -> np.ndarray:
 
 
 def turn(boxes: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) boxes in axes turned by one of the rotations of the cube."""
+    """Express (X, Y, Z) boxes in axes rotated by one of the rotations of the cube."""
     order = np.abs(rotation).argmax(axis=1)
     return np.flip(np.transpose(boxes, order), tuple(np.flatnonzero(rotation.sum(axis=1) < 0)))
 
 
 def frames(surface: TriMesh, limit: int = 3) -> list[np.ndarray]:
-    """Rotations (3, 3) whose rows are the axes of a frame, best first, distinct as cube frames."""
+    """Rotations (3, 3) whose rows are the axes of a frame, best first, without duplicates."""
     hull = surface.vertices[ConvexHull(surface.vertices).vertices]
     hull = (hull - hull.mean(axis=0)) / np.ptp(hull, axis=0).max()
     normals, areas = _normals(surface)
@@ -62,7 +63,7 @@ def frames(surface: TriMesh, limit: int = 3) -> list[np.ndarray]:
 
 
 def _normals(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals (N, 3) up to sign, near ones merged, and the share of the area that has them."""
+    """Unit normals (N, 3) up to sign, with similar ones merged, and their shares of the area."""
     vectors = area_vectors(surface)
     areas = np.linalg.norm(vectors, axis=1)
     unit = vectors[areas > 0] / areas[areas > 0, None]
@@ -74,9 +75,9 @@ def _normals(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _inertia_axes(surface: TriMesh) -> np.ndarray:
-    """Principal axes of the solid, longest last, as a rotation."""
+    """Principal axes of the solid, as a rotation; the longest is the last."""
     corners = surface.vertices[surface.faces] - surface.vertices.mean(axis=0)
-    volumes = np.linalg.det(corners) / 6  # of tetrahedra with the origin
+    volumes = np.linalg.det(corners) / 6  # of the tetrahedra with the origin
     centre = (volumes[:, None] * corners.sum(axis=1) / 4).sum(axis=0) / volumes.sum()
     sums = corners.sum(axis=1)
     second = np.einsum("f,fi,fj->ij", volumes / 20, sums, sums)
@@ -86,7 +87,7 @@ def _inertia_axes(surface: TriMesh) -> np.ndarray:
 
 
 def _tight_box(hull: np.ndarray) -> np.ndarray:
-    """Axes of the smallest bounding box that has a side on the convex hull, as a rotation."""
+    """Axes of the smallest bounding box with a side on the convex hull, as a rotation."""
     import trimesh
 
     axes = trimesh.bounds.oriented_bounds(hull)[0][:3, :3]
@@ -94,7 +95,7 @@ def _tight_box(hull: np.ndarray) -> np.ndarray:
 
 
 def _descend(misfit: Callable[[np.ndarray], float], start: np.ndarray) -> np.ndarray:
-    """Rotation near `start` of least misfit (simplex search over rotation vectors)."""
+    """Rotation near `start` with the smallest misfit (simplex search over rotation vectors)."""
 
     def turned(vector: np.ndarray) -> np.ndarray:
         return Rotation.from_rotvec(vector).as_matrix() @ start
@@ -106,5 +107,5 @@ def _descend(misfit: Callable[[np.ndarray], float], start: np.ndarray) -> np.nda
 
 
 def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two frames have the same axes, in whatever order and sense."""
+    """Whether two frames have the same axes in any order and sense."""
     return bool((np.abs(a @ b.T).max(axis=1) > SAME).all())

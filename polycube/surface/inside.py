@@ -1,19 +1,20 @@
-"""Which points of a rectilinear grid lie in a closed surface, by the parity of crossings."""
+"""Points of a rectilinear grid inside a closed surface, by the parity of intersections."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-OFF = 1.234e-5, 2.345e-5  # of a spacing, so that scan lines meet no edge of a part on a grid
+# of a spacing: offset of the scan lines, so that they meet no edge of a part on the grid
+OFF = 1.234e-5, 2.345e-5
 
 
 def inside(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Test the points of a grid.
+    """Test which points of a grid are inside a closed surface.
 
     Parameters
     ----------
-    triangles : (F, 3, 3) of a closed surface
+    triangles : (F, 3, 3) corners of a closed surface
     x, y, z : (X,), (Y,), (Z,) coordinates, ascending
 
     Returns
@@ -29,7 +30,7 @@ def inside(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -
 
 @njit(cache=True)
 def _parity(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Along each line (x, y) the parity of the crossings below each z."""
+    """Parity of the number of intersections below each z, for each line (x, y)."""
     crossed = np.zeros((len(x), len(y), len(z) + 1), np.bool_)
     for t in range(len(triangles)):
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = triangles[t]

@@ -1,7 +1,7 @@
-"""Find the faces of a surface that cross each other.
+"""Faces of a surface that cross each other.
 
-Where the boxes of two faces overlap, found by a box tree, each edge of one is tested against the
-other.  Faces with a common edge and mere contacts do not count.
+A box tree finds the faces whose boxes overlap; each edge of one is then tested against the other.
+Faces with a common edge, and faces that only touch, do not count.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from polycube.surface.closest import Tree, tree
 from polycube.surface.measures import connected, diagonal
 from polycube.types import TriMesh
 
-TOUCH = 1e-10  # of the diagonal: an end this near to a plane is on it
-BATCH = 50_000  # faces looked at together
+TOUCH = 1e-10  # of the diagonal: an end this close to a plane is taken to be on it
+BATCH = 50_000  # faces in one batch
 
 
 def self_intersections(surface: TriMesh) -> np.ndarray:
-    """(N, 2) pairs of faces that cross, ascending; about F log F work."""
+    """(N, 2) pairs of faces that cross, ascending; the work grows as F log F."""
     corners = (surface.vertices - surface.vertices.mean(axis=0)) / diagonal(surface)
     triangles = corners[surface.faces]
     boxes = tree(triangles, np.zeros((len(triangles), 3)))
@@ -32,9 +32,10 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
 
 
 def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A face's middle (P, 3) of each place where faces cross, and its pairs (P,), most first.
+    """Centre of a face (P, 3) for each place where faces cross, and number of pairs (P,),
+    descending.
 
-    pairs : (N, 2) of `self_intersections`; those whose faces have a common vertex are one place
+    pairs : (N, 2) of `self_intersections`; pairs whose faces share a vertex are one place
     """
     involved, local = np.unique(pairs, return_inverse=True)
     local, faces = local.reshape(-1, 2), surface.faces[involved]
@@ -46,7 +47,7 @@ def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np
     middles = surface.vertices[faces].mean(axis=1)
     found = []
     for number in np.argsort(-count, kind="stable"):
-        own = middles[place == number]  # the most central: the mean of a ring lies in its hole
+        own = middles[place == number]  # the most central one: the mean of a ring is in its hole
         found.append(own[np.linalg.norm(own - own.mean(axis=0), axis=1).argmin()])
     return np.reshape(found, (-1, 3)), -np.sort(-count)
 
@@ -55,16 +56,16 @@ def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np
 def overlapping_boxes(
     tree: Tree, faces: np.ndarray, shared: int, start: int, end: int
 ) -> np.ndarray:
-    """Find the pairs of triangles whose bounding boxes overlap or touch.
+    """Pairs of triangles whose bounding boxes overlap or touch.
 
     Parameters
     ----------
     tree : Tree
-        Box tree over the T triangles.
+        Box tree of the T triangles.
     faces : (T, 3) int array
         Vertices of the triangles.
     shared : int
-        Pairs with more than this number of common vertices are left out.
+        Pairs with more common vertices are excluded.
     start, end : int
         Pairs i < j with ``start <= i < end`` are searched.
 
@@ -106,7 +107,7 @@ def overlapping_boxes(
 
 @njit(cache=True, inline="always")
 def _overlap(own: np.ndarray, other: np.ndarray, highest: int) -> bool:
-    """Whether two boxes meet; the highest coordinates of `other` start at index `highest`."""
+    """Whether two boxes overlap; the upper coordinates of `other` start at index `highest`."""
     for d in range(3):
         if own[d] > other[highest + d] or other[d] > own[3 + d]:
             return False
@@ -123,7 +124,7 @@ def _common(faces: np.ndarray, i: int, j: int) -> int:
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(N,) whether an edge of either of (N, 3, 3) triangles passes through the other."""
+    """(N,) whether an edge of one triangle of each pair (N, 3, 3) passes through the other."""
     crossing = np.zeros(len(first), dtype=bool)
     for one, other in ((first, second), (second, first)):
         for corner in range(3):

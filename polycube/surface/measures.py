@@ -1,8 +1,9 @@
 """Measures and topology of a triangle surface.
 
-Everything is read off the half-edges of the faces: half-edge 3 f + c runs from corner c of face f
-to the next corner.  A solid's boundary is closed (every edge has two faces, run through once each
-way), manifold at its vertices (the faces around each form one fan) and in one piece.
+All quantities are computed from the half-edges of the faces: half-edge 3 f + c runs from corner c
+of face f to the next corner. The boundary of a solid is closed (every edge has two faces that
+traverse it in opposite directions), manifold at its vertices (the faces around each vertex form one
+fan) and connected.
 """
 
 from __future__ import annotations
@@ -15,25 +16,25 @@ from polycube.types import TriMesh
 
 
 def area_vectors(surface: TriMesh) -> np.ndarray:
-    """(F, 3) normals whose length is the area of the face."""
+    """(F, 3) normals with the area of the face as length."""
     a, b, c = np.moveaxis(surface.vertices[surface.faces], 1, 0)
     return np.cross(b - a, c - a) / 2
 
 
 def face_areas(surface: TriMesh) -> np.ndarray:
-    """(F,) in the user's units squared."""
+    """(F,) areas of the faces in squared model units."""
     return np.linalg.norm(area_vectors(surface), axis=1)
 
 
 def face_normals(surface: TriMesh) -> np.ndarray:
-    """(F, 3) unit, outward; zero where the face has no area."""
+    """(F, 3) outward unit normals; zero for a face without area."""
     vectors = area_vectors(surface)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
 
 
 def corner_angles(surface: TriMesh) -> np.ndarray:
-    """(F, 3) angle of each face at its corners, in radians; 0 where an edge has no length."""
+    """(F, 3) angles of each face at its corners, in radians; 0 at an edge without length."""
     corners = surface.vertices[surface.faces]
     onward = np.roll(corners, -1, axis=1) - corners
     back = np.roll(corners, 1, axis=1) - corners
@@ -47,8 +48,8 @@ def diagonal(surface: TriMesh) -> float:
 
 
 def volume(surface: TriMesh) -> float:
-    """Enclosed volume; negative when the faces look inwards."""
-    center = surface.vertices.mean(axis=0)  # a far placement would cost digits
+    """Enclosed volume; negative if the faces are oriented inwards."""
+    center = surface.vertices.mean(axis=0)  # reduces rounding errors for a part far from the origin
     middles = surface.vertices[surface.faces].mean(axis=1) - center
     return float(np.einsum("fi,fi->", area_vectors(surface), middles) / 3)
 
@@ -59,7 +60,7 @@ def genus(surface: TriMesh) -> int:
 
 
 def euler(faces: np.ndarray) -> int:
-    """Vertices - edges + faces of polygons (F, K)."""
+    """Euler number of polygons (F, K): vertices - edges + faces."""
     return len(np.unique(faces)) - len(edges(faces)[0]) + len(faces)
 
 
@@ -69,7 +70,7 @@ def half_edges(faces: np.ndarray) -> np.ndarray:
 
 
 def edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges (E, 2) with ascending ends, faces per edge (E,), and edge of each half-edge (K F,)."""
+    """Edges (E, 2) with ascending ends, number of faces (E,), and edge of each half-edge (K F,)."""
     ends = np.sort(half_edges(faces), axis=1)
     size = int(faces.max(initial=0)) + 1
     keys, edge, count = np.unique(
@@ -79,7 +80,7 @@ def edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def open_edges(faces: np.ndarray) -> np.ndarray:
-    """(N, 2) edges with one face only."""
+    """(N, 2) edges with only one face."""
     ends, count, _ = edges(faces)
     return ends[count == 1]
 
@@ -98,7 +99,7 @@ def nonmanifold_vertices(faces: np.ndarray) -> np.ndarray:
 
 
 def fans(faces: np.ndarray) -> np.ndarray:
-    """(3 F,) fan, 0, 1, ..., of faces around a vertex that each corner belongs to."""
+    """(3 F,) number of the fan at its vertex, 0, 1, ..., to which each corner belongs."""
     first, second = twins(faces)
     start, after = faces.ravel(), _next(np.arange(faces.size))
     same_way = start[first] == start[second]
@@ -108,7 +109,7 @@ def fans(faces: np.ndarray) -> np.ndarray:
 
 
 def misoriented_edges(faces: np.ndarray) -> np.ndarray:
-    """(N, 2) edges that two faces run through the same way."""
+    """(N, 2) edges that two faces traverse in the same direction."""
     first, second = twins(faces)
     ends = half_edges(faces)
     return ends[first[ends[first, 0] == ends[second, 0]]]
@@ -120,13 +121,13 @@ def is_closed(faces: np.ndarray) -> bool:
 
 
 def components(faces: np.ndarray) -> np.ndarray:
-    """(F,) piece of the surface that each face is on, 0, 1, ..., joined through common edges."""
+    """(F,) component of each face, 0, 1, ..., connected through common edges."""
     first, second = twins(faces)
     return connected(first // faces.shape[1], second // faces.shape[1], len(faces))
 
 
 def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Half-edges (N,), (N,) that lie on a common edge, in pairs (a chain where more than two)."""
+    """Pairs of half-edges (N,), (N,) on a common edge; a chain of pairs for more than two."""
     edge = edges(faces)[2]
     order = np.argsort(edge, kind="stable")
     same = edge[order][1:] == edge[order][:-1]
@@ -138,12 +139,12 @@ def _next(half_edge: np.ndarray) -> np.ndarray:
 
 
 def connected(first: np.ndarray, second: np.ndarray, size: int) -> np.ndarray:
-    """(size,) component of each node of the graph with the given links."""
+    """(size,) connected component of each node of the graph with the given links."""
     links = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
     return connected_components(links, directed=False)[1].astype(np.int64)
 
 
 def place(surface: TriMesh, point: np.ndarray) -> str:
-    """Coordinates (3,) for a sentence; rounding noise reads as zero."""
+    """Format coordinates (3,) for a message; rounding errors are shown as zero."""
     tidy = np.where(abs(point) < 1e-9 * diagonal(surface), 0, point)
     return "({:.5g}, {:.5g}, {:.5g})".format(*tidy)

@@ -1,4 +1,4 @@
-"""Points spread evenly over a surface."""
+"""Evenly distributed points on a surface."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from polycube.types import TriMesh
 
 
 def spread(surface: TriMesh, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (N, 3) spread evenly by area, and their faces (N,).
+    """Points (N, 3) distributed evenly by area, and their faces (N,).
 
-    Steps of equal area along the faces; the place within a face from a fixed generator.
+    Faces are chosen in steps of equal area; positions within a face come from a fixed generator.
     """
     area = np.cumsum(face_areas(surface))
     step = (np.arange(number) + 0.381966) / number * area[-1]

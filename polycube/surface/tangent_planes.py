@@ -1,4 +1,4 @@
-"""Move points to where the tangent planes around them meet: sharp edges of a smooth sampling."""
+"""Move points to the intersection of the tangent planes around them: recovers sharp edges."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ def towards_planes(
     stiffness: float,
     step: float,
 ) -> np.ndarray:
-    """Points moved to where the planes of their faces meet.
+    """Points moved to the intersection of the planes of their faces.
 
     Parameters
     ----------
     points : (V, 3)
-    faces : (F, K) into the points
+    faces : (F, K) indices of the points
     feet, normals : (F, 3) a point and the unit normal of the plane of each face
-    stiffness : holds a point in the directions in which its planes do not
-    step : length of a move, at most
+    stiffness : stiffness of a point in the directions that its planes do not determine
+    step : largest length of a move
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Winding numbers at many points: far triangles are seen as one dipole.
+"""Winding numbers at many points; distant triangles are approximated by a dipole.
 
-Exact solid angles near, the first term of the expansion of Barill et al., *Fast winding numbers for
-soups and clouds*, SIGGRAPH 2018, where a group of triangles is far away.  The number is 1 inside a
-closed surface, 0 outside, and something between near a hole.
+Exact solid angles are used for near triangles, and the first term of the expansion of Barill et
+al., *Fast winding numbers for soups and clouds*, SIGGRAPH 2018, for distant groups. The winding
+number is 1 inside a closed surface, 0 outside, and between the two near a hole.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from polycube.surface.closest import Tree, tree
 from polycube.surface.measures import area_vectors
 from polycube.types import TriMesh
 
-FAR = 2.5  # radii of a group from its middle, beyond which it is a dipole
-LEAST = 1000  # points for a thread
+FAR = 2.5  # distance beyond which a group is a dipole, in radii of the group
+LEAST = 1000  # smallest number of points for a thread
 
 
 def winding_numbers(surface: TriMesh, points: np.ndarray) -> np.ndarray:
-    """(N,) how often the surface winds around each of (N, 3) points, within about 0.04."""
+    """(N,) winding numbers of the surface at points (N, 3), within about 0.04."""
     corners = surface.vertices[surface.faces]
     boxes = tree(corners, np.zeros((len(corners), 3)))
     groups = _groups(boxes, area_vectors(surface))
@@ -34,7 +34,7 @@ def winding_numbers(surface: TriMesh, points: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def _groups(boxes: Tree, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Area vector (M, 3), middle by area (M, 3) and radius (M,) of each node of the tree."""
+    """Area vector (M, 3), area centroid (M, 3) and radius (M,) of each node of the tree."""
     n = len(boxes.first)
     normal, middle, radius, weight = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n)
     for node in range(n - 1, -1, -1):
@@ -87,7 +87,7 @@ def _sum(
 
 @njit(cache=True, error_model="numpy")
 def _solid_angle(t: np.ndarray, px: float, py: float, pz: float) -> float:
-    """Of a triangle, by van Oosterom and Strackee."""
+    """Solid angle of a triangle, after van Oosterom and Strackee."""
     ax, ay, az = t[0, 0] - px, t[0, 1] - py, t[0, 2] - pz
     bx, by, bz = t[1, 0] - px, t[1, 1] - py, t[1, 2] - pz
     cx, cy, cz = t[2, 0] - px, t[2, 1] - py, t[2, 2] - pz

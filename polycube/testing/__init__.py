@@ -1,11 +1,11 @@
-"""Does a plugin do what its kind promises?  For the tests of those who write one:
+"""Conformance checks for plugins, for the tests of their authors:
 
     from polycube.testing import check_plugin
 
     def test_quadratic():
         check_plugin("schedule", {"plugin": "quadratic", "steps": 100})
 
-A promise that is broken raises AssertionError with the kind and what was found.
+A violated requirement raises AssertionError with the kind and the value found.
 """
 
 from __future__ import annotations
@@ -23,20 +23,43 @@ from polycube.testing.stages import STAGES
 
 CHECKS = {**LEARNING, **STAGES}
 
-# what the program, not the user, gives to plugins of a kind when it builds them
+# arguments that the program, not the user, gives to plugins of a kind
 GIVEN = {"structure": {"grid": GRID, "primitives": PRIMITIVES}}
 
 
 def check_plugin(kind: str, config: Mapping[str, object], **extra: object) -> None:
-    """Build the plugin as a run does and check it.
+    """Build a plugin as a run does and check it.
 
-    config : `plugin: name` and the options, as in the YAML; extra : more options
+    Parameters
+    ----------
+    kind : kind of the plugin, such as "schedule"
+    config : `plugin: name` and the options, as in the YAML file
+
+    Raises
+    ------
+    AssertionError
+        If the plugin violates a requirement of its kind.
+    LookupError
+        If the kind is unknown.
     """
     check(kind, build(kind, config, **{**GIVEN.get(kind, {}), **extra}))
 
 
 def check(kind: str, plugin: Any) -> None:
-    """Check a plugin that is built; raises AssertionError, or LookupError for an unknown kind."""
+    """Check a plugin object.
+
+    Parameters
+    ----------
+    kind : kind of the plugin, such as "schedule"
+    plugin : the object
+
+    Raises
+    ------
+    AssertionError
+        If the plugin violates a requirement of its kind.
+    LookupError
+        If the kind is unknown.
+    """
     if kind not in CHECKS:
         raise LookupError(f"no plugin kind {kind!r}; kinds are {', '.join(KINDS)}")
     options = getattr(type(plugin), "__dataclass_params__", None)

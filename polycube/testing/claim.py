@@ -1,4 +1,4 @@
-"""The one way a check says no."""
+"""Assertions of the conformance checks."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 
 
 def claim(holds: bool | np.bool_, promise: str, found: object = None) -> None:
-    """Raise AssertionError with the promise, and what was found instead, unless it holds."""
+    """Raise AssertionError with the requirement and the value found if it does not hold."""
     if not holds:
         raise AssertionError(promise if found is None else f"{promise}; got {found}")
 
 
 def claim_array(value: object, dims: tuple[int | None, ...], what: str) -> None:
-    """Claim a finite numpy array whose sizes are `dims`; None is any size."""
+    """Require a finite numpy array with the sizes `dims`; None allows any size."""
     if not isinstance(value, np.ndarray):
         raise AssertionError(f"{what} is a numpy array; got {type(value).__name__}")
     fits = value.ndim == len(dims) and all(

@@ -1,4 +1,4 @@
-"""Promises of the learning half: primitive, schedule, model, sampler, data."""
+"""Requirements for primitive, schedule, model, sampler and data plugins."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from polycube.structure.lattice import is_manifold, lattice
 from polycube.testing.claim import claim, claim_array
 from polycube.testing.solids import PRIMITIVES
 
-CONTEXT = 13  # length for a 1x1 grid with two primitives, as good as any
+CONTEXT = 13  # length for a 1x1 grid with two primitives
 OUTPUTS = 5
 IMAGE = (32, 32)
 
 
 def check_primitive(plugin: Callable) -> None:
-    """(3, 3, 3) bool: one solid without voids, with a manifold boundary."""
+    """Voxels (3, 3, 3) bool: one solid without voids, with a manifold boundary."""
     voxels = plugin()
     claim_array(voxels, (3, 3, 3), "a primitive")
     claim(voxels.dtype == bool, "a primitive is bool", voxels.dtype)
@@ -30,7 +30,7 @@ def check_primitive(plugin: Callable) -> None:
 
 
 def check_schedule(plugin: Callable) -> None:
-    """alpha_bar (T + 1,), from 1 strictly down, above 0 at the end."""
+    """alpha_bar (T + 1,): starts at 1, decreases strictly, positive at the end."""
     alpha_bar = plugin()
     claim_array(alpha_bar, (None,), "alpha_bar")
     claim(len(alpha_bar) >= 2, "alpha_bar has T + 1 >= 2 entries", len(alpha_bar))
@@ -43,7 +43,7 @@ def check_schedule(plugin: Callable) -> None:
 
 
 def check_model(plugin: Callable) -> None:
-    """(x (B, channels, h, w), t (B,), context (B, K)) -> (B, outputs, h, w), all of it learning."""
+    """(x (B, channels, h, w), t (B,), context (B, K)) -> (B, outputs, h, w), all trainable."""
     import torch
 
     with torch.random.fork_rng(devices=[]):
@@ -74,7 +74,7 @@ def check_model(plugin: Callable) -> None:
 
 
 def check_sampler(plugin: Callable) -> None:
-    """x_T -> (x_0, states); a network that knows the answer is believed."""
+    """x_T -> (x_0, states); with an exact network, the exact answer."""
     import torch
 
     from polycube.diffusion.process import DiffusionProcess
@@ -98,7 +98,7 @@ def check_sampler(plugin: Callable) -> None:
 
 
 def check_data(plugin: Callable) -> None:
-    """Endless pairs by number, each depending on the seed and its number only."""
+    """An endless sequence of pairs, each determined by the seed and its number."""
     gridless = getattr(plugin, "gridless", False)
     grid = None if gridless else (2, 1, 1)
     pairs, same, other = (plugin(grid, PRIMITIVES, seed) for seed in (0, 0, 1))
@@ -118,7 +118,7 @@ def check_data(plugin: Callable) -> None:
 
 
 def _check_on_grid(pair: Any) -> None:
-    """Labels and context of a pair of the grid (2, 1, 1)."""
+    """Labels and context of a pair on the grid (2, 1, 1)."""
     claim_array(pair.labels, (len(pair.geometry), 3), "the labels")
     low, high = pair.labels.min(axis=0), pair.labels.max(axis=0)
     claim((low >= 0).all() and (high < [6, 2, 2]).all(), "labels: axis, cell, wall", high)
@@ -128,7 +128,7 @@ def _check_on_grid(pair: Any) -> None:
 
 
 def _check_gridless(pair: Any) -> None:
-    """Labels and polycube of a pair of any structure."""
+    """Labels and polycube of a pair of an arbitrary structure."""
     claim_array(pair.labels, (len(pair.geometry), 2), "the labels")
     axis, knot = pair.labels.T
     claim(axis.min() >= 0 and axis.max() < 6, "labels: axis, knot", axis.max())

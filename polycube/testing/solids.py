@@ -1,6 +1,6 @@
-"""Small parts of which everything is known: a block, and a block with a hole, far off the origin.
+"""Test parts with known properties: a block, and a block with a hole, far from the origin.
 
-Sides are 100, 60 and 40; the polycube is a unit cell and the map to the part is affine.
+The side lengths are 100, 60 and 40; the polycube is a unit cell and the map to the part is affine.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from polycube.types import Candidate, HexMesh, Polycube, RoughMap, TriMesh
 
 SIDES = np.array([100.0, 60.0, 40.0])
 PLACE = np.array([1000.0, -500.0, 20.0])
-GRID = (2, 1, 1)  # of the structures asked for
+GRID = (2, 1, 1)  # grid of the requested structures
 
 
 def _hole(axis: int) -> np.ndarray:
@@ -39,12 +39,12 @@ class Solid:
 
     @property
     def candidate(self) -> Candidate:
-        """The right structure, as a structure plugin would propose it."""
+        """The correct structure, as a proposal of a structure plugin."""
         return Candidate("given", self.polycube, self.rough_map, 0.0, "solid")
 
 
 def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
-    """The block of one primitive, meshed with edges of about `size`."""
+    """The block of one primitive, meshed with edges of about the length `size`."""
     polycube = collapse(lattice((1, 1, 1), (primitive,), PRIMITIVES))
     rough_map = affine_map(polycube, np.diag(SIDES), PLACE)
     hexes = mesh(polycube, rough_map, counts(polycube, rough_map, size))
@@ -54,7 +54,7 @@ def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
 
 
 def swollen(hexes: HexMesh, by: float = 0.05) -> HexMesh:
-    """The mesh a little too large and bent, as a rough map leaves it."""
+    """The mesh enlarged and bent slightly, as after a rough map."""
     middle = hexes.vertices.mean(0)
     offset = (hexes.vertices - middle) / SIDES
     bent = offset * (1 + by) + by * np.roll(offset, 1, axis=1) ** 2

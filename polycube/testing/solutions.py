@@ -1,4 +1,4 @@
-"""Promises of splines, analyses and exports."""
+"""Requirements for spline, analysis and export plugins."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from polycube.types import (
 
 
 def check_spline(plugin: Callable) -> None:
-    """A partition of unity whose solid is the block's, right-handed."""
+    """A partition of unity whose solid is the block, with positive orientation."""
     part = solid("hole_z", 20.0)
     spline = plugin(part.surface, part.hexes)
     claim(isinstance(spline, Spline), "the result is a Spline", type(spline).__name__)
@@ -44,7 +44,7 @@ def check_spline(plugin: Callable) -> None:
 
 
 def check_analysis(plugin: Callable) -> None:
-    """A solution of the block: modes, or the rest state or potential in balance."""
+    """A solution on the block: modes, or a deformation or potential in equilibrium."""
     from polycube.registry import build
 
     part = solid(size=25.0)
@@ -66,7 +66,7 @@ def check_analysis(plugin: Callable) -> None:
 
 
 def _check_modes(modes: Modes, spline: Spline) -> None:
-    """Ascending: rigid motions, then those that deform the block."""
+    """Ascending frequencies: rigid motions, then modes that deform the block."""
     values = modes.eigenvalues
     claim_array(values, (None,), "the eigenvalues")
     claim_array(modes.shapes, (len(values), len(spline.control), 3), "the shapes")
@@ -84,7 +84,7 @@ def _check_balance(rest: np.ndarray, given: np.ndarray, supports: tuple[str, ...
 
 
 def check_export(plugin: Callable) -> None:
-    """One file that says the same every time, and what was put in where meshio can read it."""
+    """One file with reproducible content, equal to the input if meshio can read it."""
     part = solid("hole_z")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -101,13 +101,13 @@ def check_export(plugin: Callable) -> None:
 def _check_read_back(path: Path, hexes: HexMesh) -> None:
     try:
         import meshio
-    except ImportError:  # only the reader of the tests
+    except ImportError:  # used only by the tests
         return
     if path.suffix not in meshio.extension_to_filetypes:
         return
     try:
         found = meshio.read(path)
-    except ModuleNotFoundError:  # what it reads Exodus by, for example
+    except ModuleNotFoundError:  # a package that meshio needs, such as for Exodus
         return
     off = np.abs(found.points - hexes.vertices).max() / np.linalg.norm(SIDES)
     claim(off < 1e-6, "points come back", f"{off:.2g} of the diagonal off")

@@ -1,4 +1,4 @@
-"""Promises of the stages of a run, from structure to export, on a block of known sides."""
+"""Requirements for the stages of a run, from structure to acceptance, on a block of known size."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from polycube.types import (
     Verdict,
 )
 
-NEAR = 0.02  # of the diagonal: what fits may miss the block by
+NEAR = 0.02  # of the diagonal: permitted distance of a fit from the block
 
 
 def check_structure(plugin: Callable) -> None:
-    """Proposals of the surface's genus, of manifold boundary, placed right-handed."""
+    """Proposals with the genus of the surface, manifold boundary and positive orientation."""
     n_proposals = 0
     for primitive in ("cube", "hole_z"):
         part = solid(primitive)
         wanted = surfaces.genus(part.surface)
         try:
             candidates = plugin(part.surface, ())
-        except InputError:  # a structure that is given may refuse a part it does not fit
+        except InputError:  # a user-supplied structure may not fit the part
             continue
         n_proposals += len(candidates)
         for candidate in candidates:
@@ -54,7 +54,7 @@ def check_structure(plugin: Callable) -> None:
 
 
 def _volume(candidate: Candidate) -> float:
-    """Determinant of the rough map from the ends of the polycube's axes."""
+    """Determinant of the rough map, from the ends of the axes of the polycube."""
     knots = candidate.polycube.knots
     low = np.array([k[0] for k in knots])
     ends = np.vstack([low, low + np.diag([k[-1] - k[0] for k in knots])])
@@ -63,7 +63,7 @@ def _volume(candidate: Candidate) -> float:
 
 
 def check_ranking(plugin: Callable) -> None:
-    """Candidates of the surface's genus, best first; the true structure before one that is off."""
+    """Candidates with the genus of the surface, best first; the true one before a wrong one."""
     part, other = solid("hole_z"), solid("cube")
     truth = part.candidate
     aside = replace(truth.rough_map, positions=truth.rough_map.positions + SIDES)
@@ -76,7 +76,7 @@ def check_ranking(plugin: Callable) -> None:
 
 
 def check_acceptance(plugin: Callable) -> None:
-    """A mesh of the block is valid and without warning; an inverted or swollen one is worse."""
+    """A mesh of the block is valid and without warning; an inverted or enlarged one is worse."""
     part = solid("hole_z")
     exact = part.hexes
     true = plugin(exact, part.surface)
@@ -94,7 +94,7 @@ def check_acceptance(plugin: Callable) -> None:
 
 
 def check_segment(plugin: Callable) -> None:
-    """A label per face, of the polycube's own faces; on a block those of the normals."""
+    """A label of a polycube face for each triangle; on a block, those given by the normals."""
     part = solid("hole_z")
     positions = Parametrization((part.surface.vertices - PLACE) / SIDES)
     labels = plugin(part.surface, part.polycube, positions)
@@ -113,7 +113,7 @@ def check_segment(plugin: Callable) -> None:
 
 
 def check_map(plugin: Callable) -> None:
-    """The polycube's boundary comes to lie on the surface, its inside stays right-handed."""
+    """The boundary of the polycube is mapped to the surface, with positive orientation inside."""
     for primitive in ("cube", "hole_z"):
         part = solid(primitive)
         places = Parametrization((part.surface.vertices - PLACE) / SIDES)
@@ -130,7 +130,7 @@ def check_map(plugin: Callable) -> None:
 
 
 def check_subdivide(plugin: Callable) -> None:
-    """Hexes of the polycube where the rough map puts them."""
+    """Hexes of the polycube at the positions given by the rough map."""
     for primitive in ("cube", "hole_z"):
         part = solid(primitive)
         hexes = plugin(part.surface, part.polycube, part.rough_map, None)
@@ -142,7 +142,7 @@ def check_subdivide(plugin: Callable) -> None:
 
 
 def check_smooth(plugin: Callable) -> None:
-    """A mesh that is a little off comes to fit the surface."""
+    """A mesh slightly away from the surface is fitted to it."""
     for primitive in ("cube", "hole_z"):
         part = solid(primitive)
         hexes = plugin(part.surface, swollen(part.hexes))
@@ -152,7 +152,7 @@ def check_smooth(plugin: Callable) -> None:
 
 
 def check_refine(plugin: Callable) -> None:
-    """A good mesh stays one: pillow and optimize."""
+    """A good mesh stays good: pillow and optimize."""
     part = solid("hole_z")
     before = scaled_jacobian(part.hexes.vertices, part.hexes.hexes).min()
     hexes = plugin(part.surface, part.hexes)

@@ -1,4 +1,4 @@
-"""Place edges of a hex mesh on the creases of a surface.
+"""Match edges of a hex mesh with the creases of a surface.
 
-Imports fitting and below.
+Imports `fitting` and the layers below.
 """

@@ -1,6 +1,6 @@
-"""More parts of a lattice along the sharp edges of the surface, for chords that are near them.
+"""More parts of a lattice along the sharp edges of the surface, to reduce their chord error.
 
-The paths of the creases on a coarse mesh show which intervals of the lattice lie along each.
+The paths of the creases on a coarse mesh give the intervals of the lattice along each crease.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from polycube.surface.curves.chords import chords_needed
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh, Polycube
 
-EDGES = 2  # times the edges that a crease has without, at most
-HEXES = 1.5  # times the hexes, at most
-RELAX = 1.1  # of the distance, until the hexes are not too many
+EDGES = 2  # largest factor for the number of edges of a crease
+HEXES = 1.5  # largest factor for the number of hexes
+RELAX = 1.1  # factor by which the distance is increased until the number of hexes is permitted
 
 
 def finer_along(
@@ -29,13 +29,13 @@ def finer_along(
     wanted: float,
     max_hexes: int,
 ) -> Counts:
-    """The counts raised until even chords of each crease are within a distance for 95 % of it.
+    """Counts with which even chords of each crease are within a distance for 95 % of its length.
 
     Parameters
     ----------
-    near : `template.mesh` with so many parts as `measured`, registered
-    wanted : distance in diagonals; it is relaxed until there are no more than half as many hexes
-        again, and no more than `max_hexes`
+    near : registered mesh of `template.mesh` with the parts `measured`
+    wanted : distance in diagonals; it is increased until the number of hexes grows by at most a
+        half, and is at most `max_hexes`
     """
     routes = match(FitProblem(near, goal, samples=1), goal.to_unit(near.vertices)).routes
     lattice, parts = Lattice(polycube, near, measured), np.concatenate(counts)

@@ -1,7 +1,7 @@
-"""Vertices that belong on the creases of the surface, and their goals.
+"""Vertices that belong to the creases of the surface, and their goals.
 
-`paths` says which vertices.  They slide along their own crease, in the order of the path and never
-closer than a fifth of an even spacing, so that edges cannot fold; corners stay.
+`paths` selects the vertices. They slide along their own crease in the order of the path, with a
+distance of at least a fifth of the even spacing, so that edges cannot fold; corners are fixed.
 """
 
 from __future__ import annotations
@@ -20,37 +20,38 @@ from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
 
-NEAR = 0.04  # length that a whole turn of the normal is worth, in diagonals, for vertices near
-ALLOWED = 0.0025  # distance from exact features, in diagonals, that is no loss, at straight ones;
-NEAREST = 0.0005  # and at curved ones at least
-FREE = 1.0  # square difference of normals (60 degrees) at which a vertex is on its side
+# weight of the difference of unit normals, a length in diagonals, for vertices close by
+NEAR = 0.04
+ALLOWED = 0.0025  # permitted distance from exact features, in diagonals, at straight curves,
+NEAREST = 0.0005  # and its minimum at curved ones
+FREE = 1.0  # squared difference of normals (60 degrees) without penalty
 
 
 @dataclass(frozen=True, eq=False)
 class Chains:
-    """Mesh edges between patches, and the chain (polycube edge) each belongs to."""
+    """Mesh edges between patches, and the chain (polycube edge) of each."""
 
-    side: np.ndarray  # (N,) into `problem.sides`
+    side: np.ndarray  # (N,) indices of `problem.sides`
     number: np.ndarray  # (N,) chain
     patches: np.ndarray  # (E, 2) of each chain
 
     def share(self, marked: np.ndarray) -> np.ndarray:
-        """(E,) share of the edges of each chain that are marked, of all sides of the problem."""
+        """(E,) share of the edges of each chain that are marked, for all sides of the problem."""
         return np.bincount(self.number, marked[self.side]) / np.bincount(self.number)
 
 
 @dataclass(frozen=True, eq=False)
 class Matching:
-    """Which vertices belong on creases and corners of the surface."""
+    """Vertices that belong to creases and corners of the surface."""
 
     routes: tuple[Route, ...]
     corner: np.ndarray  # (P,) vertices
     corner_goal: np.ndarray  # (P, 3)
-    allowed: np.ndarray | None = None  # (V,) distance from them that is no loss; None: any
+    allowed: np.ndarray | None = None  # (V,) permitted distance from them; None: any
 
     @property
     def sides(self) -> np.ndarray:
-        """(N, 2) mesh edges on creases, ends ascending."""
+        """(N, 2) mesh edges on creases, with ascending ends."""
         none = np.zeros((0, 2), np.int64)
         return np.sort(np.concatenate([none, *(r.sides for r in self.routes)]), axis=1)
 
@@ -62,7 +63,7 @@ class Matching:
 
     @cached_property
     def rails(self) -> tuple[np.ndarray, ...]:
-        """Creases, vertices and their starts in the form that `sliding.slide` takes."""
+        """Creases, vertices and their starts, as arguments of `slide`."""
         creases = [route.crease for route in self.routes]
         paths = [route.vertices for route in self.routes]
         points, arc = (np.concatenate([getattr(c, k) for c in creases]) for k in ("points", "arc"))
@@ -75,14 +76,14 @@ class Matching:
 
 @dataclass(frozen=True, eq=False)
 class Goals:
-    """Where the boundary vertices should be now."""
+    """Current goals of the boundary vertices."""
 
-    foot: np.ndarray  # (B, 3) on the surface, of `problem.outer`
+    foot: np.ndarray  # (B, 3) points on the surface for `problem.outer`
     facing: np.ndarray  # (B, 3) normals there
-    curve: np.ndarray  # (C,) vertices with a crease
+    curve: np.ndarray  # (C,) vertices on creases
     curve_foot: np.ndarray  # (C, 3)
     direction: np.ndarray  # (C, 3) of the crease
-    corner: np.ndarray  # (P,) vertices with a corner
+    corner: np.ndarray  # (P,) vertices at corners
     corner_goal: np.ndarray  # (P, 3)
     allowed: np.ndarray | None = None  # (V,) as in the matching
 
@@ -95,7 +96,7 @@ class Goals:
         return goal
 
     def springs(self, weight: np.ndarray) -> list[Springs]:
-        """Pulls to the creases, free along them, and to the corners; weight (V,)."""
+        """Springs to the creases, free along them, and to the corners; weight (V,)."""
         w, c = weight[self.curve], weight[self.corner]
         away = np.zeros((len(c), 3))
         return [
@@ -105,7 +106,7 @@ class Goals:
 
 
 def chains(problem: FitProblem, patch: np.ndarray | None = None) -> Chains:
-    """Borders of the patches (Q,) of a mesh, by default its polycube's: chains between two."""
+    """Borders between patches (Q,) of a mesh, by default those of its polycube."""
     patch = problem.mesh.patch if patch is None else patch
     patches = np.sort(patch[problem.side_quads], axis=1)
     side = np.flatnonzero(patches[:, 0] != patches[:, 1])
@@ -121,9 +122,9 @@ def chains(problem: FitProblem, patch: np.ndarray | None = None) -> Chains:
 
 
 def match(problem: FitProblem, x: np.ndarray) -> Matching:
-    """Paths for the creases of the surface on a mesh near it, and vertices for their corners.
+    """Paths for the creases of the surface on a mesh close to it, and vertices for the corners.
 
-    From then on the problem holds the quads on the CAD faces that the paths enclose.
+    The problem then assigns the quads to the CAD faces that the paths enclose.
     """
     features = problem.target.followed
     if not features.creases:
@@ -143,9 +144,10 @@ def on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
 
 
 def held_exactly(matching: Matching, n_vertices: int) -> Matching:
-    """The same with distances of the vertices (V,) from the features that are no loss.
+    """The same matching with permitted distances of the vertices (V,) from the features.
 
-    What edges between vertices on a curve cut short is taken from them, and what it is off others.
+    The distance is reduced by the chord error of edges between vertices on a curve, and by the
+    distance from other curves that share the path.
     """
     allowed = np.full(n_vertices, ALLOWED)
     for route in matching.routes:
@@ -155,14 +157,14 @@ def held_exactly(matching: Matching, n_vertices: int) -> Matching:
 
 
 def no_features() -> Matching:
-    """A matching of nothing."""
+    """An empty matching."""
     return Matching((), np.zeros(0, np.int64), np.zeros((0, 3)))
 
 
 def goals(
     problem: FitProblem, x: np.ndarray, matching: Matching, alpha: float, used: np.ndarray
 ) -> Goals:
-    """Feet of all boundary vertices; features only where `used` (V,)."""
+    """Goals of all boundary vertices; features are used only at vertices `used` (V,)."""
     normals, _ = problem.normals(x)
     foot, facing = problem.feet(x, normals, alpha, FREE)
     curve, curve_foot, direction = _curve_feet(x, matching)
@@ -174,12 +176,12 @@ def goals(
 
 
 def on_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
-    """(V, 3) positions with the boundary on the surface, and what is matched on its curves."""
+    """(V, 3) positions with the boundary on the surface and matched vertices on their curves."""
     return goals(problem, x, matching, NEAR, np.ones(len(x), bool)).place(problem, x)
 
 
 def along_curves(x: np.ndarray, matching: Matching, weight: np.ndarray) -> list[Springs]:
-    """Pulls of all matched vertices to their curves, free along them, and to the corners.
+    """Springs from all matched vertices to their curves, free along them, and to the corners.
 
     weight : (V,)
     """
@@ -193,7 +195,7 @@ def along_curves(x: np.ndarray, matching: Matching, weight: np.ndarray) -> list[
 
 
 def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Vertices (C,) of all routes, their places (C, 3) and the directions there (C, 3)."""
+    """Vertices (C,) of all routes, their positions (C, 3) and the tangent directions (C, 3)."""
     if not matching.routes:
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3))
     points, arc, first, is_loop, vertex, start = matching.rails
@@ -201,6 +203,6 @@ def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarr
 
 
 def spread(route: Route, x: np.ndarray) -> np.ndarray:
-    """(N,) arc lengths of the vertices of a route: the closest, but in order and apart."""
+    """(N,) closest arc lengths of the vertices of a route, made ascending and kept apart."""
     crease = route.crease
     return sliding.spread(crease.points, crease.arc, crease.is_loop, x[route.vertices])

@@ -1,7 +1,7 @@
-"""The CAD face that each boundary quad of a hex mesh belongs to.
+"""CAD face of each boundary quad of a hex mesh.
 
-The paths of the curves cut the boundary into parts.  A part belongs to the CAD face that most of it
-lies on, if every curve of this face has a path; otherwise the part may spread over two faces.
+The paths of the curves divide the boundary into parts. A part belongs to the CAD face on which most
+of it lies, if every curve of this face has a path; otherwise the part may cover two faces.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from polycube.fitting.problem import FitProblem
 from polycube.surface.curves.coincident import covered
 from polycube.surface.curves.features import Crease
 
-NORMAL = 0.04  # length that a whole turn of the normal is worth, in diagonals
-MOST = 0.5  # share of the area of a part that its CAD face must have
+NORMAL = 0.04  # weight of the difference of unit normals, a length in diagonals
+MOST = 0.5  # smallest share of the area of a part on its CAD face
 
 
 def quad_faces(
@@ -26,13 +26,13 @@ def quad_faces(
     Parameters
     ----------
     problem : the hex mesh and its surface
-    x : (V, 3) positions near the surface, at unit scale
+    x : (V, 3) positions close to the surface, at unit scale
     on_curve : (E,) whether each boundary edge is on the path of a curve
     matched : the curves that have a path
 
     Returns
     -------
-    (Q,) number of the CAD face, 0 where it is not known
+    (Q,) number of the CAD face; 0 if it is unknown
     """
     features, region = problem.target.followed, problem.target.surface.region
     if not features.n_faces:

@@ -1,8 +1,8 @@
 """A path of boundary mesh edges for every crease of the surface.
 
-Corners first: each gets one vertex, all together at the least total cost.  Then every crease gets
-the cheapest path between the vertices of its corners, and a loop the cheapest cycle; a vertex is
-on one path only, except at corners; `routing` says what an edge costs.
+First each corner is assigned a vertex, with the smallest total cost. Then every crease gets the
+cheapest path between the vertices of its corners, and a loop the cheapest cycle. A vertex belongs
+to one path only, except at corners. `routing` defines the cost of an edge.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from polycube.surface.curves.features import Crease, Features
 
 logger = logging.getLogger(__name__)
 
-MEAN_REACH = 1.0  # farthest mean of a path
+MEAN_REACH = 1.0  # largest mean distance of a path
 NOT_MATCHED = 5.0  # cost of a corner without a vertex
-ALONG = 0.6  # least mean cosine between path and crease
-ATTEMPTS = 5  # to find paths for all creases, each in another order
-GAP = 2.0  # longest piece of a crease that one edge may skip, in its lengths
+ALONG = 0.6  # smallest mean cosine between path and crease
+ATTEMPTS = 5  # number of attempts to find paths for all creases, each in a different order
+GAP = 2.0  # longest part of a crease without an edge, in edge lengths
 
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """The vertices of the mesh that belong on one crease, in its order."""
+    """The mesh vertices that belong to one crease, in its order."""
 
     crease: Crease
-    vertices: np.ndarray  # (N,); those of a loop once
+    vertices: np.ndarray  # (N,); those of a loop without repetition
 
     @property
     def sides(self) -> np.ndarray:
@@ -53,7 +53,7 @@ class Route:
 
     @property
     def sagitta(self) -> float:
-        """Largest distance of the crease from as many chords of equal length as there are edges."""
+        """Largest distance of the crease from chords of equal length, one for each edge."""
         arc = np.linspace(0, self.crease.length, len(self.sides) + 1)
         places = self.crease.at(arc)[0]
         if self.crease.is_loop:
@@ -69,9 +69,9 @@ def path_sides(path: np.ndarray, is_loop: bool) -> np.ndarray:
 
 
 def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: Net) -> np.ndarray:
-    """(C,) vertex for each corner of the surface; -1 where none suits.
+    """(C,) vertex for each corner of the surface; -1 if there is no suitable one.
 
-    No vertex is taken twice, but by corners that lie on each other.
+    A vertex is only used once, except for coincident corners.
     """
     stands_for = merged(features)
     alone = np.flatnonzero(stands_for == np.arange(len(stands_for)))
@@ -99,8 +99,9 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
 
 
 def _ways(features: Features) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Directions (K, 3) and inside angles (K,) of the creases that leave corners; those of corner c
-    begin at number c of the third.
+    """Directions (K, 3) and inside angles (K,) of the creases that leave corners.
+
+    The third array gives the index at which the creases of corner c begin.
     """
     rows = []
     for crease in features.creases:
@@ -129,7 +130,7 @@ def _misfits(
     run: np.ndarray,
     hexes: np.ndarray,
 ) -> np.ndarray:
-    """(N,) what the creases that leave each corner cost on the edges of a vertex, on average."""
+    """(N,) mean cost of the creases that leave each corner, on the edges of a vertex."""
     found = np.zeros(len(corner))
     for n in range(len(corner)):
         ways = range(first_way[corner[n]], first_way[corner[n] + 1])
@@ -145,15 +146,15 @@ def _misfits(
 def find_routes(
     features: Features, problem: FitProblem, x: np.ndarray
 ) -> tuple[list[Route], np.ndarray, np.ndarray]:
-    """Paths of the creases that have a good one; no two share a vertex, except at corners.
+    """Paths of the creases, for those with a good path; paths share vertices only at corners.
 
-    Paths that the mesh has already are kept, and curves that lie on others have none.  Of the
-    others the cheapest goes first.  Where a path blocks the way of another crease, that one goes
-    first in a new attempt; the attempt with the most paths counts.
+    Paths that exist in the mesh are kept, and curves that coincide with others have none. The
+    others are routed in the order of cost. If a path blocks another crease, that crease is routed
+    first in a new attempt; the attempt with the most paths is used.
 
     Returns
     -------
-    the paths, the corners (P,) at their ends and the vertices (P,) placed there
+    The paths, the corners (P,) at their ends and the vertices (P,) assigned to them
     """
     mesh = net(problem, x)
     placed = place_corners(features, problem, x, mesh)
@@ -206,7 +207,7 @@ def find_routes(
 
 
 def _is_good(crease: Crease, path: np.ndarray, cost: float, x: np.ndarray, mesh: Net) -> bool:
-    """Whether there is a path, near its crease, that runs its way and leaves no part of it out."""
+    """Whether there is a path close to its crease, in its direction and without gaps."""
     if not np.isfinite(cost):
         return False
     closed = np.append(path, path[:1]) if crease.is_loop else path
@@ -221,9 +222,9 @@ def _is_good(crease: Crease, path: np.ndarray, cost: float, x: np.ndarray, mesh:
 
 
 def expected_arc(crease: Crease, x: np.ndarray, closed: np.ndarray) -> np.ndarray:
-    """(N,) arc lengths that the vertices of a path would have at an even stretch.
+    """(N,) arc lengths of the vertices of a path that is stretched evenly.
 
-    closed : (N,) the first vertex again at the end of a loop, where the arc length has grown by
-        the length of the crease
+    closed : (N,) vertices; the end of a loop is its first vertex again, with the arc length of the
+        whole crease
     """
     return sliding.expected(crease.points, crease.arc, crease.is_loop, x[closed])

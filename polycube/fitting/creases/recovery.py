@@ -1,8 +1,8 @@
-"""Bring creases that gave way back onto edges of the mesh, at no cost in the worst hex that counts.
+"""Recover creases released during polishing, without loss of the relevant scaled Jacobian.
 
-Each round snaps to the creases what can go there with no hex below a floor; the rest stays on the
-surface, where it is pulled towards its crease while the worst hexes are raised.  The floor is what
-the worst hex had, or what the score counts in full: beyond, hexes are given for creases.
+Each round snaps vertices to the creases if no hex falls below a limit. The other vertices stay on
+the surface and are pulled towards their crease while the worst hexes are improved. The limit is the
+scaled Jacobian of the worst hex, or the value up to which the score counts it in full.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from polycube.hexmesh.quality import off_creases
 
 logger = logging.getLogger(__name__)
 
-PULL = 0.2  # weight of a crease on vertices off it, per square of the size; then:
-GROW = 1.2  # factor on that after a round that ends at the floor
-EASE = 0.7  # or after one that falls, more than SHORT below it
+PULL = 0.2  # weight of a crease on vertices that are not on it, per square of the size
+GROW = 1.2  # factor on it after a round that ends at the limit
+EASE = 0.7  # factor after a round that ends more than SHORT below it
 SHORT = 0.01
 BETA = 60.0  # sharpness of the soft minimum
-PATIENCE = 4  # rounds without gain that end it
-GAIN = 0.0005  # of the score
-SOFT = 0.0005  # of the diagonal: 5 % of soft creases may be as far off
+PATIENCE = 4  # rounds without gain after which it ends
+GAIN = 0.0005  # smallest gain, in units of the score
+SOFT = 0.0005  # of the diagonal: distance that 5 % of the creases may exceed if features are soft
 
 
 def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
-    """The state worth most of the one given and of those after each round.
+    """The best state by merit, of the given one and those after each round.
 
-    The one given where creases are within 0.3 % of the diagonal already, 0.05 % where they are
-    soft, where they have no paths, and where all vertices of soft ones are on them.
+    The given state is returned if the creases are already within 0.3 % of the diagonal (0.05 % for
+    soft features), if there are no paths, and if all vertices of soft creases are on them.
     """
     off, every, soft = _off(problem, best), np.ones(len(best.x)), matching.allowed is None
     limit = SOFT if soft else CREASES
@@ -68,7 +68,7 @@ def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) ->
 
 
 def _back(problem: FitProblem, x: np.ndarray, matching: Matching, floor: float) -> State:
-    """On their creases those vertices that can go there; trust is low for all others."""
+    """Move vertices to their creases if the hexes permit it; all others get a low trust."""
     every = np.ones(len(x))
     at = goals_of(problem, x, matching, every)
     y = snap(problem, x, at, floor, every).x
@@ -78,7 +78,7 @@ def _back(problem: FitProblem, x: np.ndarray, matching: Matching, floor: float) 
 
 
 def _factor(spare: float, gain: float) -> float:
-    """On the pull, for what the worst hex has above the floor and what it gained."""
+    """Factor on the pull, from the margin of the worst hex above the limit and its gain."""
     if spare < -SHORT and gain < 0:
         return EASE
     return GROW if spare > -SHORT / 5 else 1.0
@@ -89,7 +89,7 @@ def _off(problem: FitProblem, state: State) -> float:
 
 
 def _missed(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
-    """(N,) whether vertices of the paths are off their creases and corners."""
+    """(N,) whether vertices of the paths are away from their creases and corners."""
     at = goals_of(problem, x, matching, np.ones(len(x)))
     held = np.append(at.curve, at.corner)
     return np.linalg.norm(at.place(problem, x) - x, axis=1)[held] > ON_GOAL

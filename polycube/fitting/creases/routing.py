@@ -1,7 +1,7 @@
-"""Cheapest paths along the boundary edges of a hex mesh, near a crease.
+"""Cheapest paths along the boundary edges of a hex mesh, close to a crease.
 
-An edge costs what it is away from the crease, askew to it, and what the solid's angle there would
-do to the hexes round it.
+The cost of an edge depends on its distance from the crease, on the angle to it, and on the angles
+that the hexes around it would have.
 """
 
 from __future__ import annotations
@@ -16,20 +16,21 @@ from scipy.optimize import linear_sum_assignment
 from polycube.fitting.problem import FitProblem
 from polycube.surface.curves.creases import Crease
 
-REACH = 2.0  # farthest vertex, in local sizes
-AWAY, ASKEW, CROWDED = 4.0, 2.0, 1.0  # costs: square distance, 1 - cos, angle of a hex off 90
-ANCHORS = 4  # of a loop
+REACH = 2.0  # largest distance of a vertex, in local sizes
+# costs: squared distance, 1 - cos, deviation of the angle of a hex from 90 degrees
+AWAY, ASKEW, CROWDED = 4.0, 2.0, 1.0
+ANCHORS = 4  # number of anchor points of a loop
 
 
 class Net(NamedTuple):
-    """Boundary edges as a graph, both ways, in the order of their starts."""
+    """Boundary edges as a graph in both directions, sorted by their starts."""
 
-    first: np.ndarray  # (V + 1,) the edges from vertex v on begin at first[v]
+    first: np.ndarray  # (V + 1,) the edges from vertex v begin at first[v]
     start: np.ndarray  # (A,) vertices
     end: np.ndarray  # (A,)
     run: np.ndarray  # (A, 3) unit directions
     length: np.ndarray  # (A,)
-    hexes: np.ndarray  # (A,) number of hexes at each
+    hexes: np.ndarray  # (A,) number of hexes at each edge
     size: np.ndarray  # (V,) local edge length
 
 
@@ -54,21 +55,21 @@ def net(problem: FitProblem, x: np.ndarray) -> Net:
 
 @njit(cache=True)
 def crowding(inside: np.ndarray, hexes: np.ndarray) -> np.ndarray:
-    """How far the angle of each of the hexes at an edge would be from 90 degrees, in those."""
+    """Deviation of the angle of each hex at an edge from 90 degrees, in units of 90 degrees."""
     return np.abs(inside / np.maximum(hexes, 1) / (np.pi / 2) - 1)
 
 
 class Field(NamedTuple):
-    """Cost of the edges near a crease, on its own numbering of vertices."""
+    """Cost of the edges close to a crease, with its own numbering of vertices."""
 
     vertex: np.ndarray  # (N,) ascending
-    first: np.ndarray  # (N + 1,) the edges from a vertex on begin here
+    first: np.ndarray  # (N + 1,) index of the first edge from each vertex
     end: np.ndarray  # (A,)
     cost: np.ndarray  # (A,)
 
 
 def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net) -> Field:
-    """Edges between the vertices within reach of a crease; walking back along it costs most."""
+    """Edges between the vertices close to a crease; edges against its direction cost most."""
     low, high = crease.points.min(axis=0), crease.points.max(axis=0)
     vertex = _in_box(x, problem.outer, mesh.size, low, high)
     _, gap = crease.nearest(x[vertex])
@@ -97,7 +98,7 @@ def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net) -> Fiel
 def _in_box(
     x: np.ndarray, vertex: np.ndarray, size: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
-    """Those vertices that are in a box, or within `REACH` sizes of it along each axis."""
+    """The vertices in a box, or within `REACH` sizes of it along each axis."""
     found = np.empty(len(vertex), np.int64)
     count = 0
     for v in vertex:
@@ -114,7 +115,7 @@ def _in_box(
 def cheapest(
     crease: Crease, field: Field, x: np.ndarray, placed: np.ndarray, taken: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Vertices of the cheapest path that is free, and its cost; infinite without one."""
+    """Vertices of the cheapest free path, and its cost; infinite if there is none."""
     if not crease.is_loop:
         start, end = placed[list(crease.ends)]
         return _between(field, start, end, taken)
@@ -136,7 +137,7 @@ def cheapest(
 def _anchors(
     crease: Crease, field: Field, x: np.ndarray, taken: np.ndarray, arc: np.ndarray
 ) -> np.ndarray:
-    """Free vertices nearest to places on a loop."""
+    """Free vertices closest to points on a loop."""
     free = field.vertex[~taken[field.vertex]]
     if len(free) < len(arc):
         return np.zeros(0, np.int64)
@@ -146,7 +147,7 @@ def _anchors(
 
 
 def _cycle(field: Field, anchors: np.ndarray, taken: np.ndarray) -> tuple[np.ndarray, float]:
-    """Cheapest paths from each anchor to the next, one after the other, and their cost."""
+    """Cheapest paths from each anchor to the next, in sequence, and their cost."""
     blocked, pieces, total = taken.copy(), [], 0.0
     blocked[anchors] = True
     if len(np.unique(anchors)) < 3:
@@ -162,7 +163,7 @@ def _cycle(field: Field, anchors: np.ndarray, taken: np.ndarray) -> tuple[np.nda
 
 
 def _between(field: Field, start: int, end: int, taken: np.ndarray) -> tuple[np.ndarray, float]:
-    """Cheapest path between two vertices over vertices that are not taken."""
+    """Cheapest path between two vertices over free vertices."""
     nothing = np.zeros(0, np.int64), np.inf
     ends = np.searchsorted(field.vertex, [start, end])
     if start == end or (np.append(field.vertex, -1)[ends] != [start, end]).any():
@@ -181,7 +182,7 @@ def _shortest(
     start: int,
     goal: int,
 ) -> tuple[np.ndarray, float]:
-    """Dijkstra's shortest path over vertices (N,) that are not taken, and its cost."""
+    """Dijkstra's shortest path over free vertices (N,), and its cost."""
     least = np.full(len(taken), np.inf)
     before = np.full(len(taken), -1)
     least[start] = 0.0

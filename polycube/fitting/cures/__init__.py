@@ -1,6 +1,6 @@
-"""Cures of the worst hexes, one place at a time: a new fit there, or a sheet of hexes.
+"""Local improvement of the worst hexes: a new fit of a neighbourhood, or a sheet of hexes.
 
-`fitted` holds a mesh and what its boundary is held to, `sets` says round which hexes a sheet may
-help, `neighbourhood` cuts out what is near, with the sheet, `refit` fits that alone, and `cure`
-tries one after the other and keeps what helps.
+`fitted` holds a mesh and the constraints of its boundary, `faces` selects hexes for a sheet,
+`neighbourhood` extracts the surroundings with the sheet, `refit` fits them, and `cure` tries the
+cures in sequence and keeps the successful ones.
 """

@@ -1,8 +1,8 @@
-"""Cure the poor hexes of a fitted mesh, one place at a time.
+"""Improve the poor hexes of a fitted mesh, one neighbourhood at a time.
 
-First the faces with flat corners have sheets, those with the worst hexes first.  Then what is near
-poor hexes is fitted anew with its boundary on the surface, and if that is not enough within an
-envelope of it.
+First, sheets are inserted under faces with flat corners, starting with the worst hexes. Then the
+neighbourhoods of poor hexes are fitted again with the boundary on the surface, and if this is not
+sufficient, within an envelope of the surface.
 """
 
 from __future__ import annotations
@@ -27,29 +27,30 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-ENOUGH = 0.4  # share of the cost of a place that a fit takes away, with which it is tried again
-LEAST = 0.02  # the same with which a cure is kept
-LITTLE = 1e-3  # cost whose loss is no gain
-LOWER = 0.9  # share of the least scaled Jacobian that a cure may leave, if that is not
-FINE = 0.2  # more than this
-LIMITS = (0.95 * TOLERANCE, TOLERANCE)  # of a feature in an envelope: others sample it elsewhere
-NEAR = 0.005  # distance of vertices from the surface, in diagonals, that any cure may leave
-STRAY = 0.0025  # the same beyond what is no loss, from exact features
+ENOUGH = 0.4  # relative reduction of the cost after which a neighbourhood is tried again
+LEAST = 0.02  # smallest relative reduction of the cost of an accepted cure
+LITTLE = 1e-3  # smallest reduction of the cost
+LOWER = 0.9  # smallest factor on the least scaled Jacobian, unless the result is above
+FINE = 0.2  # this value
+# limits for features in an envelope; final checks use other samples
+LIMITS = (0.95 * TOLERANCE, TOLERANCE)
+NEAR = 0.005  # distance of vertices from the surface, in diagonals, that is always permitted
+STRAY = 0.0025  # the same for exact features, beyond the permitted distance
 
 
 def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
-    """The mesh with fewer poor hexes, and with sheets; no cure loses a feature or makes a crossing.
+    """The mesh with fewer poor hexes and with sheets; no cure loses a feature or adds a crossing.
 
     Parameters
     ----------
-    mesh : fitted, in model units, with exact features
+    mesh : fitted mesh in model units, with exact features
     target : its surface
     aim : scaled Jacobian below which hexes are poor
-    width : distance from the surface that poor hexes may have, in diagonals
+    width : permitted distance of poor hexes from the surface, in diagonals
 
     Returns
     -------
-    The same object where no hex is poor or nothing helps.
+    The same object if no hex is poor or no cure is successful.
     """
     cures = _Cures(fitted(mesh, target), aim, width)
     cures.under_faces()
@@ -76,21 +77,21 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A cure that was tried: a neighbourhood, its fit, and what there was before."""
+    """A tried cure: a neighbourhood, its fit, and the state before."""
 
     near: Neighbourhood
     found: Refit
     before: float
     least: float
-    off: tuple[float, float]  # largest distances before, as those of the fit
+    off: tuple[float, float]  # largest distances before, as in the fit
 
     @property
     def gain(self) -> float:
-        """Cost that it takes away."""
+        """Reduction of the cost."""
         return self.before - self.found.cost
 
     def helps(self, worst: float) -> bool:
-        """Whether the cost is lower, and neither a distance nor the worst hex much worse.
+        """Whether the cost is lower, and neither a distance nor the worst hex is much worse.
 
         worst : scaled Jacobian of the worst hex of the whole mesh
         """
@@ -102,7 +103,7 @@ class _Trial:
 
 
 class _Cures:
-    """Trials on a mesh, one after the other; what helps is kept."""
+    """Trials on a mesh in sequence; successful ones are kept."""
 
     def __init__(self, whole: Fitted, aim: float, width: float) -> None:
         self.whole, self.kept = whole, 0
@@ -110,7 +111,7 @@ class _Cures:
         self._crossings = len(crossings(whole.mesh))
 
     def under_faces(self) -> None:
-        """Put sheets under the CAD faces with flat corners."""
+        """Insert sheets under the CAD faces with flat corners."""
         tried = {0}
         while True:
             faces = Faces(self.whole)
@@ -132,7 +133,7 @@ class _Cures:
                     self._keep(trial)
 
     def in_an_envelope(self) -> None:
-        """Loosen the boundary round the poor hexes, place by place."""
+        """Relax the boundary near the poor hexes, one neighbourhood at a time."""
         tried = np.zeros(len(self.whole.jacobian), bool)
         while True:
             jacobian, hexes = self.whole.jacobian, self.whole.mesh.hexes
@@ -148,8 +149,9 @@ class _Cures:
             tried[seeds] = near is None or not self._loosened(near)
 
     def _loosened(self, near: Neighbourhood) -> bool:
-        """Keep the exact fit if no hex is poor with it, else a loosened one, else the exact one;
-        whether much is gained.
+        """Use the exact fit if it leaves no poor hex, else a relaxed one, else the exact one.
+
+        Returns whether the gain is large enough for another trial.
         """
         before = self._before(near)
         exact = None
@@ -166,16 +168,14 @@ class _Cures:
         return exact.gain > ENOUGH * exact.before
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
-        """Cost of a place, least scaled Jacobian there, and the largest distances."""
+        """Cost of a neighbourhood, its least scaled Jacobian, and the largest distances."""
         moving, now = near.moving, self.whole
         gap, strayed = now.gap[moving], now.strayed[moving]
         off = float(gap.max()), float(strayed.max())
         return *cost(now.jacobian[near.elements], gap, strayed, self._aim), off
 
     def _keep(self, trial: _Trial, limits: tuple[float, ...] = (TOLERANCE,)) -> bool:
-        """Take a cure, if it brings no feature beyond a limit of its distance from the mesh, and
-        the boundary crosses itself no more.
-        """
+        """Accept a cure if no feature exceeds its limit of distance and no crossing is added."""
         new = _with(self.whole, trial.near, trial.found)
         if any(not new.lost(limit) <= self.whole.lost(limit) for limit in limits):
             return False
@@ -188,13 +188,13 @@ class _Cures:
 
 
 def _with(whole: Fitted, near: Neighbourhood, found: Refit) -> Fitted:
-    """The whole mesh with a neighbourhood as it was fitted."""
+    """The whole mesh with the new positions of a neighbourhood."""
     mesh, before = whole.mesh, len(whole.gap)
     if near.inside is not None:
         inside = np.zeros(len(mesh.hexes), bool)
         inside[near.elements] = near.inside
         mesh = with_sheet(mesh, inside)
-    number = np.append(near.used, np.arange(before, len(mesh.vertices)))  # in the whole
+    number = np.append(near.used, np.arange(before, len(mesh.vertices)))  # in the whole mesh
     moved = number[near.moves]
     vertices = mesh.vertices.copy()
     vertices[moved] = found.x[near.moves]

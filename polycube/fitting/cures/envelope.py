@@ -1,9 +1,9 @@
-"""Raise the poor hexes of a neighbourhood with its boundary within an envelope of the surface.
+"""Improve the poor hexes of a neighbourhood with its boundary in an envelope of the surface.
 
-Held exactly, a hex at an acute corner or between two curves that nearly touch cannot be better than
-the angle there.  Here its boundary vertices may leave their goals by a small distance, as in the
-envelope of Hu et al. 2020 (Fast tetrahedral meshing in the wild); those on curves and corners by
-what is no loss of these.
+With an exact boundary, a hex at an acute corner or between two close curves cannot be better than
+the angle there. Here boundary vertices may leave their goals by a small distance, as in the
+envelope of Hu et al. 2020 (Fast tetrahedral meshing in the wild); vertices on curves and corners by
+their permitted distance.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ from polycube.fitting.snapping import goals_of
 from polycube.fitting.springs import Springs, pull
 from polycube.numerics.lbfgs import descend
 
-HOLD = 0.1  # weight of a pull on the boundary to where it was, per square of the size
-BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in turn
-ROUNDS = 2  # for each: the surface is looked up once in a round
+HOLD = 0.1  # weight of the springs of the boundary to its position, per square of the size
+BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in sequence
+ROUNDS = 2  # rounds for each; closest points are updated once per round
 ITERATIONS = 20
-REACH = 0.25  # of the size: how far a vertex goes in a round, so that the surface is flat enough
+REACH = 0.25  # of the size: largest move of a vertex in a round, so that the surface is flat enough
 EVERY_WAY = np.eye(3)[None]
-WORSE = 2e-3  # scaled Jacobian that the way home may cost
-LITTLE = 0.05  # scaled Jacobian that a hex may lose where its vertices are brought back
+WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to their goals
+LITTLE = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
 
 
 def envelopes(width: float) -> list[tuple[float, float]]:
-    """Widths and holds to try one after the other, the most exact first."""
+    """Widths and spring weights to try in sequence, the most exact first."""
     return [(0.0, 0.0), (width, 0.0), (width, HOLD)] if width else [(0.0, 0.0)]
 
 
 def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refit:
     """The best positions found.
 
-    near : what is fitted
-    aim : scaled Jacobian beyond which hexes cost nothing
-    width : distance of vertices from their goals, in diagonals, at most; where they are farther
-        already, at most as far
-    hold : weight of a pull on the boundary to where it is, per square of the size
+    near : the neighbourhood
+    aim : scaled Jacobian above which hexes have no cost
+    width : largest distance of vertices from their goals, in diagonals, or their present distance
+        if that is larger
+    hold : weight of the springs of the boundary to its position, per square of the size
     """
     problem = near.problem
     x = problem.mesh.vertices.copy()
@@ -71,7 +71,7 @@ def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refi
 
 
 def _home(near: Neighbourhood, found: Refit, aim: float) -> Refit:
-    """The same with vertices at their goals where no hex gets poor or worse by it."""
+    """Return vertices to their goals if no hex becomes poor or worse."""
     least = min(aim, found.least)
     home = judged(near, at_goals(near, found.x, least), aim)
     return home if home.least >= least - WORSE else found
@@ -85,9 +85,9 @@ def _energy(
 
 
 def _room(near: Neighbourhood, gap: np.ndarray, width: float) -> np.ndarray:
-    """(N',) how far each vertex may be from its goal, by how far it is (N',)."""
+    """(N',) permitted distance of each vertex from its goal, from its present distance (N',)."""
     allowed = near.matching.allowed
-    assert allowed is not None  # the matching is held exactly
+    assert allowed is not None  # the matching is exact
     room = np.full(len(gap), width)
     held = np.append(near.matching.curve, near.matching.corner)
     room[held] = np.minimum(width, allowed[held])
@@ -95,7 +95,7 @@ def _room(near: Neighbourhood, gap: np.ndarray, width: float) -> np.ndarray:
 
 
 def _off(near: Neighbourhood, at: Goals) -> np.ndarray:
-    """(N', 3, 3) the part of a vector that leads off the surface, curve or corner of a vertex."""
+    """(N', 3, 3) projector onto directions away from the surface, curve or corner."""
     off = np.zeros((len(near.moves), 3, 3))
     off[near.problem.outer] = at.facing[:, :, None] * at.facing[:, None]
     off[at.curve] = np.eye(3) - at.direction[:, :, None] * at.direction[:, None]
@@ -112,16 +112,16 @@ def _held(
     room: np.ndarray,
     x: np.ndarray,
 ) -> np.ndarray:
-    """Positions within reach of where a round began, and of their goals."""
+    """Limit positions to the reach from the start of the round, and from their goals."""
     return _nearer(goal, off, room, _nearer(begun, EVERY_WAY, reach, x))
 
 
 def _landed(
     near: Neighbourhood, goal: np.ndarray, room: np.ndarray, x: np.ndarray, aim: float
 ) -> np.ndarray:
-    """Positions no farther from their goals than there is room, but at hexes that get poor by it.
+    """Limit positions to the permitted distance from their goals, unless hexes become poor.
 
-    Goals may have jumped where the surface comes near itself.
+    Goals may have changed discontinuously near narrow gaps.
     """
     landed = _nearer(goal, EVERY_WAY * near.moves[:, None, None], room, x)
     least = np.minimum(near.problem.scaled_jacobian(x) - LITTLE, aim)
@@ -134,7 +134,7 @@ def _landed(
 
 
 def _nearer(goal: np.ndarray, off: np.ndarray, room: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Positions that are no farther from their goals than there is room."""
+    """Limit positions to the permitted distance from their goals."""
     away = np.einsum("vij,vj->vi", np.broadcast_to(off, (len(x), 3, 3)), x - goal)
     distance = np.linalg.norm(away, axis=1)
     too_far = np.maximum(0, 1 - room / np.maximum(distance, 1e-30))

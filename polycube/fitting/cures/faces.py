@@ -1,7 +1,7 @@
 """CAD faces with flat corners, and the hexes under them.
 
-At a flat corner, two edges of a quad lie on one line or nearly so.  A sheet of hexes under the
-whole face gives every vertex of its border two quads on the face.
+At a flat corner, two edges of a quad are nearly collinear. A sheet of hexes under the whole face
+gives every vertex of its border two quads on the face.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from polycube.surface.measures import connected
 
 
 class Faces:
-    """The quads of a fitted mesh, in parts that the paths of the curves enclose."""
+    """The quads of a fitted mesh, in parts enclosed by the paths of the curves."""
 
     def __init__(self, whole: Fitted) -> None:
         mesh, self.owner = whole.mesh, whole.sides[0]
@@ -29,9 +29,7 @@ class Faces:
         self.flat, self.sharp = self._corners(whole)
 
     def _corners(self, whole: Fitted) -> tuple[np.ndarray, np.ndarray]:
-        """Which quads (Q,) have a flat corner between two edges on paths, and which (Q,) a corner
-        of the surface that is not flat, and none that is.
-        """
+        """Quads (Q,) with flat corners between edges on paths, and quads (Q,) with other ones."""
         x, quads = whole.mesh.vertices, self.quads
         onward = x[np.roll(quads, -1, axis=1)] - x[quads]
         onward /= np.linalg.norm(onward, axis=2, keepdims=True) + 1e-30
@@ -48,9 +46,7 @@ class Faces:
         return np.isin(np.arange(len(self.hexes)), self.owner[quads])
 
     def with_flat_corners(self, cad_face: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """Numbers of the CAD faces (Q,) that have such a quad, and the hexes (H,) to put a sheet
-        round.
-        """
+        """Numbers of CAD faces (Q,) with flat corners, and hexes (H,) to surround by a sheet."""
         for number in np.unique(self.part[self.flat]):
             own = self.part == number
             yield int(cad_face[own][0]), self.under(own & ~self.sharp)

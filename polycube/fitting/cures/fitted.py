@@ -1,4 +1,4 @@
-"""A fitted mesh with what its boundary is held to, and how good it is hex by hex."""
+"""A fitted mesh with the constraints of its boundary, and the cost of its hexes."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
-OFF = 50.0  # cost of a diagonal off the surface, beyond
+OFF = 50.0  # cost of a diagonal of distance from the surface, beyond
 NO_LOSS = 2e-3  # this distance
-POWER = 4  # of the cost of a hex: one bad hex counts more than many that are nearly good
-STRAYED = 100.0  # cost of a diagonal off exact features, beyond what is no loss
+POWER = 4  # exponent in the cost of a hex: one bad hex counts more than many slightly poor ones
+STRAYED = 100.0  # cost of a diagonal of distance from exact features, beyond the permitted distance
 
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A mesh at unit scale near its target.
+    """A mesh at unit scale close to its target.
 
     Parameters
     ----------
     mesh : its `patch` is the number of each quad
-    patch : (Q,) of the mesh that it comes from
+    patch : (Q,) patches of the original mesh
     target : the surface
     paths : vertices on each curve, in order, by its number in `target.followed`
-    corners : (P,) vertices on corners of the surface
-    corner_goals : (P, 3) their places
-    cad_face : (Q,) CAD face of each quad; 0 where it is not known
+    corners : (P,) vertices at corners of the surface
+    corner_goals : (P, 3) positions of these corners
+    cad_face : (Q,) CAD face of each quad; 0 if it is unknown
     gap : (V,) distances of boundary vertices from their goals
-    strayed : (V,) distances from exact features, beyond what is no loss
-    distance : (S,) of samples of the features from the mesh, as in `losses`
+    strayed : (V,) distances from exact features, minus the permitted distance
+    distance : (S,) distances of samples of the features from the mesh, as in `losses`
     """
 
     mesh: HexMesh
@@ -56,7 +56,7 @@ class Fitted:
 
     @cached_property
     def sides(self) -> tuple[np.ndarray, np.ndarray]:
-        """Hex (Q,) of each boundary quad, and which of its faces (Q,) it is."""
+        """Hex (Q,) of each boundary quad, and its local face (Q,)."""
         return quad_sides(self.mesh)
 
     @cached_property
@@ -79,7 +79,7 @@ class Fitted:
 
 
 def fitted(mesh: HexMesh, target: Target) -> Fitted:
-    """Prepare a mesh in model units that lies on its target."""
+    """Prepare a mesh in model units that is fitted to its target."""
     unit = replace(mesh, vertices=target.to_unit(mesh.vertices), patch=np.arange(len(mesh.quads)))
     problem = FitProblem(unit, target, samples=1)
     matching = held_exactly(match(problem, unit.vertices), len(unit.vertices))
@@ -103,12 +103,12 @@ def fitted(mesh: HexMesh, target: Target) -> Fitted:
 def distances(
     problem: FitProblem, x: np.ndarray, matching: Matching
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (V,) from the goals, and (V,) from exact features beyond what is no loss."""
+    """Distances (V,) from the goals, and from exact features (V,) minus the permitted distance."""
     at = goals_of(problem, x, matching, np.ones(len(x)))
     gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
     strayed = np.zeros(len(x))
     held = np.append(at.curve, at.corner)
-    assert at.allowed is not None  # the matching is held exactly
+    assert at.allowed is not None  # the matching is exact
     strayed[held] = np.maximum(0, gap[held] - at.allowed[held])
     return gap, strayed
 
@@ -116,11 +116,11 @@ def distances(
 def cost(
     jacobian: np.ndarray, gap: np.ndarray, strayed: np.ndarray, aim: float
 ) -> tuple[float, float]:
-    """What hexes below the aim cost, and vertices off the surface; smaller is better.
+    """Cost of hexes below the aim and of vertices away from the surface; smaller is better.
 
     Returns
     -------
-    the whole cost, and the smallest scaled Jacobian
+    The total cost, and the smallest scaled Jacobian
     """
     least = float(jacobian.min())
     poor = float(poorness(jacobian, aim).sum()) + 10 * (least <= 0)
@@ -128,17 +128,19 @@ def cost(
 
 
 def offness(gap: np.ndarray, strayed: np.ndarray) -> np.ndarray:
-    """(V,) cost of vertices by their distances (V,) from their goals, and from exact features
-    beyond what is no loss.
+    """(V,) cost of vertices.
+
+    gap : (V,) distances from their goals
+    strayed : (V,) distances from exact features, minus the permitted distance
     """
     return OFF * np.maximum(0, gap - NO_LOSS) + STRAYED * strayed
 
 
 def poorness(jacobian: np.ndarray, aim: float) -> np.ndarray:
-    """Cost of hexes by their scaled Jacobians (H,): 1 for a flat one, 0 from the aim on."""
+    """Cost of hexes by their scaled Jacobians (H,): 1 for a flat hex, 0 above the aim."""
     return (np.maximum(0, aim - jacobian) / aim) ** POWER
 
 
 def edge_keys(ends: np.ndarray, n_vertices: int) -> np.ndarray:
-    """(N,) one number for each edge (N, 2), whatever its direction."""
+    """(N,) one number for each undirected edge (N, 2)."""
     return np.sort(ends, axis=1) @ np.array([n_vertices, 1])

@@ -1,6 +1,6 @@
-"""Which features of a part a mesh loses, kept up to date while parts of the mesh move.
+"""Features of a part that a mesh loses, updated while parts of the mesh move.
 
-The samples of a feature and the share of them that must be near are those of
+The samples of a feature and the required share of close samples are those of
 `polycube.hexmesh.feature_distances`.
 """
 
@@ -19,7 +19,7 @@ from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 POINT, CURVE, FACE = range(3)
-ROUND = 0.01  # round what moves, in diagonals: features farther away are not looked at
+ROUND = 0.01  # in diagonals: features farther from moved vertices than this are not updated
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,8 @@ class Samples:
     Parameters
     ----------
     points : (S, 3) at unit scale
-    kind : (S,) of the feature
-    feature : (S,) its number, from 0 on
+    kind : (S,) kind of the feature
+    feature : (S,) number of the feature, from 0
     """
 
     points: np.ndarray
@@ -53,16 +53,16 @@ def samples_of(target: Target) -> Samples:
 
 
 def distances(mesh: HexMesh, samples: Samples) -> np.ndarray:
-    """(S,) of corners from boundary vertices, of curves from edges, of faces from quads."""
+    """(S,) distances of corners from boundary vertices, curves from edges, faces from quads."""
     every = np.ones(len(samples.points), bool)
     return _distances(mesh.vertices, mesh.quads, samples, every)
 
 
 def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray) -> np.ndarray:
-    """The same of a mesh of which a part has moved.
+    """Update the distances after a part of the mesh has moved.
 
-    before : (S,) distances from the mesh as it was
-    where : (N, 3) old and new places of the vertices of all hexes that moved
+    before : (S,) distances from the mesh before
+    where : (N, 3) old and new positions of the vertices of all moved hexes
     """
     low, high = where.min(axis=0) - ROUND, where.max(axis=0) + ROUND
     here = ((samples.points > low) & (samples.points < high)).all(axis=1)

@@ -1,4 +1,4 @@
-"""What is near some hexes of a fitted mesh, cut out, with a sheet where one is wanted."""
+"""Extract the neighbourhood of some hexes of a fitted mesh, optionally with a sheet."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
 from polycube.surface import arc_length
 from polycube.types import HexMesh
 
-RINGS = 3  # of hexes round a sheet whose vertices move
+RINGS = 3  # rings of hexes around a sheet whose vertices move
 
-Detours = dict[tuple[int, int], list[int]]  # vertices that a path passes between two others
+Detours = dict[tuple[int, int], list[int]]  # new vertices of a path between two existing ones
 
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """Part of a mesh that is fitted alone.
+    """Part of a mesh that is fitted separately.
 
     Parameters
     ----------
     problem : the part, with the sheet
     matching : its vertices on curves and corners
-    used : (N,) vertices of the whole mesh; those of the sheet come after them
+    used : (N,) vertices of the whole mesh; those of the sheet follow
     elements : (E,) hexes of the whole mesh
-    moves : (N',) which vertices move
-    inside : (E,) hexes that the sheet surrounds; None without a sheet
-    detours : of the paths, where the sheet crosses them, in numbers of the part
+    moves : (N',) whether a vertex moves
+    inside : (E,) hexes surrounded by the sheet; None without a sheet
+    detours : new parts of the paths that the sheet crosses, in vertex numbers of the part
     """
 
     problem: FitProblem
@@ -53,17 +53,17 @@ class Neighbourhood:
 def neighbourhood(
     whole: Fitted, seeds: np.ndarray, inside: np.ndarray | None = None
 ) -> Neighbourhood | None:
-    """Cut out what is near.
+    """Extract a neighbourhood.
 
     Parameters
     ----------
     whole : the mesh
-    seeds : (S,) hexes round which vertices move, where there is no sheet
-    inside : (H,) hexes to put a sheet round
+    seeds : (S,) hexes around which vertices move, without a sheet
+    inside : (H,) hexes to surround by a sheet
 
     Returns
     -------
-    None where a sheet round these hexes would pinch itself, or break a path
+    The neighbourhood, or None if the sheet would be pinched or break a path
     """
     hexes = whole.mesh.hexes
     moves = np.zeros(len(whole.gap), bool)
@@ -99,7 +99,7 @@ def neighbourhood(
 
 
 def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
-    """The part with a sheet, and the new vertex at each old one (N,), -1 for none."""
+    """The part with a sheet, and the new vertex at each old one (N,), -1 if there is none."""
     grown = with_sheet(piece, own)
     sheet = grown.hexes[len(piece.hexes) :]
     twin = np.full(len(piece.vertices), -1)
@@ -110,7 +110,7 @@ def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
 def _routes(
     whole: Fitted, piece: HexMesh, used: np.ndarray, twin: np.ndarray
 ) -> tuple[list[Route], Detours] | None:
-    """Paths of the part, and their detours; None where one is broken."""
+    """Paths of the part, and their detours; None if a path is broken."""
     n = len(piece.vertices)
     edges = np.sort(edge_keys(quad_edges(piece.quads, is_closed=False)[0], n))
     is_here = np.zeros(len(whole.gap), bool)
@@ -140,8 +140,9 @@ def _routes(
 
 
 def _runs(is_loop: bool, is_here: np.ndarray) -> Iterator[tuple[np.ndarray, int, int]]:
-    """Runs of at least two vertices of a path that are here: their numbers, and the first and last;
-    the last is beyond the end where the run of a loop passes it.
+    """Runs of at least two vertices of a path in the part.
+
+    Yields their numbers and the first and last index; in a loop, the last may exceed its length.
     """
     n = len(is_here)
     if is_here.all():
@@ -159,7 +160,7 @@ def _runs(is_loop: bool, is_here: np.ndarray) -> Iterator[tuple[np.ndarray, int,
 
 
 def _detour(a: int, b: int, twin: np.ndarray, edges: np.ndarray, n: int) -> list[int] | None:
-    """The new vertices that lead from a to b now."""
+    """The new vertices between a and b."""
     known = [int(twin[v]) if v < len(twin) else -1 for v in (a, b)]
     for between in ([known[0]], [known[1]], known):
         way = np.array([a, *between, b])
@@ -169,7 +170,7 @@ def _detour(a: int, b: int, twin: np.ndarray, edges: np.ndarray, n: int) -> list
 
 
 def with_detours(path: np.ndarray, is_loop: bool, detours: Detours) -> np.ndarray:
-    """A path with the vertices that it passes between others now."""
+    """A path with the new vertices between its old ones."""
     if not detours:
         return path
     sides = path_sides(path, is_loop).tolist()

@@ -1,4 +1,4 @@
-"""Fit a neighbourhood with a sheet alone; what is round it stays."""
+"""Fit a neighbourhood with a sheet; its surroundings are fixed."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ from polycube.fitting.snapping import goals_of, snap
 from polycube.fitting.springs import Springs, pull, together
 from polycube.numerics.lbfgs import descend
 
-WEIGHTS = (1.0, 10.0, 100.0)  # of the boundary, while a sheet unfolds
-BETAS = (20.0, 20.0, 30.0, 30.0, 40.0, 60.0)  # sharpness of the soft minimum, round by round
-HOPELESS = (2.5, 2.0, 1.5, 1.3, 1.2, 1.1)  # times the cost before after each round that end it
-SNAPPED = (0.05, 0.1)  # scaled Jacobian below which hexes keep vertices off their goals
-WORSE = 1.2  # times the cost that vertices at their goals may have
+WEIGHTS = (1.0, 10.0, 100.0)  # weights of the boundary while a sheet unfolds
+BETAS = (20.0, 20.0, 30.0, 30.0, 40.0, 60.0)  # sharpness of the soft minimum in each round
+# factor on the cost before, for each round, above which the fit is abandoned
+HOPELESS = (2.5, 2.0, 1.5, 1.3, 1.2, 1.1)
+SNAPPED = (0.05, 0.1)  # scaled Jacobian below which hexes keep vertices away from their goals
+WORSE = 1.2  # factor on the cost for vertices moved to their goals
 
 
 @dataclass(frozen=True, eq=False)
 class Refit:
-    """Positions (N', 3) of a neighbourhood, and how good they are."""
+    """Positions (N', 3) of a neighbourhood, and their quality."""
 
     x: np.ndarray
     cost: float
-    least: float  # scaled Jacobian
+    least: float  # smallest scaled Jacobian
     gap: np.ndarray  # (N',)
     strayed: np.ndarray  # (N',)
 
@@ -37,9 +38,9 @@ class Refit:
 def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     """The best fit found.
 
-    near : what is fitted
-    aim : scaled Jacobian beyond which hexes cost nothing
-    before : cost of the mesh as it was; fits that stay far above it end early
+    near : the neighbourhood
+    aim : scaled Jacobian above which hexes have no cost
+    before : cost of the original mesh; fits with a much larger cost are abandoned
     """
     problem = near.problem
     x = problem.mesh.vertices.copy()
@@ -63,14 +64,14 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
 
 
 def judged(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
-    """Positions (N', 3) of a neighbourhood with what they cost."""
+    """Positions (N', 3) of a neighbourhood with their cost."""
     gap, strayed = distances(near.problem, x, near.matching)
     gap[~near.moves] = strayed[~near.moves] = 0
     return Refit(x, *cost(near.problem.scaled_jacobian(x), gap, strayed, aim), gap, strayed)
 
 
 def at_goals(near: Neighbourhood, x: np.ndarray, least: float) -> np.ndarray:
-    """The moving boundary at its goals, less far at hexes that would fall below `least`."""
+    """Move the boundary to its goals, or less far if hexes would fall below `least`."""
     trust = np.ones(len(x))
     at = goals_of(near.problem, x, near.matching, trust)
     return snap(near.problem, x, at, least, trust, near.moves).x
@@ -84,14 +85,14 @@ def _descended(
     iterations: int,
     weight: float,
 ) -> np.ndarray:
-    """Positions of lower energy, with the boundary held by springs of a weight."""
+    """Positions of lower energy, with springs of a given weight at the boundary."""
     at = goals_of(near.problem, x, near.matching, np.ones(len(x)))
     springs = _springs(near, x, at, weight)
     return near.problem.relax(x, lengths, terms, springs, iterations, near.moves)
 
 
 def _springs(near: Neighbourhood, x: np.ndarray, at: Goals, weight: float) -> list[Springs]:
-    """Pulls of all boundary vertices to their goals."""
+    """Springs from all boundary vertices to their goals."""
     problem = near.problem
     every = weight / problem.size(x) ** 2
     free = ~np.isin(problem.outer, np.append(at.curve, at.corner))

@@ -1,4 +1,4 @@
-"""Make hex meshes: of a polycube, with sizes that were asked for, and by sheets of hexes.
+"""Generation of hex meshes from polycubes, with requested sizes, and by sheets of hexes.
 
-Imports structure, surface, hexmesh and below.
+Imports `structure`, `surface`, `hexmesh` and the layers below.
 """

@@ -1,7 +1,6 @@
-"""Hexes of blocks: a coarse hex mesh of the part itself, each of whose hexes is cut in equal parts.
+"""Hexes of blocks: a coarse hex mesh of the part, each of whose hexes is divided evenly.
 
-Edges that lie opposite each other in a quad have the same number of parts, so hexes meet in whole
-faces.
+Opposite edges of a quad have the same number of parts, so the hexes share whole faces.
 """
 
 from __future__ import annotations
@@ -26,15 +25,15 @@ from polycube.structure.rough_map import affine_map
 from polycube.surface.measures import connected
 from polycube.types import Candidate, HexMesh, Polycube, TriMesh
 
-LONGEST = 1.4  # times the size wanted: an edge of a hex
-SAME = 1e-9  # of the extent: vertices of two blocks nearer than this are one
+LONGEST = 1.4  # largest length of a hex edge, relative to the wanted size
+SAME = 1e-9  # of the extent: closer vertices of two blocks are merged
 
 
 def counts(blocks: HexMesh, size: float) -> np.ndarray:
-    """(H, 3) parts of each block along xi, eta and zeta, of about a size in the model's units."""
+    """(H, 3) parts of each block along xi, eta and zeta for a hex size in model units."""
     ends = np.sort(blocks.hexes[:, EDGES], axis=2)  # (H, 12, 2)
     edges, edge, _ = unique_rows(ends.reshape(-1, 2))
-    opposite = edge.reshape(-1, 4)  # those of one block in one direction
+    opposite = edge.reshape(-1, 4)  # opposite edges of one block in one direction
     group = connected(np.repeat(opposite[:, 0], 3), opposite[:, 1:].ravel(), len(edges))
     length = np.linalg.norm(np.diff(blocks.vertices[edges], axis=1)[:, 0], axis=1)
     wanted = np.bincount(group, length) / np.bincount(group)
@@ -43,7 +42,7 @@ def counts(blocks: HexMesh, size: float) -> np.ndarray:
 
 
 def candidate(blocks: HexMesh, surface: TriMesh, brick: str, proposal: str) -> Candidate:
-    """A structure of these blocks, of the family of its proposal.
+    """A structure that consists of these blocks, of the family of its proposal.
 
     Its polycube is one cell over the bounding box of the part.
 
@@ -58,17 +57,17 @@ def candidate(blocks: HexMesh, surface: TriMesh, brick: str, proposal: str) -> C
 
 
 def genus_of(polycube: Polycube, blocks: HexMesh | None) -> int:
-    """Number of handles of a structure: of its blocks where it has such."""
+    """Number of handles of a structure; of its blocks if it has blocks."""
     return lattice.genus(polycube) if blocks is None else genus(blocks)
 
 
 def number_of_hexes(parts: np.ndarray) -> float:
-    """Of blocks cut into so many parts (H, 3)."""
+    """Number of hexes of blocks divided into parts (H, 3)."""
     return float(parts.prod(axis=1, dtype=float).sum())
 
 
 def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
-    """Hexes of blocks that are cut into parts (H, 3), trilinear in each block."""
+    """Hexes of blocks divided into parts (H, 3); the map is trilinear in each block."""
     places, hexes, owner, start = [], [], [], 0
     for number, n in enumerate(parts):
         shares = np.stack(np.meshgrid(*(np.arange(k + 1) / k for k in n), indexing="ij"), axis=-1)
@@ -94,7 +93,7 @@ def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
 
 
 def on_box(vertices: np.ndarray) -> np.ndarray:
-    """(V, 3) vertices pushed away from the middle of their bounding box, onto the unit cube."""
+    """(V, 3) vertices moved away from the centre of their bounding box, onto the unit cube."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     out = 2 * (vertices - low) / (high - low) - 1
     return (1 + out / np.maximum(abs(out).max(axis=1, keepdims=True), SAME)) / 2

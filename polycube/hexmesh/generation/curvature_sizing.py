@@ -1,7 +1,7 @@
-"""More parts where the surface curves: how far the middles of mesh edges are from it.
+"""More parts in curved regions, from the distance of the midpoints of mesh edges.
 
-An edge of length h lies h^2 / 8 R off a curve of radius R.  Measured on a coarse mesh that has been
-registered, that tells how many parts an interval of the lattice needs.
+The midpoint of an edge of length h is h^2 / 8 R away from a curve of radius R. This distance is
+measured on a registered coarse mesh and gives the required number of parts of each interval.
 """
 
 from __future__ import annotations
@@ -14,19 +14,20 @@ from polycube.structure.rough_map import identity_map
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh, PerAxis, Polycube
 
-SHARE = 75  # per cent of the edges of a polycube face, in an interval, that are to be near
-SPARED = 0.05  # of a part that may be lacking
-MOST = 2  # times the parts that the size asks for, in an interval and as hexes
-RELAX = 1.1  # of the distance, until the hexes are not too many
+SHARE = 75  # per cent of the edges of a polycube face in an interval that must be close
+SPARED = 0.05  # permitted shortfall, in parts
+MOST = 2  # largest factor for the parts of an interval and for the number of hexes
+RELAX = 1.1  # factor by which the distance is increased until the number of hexes is permitted
 
 
 def gaps(polycube: Polycube, hexes: HexMesh, counts: Counts, goal: Target) -> PerAxis:
-    """How far edges along each axis are off the surface in each interval, in diagonals.
+    """Distance of edges along each axis from the surface, for each interval, in diagonals.
 
-    hexes : `template.mesh` with so many parts of each interval, registered
+    hexes : registered mesh of `template.mesh` with the given parts of each interval
 
-    The polycube face that is worst counts, by what 75 % of its edges keep: a small hole asks for
-    more although its slab is flat elsewhere.  What the ends are off is taken away.
+    The value of the worst polycube face counts, namely the distance that 75 % of its edges do not
+    exceed, so that a small hole is resolved in an otherwise flat slab. The distance of the end
+    points is subtracted.
     """
     ends = np.stack([hexes.quads, np.roll(hexes.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     patch = np.repeat(hexes.patch, 4)
@@ -53,12 +54,12 @@ def finer(
     gap: PerAxis,
     wanted: float,
 ) -> Counts:
-    """The counts raised until edges are within `wanted` (diagonals) of the surface, by h^2.
+    """Counts that bring edges within `wanted` (diagonals) of the surface; the gap is of order h^2.
 
-    measured : the parts that the gaps belong to
+    measured : the parts to which the gaps belong
 
-    No interval gets more than twice its parts, and the distance is relaxed until there are no
-    more than twice the hexes.
+    The parts of an interval are at most doubled. The permitted distance is increased until the
+    number of hexes is at most doubled.
     """
     most = MOST * number_of_hexes(polycube, counts)
     while True:

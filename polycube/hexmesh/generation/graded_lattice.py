@@ -1,10 +1,10 @@
-"""Hexes of a lattice that are larger where small ones are not needed.
+"""Graded hexes of a lattice: larger hexes in regions that do not need small ones.
 
-Two cells along each axis make a block, two blocks a block of the next level.  Where all is coarse
-a block of the last level is one hex.  Where smaller ones are needed, sheets of hexes round every
-layer of two blocks, in each of the three directions, cut the blocks there in half (Mitchell and
-Tautges 1995 insert sheets so; the closed sheets end inside the fine part, so that its outer blocks
-make the transition).  The same is done with the blocks inside, down to the cells.
+Two cells along each axis form a block, and two blocks a block of the next level. In coarse regions,
+a block of the last level is one hex. In fine regions, sheets of hexes around every layer of two
+blocks, in each of the three directions, divide the blocks in half (Mitchell and Tautges 1995 insert
+sheets in this way; the closed sheets end inside the fine region, so that its outer blocks form the
+transition). The same is repeated for the blocks inside, down to the cells.
 """
 
 from __future__ import annotations
@@ -22,33 +22,32 @@ from polycube.structure.windows import TABLE, windows
 from polycube.types import HexMesh
 
 AROUND = np.ones((3, 3, 3), bool)
-ROUNDS = 30  # of growth of the fine part
+ROUNDS = 30  # rounds of growth of the fine region
 
 
 class Level(NamedTuple):
-    """Which blocks of one size are cut."""
+    """Blocks of one size, and which of them are divided."""
 
     fine: np.ndarray  # (X, Y, Z)
-    inner: np.ndarray  # (X, Y, Z) those whose neighbours all are: they become eight smaller ones
+    inner: np.ndarray  # (X, Y, Z) blocks with only fine neighbours: they become eight smaller ones
 
 
 class Plan(NamedTuple):
-    """What is cut and what is full, on a lattice padded to whole pairs of the largest blocks."""
+    """Blocks to divide and occupied cells, on a lattice padded to pairs of the largest blocks."""
 
-    levels: tuple[Level, ...]  # blocks of two cells, of four ...
-    cells: np.ndarray  # (X, Y, Z) full cells, alike in each block that becomes a hex
+    levels: tuple[Level, ...]  # blocks of two cells, of four, etc.
+    cells: np.ndarray  # (X, Y, Z) occupied cells, equal in each block that becomes a hex
 
 
 def graded(full: np.ndarray, needed: Sequence[np.ndarray]) -> HexMesh | None:
-    """Hexes of the full cells, in numbers of cells; None where they would all be small.
+    """Hexes of the occupied cells in cell coordinates; None if all of them would be small.
 
-    Where blocks are coarse, those are hexes of which half is full.
+    In coarse regions, blocks that are at least half occupied become hexes.
 
     Parameters
     ----------
     full : (X, Y, Z) cells of a manifold solid
-    needed : for blocks of two cells, of four and so on, the cells (X, Y, Z) that must not become
-        part of one
+    needed : for blocks of two cells, of four etc., the cells (X, Y, Z) that need smaller hexes
     """
     pair = 2 ** (len(needed) + 1)
     wide = [(pair, pair + -n % pair) for n in full.shape]
@@ -60,7 +59,7 @@ def graded(full: np.ndarray, needed: Sequence[np.ndarray]) -> HexMesh | None:
 
 
 def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
-    """Fine blocks round the needed cells, more until no place is pinched; None where all are."""
+    """Fine blocks around the needed cells, grown until nothing is pinched; None if all are fine."""
     shares, wanted = [full.astype(float)], []
     for number, cells in enumerate(needed, 1):
         shares.append(shares[-1].reshape(_eights(shares[-1])).mean(axis=(1, 3, 5)))
@@ -75,7 +74,8 @@ def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
             is_small = bool(levels[0].fine[shares[1] > 0].all())
             return Plan(levels, cells) if cells.any() and not is_small else None
         grown = False
-        cut = np.ones(wanted[-1].shape, bool)  # into blocks of this level
+        # whether blocks are divided into blocks of this level
+        cut = np.ones(wanted[-1].shape, bool)
         for number in range(len(levels), 0, -1):
             inner = levels[number - 1].inner
             more = _reduced(wrong, number) & (shares[number] > 0) & cut & ~inner
@@ -88,7 +88,7 @@ def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
 
 
 def _levels(wanted: Sequence[np.ndarray]) -> tuple[Level, ...]:
-    """Blocks that are cut so that the wanted ones are inner, and those round smaller fine ones."""
+    """Blocks divided so that the wanted ones are inner ones, and those around finer ones."""
     levels: list[Level] = []
     for blocks in wanted:
         if levels:
@@ -99,7 +99,7 @@ def _levels(wanted: Sequence[np.ndarray]) -> tuple[Level, ...]:
 
 
 def _wrong(cells: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) cells at pinched places, of all pieces but the largest, and of voids."""
+    """(X, Y, Z) cells at pinched points, of smaller components, and of voids."""
     wrong = _pinched(cells)
     for some, main in ((cells, None), (~cells, (0, 0, 0))):
         piece, number = label(some)
@@ -110,7 +110,7 @@ def _wrong(cells: np.ndarray) -> np.ndarray:
 
 
 def _pinched(cells: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) cells round edges and corners where full ones meet there alone."""
+    """(X, Y, Z) cells around edges and corners at which occupied cells meet alone."""
     found = np.zeros(cells.shape, bool)
     pinched = TABLE[windows(np.pad(cells, 1)), 1] > 0
     for a, b, c in np.ndindex(2, 2, 2):
@@ -120,12 +120,12 @@ def _pinched(cells: np.ndarray) -> np.ndarray:
 
 
 def _whole_pairs(blocks: np.ndarray) -> np.ndarray:
-    """The blocks filled up to whole pairs along each axis, and where two pairs meet at an edge."""
+    """Blocks completed to whole pairs along each axis, also where two pairs meet at an edge."""
     pairs = _any_of_eight(blocks)
     while True:
         before = pairs.copy()
         for axis in range(3):
-            layers = np.moveaxis(pairs, axis, 0)  # a view: filled in place
+            layers = np.moveaxis(pairs, axis, 0)  # a view, filled in place
             a, b, c, d = (
                 layers[:, :-1, :-1],
                 layers[:, 1:, :-1],
@@ -140,9 +140,9 @@ def _whole_pairs(blocks: np.ndarray) -> np.ndarray:
 
 
 def _cut(plan: Plan) -> HexMesh | None:
-    """Hexes of all blocks that are fine, beside fine ones or full; the fine ones cut by sheets.
+    """Hexes of all fine blocks, and of the occupied ones beside them; fine ones divided by sheets.
 
-    The `cell` of a hex says of which block it is, or is part: see `_blocks`.
+    The `cell` of a hex is the number of its block, see `_blocks`.
     """
     last, top = len(plan.levels), plan.levels[-1]
     step = 2**last
@@ -173,7 +173,7 @@ def _cut(plan: Plan) -> HexMesh | None:
 
 
 def _halved(mesh: HexMesh, plan: Plan, number: int) -> HexMesh:
-    """The mesh with the parts of inner blocks as blocks of the level below, in their places."""
+    """The mesh in which the parts of inner blocks have become blocks of the level below."""
     level, first = _blocks(plan, mesh)
     inner = plan.levels[number - 1].inner
     parts = np.flatnonzero(level == number)
@@ -199,21 +199,21 @@ def _blocks(plan: Plan, mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _kept(mesh: HexMesh, plan: Plan, pad: int) -> HexMesh:
-    """The hexes of full cells and blocks, in numbers of cells of the unpadded lattice."""
+    """The hexes of occupied cells and blocks, in cell coordinates of the unpadded lattice."""
     kept = plan.cells[tuple(_blocks(plan, mesh)[1].T)]
     used, hexes = np.unique(mesh.hexes[kept], return_inverse=True)
     return hex_mesh(mesh.vertices[used] - pad, hexes.reshape(-1, 8))
 
 
 def _reduced(cells: np.ndarray, times: int) -> np.ndarray:
-    """Whether any cell is marked of each block of that level."""
+    """Whether any cell of each block of that level is marked."""
     for _ in range(times):
         cells = _any_of_eight(cells)
     return cells
 
 
 def _cells(blocks: np.ndarray) -> np.ndarray:
-    """Blocks as their cells, or pairs of blocks as their blocks."""
+    """Expand blocks to their cells, or pairs of blocks to their blocks."""
     return blocks.repeat(2, axis=0).repeat(2, axis=1).repeat(2, axis=2)
 
 
@@ -223,5 +223,5 @@ def _any_of_eight(cells: np.ndarray) -> np.ndarray:
 
 
 def _eights(cells: np.ndarray) -> tuple[int, ...]:
-    """Shape in which each axis of (X, Y, Z) is pairs."""
+    """Shape in which each axis of (X, Y, Z) is split into pairs."""
     return tuple(n for length in cells.shape for n in (length // 2, 2))

@@ -1,4 +1,4 @@
-"""Hex mesh of a lattice as fine as the hexes, with larger ones where no detail needs small ones."""
+"""Hex mesh of a lattice with hexes as small as its cells, and larger ones away from details."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from polycube.types import HexMesh, Polycube, RoughMap
 
 logger = logging.getLogger(__name__)
 
-NEAR = 1.0  # of a block: distance from a small detail within which it is cut
+NEAR = 1.0  # of a block: distance from a small detail within which it is divided
 
 
 def graded_mesh(
@@ -34,18 +34,20 @@ def graded_mesh(
     boxes: Sequence[Box] = (),
     wanted: WantedSizes | None = None,
 ) -> HexMesh | None:
-    """Hexes of a polycube of which each cell is a box, larger ones away from small details.
+    """Hexes of a polycube each of whose cells is a box; larger ones away from small details.
 
-    Each size is twice the one before.
+    Each size is twice the next smaller one.
 
     Parameters
     ----------
-    size : of the largest hexes, about, in the units of the model
-    across, around : hexes through a wall and round a hole
-    boxes : in which hexes are as small as they ask for
-    wanted : sizes at points of the surface, with the same effect
+    size : approximate size of the largest hexes, in model units
+    across, around : hexes across a wall and around a hole
+    boxes : regions with requested sizes
+    wanted : requested sizes at points of the surface
 
-    Returns None where nothing would be gained, or where the topology would change.
+    Returns
+    -------
+    HexMesh, or None if there would be no gain or if the topology would change
     """
     full = polycube.occupancy
     places = goal.to_unit(evaluate(rough_map, np.argwhere(full) + 0.5))
@@ -74,7 +76,7 @@ def graded_mesh(
 
 
 def _named(mesh: HexMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
-    """The mesh in the model, with the patches and cells of the polycube next to its own."""
+    """The mesh in model coordinates, with the closest patches and cells of the polycube."""
     boxes = np.argwhere(polycube.occupancy)
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     nearest = cKDTree(boxes + 0.5).query(middle)[1]
@@ -91,7 +93,7 @@ def _named(mesh: HexMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
 
 
 def _places(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(Q, 6) middles of quads and their normals, for what is near and looks the same way."""
+    """(Q, 6) centres and normals of quads, to find close ones with the same orientation."""
     a, b, c, d = np.moveaxis(vertices[quads], 1, 0)
     normal = np.cross(c - a, d - b)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)

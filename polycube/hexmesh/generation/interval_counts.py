@@ -1,8 +1,8 @@
-"""Parts of single lattice intervals, for numbers of hexes that are asked for at faces of the part.
+"""Numbers of parts of single lattice intervals, from requests at faces of the part.
 
-A coarse mesh of the lattice that is registered on the part shows where on the lattice a face is:
-the edges on the rim of a hole lie in the intervals round it, and the way from a face to the
-opposite one leads through the intervals of a wall.  Their parts alone are set.
+A registered coarse mesh of the lattice gives the position of a face on the lattice: the edges on
+the rim of a hole lie in the intervals around it, and the path from a face to the opposite one
+passes through the intervals of the wall. Only the parts of these intervals are changed.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from polycube.types import HexMesh, Polycube, TriMesh
 
 logger = logging.getLogger(__name__)
 
-THICKER = 1.5  # times the wall of a face: ways that lead through something else
-RARE = 0.05  # of the area of a face: ways that are left out
+THICKER = 1.5  # relative to the wall thickness of a face: longer paths lead through another feature
+RARE = 0.05  # of the area of a face: rarer paths are ignored
 TINY = 1e-9
-SHORT = 0.1  # of a part that may be lacking where a length is asked for
+SHORT = 0.1  # permitted shortfall for a requested length, in parts
 
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """Number of parts that some intervals are to have together.
+    """Required total number of parts of some intervals.
 
-    The I intervals of the three axes are numbered x first, then y and z.
+    The I intervals of the three axes are numbered, x first, then y and z.
     """
 
-    times: np.ndarray  # (I,) that each part of an interval counts
-    length: np.ndarray  # (I,) of the intervals in the model, where it is asked for
+    times: np.ndarray  # (I,) weight of each part of an interval
+    length: np.ndarray  # (I,) lengths of the intervals in the model, for a requested length
     wanted: float
-    is_count: bool = True  # and no length
+    is_count: bool = True  # False for a requested length
 
 
 def demands(
@@ -54,17 +54,17 @@ def demands(
     requests: Sequence[Request],
     more: Sequence[int] = (),
 ) -> list[Demand]:
-    """Numbers of parts that the requests need.
+    """Numbers of parts required by the requests.
 
     Parameters
     ----------
-    near : `template.mesh` with so many parts of each interval, registered
-    more : parts more, or fewer where negative, for each request; none: as many as asked for
+    near : registered mesh of `template.mesh` with the given parts of each interval
+    more : additional parts for each request, negative for fewer; none: the requested numbers
 
     Raises
     ------
     InputError
-        For a name that the surface does not have.
+        If the surface does not have a requested name.
     """
     check_requests(surface, requests)
     lattice = Lattice(polycube, near, counts)
@@ -92,9 +92,9 @@ def least_demands(
     around_hole: float,
     asked: Sequence[Demand] = (),
 ) -> list[Demand]:
-    """The same for hexes through every wall and edges round every hole.
+    """Numbers of parts required for hexes across every wall and edges around every hole.
 
-    asked : demands of requests; where one asks for a number, it goes before these
+    asked : demands of requests, which take precedence if they give a number
     """
     lattice = Lattice(polycube, near, counts)
     walls = lattice.through_all(across_wall)
@@ -108,7 +108,7 @@ def least_demands(
 def with_demands(
     polycube: Polycube, counts: Counts, demands: Sequence[Demand], max_hexes: int
 ) -> Counts:
-    """The counts with as few parts of the intervals in demand as meet all demands; see `raised`."""
+    """The smallest counts of the intervals with demands that meet all demands; see `raised`."""
     x, y, z = (number.copy() for number in counts)
     for demand in demands:
         for number, own in zip((x, y, z), _per_axis(demand.times, counts), strict=True):
@@ -117,10 +117,10 @@ def with_demands(
 
 
 def raised(polycube: Polycube, counts: Counts, demands: Sequence[Demand], max_hexes: int) -> Counts:
-    """The counts with more parts of the intervals whose demands are not met.
+    """The counts after adding parts to the intervals with unmet demands.
 
-    The interval with the longest parts gets one more, until the demand is met, or there would be
-    more than `max_hexes`.
+    The interval with the longest parts gets one more part until the demand is met, or until there
+    would be more than `max_hexes`.
     """
     parts = np.concatenate(counts)
     for demand in demands:
@@ -135,17 +135,17 @@ def raised(polycube: Polycube, counts: Counts, demands: Sequence[Demand], max_he
 
 
 def _per_axis(values: np.ndarray, counts: Counts) -> Counts:
-    """Values of all intervals (I,) as those of each axis."""
+    """Split values of all intervals (I,) by axis."""
     x, y, z = np.split(values, np.cumsum([len(number) for number in counts])[:-1])
     return x, y, z
 
 
 class Lattice:
-    """A coarse mesh, with the interval of the lattice that each of its edges lies in.
+    """A coarse mesh with the lattice interval of each of its edges.
 
     Parameters
     ----------
-    near : `template.mesh` with so many parts of each interval, registered
+    near : registered mesh of `template.mesh` with the given parts of each interval
     """
 
     def __init__(self, polycube: Polycube, near: HexMesh, counts: Counts) -> None:
@@ -156,16 +156,16 @@ class Lattice:
         self.length = self._demand(edges(near.hexes), 0.0).length
 
     def along_path(self, sides: np.ndarray) -> Demand:
-        """How often each interval is among the edges (E, 2) of a path; as many as there are."""
+        """Demand for as many parts as the edges (E, 2) of a path have, in each interval."""
         return self._demand(sides, len(sides))
 
     def round_rims(self, quads: np.ndarray, wanted: float) -> list[Demand]:
-        """So many edges on each rim of some quads."""
+        """Demand for a number of edges on each rim of some quads."""
         curves = rims(self.near.vertices, self.near.quads[quads])
         return [self._demand(curve, wanted) for curve in curves]
 
     def along(self, quads: np.ndarray, size: float) -> list[Demand]:
-        """Edges of some quads about as long."""
+        """Demand for a length of the edges of some quads."""
         corners = self.near.quads[quads]
         sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
         whole = self._demand(sides, 0.0)
@@ -176,9 +176,9 @@ class Lattice:
         ]
 
     def through_walls(self, quads: np.ndarray, wanted: float) -> list[Demand]:
-        """So many hexes on the ways from some quads to the opposite side.
+        """Demand for a number of hexes on the paths from some quads to the opposite side.
 
-        Of ways through different intervals those count that are not much longer than most.
+        Of paths through different intervals, those are used that are not much longer than most.
         """
         way, length, area = self._ways(quads)
         order = length.argsort()
@@ -192,13 +192,15 @@ class Lattice:
         return found
 
     def through_all(self, wanted: float) -> list[Demand]:
-        """So many hexes on all ways from one side to the opposite one."""
+        """Demand for a number of hexes on all paths from one side to the opposite one."""
         way, _, _ = self._ways(np.arange(len(self.near.quads)))
         return [self._through(each, wanted) for each in np.unique(way, axis=0)]
 
     def _ways(self, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Axis and two ends on it (N, 3) of the way through the lattice from each quad to the
-        opposite side, its length in the model and the area of the quad.
+        """Paths through the lattice from each quad to the opposite side.
+
+        Returns the axis and the two ends on it (N, 3), the length in the model and the area of the
+        quad.
         """
         near = self.near
         own, other = near.quads[quads], near.quads[through(near)[1][quads]]
@@ -219,7 +221,7 @@ class Lattice:
         return Demand(times, self.length, wanted)
 
     def _demand(self, ends: np.ndarray, wanted: float) -> Demand:
-        """On edges (E, 2): how often each interval is among them, and how long it is there."""
+        """Demand on edges (E, 2): occurrences of each interval and its length."""
         step = self.where[ends[:, 1]] - self.where[ends[:, 0]]
         axis = np.abs(step).argmax(axis=1)
         middle = self.where[ends].mean(axis=1)

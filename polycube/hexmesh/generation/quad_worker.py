@@ -1,7 +1,8 @@
-"""Quads of plane regions by Gmsh: `python -m polycube.hexmesh.generation.quad_worker`.
+"""Quads of planar regions by Gmsh: `python -m polycube.hexmesh.generation.quad_worker`.
 
-A process of its own, because Gmsh takes over signals, may crash, and is GPL.  Reads a request as
-JSON on standard input (see `quads.quads`); writes arrays to the .npz it names.
+It is a separate process, because Gmsh replaces signal handlers, may crash, and is under the GPL. It
+reads a request as JSON from standard input (see `quads.quads`) and writes arrays to the .npz file
+given there.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ OPTIONS = {
     "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MeshSizeExtendFromBoundary": 1,
 }
-METHODS = (  # algorithms of triangles and of their joining
-    (8, 0),  # frontal Delaunay for quads, joined greedily
-    (8, 1),  # the same, joined by Blossom
+METHODS = (  # algorithms of triangulation and of recombination
+    (8, 0),  # frontal Delaunay for quads, greedy recombination
+    (8, 1),  # the same with Blossom recombination
 )
-QUAD = 3  # type of an element
+QUAD = 3  # element type
 
 
 def main() -> None:
-    """Quads of the regions that are asked for."""
+    """Make the quads of the requested regions."""
     request = json.load(sys.stdin)
     import gmsh
 
@@ -43,7 +44,7 @@ def main() -> None:
     for (plane, asked), method in product(enumerate(request["planes"]), METHODS):
         try:
             made = _quads(gmsh, asked, *method)
-        except Exception:  # what Gmsh raises where it cannot mesh a region
+        except Exception:  # any exception of Gmsh if it cannot mesh a region
             continue
         found |= {f"{name}{len(planes)}": array for name, array in made.items()}
         planes.append(plane)
@@ -65,7 +66,7 @@ def _quads(
 
 
 def _surfaces(gmsh: ModuleType, request: dict[str, Any]) -> list[int]:
-    """Tags of the plane surfaces, whose borders are lines between the points."""
+    """Tags of the planar surfaces, bounded by lines between the points."""
     geo = gmsh.model.geo
     points = [geo.addPoint(x, y, 0) for x, y in request["points"]]
     lines: dict[tuple[int, int], int] = {}

@@ -1,4 +1,4 @@
-"""Quads of plane regions whose borders are given, by Gmsh in a process of its own."""
+"""Quads of planar regions with given borders, by Gmsh in a separate process."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ import numpy as np
 from polycube.errors import MissingPackage
 
 INSTALL = "pip install 'polycube[cad]'"
-SECONDS = 120  # that it may take
+SECONDS = 120  # time limit
 NAMES = "vertices", "quads", "region"  # of arrays
 
-Loop = Sequence[int]  # points round a region, the first not again
+Loop = Sequence[int]  # points around a region, without repeating the first
 
 
 class NoQuadsError(Exception):
-    """Says in one clause why there are no quads."""
+    """There are no quads; the message gives the reason."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """Regions of the plane that are to be filled.
+    """Regions of a plane to be filled with quads.
 
     Parameters
     ----------
-    points : (P, 2) on the borders
-    regions : loops of each, its outer one first
-    corners : of each region its four corners, where it is to become a grid, or none
-    size : of the edges of faces before they are divided, inside the regions at most
+    points : (P, 2) points on the borders
+    regions : loops of each region, the outer one first
+    corners : for each region the four corners of a structured grid, or none
+    size : largest edge length inside the regions, before the faces are divided
     """
 
     points: np.ndarray
@@ -44,24 +44,24 @@ class Plane:
 
 
 def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
-    """Fill regions with quads that meet in whole edges; each border edge becomes two of theirs.
+    """Fill regions with quads that share whole edges; each border edge is divided in two.
 
-    Triangles are made by frontal Delaunay for quads (Remacle et al. 2013) and joined in pairs, and
-    all faces then divided at the middles of their edges.  The methods join them greedily, and by
-    Blossom-Quad (Remacle et al. 2012).
+    Triangles from the frontal Delaunay method for quads (Remacle et al. 2013) are combined in
+    pairs, and all faces are then divided at the midpoints of their edges. The methods are greedy
+    recombination and Blossom-Quad (Remacle et al. 2012).
 
     Returns
     -------
-    of each plane and each method that succeeds vertices (V, 2), the points and the middles of
-    border edges among them; quads (Q, 4), counter-clockwise where they are not folded; and the
-    region of each (Q,)
+    For each plane and each successful method: vertices (V, 2), including the points and the
+    midpoints of border edges; quads (Q, 4), counter-clockwise unless folded; region of each quad
+    (Q,)
 
     Raises
     ------
     MissingPackage
-        Where Gmsh does not load.
+        If Gmsh cannot be loaded.
     NoQuadsError
-        Where it ends without any quads.
+        If Gmsh returns no quads.
     """
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "quads.npz"
@@ -103,7 +103,7 @@ def _plain(plane: Plane) -> dict[str, object]:
 
 
 def _counter_clockwise(vertices: np.ndarray, faces: np.ndarray, region: np.ndarray) -> np.ndarray:
-    """Quads turned round in regions whose area would be negative."""
+    """Reverse the quads of regions with a negative area."""
     one, two = np.moveaxis(vertices[faces[:, [2, 3]]] - vertices[faces[:, [0, 1]]], 1, 0)
     area = np.bincount(region, one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
     return np.where((area < 0)[region, None], faces[:, ::-1], faces)

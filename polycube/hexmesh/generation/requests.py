@@ -1,8 +1,8 @@
-"""Numbers of hexes that a user asks for at faces of the part.
+"""Requested numbers of hexes at faces of the part.
 
-An entry of `meshing.at` names a set of the surface and says how many edges there are to be round
-its rim (`around`), how many hexes through the wall under it (`through`), or how long the edges of
-the hexes on it may be (`size`).
+An entry of `meshing.at` names a set of the surface and gives the number of edges around its rim
+(`around`), the number of hexes through the wall below it (`through`), or the largest edge length of
+the hexes on it (`size`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from polycube.hexmesh.generation.sizing import check_length, length
 from polycube.types import TriMesh
 
 LEAST = {"around": 3, "through": 1}
-MOST = 1000  # hexes through a wall, edges round a rim
-LONGER = 1.1  # times the length asked for: edges that are not called too long
+MOST = 1000  # largest number of hexes through a wall or edges around a rim
+LONGER = 1.1  # of the requested length: longer edges do not meet the request
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Request:
     ----------
     at : name of a set, such as cad_face_7 or hole_1
     kind : "around", "through" or "size"
-    value : a number of hexes or edges; a length in model units or a share of the diagonal
+    value : number of hexes or edges; or a length in model units or as a share of the diagonal
     """
 
     at: str
@@ -34,7 +34,7 @@ class Request:
     value: float | str
 
     def wanted(self, surface: TriMesh) -> float:
-        """The number, or the length in model units."""
+        """The requested number, or length in model units."""
         from polycube.surface.measures import diagonal
 
         if self.kind == "size":
@@ -42,7 +42,7 @@ class Request:
         return float(self.value)
 
     def is_met(self, surface: TriMesh, reached: float | None) -> bool:
-        """Whether there are as many hexes as wanted, or edges about as short."""
+        """Whether a number of hexes, or an edge length, meets the request."""
         if reached is None:
             return False
         if self.kind == "size":
@@ -53,8 +53,8 @@ class Request:
 def requests_of(entries: object) -> list[Request]:
     """Read the entries of `meshing.at`.
 
-    Raises ValueError for what is no list of {at: NAME, around: 16}, {at: NAME, through: 3} or
-    {at: NAME, size: 1%}.
+    Raises ValueError unless it is a list of {at: NAME, around: 16}, {at: NAME, through: 3} or {at:
+    NAME, size: 1%}.
     """
     if not isinstance(entries, Sequence) or isinstance(entries, str):
         raise ValueError(f"at must be a list such as [{{at: hole_1, around: 16}}]; got {entries!r}")

@@ -1,4 +1,4 @@
-"""What a surface and a mesh have of the numbers of hexes that a user asks for."""
+"""Check requested numbers of hexes against a surface and a mesh."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from polycube.hexmesh.hex_counts import around, edge_length, rims, through
 from polycube.hexmesh.named_sets import kind_of, listed
 from polycube.types import HexMesh, TriMesh
 
-NEAR_NAMES = 3  # that an error offers
+NEAR_NAMES = 3  # number of similar names in an error message
 
 
 def check_requests(surface: TriMesh, requests: Sequence[Request]) -> None:
-    """Raise InputError for a name that the surface does not have, or a face without a rim."""
+    """Raise InputError if the surface lacks a requested name, or if a face has no rim."""
     sets = model_sets(surface) if requests else {}
     for request in requests:
         if request.at not in sets:
@@ -39,9 +39,9 @@ def check_requests(surface: TriMesh, requests: Sequence[Request]) -> None:
 
 
 def wall_of(sets: Mapping[str, np.ndarray], request: Request) -> str:
-    """Name of the set that counts: for hexes round a face of a hole, the hole.
+    """Name of the set to count on: for hexes around a face of a hole, the hole.
 
-    A hole may be several CAD faces, none of which goes round.
+    A hole may consist of several CAD faces, none of which is closed around it.
     """
     if request.kind == "around":
         for name, own in sets.items():
@@ -51,12 +51,12 @@ def wall_of(sets: Mapping[str, np.ndarray], request: Request) -> str:
 
 
 def reached(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[float | None]:
-    """Count what a mesh has for each request.
+    """Count the hexes of a mesh for each request.
 
     Returns
     -------
-    Edges on the rim; hexes through the wall, the median over the quads of the face; the median
-    length of the edges on the face, in model units.  None where no quad is on the face.
+    Edges on the rim; hexes through the wall, the median over the quads of the face; median edge
+    length on the face, in model units. None if the face has no quads.
     """
     if not requests:
         return []
@@ -77,7 +77,7 @@ def reached(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> lis
 
 
 def unmet(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[str]:
-    """Say where the mesh has fewer hexes than were asked for, a sentence each."""
+    """One sentence for each request that the mesh does not meet."""
     words = {
         "around": "{:g} edges round {} instead of {:g}",
         "through": "{:g} hexes through the wall at {} instead of {:g}",

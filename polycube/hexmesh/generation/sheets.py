@@ -1,7 +1,7 @@
-"""A sheet of hexes round a set of hexes, which shrinks to make room (pillowing).
+"""Insert a sheet of hexes around a set of hexes, which shrinks (pillowing).
 
 Mitchell and Tautges 1995, "Pillowing doublets: refining a mesh to ensure that faces share at most
-one edge".  The sheet lies between the set and all other hexes and ends at the boundary.
+one edge". The sheet lies between the set and all other hexes and ends at the boundary.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from polycube.types import HexMesh
 
 
 def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
-    """Whether a sheet round some hexes (H,) would be a surface: no edge, no vertex pinches it."""
+    """Whether a sheet around hexes (H,) is a surface, without pinched edges and vertices."""
     faces = mesh.hexes[:, FACES].reshape(-1, 4)[_faces_between(mesh, inside)]
     if len(faces) == 0:
         return False
-    # corners of faces, joined across the sides that two faces share
+    # corners of faces, connected across the sides that two faces share
     corner = np.arange(faces.size).reshape(-1, 4)
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     at = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2)
@@ -43,18 +43,17 @@ def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
 
 
 def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh:
-    """The mesh with a sheet of hexes round some of its hexes.
+    """The mesh with a sheet of hexes around some of its hexes.
 
-    Vertices between the set and the others stay where they are; those of the set move inwards.
-    Boundary quads of the sheet get the patch of the quad of the set beside them.
+    Vertices between the set and the other hexes keep their positions; those of the set move
+    inwards. Boundary quads of the sheet get the patch of the adjacent quad of the set.
 
     Parameters
     ----------
-    mesh : (V,) vertices, (H,) hexes; where it is a part of another, its quads are the boundary
-        quads of that
+    mesh : hex mesh; if it is a part of another mesh, its quads are the boundary quads of that mesh
     inside : (H,) bool, the set; see `has_sheet`
-    depth : share of the way that vertices of the set move to the middles of its hexes, or on the
-        boundary of its quads
+    depth : how far vertices of the set move towards the centres of its hexes, or on the boundary
+        towards those of its quads, as a share of the distance
     """
     between = _faces_between(mesh, inside)
     outer = mesh.hexes[:, FACES].reshape(-1, 4)[between]
@@ -87,19 +86,19 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
 
 
 def _faces_between(mesh: HexMesh, inside: np.ndarray) -> np.ndarray:
-    """Faces of hexes inside, as numbers 6 hex + local face, across which hexes are outside."""
+    """Faces of hexes inside that border on hexes outside, as numbers 6 hex + local face."""
     first, second = _neighbours(mesh)
     mixed = inside[first // 6] != inside[second // 6]
     return np.where(inside[first[mixed] // 6], first[mixed], second[mixed])
 
 
-@lru_cache(maxsize=1)  # many sets of one mesh are asked about
+@lru_cache(maxsize=1)  # many sets of one mesh are tested
 def _neighbours(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     return neighbours(mesh.hexes)
 
 
 def label_of(quads: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
-    """(Q,) label of the known quad with the same vertices; 0 where there is none."""
+    """(Q,) label of the known quad with the same vertices; 0 if there is none."""
     _, number, _ = unique_rows(np.sort(np.vstack([known, quads]), axis=1))
     table = np.zeros(number.max() + 1, np.int64)
     table[number[: len(known)]] = label
@@ -107,7 +106,7 @@ def label_of(quads: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndar
 
 
 def middles(cells: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    """(V, 3) mean of the middles of the cells at each vertex; zero where there is none."""
+    """(V, 3) mean of the centres of the cells at each vertex; zero if there is none."""
     corners, n = cells.ravel(), len(vertices)
     middle = np.repeat(vertices[cells].mean(axis=1), cells.shape[1], axis=0)
     total = np.stack([np.bincount(corners, m, minlength=n) for m in middle.T], axis=1)

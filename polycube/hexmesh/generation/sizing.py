@@ -1,7 +1,8 @@
-"""How large hexes are to be: lengths as users give them, boxes of finer ones, what it will cost.
+"""Hex sizes: lengths in settings, boxes with smaller hexes, and the resulting numbers.
 
-The mesh is a lattice cut in slabs, so a box of finer hexes makes whole slabs finer, in each of the
-three directions: conforming, of the same quality, but right through the part.
+The mesh is a lattice of slabs, so a box with smaller hexes refines whole slabs in each of the three
+directions. The mesh stays conforming and keeps its quality, but it is refined across the whole
+part.
 """
 
 from __future__ import annotations
@@ -16,22 +17,22 @@ from polycube.types import PerAxis, Polycube, RoughMap
 
 Counts = PerAxis  # parts of each lattice interval, per axis
 
-BYTES = 6_000  # at the peak of meshing, per hex before pillowing: 0.39 GiB at 93,000 (dice)
-GROWTH = 1.5  # of neighbouring slabs next to a box of finer hexes, at most
-ALONG, ACROSS = 32, 16  # samples of a lattice interval, along the axis that is cut and across
+BYTES = 6_000  # peak memory of meshing per hex before pillowing: 0.39 GiB at 93,000 (dice)
+GROWTH = 1.5  # largest ratio of neighbouring slabs beside a box of smaller hexes
+ALONG, ACROSS = 32, 16  # samples of a lattice interval, along the divided axis and across it
 REGION = {"box", "size", "along"}  # keys
-ABOUT = 1.5  # times a size that the hexes of a lattice may have
-PIECES = 256  # of a lattice interval, in which lines are spread
+ABOUT = 1.5  # permitted ratio between the hexes of a lattice and the wanted size
+PIECES = 256  # pieces of a lattice interval in the distribution of lines
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A region of the model, and the edge length wanted there."""
+    """A region of the model, and the edge length requested there."""
 
     low: np.ndarray  # (3,)
     high: np.ndarray  # (3,)
     size: float
-    along: str = "xyz"  # axes of the polycube in which slabs get finer
+    along: str = "xyz"  # axes of the polycube whose slabs are refined
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """(...) whether points (..., 3) lie inside."""
@@ -48,7 +49,7 @@ def check_length(name: str, value: object) -> None:
 
 
 def length(value: object, diagonal: float) -> float:
-    """A length in model units: a number as it is, "5%" of the diagonal; -1 for anything else."""
+    """A length in model units: a number, or "5%" of the diagonal; -1 for anything else."""
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value) if np.isfinite(float(value)) else -1.0
     if isinstance(value, str) and value.strip().endswith("%"):
@@ -61,12 +62,12 @@ def length(value: object, diagonal: float) -> float:
 
 
 def doublings(size: float, cell: float) -> int:
-    """How often a cell is doubled to make a hex of about a size; once at least."""
+    """Number of times that a cell is doubled to give hexes of about a size; at least one."""
     return max(1, int(np.log2(ABOUT * size / cell)))
 
 
 def box_of(region: object, diagonal: float) -> Box:
-    """The box of `{box: [x, y, z, X, Y, Z], size: 1%}`, perhaps with `along: xy`.
+    """The box of `{box: [x, y, z, X, Y, Z], size: 1%}`, optionally with `along: xy`.
 
     Raises ValueError for anything else.
     """
@@ -88,7 +89,7 @@ def box_of(region: object, diagonal: float) -> Box:
 
 
 def number_of_hexes(polycube: Polycube, counts: Counts) -> float:
-    """Of a lattice cut into so many parts, without pillows."""
+    """Number of hexes of a lattice divided into the given parts, without pillows."""
     return float(np.einsum("xyz,x,y,z->", polycube.occupancy, *(n.astype(float) for n in counts)))
 
 
@@ -102,10 +103,7 @@ def counts_of(polycube: Polycube, lines: PerAxis) -> Counts:
 
 
 def size_that_fits(fits: Callable[[float], bool], size: float) -> float | None:
-    """A size above one that does not fit, a little larger than the smallest that does.
-
-    None where no size fits.
-    """
+    """A size slightly larger than the smallest one that fits; None if no size fits."""
     low, high = size, size
     while not fits(high):
         low, high = high, 4 * high
@@ -118,10 +116,10 @@ def size_that_fits(fits: Callable[[float], bool], size: float) -> float | None:
 
 
 def graded(polycube: Polycube, rough_map: RoughMap, counts: Counts, boxes: list[Box]) -> PerAxis:
-    """Polycube coordinates of the mesh lines along each axis, denser where boxes ask for it.
+    """Polycube coordinates of the mesh lines along each axis, denser in boxes.
 
-    Neighbouring parts differ by a factor of about 1.5 at most, 2 where a lattice plane, which is
-    always a line, makes parts a little smaller.
+    The ratio of neighbouring parts is at most about 1.5, or 2 next to a lattice plane, which always
+    is a mesh line.
     """
     x, y, z = (
         _graded_axis(polycube, rough_map, counts[a], [b for b in boxes if "xyz"[a] in b.along], a)
@@ -152,10 +150,11 @@ def _graded_axis(
 
 
 def _wanted(polycube: Polycube, rough_map: RoughMap, boxes: list[Box], axis: int) -> np.ndarray:
-    """(N,) length of a part wanted in each of the ALONG slabs of every interval.
+    """(N,) wanted length of a part in each of the ALONG slabs of every interval.
 
-    In polycube units: a length of the model over the stretch of the map, least over the solid
-    points of the slab that lie in a box; infinite where none does.
+    The length is in polycube units: the length in the model divided by the stretch of the map, the
+    minimum over the points of the slab that are in the solid and in a box; infinite if there are
+    none.
     """
     steps = [ALONG if a == axis else ACROSS for a in range(3)]
     knots = [

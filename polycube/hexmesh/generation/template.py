@@ -1,7 +1,7 @@
-"""Hex mesh of a polycube, placed by its rough map.
+"""Hex mesh of a polycube, positioned by its rough map.
 
-Every interval of the lattice is cut into its own number of equal parts along its whole slab, so
-hexes meet in whole faces.  The number follows from the length of the interval in the model.
+Every interval of the lattice is divided into equal parts across its whole slab, so the hexes share
+whole faces. The number of parts follows from the length of the interval in the model.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ def counts(
     """Number of parts of each lattice interval, per axis.
 
     size : wanted edge length in model units
-    least : number of parts of one lattice interval at least
-    across : least number of parts along each axis of the whole lattice
+    least : smallest number of parts of one lattice interval
+    across : smallest number of parts along each axis of the whole lattice
     """
     if size <= 0:
         raise ValueError(f"size must be a positive length; got {size}")
@@ -42,7 +42,7 @@ def counts(
 
 
 def interval_lengths(polycube: Polycube, rough_map: RoughMap, axis: int) -> np.ndarray:
-    """Mean length in the model of each lattice interval along an axis, over the solid boxes."""
+    """Mean length in the model of each lattice interval along an axis, over the occupied boxes."""
     steps = 8
     knots = [np.sort(np.append(k, (k[1:] + k[:-1]) / 2)) for k in polycube.knots]
     ends = polycube.knots[axis]
@@ -54,7 +54,7 @@ def interval_lengths(polycube: Polycube, rough_map: RoughMap, axis: int) -> np.n
     length = piece.reshape(len(ends) - 1, steps, *piece.shape[1:]).sum(axis=1)  # (I, 2J+1, 2K+1)
     solid = np.moveaxis(polycube.occupancy, axis, 0)  # (I, J, K)
     touched = np.zeros(length.shape, bool)
-    for j, k in np.ndindex(3, 3):  # corners, edge middles and centre of every box
+    for j, k in np.ndindex(3, 3):  # corners, midpoints of edges and centre of every box
         n_j, n_k = 2 * solid.shape[1], 2 * solid.shape[2]
         touched[:, j : j + n_j : 2, k : k + n_k : 2] |= solid
     return np.array([row[used].mean() for row, used in zip(length, touched, strict=True)])
@@ -66,7 +66,7 @@ def mesh(polycube: Polycube, rough_map: RoughMap, counts: PerAxis) -> HexMesh:
 
 
 def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: PerAxis) -> HexMesh:
-    """Hexes of the polycube between the given lines along each axis, all its knots among them."""
+    """Hexes of the polycube between the given lines of each axis, which include all its knots."""
     middles = [(line[1:] + line[:-1]) / 2 for line in lines]
     slab = [np.searchsorted(k, m) - 1 for k, m in zip(polycube.knots, middles, strict=True)]
     cells = np.argwhere(polycube.occupancy[np.ix_(*slab)])  # (H, 3)
@@ -100,7 +100,7 @@ def grid_lines(polycube: Polycube, counts: PerAxis) -> PerAxis:
 def _patch_of(
     polycube: Polycube, hexes: np.ndarray, quads: np.ndarray, owner: np.ndarray, box: np.ndarray
 ) -> np.ndarray:
-    """(Q,) polycube face of each boundary quad: its box and axis name it."""
+    """(Q,) polycube face of each boundary quad, from its box and axis."""
     face = (hexes[owner][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
     surface = boundary(polycube)
     number = np.zeros(polycube.occupancy.shape, np.int64)

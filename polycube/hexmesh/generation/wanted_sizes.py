@@ -1,4 +1,4 @@
-"""Sizes of hexes that are wanted at points of a surface, from numbers asked for at its faces."""
+"""Hex sizes at points of a surface, from requests at its faces."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from polycube.surface.measures import diagonal, face_normals
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
-SAMPLES = 5_000  # on a face
-CHORDS = 100  # of them from which chords through the part are drawn
-START = 1e-6  # of a diagonal: hits nearer than this are those of the face itself
+SAMPLES = 5_000  # number of points on a face
+CHORDS = 100  # number of these points from which chords through the part are computed
+START = 1e-6  # of a diagonal: closer hits belong to the face itself
 
 
 class WantedSizes(NamedTuple):
-    """A field of sizes, by points of the surface."""
+    """A field of sizes, given at points of the surface."""
 
     points: np.ndarray  # (N, 3) at unit scale
     sizes: np.ndarray  # (N,) edge lengths, in diagonals
 
 
 def wanted_sizes(surface: TriMesh, requests: Sequence[Request]) -> WantedSizes:
-    """Find the sizes that requests want on their faces.
+    """Find the sizes that the requests need on their faces.
 
-    These are the length of the shortest rim over the edges round it, the median chord from
-    the face to the opposite side over the hexes through it, or the size itself.  Raises InputError
-    for a name that the surface does not have.
+    The size is the length of the shortest rim divided by the number of edges, the median chord from
+    the face to the opposite side divided by the number of hexes, or the requested size. Raises
+    InputError if the surface does not have a name.
     """
     check_requests(surface, requests)
     goal = target(surface)
@@ -57,7 +57,7 @@ def wanted_sizes(surface: TriMesh, requests: Sequence[Request]) -> WantedSizes:
 
 
 def _chords(surface: TriMesh, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """(N,) way from points (N, 3) along directions (N, 3) to the next triangle of the surface.
+    """(N,) distance from points (N, 3) along directions (N, 3) to the next triangle of the surface.
 
     Moeller and Trumbore 1997: the barycentric coordinates of a hit are quotients of determinants.
     """

@@ -1,1 +1,1 @@
-"""The solids of a CAD file with several: their names, and which are the same but for a motion."""
+"""The solids of a CAD file with several: their names, and identical solids with their motions."""

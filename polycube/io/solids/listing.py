@@ -1,4 +1,4 @@
-"""The solids of a CAD file, in its units."""
+"""List the solids of a CAD file, in its units."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from polycube.io.foreign.process import read_alone, unreadable
 from polycube.io.solids.motions import Motion
 from polycube.io.step import MILLIMETRES, file_unit
 
-EFFORT = 5  # times the seconds for one solid
-NO_NAME = "Open CASCADE STEP translator"  # what that program writes where there is no name
+EFFORT = 5  # time limit, relative to that of one solid
+NO_NAME = "Open CASCADE STEP translator"  # entry of Open CASCADE for a missing name
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +27,11 @@ class Solid:
 
     Parameters
     ----------
-    number : of `cad.solid`, from 1
-    name : of its own in the file, of letters, digits, - and _
-    volume : in the unit of the file
-    same_as : number of the first solid that is the same but for a motion; its own without one
-    motion : that takes that solid to this one
+    number : value of `cad.solid`, from 1
+    name : unique name in the file, of letters, digits, - and _
+    volume : in the cubed unit of the file
+    same_as : number of the first solid that is identical up to a motion; its own number if none
+    motion : motion from that solid to this one
     """
 
     number: int
@@ -46,7 +46,7 @@ def read_solids(path: Path) -> list[Solid]:
 
     Raises
     ------
-    InputError : the file holds none, or cannot be read
+    InputError : the file has no solid, or cannot be read
     """
     try:
         check_whole(path)
@@ -81,10 +81,10 @@ def _motion(row: dict[str, list], unit: float) -> Motion | None:
 
 
 def names_of(given: Sequence[str]) -> list[str]:
-    """A name for each solid that no other one has, for folders and sets.
+    """A unique name for each solid, for folders and sets.
 
-    given : what the file calls them; a name of several gets the number of the solid, and one
-        without a name is called `solid` and its number
+    given : names in the file; a repeated name gets the number of the solid, a missing name becomes
+        `solid` and the number
     """
     plain = ["" if name.startswith(NO_NAME) else name for name in given]
     plain = [re.sub(r"[^0-9A-Za-z-]+", "_", name).strip("_-") or "solid" for name in plain]
@@ -94,6 +94,6 @@ def names_of(given: Sequence[str]) -> list[str]:
         if count[name.lower()] > 1 or name == "solid":
             name = f"{name}_{number}"
             while name.lower() in count:
-                name += "_"  # no name of the file ends so
+                name += "_"  # no name of the file ends like this
         names.append(name)
     return names

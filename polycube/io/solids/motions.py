@@ -1,8 +1,9 @@
-"""Rigid motions that take a CAD solid onto another one, without a reflection.
+"""Rigid motions, without reflections, from one CAD solid to another.
 
-They are found by landmarks that do not depend on how a file was written: vertices, the centroids of
-edges and faces with their sizes, and the principal axes of inertia.  Two landmarks of the first
-solid and two of the second that look alike give a motion, which must take all others along.
+They are found from landmarks that do not depend on how a file was written: vertices, centroids of
+edges and faces with their sizes, and the principal axes of inertia. Two landmarks of the first
+solid and two similar landmarks of the second determine a motion, which must be valid for all
+landmarks.
 """
 
 from __future__ import annotations
@@ -13,22 +14,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-SAME = 1e-5  # of the size of a solid: what lies this near is at one place
-EQUAL = 1e-4  # of a volume or a moment of inertia
-APART = 1e-3  # of the size: landmarks that give a motion are this far from a line, at least
-DISTINCT = 1e-3  # of the moment of inertia: between one and the next, where an axis is known
-AXIS, VERTEX, EDGE, FACE = range(4)  # kinds of landmark
+SAME = 1e-5  # of the size of a solid: closer points are equal
+EQUAL = 1e-4  # relative difference of volumes or moments of inertia
+APART = 1e-3  # of the size: smallest distance of the landmarks for a motion from a line
+DISTINCT = 1e-3  # of the moment of inertia: smallest difference to the next one for a unique axis
+AXIS, VERTEX, EDGE, FACE = range(4)  # kinds of landmarks
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """x -> rotation @ x + translation.
+    """The map x -> rotation @ x + translation.
 
     Parameters
     ----------
     rotation : (3, 3), of determinant 1
     translation : (3,)
-    faces : (F,) face of the second solid that each face of the first comes to, from 0
+    faces : (F,) face of the second solid for each face of the first, from 0
     """
 
     rotation: np.ndarray
@@ -36,20 +37,20 @@ class Motion:
     faces: np.ndarray
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Where points (N, 3) come to."""
+        """Images of points (N, 3)."""
         return points @ self.rotation.T + self.translation
 
 
 @dataclass(frozen=True, eq=False)
 class Landmarks:
-    """What is known of a solid, so that it is recognized in another place.
+    """Properties of a solid that identify it in another position.
 
     Parameters
     ----------
     mass : (4,) volume, and principal moments of inertia
-    centre : (3,) of mass
-    points : (N, 3) relative to it
-    keys : (N, 3) kind, size as a length, and a number of the kind of surface
+    centre : (3,) centre of mass
+    points : (N, 3) relative to the centre
+    keys : (N, 3) kind, size as a length, and a number for the kind of surface
     """
 
     mass: np.ndarray
@@ -63,7 +64,7 @@ class Landmarks:
         return float(np.linalg.norm(self.points, axis=1).max())
 
     def described(self, size: float) -> np.ndarray:
-        """(N, 4) what no motion changes: the keys and the distance from the centre."""
+        """(N, 4) invariants of motions: the keys and the distance from the centre."""
         away = np.linalg.norm(self.points, axis=1)[:, None] / size
         return np.hstack([self.keys * [1, 1 / size, 1], away])
 
@@ -71,12 +72,12 @@ class Landmarks:
 def landmarks(
     volume: float, centre: np.ndarray, inertia: np.ndarray, points: np.ndarray, keys: np.ndarray
 ) -> Landmarks:
-    """Landmarks of a solid, with its principal axes as far as they are known.
+    """Landmarks of a solid, with those of its principal axes that are unique.
 
     Parameters
     ----------
-    centre : (3,) of mass
-    inertia : (3, 3) about it
+    centre : (3,) centre of mass
+    inertia : (3, 3) about the centre
     points, keys : (N, 3) of vertices, edges and faces, in the coordinates of the file
     """
     points = points - centre
@@ -95,10 +96,10 @@ def landmarks(
 
 
 def motions(first: Landmarks, second: Landmarks) -> Iterator[Motion]:
-    """Every motion that takes all landmarks of a solid to alike ones of another, one by one.
+    """Every motion from all landmarks of a solid to similar ones of another.
 
-    Those that turn the solid least come first.  There are none where the solids are of another
-    size, or their landmarks are all on a line.
+    Motions with the smallest rotation come first. There are none if the solids differ in size, or
+    if all landmarks are on a line.
     """
     size = first.size
     if len(first.points) != len(second.points) or abs(second.size - size) > SAME * size:
@@ -129,7 +130,7 @@ def motions(first: Landmarks, second: Landmarks) -> Iterator[Motion]:
 
 
 def _pair(points: np.ndarray, count: np.ndarray) -> tuple[int, int] | None:
-    """Two landmarks (N, 3) that are not on a line with the centre, of those that are rare."""
+    """Two landmarks (N, 3), preferably of rare kinds, that are not collinear with the centre."""
     off = np.flatnonzero(np.linalg.norm(points, axis=1) > APART)
     if not len(off):
         return None
@@ -156,7 +157,7 @@ def _fitted(
     places: cKDTree,
     own: np.ndarray,
 ) -> Motion | None:
-    """The motion of all landmarks that is near a rotation about the centres; None without one."""
+    """The motion of all landmarks close to a rotation about the centres; None if there is none."""
     size = first.size
     rotation = _nearest(first, second, rotation, places, own)
     moved = np.hstack([first.points @ rotation.T / size, own])
@@ -179,7 +180,7 @@ def _nearest(
     places: cKDTree,
     own: np.ndarray,
 ) -> np.ndarray:
-    """The rotation that fits all landmarks best, in the sense of least squares (Kabsch)."""
+    """The rotation that fits all landmarks best in the least-squares sense (Kabsch)."""
     moved = np.hstack([first.points @ rotation.T / first.size, own])
     partner = places.query(moved, p=np.inf)[1]
     u, _, v = np.linalg.svd(second.points[partner].T @ first.points)

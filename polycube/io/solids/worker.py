@@ -1,6 +1,6 @@
-"""List the solids of a CAD file with gmsh: `python -m polycube.io.solids.worker`, see `cad_worker`.
+"""List the solids of a CAD file with gmsh: `python -m polycube.io.solids.worker`.
 
-Reads a request as JSON on standard input; writes JSON to the file that it names.
+Reads a request as JSON from standard input and writes JSON to the given file, as `cad_worker`.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ SHAPES = (
     "Cone",
     "Sphere",
     "Torus",
-)  # that are told from others and each other
-ACROSS = (np.arange(5) + 0.5) / 5  # of the parameters of a face: where it is looked at
+)  # kinds of surfaces that are distinguished
+ACROSS = (np.arange(5) + 0.5) / 5  # parameters of the sample points of a face
 
 
 @dataclass(frozen=True, eq=False)
 class _Solid:
-    """A solid with its faces, tags of gmsh, and points (N, 3) on each of them."""
+    """A solid with its faces, tags of gmsh, and points (N, 3) on each face."""
 
     tag: int
     faces: list[int]
@@ -46,7 +46,7 @@ class _Solid:
 
 
 def main() -> None:
-    """Names, volumes and boxes in millimetres; the first solid that each is the same as."""
+    """Names, volumes and boxes in millimetres; first identical solid of each."""
     request = json.load(sys.stdin)
     gmsh = opened(request)
     distinct: list[tuple[int, _Solid]] = []
@@ -105,7 +105,7 @@ def _shape(gmsh: ModuleType, face: int) -> int:
 
 
 def _on_face(gmsh: ModuleType, face: int) -> np.ndarray:
-    """Points (N, 3) on a face, evenly in its parameters."""
+    """Points (N, 3) on a face, evenly spaced in its parameters."""
     low, high = gmsh.model.getParametrizationBounds(2, face)
     u, v = np.meshgrid(*(a + (b - a) * ACROSS for a, b in zip(low, high, strict=True)))
     where = np.stack([u.ravel(), v.ravel()], axis=1)
@@ -114,7 +114,7 @@ def _on_face(gmsh: ModuleType, face: int) -> np.ndarray:
 
 
 def _motion(gmsh: ModuleType, first: _Solid, second: _Solid) -> Motion | None:
-    """The motion that takes a solid onto another, checked on all its faces; None without one."""
+    """The motion from one solid to another, checked on all faces; None if there is none."""
     for motion in motions(first.landmarks, second.landmarks):
         pairs = zip(first.on_faces, (second.faces[k] for k in motion.faces), strict=True)
         near = SAME * first.landmarks.size

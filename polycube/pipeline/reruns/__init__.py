@@ -1,1 +1,1 @@
-"""More runs of the variant whose mesh is taken: smaller hexes, other sheets, other numbers."""
+"""More runs of the variant of the best mesh: smaller hexes, other sheets, other numbers."""

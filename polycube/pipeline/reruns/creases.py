@@ -1,7 +1,7 @@
-"""Search for a mesh whose edges are near the sharp edges of a surface of triangles.
+"""Search for a mesh whose edges are closer to the sharp edges of a triangle surface.
 
-Chords of long mesh edges cut curves short: more parts of the lattice along them help.  Where
-vertices left the curves for the shape of the hexes, a run that never leaves them may be as good.
+Long mesh edges are chords of curved edges: more parts of the lattice along them help. If vertices
+left the curves to improve the hexes, a run with exact features may be as good.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-LOSS = 0.03  # of the scaled Jacobian that nearer creases are worth
-NEARER = 0.8  # share of the distance that is left, at most
-FARTHER = 1.1  # times the distance that 99 % of the points may have then
-MORE = 2  # times the hexes, at most
+LOSS = 0.03  # loss of scaled Jacobian permitted for closer creases
+NEARER = 0.8  # largest share of the distance that remains
+FARTHER = 1.1  # largest factor on the distance of 99 % of the points
+MORE = 2  # largest factor on the number of hexes
 
 
 def meet_creases(found: Variants, creases: float | str | None) -> None:
-    """Where the mesh's edges are further off the sharp edges than asked, prefer a mesh nearer.
+    """If the edges of the mesh are too far from the sharp edges, prefer a closer mesh.
 
-    The variant whose mesh is taken is run again with more parts along the sharp edges, and where 5
-    % of them are still more than 0.3 % off, with exact features.  A mesh is taken that is nearer by
-    a fifth, where its smallest scaled Jacobian is at most 0.03 lower, 99 % of the points are not
-    1.1 times as far off, it has no more warnings and at most twice the hexes.
+    The variant of the best mesh is run again with more parts along the sharp edges, and if 5 % of
+    them are still farther than 0.3 %, with exact features. A mesh is accepted if it is closer by a
+    fifth, its smallest scaled Jacobian is at most 0.03 lower, the distance of 99 % of the points
+    grows by less than a factor of 1.1, and it has no more warnings and at most twice the hexes.
 
     Parameters
     ----------
-    found : the result of the search; its `preferred` run is set
-    creases : distance that 95 % of the sharp edges must keep: a length, a share of the diagonal,
-        auto or None
+    found : result of the search; its `preferred` run is set
+    creases : distance within which 95 % of the sharp edges must be: a length, a share of the
+        diagonal, auto or None
     """
     surface = found.start.surface
     asked = creases_of(creases, surface)
@@ -61,13 +61,13 @@ def meet_creases(found: Variants, creases: float | str | None) -> None:
 
 
 def check_creases(creases: float | str | None) -> None:
-    """Raise ValueError for what is no value of `meshing.creases`."""
+    """Raise ValueError for an invalid value of `meshing.creases`."""
     if creases not in (None, "auto"):
         sizing.check_length("creases", creases)
 
 
 def creases_missed(mesh: HexMesh, surface: TriMesh, creases: float | str | None) -> Iterator[str]:
-    """Say where 5 % of the sharp edges are further off than was asked for; not for auto."""
+    """A sentence if 5 % of the sharp edges are farther than requested; not for auto."""
     if creases in (None, "auto"):
         return
     unit = diagonal(surface)
@@ -80,7 +80,7 @@ def creases_missed(mesh: HexMesh, surface: TriMesh, creases: float | str | None)
 
 
 def _options(found: Variants, subdivide: FollowsCreases, wanted: float) -> Iterator[Options]:
-    """Options of one run after the other, as long as the creases are too far off."""
+    """Options of further runs, while the creases are too far away."""
     along = subdivide.crease_options(wanted)
     if along is not None and _seen(found.taken()).creases > wanted:
         yield {"meshing/subdivide": along}
@@ -90,12 +90,12 @@ def _options(found: Variants, subdivide: FollowsCreases, wanted: float) -> Itera
 
 
 def _is_automatic(plugin: object) -> bool:
-    """Whether it is left to the program how a stage keeps features."""
+    """Whether the treatment of features in a stage is chosen automatically."""
     return getattr(plugin, "features", "") == "auto"
 
 
 def _is_better(other: Attempt, taken: Attempt, first: Attempt) -> bool:
-    """Whether a mesh is nearer to the creases than the one taken, and else as good as the first."""
+    """Whether a mesh is closer to the creases than `taken`, and otherwise as good as `first`."""
     one, two, start = _seen(other), _seen(taken), _seen(first)
     warnings = len(other.verdict.warnings) <= len(first.verdict.warnings)
     return (
@@ -122,5 +122,5 @@ def _seen(attempt: Attempt) -> Inspection:
 
 
 def _apart(seen: Inspection) -> float:
-    """Distance in diagonals that 1 % of the points exceed, the worse of both ways."""
+    """Distance in diagonals exceeded by 1 % of the points, the larger one of both directions."""
     return max(seen.deviation.to_surface.p99, seen.deviation.to_mesh.p99)

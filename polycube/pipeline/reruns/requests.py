@@ -1,7 +1,7 @@
-"""Search for the numbers of parts that give the numbers of hexes asked for.
+"""Search for the numbers of parts that give the requested numbers of hexes.
 
-Layers under the boundary are made after the lattice is cut, and count as hexes through a wall.  How
-many there are is seen on the mesh; the lattice is cut again with so many parts fewer.
+Layers under the boundary are added after the lattice is divided, and count as hexes through a wall.
+Their number is determined from the mesh, and the lattice is divided again with fewer parts.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ TRIES = 3
 
 
 def meet_requests(found: Variants) -> None:
-    """Where the mesh has not the hexes that `meshing.at` asks for, prefer one that has.
+    """If the mesh does not have the hexes requested by `meshing.at`, prefer one that has them.
 
-    The variant whose mesh is taken is run again with as many parts more or fewer as there are hexes
-    too few or too many.  A mesh is taken that comes nearer to the numbers, where it is valid,
-    loses no more features and has no more warnings.
+    The variant of the best mesh is run again with as many additional or fewer parts as hexes are
+    missing or superfluous. A mesh is accepted if it is closer to the numbers, is valid, loses no
+    more features and has no more warnings.
 
     Parameters
     ----------
-    found : the result of the search; its `preferred` run is set
+    found : result of the search; its `preferred` run is set
     """
     subdivide = found.plugin("meshing/subdivide") if found.attempts else None
     if not isinstance(subdivide, CountsHexes) or not subdivide.at:
@@ -57,9 +57,9 @@ def meet_requests(found: Variants) -> None:
 
 
 def _missing(subdivide: CountsHexes, attempt: Attempt) -> np.ndarray:
-    """(N,) hexes that the mesh has too few at each entry, or too many where negative.
+    """(N,) number of missing hexes of each entry, negative for superfluous ones.
 
-    More edges round a rim than asked for are none too many: a lattice has not every number.
+    More edges around a rim than requested are permitted: a lattice cannot have every number.
     """
     surface, hexes = attempt.state.surface, attempt.state.hexes
     assert hexes is not None

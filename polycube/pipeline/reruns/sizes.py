@@ -1,8 +1,8 @@
 """Search for a size that keeps all features, or meets a deviation.
 
-The distance of hexes of length h from a curved surface is like h^2, their number like h^-3: a size
-less than twice as fine makes fewer hexes than cutting every hex in eight.  A curve, point or face
-that is smaller than a hex has room on smaller ones.
+The distance of hexes of length h from a curved surface is of order h^2, their number of order h^-3.
+A size reduced by a factor below two needs fewer hexes than dividing every hex into eight. Curves,
+points and faces smaller than a hex are resolved by smaller hexes.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from polycube.surface.measures import diagonal
 
 logger = logging.getLogger(__name__)
 
-FINEST = 1.9  # times as fine; beyond, refinement makes about as many hexes
-MARGIN = 1.05  # finer than h^2 says
+FINEST = 1.9  # largest factor; beyond it, refinement needs about as many hexes
+MARGIN = 1.05  # additional factor to the prediction by h^2
 TRIES = 2
-STEP = 1.4  # times as fine at most, at a time: hexes for features that are lost
+STEP = 1.4  # largest factor in one step, for lost features
 
 
 def keep_features(found: Variants, least: float = -np.inf) -> None:
-    """While the mesh loses features of a CAD part, try finer ones; the best of all is taken.
+    """Try smaller hexes while the mesh loses features of a CAD part; the best mesh is taken.
 
     Parameters
     ----------
-    found : the result of the search
-    least : scaled Jacobian below which a mesh is not worth a finer one
+    found : result of the search
+    least : scaled Jacobian below which no smaller hexes are tried
     """
     for _ in range(TRIES if found.attempts else 0):
         name, taken = found.chosen, found.taken()
@@ -52,7 +52,7 @@ def keep_features(found: Variants, least: float = -np.inf) -> None:
 
 
 def _times(taken: Attempt) -> float:
-    """How much finer hexes should be for the features that are lost: by h^2, STEP at most."""
+    """Factor of refinement for the lost features: by h^2, at most STEP."""
     assert taken.state.hexes is not None
     found = inspect(taken.state.hexes, taken.state.surface).features
     farthest = max((each.distance for each in found), default=np.inf)
@@ -60,16 +60,17 @@ def _times(taken: Attempt) -> float:
 
 
 def meet_deviation(found: Variants, deviation: float | str | None) -> None:
-    """Where the mesh is further off than `deviation`, prefer the first finer one that is not.
+    """If the distance of the mesh exceeds `deviation`, prefer the first finer mesh that meets it.
 
-    The variant is run again with a size that should do, and once more with what that run tells.
-    The finer mesh must keep the scaled Jacobian that a refined one must keep, and have no more
-    warnings; where there is none the mesh stays as it is, for `meshing/refine`.
+    The variant is run again with the predicted size, and once more with a corrected one. The finer
+    mesh must have the scaled Jacobian required of a refined mesh, and no more warnings. If there is
+    none, the mesh is kept for `meshing/refine`.
 
     Parameters
     ----------
-    found : the result of the search; its `preferred` run is set
-    deviation : distance that 99 % of the points must keep: a length, or a share of the diagonal
+    found : result of the search; its `preferred` run is set
+    deviation : distance within which 99 % of the points must be: a length, or a share of the
+        diagonal
     """
     stage = next((s.plugin for s in found.stages if s.kind == "meshing/subdivide"), None)
     if deviation is None or stage is None:
@@ -105,13 +106,13 @@ def meet_deviation(found: Variants, deviation: float | str | None) -> None:
 
 
 def _options(found: Variants, times: float) -> Mapping[str, object] | None:
-    """Of the subdivision, for hexes so many times smaller; None where it does not offer that."""
+    """Options of the subdivision for smaller hexes by a factor; None if not supported."""
     subdivide = found.plugin("meshing/subdivide")
     return subdivide.finer_options(times) if isinstance(subdivide, Subdivide) else None
 
 
 def _is_kept(finer: Attempt, coarse: Attempt) -> bool:
-    """Whether a finer mesh is as good as the coarse one in all but its size; logs why not."""
+    """Whether a finer mesh is otherwise as good as the coarse one; the reason is logged if not."""
     jacobian, before = _jacobian(finer), _jacobian(coarse)
     warnings = [*finer.verdict.failures, *finer.verdict.warnings]
     count = len(coarse.verdict.failures) + len(coarse.verdict.warnings)
@@ -131,7 +132,7 @@ def _jacobian(attempt: Attempt) -> float:
 
 
 def _apart(attempt: Attempt) -> float:
-    """Distance in diagonals that 1 % of the points exceed, the worse of both ways."""
+    """Distance in diagonals exceeded by 1 % of the points, the larger one of both directions."""
     assert attempt.state.hexes is not None
     found = inspect(attempt.state.hexes, attempt.state.surface).deviation
     return max(found.to_surface.p99, found.to_mesh.p99)

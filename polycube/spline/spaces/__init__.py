@@ -1,4 +1,4 @@
 """Spline spaces on unstructured hex meshes: extraction, subdivision, hierarchies.
 
-Imports spline and below.
+Imports `spline` and the layers below.
 """

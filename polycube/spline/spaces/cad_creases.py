@@ -1,7 +1,7 @@
 """Creases of a mesh of a CAD part: its edges on curves at which the CAD faces turn.
 
-The angle is that of the CAD faces, not of the quads: a coarse cylinder has no creases, and a flat
-chamfer has all of its own.
+The angle is that between the CAD faces, not between the quads: a coarse cylinder has no creases,
+and a flat chamfer has all of its creases.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
 
     Parameters
     ----------
-    mesh : with the sets of its CAD faces
-    surface : with its CAD faces as `region`
+    mesh : hex mesh with the sets of its CAD faces
+    surface : surface with its CAD faces as `region`
     angle : in radians
 
     Returns
@@ -42,7 +42,7 @@ def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
 
 
 def cad_corners(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(P,) boundary vertices of a mesh that are nearest to the ends of the curves of its part."""
+    """(P,) boundary vertices of a mesh that are closest to the ends of the curves of its part."""
     goal, outside = target(surface), np.unique(mesh.quads)
     corners = goal.followed.corners
     if not len(corners):

@@ -1,4 +1,4 @@
-"""All piecewise tricubic functions on a hex mesh that are continuous: every Bezier node is free."""
+"""The space of all continuous piecewise tricubic functions on a hex mesh."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from polycube.types import HexMesh
 
 @dataclass(frozen=True, eq=False)
 class ContinuousSpace(OnHexes):
-    """The cubic finite elements of a hex mesh; a `hierarchy.Space`."""
+    """The cubic finite elements of a hex mesh; implements `hierarchy.Space`."""
 
     points: np.ndarray  # (B, 3) Bezier points of the geometry
 
@@ -42,7 +42,7 @@ class ContinuousSpace(OnHexes):
         return ContinuousSpace(mesh, halves @ self.points), halves
 
     def halved(self, elements: np.ndarray) -> tuple[HexMesh, csr_matrix]:
-        """Some hexes in eight, and the Bezier nodes (B', B) of their children from those here."""
+        """Divide hexes into eight; the mesh, and the Bezier nodes (B', B) of the children."""
         mesh = split(part(self.mesh, elements, self.sides)[0])
         nodes = bezier_nodes(mesh.hexes[:, TENSOR])[0]
         wanted = np.arange(nodes.max() + 1)

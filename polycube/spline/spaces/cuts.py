@@ -1,9 +1,10 @@
-"""Where a hex mesh is a product of lines, and the faces across which it is not.
+"""Regions in which a hex mesh has product structure, and the faces across which it does not.
 
-At a vertex, half-edges that lie opposite each other across a face make a class.  The mesh is a
-product in the direction of a class where all hexes at the vertex have one of its two half-edges
-and lie opposite each other (a line passes), or all have its only one (a line ends at the boundary).
-It is in all directions at regular vertices, along the line only at an extraordinary edge.
+At a vertex, half-edges that are opposite each other across a face form a class. The mesh has
+product structure in the direction of a class if either all hexes at the vertex contain one of its
+two half-edges and these are opposite each other (a line passes), or all contain its only one (a
+line ends at the boundary). This holds in all directions at regular vertices, and only along the
+line at an extraordinary edge.
 """
 
 from __future__ import annotations
@@ -25,17 +26,17 @@ SIDES = np.array(
 
 @dataclass(frozen=True)
 class HalfEdges:
-    """Edges of a hex mesh seen from each of their ends, numbered by vertex."""
+    """Edges of a hex mesh seen from each end, numbered by vertex."""
 
     number: np.ndarray  # (H, 8, 3) from each corner, in tensor order, along each axis
-    vertex: np.ndarray  # (N,) where each begins
-    end: np.ndarray  # (N,) where it ends
-    pairs: np.ndarray  # (P, 2) faces 6 hex + side that are one
-    across: np.ndarray  # (P, 4, 2) half-edges that lie opposite each other there
+    vertex: np.ndarray  # (N,) start vertex
+    end: np.ndarray  # (N,) end vertex
+    pairs: np.ndarray  # (P, 2) equal faces as 6 hex + side
+    across: np.ndarray  # (P, 4, 2) opposite half-edges at each
 
     @classmethod
     def of(cls, hexes: np.ndarray) -> HalfEdges:
-        """Those of hexes (H, 8) in VTK order."""
+        """Half-edges of hexes (H, 8) in VTK order."""
         corners = hexes[:, TENSOR]
         base = np.int64(corners.max() + 1)
         ends = np.stack([corners[:, np.arange(8) ^ (1 << axis)] for axis in range(3)], axis=-1)
@@ -50,7 +51,7 @@ class HalfEdges:
         return cls(number, key // base, key % base, pairs, across)
 
     def classes(self, linked: np.ndarray) -> np.ndarray:
-        """(N,) the least half-edge of the class of each, across the chosen pairs (P,) of faces."""
+        """(N,) smallest half-edge of the class of each, across the given pairs (P,) of faces."""
         links = self.across[linked].reshape(-1, 2)
         size = len(self.vertex)
         graph = coo_matrix((np.ones(len(links)), tuple(links.T)), shape=(size, size))
@@ -66,11 +67,14 @@ def cut_faces(
     corner_vertices: np.ndarray = NO_INDICES,
     rings: int | None = 0,
 ) -> np.ndarray:
-    """(H, 6) sides of hexes across which a spline should only be continuous.
+    """(H, 6) sides of hexes across which a spline is only continuous.
 
-    The boundary, and faces with a corner where the mesh, or what of it is sharp, is no product
-    across them.  sharp_edges : (S, 2) and corner_vertices as for `volumetric_spline`
-    rings : of faces by which cuts that end inside are carried on, as sheets; None: to their ends
+    These are the boundary, and faces with a corner where the mesh or its sharp edges have no
+    product structure across them.
+
+    sharp_edges : (S, 2) and corner_vertices, as for `volumetric_spline`
+    rings : rings of faces by which cuts that end inside are continued as sheets; None: to their
+        ends
     """
     half = HalfEdges.of(mesh.hexes)
     label = half.classes(np.ones(len(half.pairs), bool))
@@ -91,7 +95,7 @@ def cut_faces(
 
 
 def _carried_on(cut: np.ndarray, across: np.ndarray, rings: int | None) -> np.ndarray:
-    """(P,) faces cut, each ring all those that have a class in common with the ones before."""
+    """(P,) faces that are cut; each ring adds faces that share a class with the earlier ones."""
     while rings is None or rings > 0:
         has = np.zeros(across.max(initial=0) + 1, bool)
         has[across[cut]] = True
@@ -105,7 +109,7 @@ def _carried_on(cut: np.ndarray, across: np.ndarray, rings: int | None) -> np.nd
 def _follows(
     half: HalfEdges, label: np.ndarray, sharp_edges: np.ndarray, corner_vertices: np.ndarray
 ) -> np.ndarray:
-    """(N,) by class: nothing sharp at the vertex but the whole line itself."""
+    """(N,) by class: whether nothing at the vertex is sharp except the whole line itself."""
     base = half.vertex.max() + 1
     keys = np.concatenate([sharp_edges, sharp_edges[:, ::-1]]) @ [base, 1]
     sharp = np.isin(half.vertex * base + half.end, keys)
@@ -116,6 +120,6 @@ def _follows(
 
 
 def children(sides: np.ndarray) -> np.ndarray:
-    """(8 H, 6) of flagged sides (H, 6), those of the children in VTK corner order."""
+    """(8 H, 6) flags of the sides of the children in VTK corner order, from those of (H, 6)."""
     outer = np.stack([1 - PLACES, PLACES], axis=-1).reshape(8, 6).astype(bool)
     return (sides[:, None] & outer).reshape(-1, 6)

@@ -1,13 +1,14 @@
 """The spline of a hex mesh as one sparse matrix from control points to shared Bezier nodes.
 
-A Bezier node belongs to an entity (vertex, edge, face or body of the mesh) and its nearest corner
-there, so neighbours share it.  It lies in a stratum of dimension d: 3 inside, 2 on the smooth
-boundary, 1 on a sharp curve, 0 at a sharp corner.  Its row is the mean over the d-cells round the
-entity of sum_w (2/3)^(d-m) (1/3)^m e_w: w the corners of the cell, m the directions in which w
-differs from the nearest corner (the hex-to-spline construction of TH-spline3D, level 0).
+A Bezier node belongs to an entity (vertex, edge, face or body of the mesh) and to the closest
+corner of it, so that neighbours share it. It lies in a stratum of dimension d: 3 inside, 2 on the
+smooth boundary, 1 on a sharp curve, 0 at a sharp corner. Its row is the mean over the d-cells
+around the entity of sum_w (2/3)^(d-m) (1/3)^m e_w, where w are the corners of the cell and m is the
+number of directions in which w differs from the closest corner (the hex-to-spline construction of
+TH-spline3D, level 0).
 
-A hex may be straight: its faces, edges and vertices then are strata of their own, so that its map
-is the trilinear one of its corners, and its neighbours meet it only continuously.
+A hex may be straight: its faces, edges and vertices are then separate strata, so that its map is
+the trilinear one of its corners, and it is only continuous with its neighbours.
 """
 
 from __future__ import annotations
@@ -24,13 +25,14 @@ from polycube.hexmesh.connectivity import extraordinary_edges, quad_sides, uniqu
 from polycube.spline.spaces.sharp_features import is_among
 from polycube.types import HexMesh, Spline
 
-TENSOR = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # VTK corner at tensor place i + 2 j + 4 k
-NEAREST = np.array([[2.0, 1.0], [2.0, 1.0], [1.0, 2.0], [1.0, 2.0]]) / 3  # node by corner, 1D
-FREE = 2  # an axis along which an entity extends; 0 and 1 are the side it lies on
+TENSOR = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # VTK corner at tensor position i + 2 j + 4 k
+# node from corners in one dimension
+NEAREST = np.array([[2.0, 1.0], [2.0, 1.0], [1.0, 2.0], [1.0, 2.0]]) / 3
+FREE = 2  # an axis along which an entity extends; 0 and 1 are the side on which it lies
 
 
 def _local(fixed: list[int], free: list[int], base: int) -> list[np.ndarray]:
-    """[d] (n_d, n^d) tensor places in the 8 vertices, 12 edges, 6 faces and the body of a hex."""
+    """[d] (n_d, n^d) tensor positions in the 8 vertices, 12 edges, 6 faces and body of a hex."""
     tables: list[list[list[int]]] = [[], [], [], []]
     for entity in product((0, 1, FREE), repeat=3):
         z, y, x = (free if side == FREE else [fixed[side]] for side in entity)
@@ -40,7 +42,7 @@ def _local(fixed: list[int], free: list[int], base: int) -> list[np.ndarray]:
 
 
 CORNERS = _local([0, 1], [0, 1], 2)  # the corners of each entity
-OWN = _local([0, 3], [1, 2], 4)  # its Bezier nodes nearest to those corners
+OWN = _local([0, 3], [1, 2], 4)  # its Bezier nodes closest to those corners
 CLOSURE = _local([0, 3], [0, 1, 2, 3], 4)  # its Bezier nodes and those of its sides
 NO_INDICES = np.zeros(0, np.int64)
 
@@ -56,18 +58,18 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class OnHexes:
-    """What every spline space of a whole hex mesh has in common."""
+    """Common properties of the spline spaces of a whole hex mesh."""
 
     mesh: HexMesh
 
     @cached_property
     def sides(self) -> np.ndarray:
-        """(Q, 2) hex and face of it of each boundary quad."""
+        """(Q, 2) hex and local face of each boundary quad."""
         return np.stack(quad_sides(self.mesh), axis=1)
 
     @property
     def patch(self) -> np.ndarray:
-        """(Q,) of each boundary quad."""
+        """(Q,) patch of each boundary quad."""
         return self.mesh.patch
 
 
@@ -79,11 +81,14 @@ def volumetric_spline(
 ) -> Spline:
     """The spline whose control points are the vertices of the mesh.
 
-    sharp_edges : (S, 2) ends of boundary edges to keep as curves.  A vertex with two of them lies
-        on the curve, with one or more than two it is a corner, and so are `corner_vertices`.
+    The surface is smooth except at sharp edges. det J is 0 along a smooth boundary edge with a
+    single hex. Raises ValueError for sharp edges and corners that are not on the boundary, and for
+    vertices without a hex.
+
+    sharp_edges : (S, 2) ends of boundary edges that remain sharp curves. A vertex with exactly two
+        of them lies on the curve; a vertex with one or more than two is a corner
+    corner_vertices : additional corners
     straight : hexes that stay trilinear
-    Elsewhere the surface is smooth, and det J is 0 along a smooth boundary edge with a single hex.
-    Raises ValueError for sharp edges and corners off the boundary and for vertices without a hex.
     """
     extraction, nodes = extraction_matrix(mesh, sharp_edges, corner_vertices, straight)
     return Spline(
@@ -142,7 +147,7 @@ def _strata(
     tips: np.ndarray,
     straight: np.ndarray,
 ) -> list[Cells]:
-    """The cells of dimension 3, 2, 1, 0 that rule the nodes; a later one overrules the earlier."""
+    """The cells of dimension 3, 2, 1, 0 that determine the nodes; later ones have precedence."""
 
     def cells(d: int, hexes: np.ndarray, local: np.ndarray) -> Cells:
         at = hexes[:, None]
@@ -165,14 +170,14 @@ def _strata(
 
 
 def _first(numbers: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Hex and local number of one occurrence of each chosen entity."""
+    """Hex and local number of an occurrence of each chosen entity."""
     hexes, local = np.nonzero(chosen)
     _, first = np.unique(numbers[hexes, local], return_index=True)
     return hexes[first], local[first]
 
 
 def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads: Cells) -> None:
-    """Raise ValueError unless sharp edges and corners are on the boundary, the edges named once."""
+    """Raise ValueError unless sharp edges and corners are on the boundary, without duplicates."""
     sides = np.sort(quads.corners[:, [[0, 1], [2, 3], [0, 2], [1, 3]]], axis=-1)
     known = is_among(sharp_edges, sides.reshape(-1, 2))
     if not known.all():
@@ -187,7 +192,7 @@ def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads
 
 
 def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matrix:
-    """(B, C) rows of all nodes, each from the last stratum that has it."""
+    """(B, C) rows of all nodes, each from the last stratum that contains it."""
     dimension = np.zeros(n_nodes, np.int64)
     for stratum in strata:
         dimension[stratum.nodes] = stratum.dimension
@@ -199,8 +204,9 @@ def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matri
 
 
 def _mean_rows(cells: Cells, ruled: np.ndarray, n_vertices: int) -> csr_matrix:
-    """(B, C) mean over the cells round a node of their trilinear weights at thirds; ruled : (B,)
-    the nodes that have a row.
+    """(B, C) mean over the cells around a node of their trilinear weights at thirds.
+
+    ruled : (B,) the nodes that have a row
     """
     weights: np.ndarray = np.ones((1, 1))
     for _ in range(cells.dimension):
@@ -223,7 +229,8 @@ def _means(
     for node in nodes.flat:
         ends[node + 1] += ruled[node]
     ends = np.cumsum(ends)
-    place, where = ends[:-1].copy(), np.empty(ends[-1], np.int64)  # in `nodes` of each node
+    # position of each node in `nodes`
+    place, where = ends[:-1].copy(), np.empty(ends[-1], np.int64)
     for at, node in enumerate(nodes.flat):
         if ruled[node]:
             where[place[node]] = at

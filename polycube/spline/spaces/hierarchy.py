@@ -1,12 +1,13 @@
-"""Truncated hierarchical splines: coarse functions where elements are coarse, fine where fine.
+"""Truncated hierarchical splines: coarse functions on coarse elements, fine ones on fine ones.
 
-Level l has functions C_l on Omega_l and on a ring of ghosts.  Those with support in Omega_l that
-meet an active element are active.  Coarser ones lose what active ones span: T_0 = E_0, T_l+1 =
-D S T_l + E, with the two-scale matrix S, E the unit rows of active functions, D of all others
-(Giannelli, Juettler, Speleers 2012).  Active elements have the rows C_l T_l + X_l: the remainders
-R = cut(C_l) - C_l+1 S are carried, X_l+1 = cut(X_l) + R A.  They are 0 where the levels are nested;
-where h2s is not, levels meet without a crack all the same.  A is T_l, but a function with support
-in Omega_l+1, which is gone, follows that finer one which it contributes most to.
+Level l has functions C_l on Omega_l and on a ring of ghost elements. Functions with support in
+Omega_l that meet an active element are active. Coarser functions are truncated by the active ones:
+T_0 = E_0, T_l+1 = D S T_l + E, where S is the two-scale matrix, E the unit rows of active
+functions, and D selects all others (Giannelli, Juettler, Speleers 2012). Active elements have the
+rows C_l T_l + X_l, where the remainders R = cut(C_l) - C_l+1 S are carried along: X_l+1 = cut(X_l)
++ R A. They are 0 if the levels are nested; for h2s, which is not nested, they keep the levels
+continuous. A is T_l, except that a function with support in Omega_l+1, which no longer exists,
+follows the finer function to which it contributes most.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from polycube.types import Spline
 logger = logging.getLogger(__name__)
 
 CORNER_NODES = [0, 3, 12, 15, 48, 51, 60, 63]
-NESTED = 1e-10  # remainders no larger are rounding
-TINY = 1e-13  # coefficients below it are rounding
+NESTED = 1e-10  # smaller remainders are rounding errors
+TINY = 1e-13  # smaller coefficients are rounding errors
 
 
 class Space(Elements, Protocol):
-    """A spline space on some elements of one level, which are refined without their neighbours."""
+    """A spline space on some elements of one level, which can be refined separately."""
 
     @property
     def control(self) -> np.ndarray:
@@ -40,13 +41,13 @@ class Space(Elements, Protocol):
 
     @property
     def patch(self) -> np.ndarray:
-        """(Q,) polycube face that each boundary face came from."""
+        """(Q,) polycube face of each boundary face."""
 
     def finer(self, elements: np.ndarray) -> tuple[Space, csr_matrix]:
         """The space of the children, 8 i to 8 i + 7 of elements[i] in VTK corner order, and S.
 
-        S (C', C) expresses the coarse functions.  Both need be right only where the children's
-        neighbours are children too.
+        S (C', C) represents the coarse functions. Both must be correct only where the neighbours of
+        the children are children as well.
         """
 
 
@@ -55,20 +56,21 @@ class Level:
     """One level of a hierarchy."""
 
     space: Space
-    inside: np.ndarray  # (E,) whether in Omega_l; the others are ghosts
-    hex: np.ndarray  # (E,) each comes from
-    halved: int = 0  # how often it was
+    inside: np.ndarray  # (E,) whether an element is in Omega_l; the others are ghosts
+    hex: np.ndarray  # (E,) original hex of each element
+    halved: int = 0  # number of times that it was divided
     two_scale: csr_matrix = field(default_factory=lambda: csr_matrix((0, 0)))  # (C_l, C_l-1)
-    parents: np.ndarray = field(default_factory=lambda: NO_INDICES)  # (E / 8,) of the level before
+    # (E / 8,) parents in the level before
+    parents: np.ndarray = field(default_factory=lambda: NO_INDICES)
 
     @property
     def refined(self) -> np.ndarray:
-        """Elements of the level before that Omega_l consists of, in the order of their children."""
+        """Elements of the level before that form Omega_l, in the order of their children."""
         return self.parents[: self.inside.sum() // 8]
 
 
 def coarsest(space: Space, halvings: int = 0) -> Level:
-    """All of a space, every element in eight so often, as level 0."""
+    """Level 0: all elements of a space, each divided into eight repeatedly."""
     origin = np.arange(len(space.nodes))
     for _ in range(halvings):
         space, _ = space.finer(np.arange(len(space.nodes)))
@@ -77,7 +79,7 @@ def coarsest(space: Space, halvings: int = 0) -> Level:
 
 
 def finer_level(level: Level, elements: np.ndarray) -> Level:
-    """The children of some elements, in their order, and after them a ring of ghosts."""
+    """The children of some elements, in their order, followed by a ring of ghost elements."""
     parents = np.concatenate([elements, np.setdiff1d(ring(level.space, elements), elements)])
     space, two_scale = level.space.finer(parents)
     inside = np.repeat(np.arange(len(parents)) < len(elements), 8)
@@ -86,7 +88,7 @@ def finer_level(level: Level, elements: np.ndarray) -> Level:
 
 
 def ring(space: Space, elements: np.ndarray) -> np.ndarray:
-    """The elements and all that touch them, ascending."""
+    """The elements and all elements that touch them, ascending."""
     corners = space.nodes[:, CORNER_NODES]
     near = np.zeros(space.nodes.max() + 1, bool)
     near[corners[elements]] = True
@@ -144,7 +146,7 @@ def _active_elements(level: Level, finer: Level | None) -> np.ndarray:
 
 
 def _functions(level: Level, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Functions with support in Omega_l: those that meet an active element, and the others."""
+    """Functions with support in Omega_l that meet an active element, and the other functions."""
     nodes, n_nodes = level.space.nodes, level.space.extraction.shape[0]
     support = abs(level.space.extraction).T
     mine, others = (
@@ -192,7 +194,7 @@ def _carried(
 
 
 def _cut(coarse: Level, fine: Level, at: np.ndarray) -> csr_matrix:
-    """(B_l+1, B_l) Bezier nodes of Omega_l+1, those `at`, from the coarser ones exactly."""
+    """(B_l+1, B_l) exact Bezier nodes `at` of Omega_l+1 from the coarser ones."""
     n = fine.space.extraction.shape[0], coarse.space.extraction.shape[0]
     halves = bezier_halves(coarse.space.nodes[fine.parents], fine.space.nodes, at, n[1])
     select = csr_matrix((np.ones(len(at)), (at, np.arange(len(at)))), (n[0], len(at)))
@@ -200,9 +202,9 @@ def _cut(coarse: Level, fine: Level, at: np.ndarray) -> csr_matrix:
 
 
 def remainder(coarse: Level, fine: Level) -> csr_matrix:
-    """(B_l+1, C_l) R, how far the finer functions on Omega_l+1 miss the coarser ones, cut exactly.
+    """(B_l+1, C_l) matrix R: error of the finer functions on Omega_l+1 for the coarser ones.
 
-    Computed only where two random combinations of coarser functions are missed.
+    It is computed only where two random combinations of coarser functions have an error.
     """
     at = np.unique(fine.space.nodes[fine.inside])
     before, after, two_scale = coarse.space.extraction, fine.space.extraction, fine.two_scale

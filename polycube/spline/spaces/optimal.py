@@ -1,15 +1,17 @@
-"""Cubic splines on an unstructured hex mesh: C2 but for cut faces and what these end in.
+"""Cubic splines on an unstructured hex mesh, C2 except at cut faces and their ends.
 
-The boundary and the faces where the mesh is no product (`cuts`) are cut, as by a threefold knot: a
-function is only continuous there.  In some directions a Bezier node is a value of its own, in
-others, splined ones, it follows from two coefficients as along a uniform B-spline.  Where a cut
-ends, hexes round a node disagree about a direction, and it is not splined there.  A coefficient is
-named by the Bezier node nearest to it and the directions splined there.
+The boundary and the faces at which the mesh has no product structure (`cuts`) are cut, as by a
+threefold knot: functions are only continuous there. In some directions, a Bezier node is an
+independent value; in the others, the splined directions, it follows from two coefficients as in a
+uniform B-spline. Where a cut ends, the hexes around a node differ in a direction, and the node is
+not splined in it. A coefficient is identified by the Bezier node closest to it and its splined
+directions.
 
-The rows are convex weights.  A node between the sides of a hex is, in each splined direction, one
-of two that determine two coefficients: so the functions are independent.  They span all tricubics
-on each hex.  A function is C2 across a face whose nodes all are splined across it; the other faces
-are cut when the mesh is halved, so that the finer space contains the coarser one.
+The rows are convex weights. A node between the sides of a hex is, in each splined direction, one of
+two nodes that determine two coefficients, so the functions are linearly independent. They span all
+tricubic polynomials on each hex. A function is C2 across a face if all nodes of the face are
+splined across it. The other faces are cut when the mesh is refined, so that the finer space
+contains the coarser one.
 """
 
 from __future__ import annotations
@@ -28,20 +30,20 @@ from polycube.spline.spaces.sharp_features import union
 from polycube.types import HexMesh
 
 STEP = np.array([1, 4, 16])  # between nodes along each axis
-PLACE = np.arange(64)[:, None] // STEP % 4  # (64, 3) of each node
-FAR = PLACE // 2  # (64, 3) side of the hex that it is nearer to
-CORNER = FAR @ [1, 2, 4]  # (64,) tensor corner that it is nearest to
+PLACE = np.arange(64)[:, None] // STEP % 4  # (64, 3) position of each node
+FAR = PLACE // 2  # (64, 3) closer side of the hex
+CORNER = FAR @ [1, 2, 4]  # (64,) closest tensor corner
 BETWEEN = PLACE % 3 > 0  # (64, 3) not on a side of the hex
 AXES = np.arange(3)
 
-# Weight of the nearer of two coefficients, and the places of both, along a line of four nodes.
-# First index: not splined, else 1 + (low side cut) + 2 (high side cut).
+# Weight of the closer one of two coefficients, and the positions of both, along a line of four
+# nodes. First index: not splined, else 1 + (low side cut) + 2 (high side cut).
 _NEARER = np.ones((5, 4))
 _PLACES = np.stack([np.tile(np.arange(4), (5, 1))] * 2, axis=-1)  # (5, 4, 2)
 _NEARER[1], _PLACES[1] = 2 / 3, [[0, 3], [0, 3], [3, 0], [3, 0]]
 _NEARER[2], _PLACES[2] = [1, 1, 0.5, 0.5], [[0, 0], [1, 1], [3, 1], [3, 1]]
 _NEARER[3], _PLACES[3] = [0.5, 0.5, 1, 1], [[0, 2], [0, 2], [2, 2], [3, 3]]
-RINGS = 2, None  # by which cuts may be carried on, see `cut_faces`
+RINGS = 2, None  # lengths of the continuation of cuts, see `cut_faces`
 
 
 def smallest_space(
@@ -51,10 +53,10 @@ def smallest_space(
     corner_vertices: np.ndarray = NO_INDICES,
     straight: np.ndarray = NO_INDICES,
 ) -> OptimalSpace:
-    """The space with the fewest functions among those of longer and shorter cuts.
+    """The space with the smallest number of functions, among those of longer and shorter cuts.
 
-    points : (B, 3) Bezier points that `volumetric_spline` gives with the same sharp edges, corners
-        and straight hexes
+    points : (B, 3) Bezier points of `volumetric_spline` with the same sharp edges, corners and
+        straight hexes
     """
     tips = union(np.asarray(corner_vertices, np.int64), mesh.hexes[straight].ravel())
     short, long = (cut_faces(mesh, sharp_edges, tips, rings) for rings in RINGS)
@@ -66,25 +68,25 @@ def smallest_space(
 
 @dataclass(frozen=True, eq=False)
 class OptimalSpace(ContinuousSpace):
-    """The functions that some cut faces leave."""
+    """The functions that are compatible with some cut faces."""
 
     cut: np.ndarray  # (H, 6) sides of hexes across which functions are only continuous
 
     @cached_property
     def _near(self) -> np.ndarray:
-        """(H, 64, 3) whether the side that each node is nearer to is cut."""
+        """(H, 64, 3) whether the side closer to each node is cut."""
         return self.cut[:, 2 * AXES + FAR]
 
     @cached_property
     def _far(self) -> np.ndarray:
-        """(H, 64, 3) whether the side opposite to that is."""
+        """(H, 64, 3) whether the opposite side is cut."""
         return self.cut[:, 2 * AXES + 1 - FAR]
 
     @cached_property
     def _directions(self) -> tuple[np.ndarray, np.ndarray]:
         """(H, 8, 3) bits of the line and of the half-edge along each axis from each corner.
 
-        Bits are numbered round each vertex; the two half-edges of a line share the line's.
+        Bits are numbered at each vertex; the two half-edges of a line share the bit of the line.
         """
         half = HalfEdges.of(self.mesh.hexes)
         is_cut = self.cut.ravel()[half.pairs[:, 0]]
@@ -118,7 +120,7 @@ class OptimalSpace(ContinuousSpace):
         weights = _products(nearer, 1 - nearer).ravel()
         entry = np.flatnonzero(weights)
         place, term = np.divmod(entry, 8)
-        first = place // 64 * 64  # place of the hex's first node
+        first = place // 64 * 64  # index of the first node of the hex
         at = _sums(_PLACES[state, PLACE]).ravel()[entry]
         line, _ = self._directions
         there = line.reshape(-1, 3)[first // 8 + CORNER[at]]
@@ -130,12 +132,12 @@ class OptimalSpace(ContinuousSpace):
 
     @property
     def size(self) -> int:
-        """How many functions there are."""
+        """Number of functions."""
         return self._terms.size
 
     @cached_property
     def extraction(self) -> csr_matrix:
-        """(B, C) rows of all Bezier nodes, each the mean of what the hexes round it say."""
+        """(B, C) rows of all Bezier nodes, each the mean over the hexes around it."""
         terms, count = self._terms, np.bincount(self.nodes.ravel())
         node = self.nodes.ravel()[terms.place]
         weight = terms.weight / count[node]
@@ -143,9 +145,9 @@ class OptimalSpace(ContinuousSpace):
 
     @cached_property
     def inverse(self) -> csr_matrix:
-        """(C, B) the coefficients of a function of the space from its Bezier nodes.
+        """(C, B) coefficients of a function of the space from its Bezier nodes.
 
-        Each from the nodes of one hex.
+        Each is computed from the nodes of one hex.
         """
         terms = self._terms
         between = (BETWEEN | ~self._splined).all(axis=-1).ravel()[terms.place]
@@ -181,9 +183,9 @@ class OptimalSpace(ContinuousSpace):
     def finer(self, elements: np.ndarray) -> tuple[OptimalSpace, csr_matrix]:
         """The space of the children of some hexes, 8 i to 8 i + 7, and the two-scale matrix.
 
-        It contains this space: all faces across which that is not C2 are cut, and the C2 functions
-        of a halved hex follow from uniform ones.  At the rim of the elements, where others are
-        missing, it is as if these went on.
+        It contains this space: all faces across which this space is not C2 are cut, and the C2
+        functions of a divided hex follow from uniform ones. At the rim of the elements, the mesh is
+        treated as if it continued.
         """
         mesh, halves = self.halved(elements)
         fine = OptimalSpace(mesh, halves @ self.points, children(~self.smooth[elements]))
@@ -191,17 +193,17 @@ class OptimalSpace(ContinuousSpace):
 
 
 class _Terms(NamedTuple):
-    """What each hex says of its nodes: sums of weighted coefficients."""
+    """Contributions of each hex to its nodes: sums of weighted coefficients."""
 
     place: np.ndarray  # (N,) 64 hex + node
-    term: np.ndarray  # (N,) 0 to 7, which of two coefficients along each axis
+    term: np.ndarray  # (N,) 0 to 7: choice of one of two coefficients along each axis
     coefficient: np.ndarray  # (N,)
     weight: np.ndarray  # (N,)
     size: int  # number of coefficients
 
 
 class _Rounds:
-    """The hexes round each Bezier node."""
+    """The hexes around each Bezier node."""
 
     def __init__(self, nodes: np.ndarray) -> None:
         """nodes : (H, 64)"""
@@ -209,7 +211,7 @@ class _Rounds:
         self._start = np.searchsorted(nodes.ravel()[self._order], np.arange(nodes.max() + 1))
 
     def any(self, bits: np.ndarray) -> np.ndarray:
-        """(B,) the bits that one of the hexes has; bits (H, 64)."""
+        """(B,) the bits that any of the hexes has; bits (H, 64)."""
         return np.bitwise_or.reduceat(bits.ravel()[self._order], self._start)
 
     def all(self, bits: np.ndarray) -> np.ndarray:
@@ -227,7 +229,7 @@ def _together(bits: np.ndarray) -> np.ndarray:
 
 
 def _products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(..., 8) products over the axes of one weight or the other, each (..., 3)."""
+    """(..., 8) products over the axes of the first or the second weight, each (..., 3)."""
     pair = np.stack([first, second], axis=-1)
     x, y, z = (pair[..., axis, :] for axis in range(3))
     product = x[..., :, None, None] * y[..., None, :, None] * z[..., None, None, :]
@@ -235,7 +237,7 @@ def _products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _sums(places: np.ndarray) -> np.ndarray:
-    """(..., 8) nodes of a hex from one place or the other along each axis, (..., 3, 2)."""
+    """(..., 8) nodes of a hex from the first or the second position on each axis, (..., 3, 2)."""
     x, y, z = (places[..., axis, :] * STEP[axis] for axis in range(3))
     node = x[..., :, None, None] + y[..., None, :, None] + z[..., None, None, :]
     return node.reshape(*places.shape[:-2], 8)

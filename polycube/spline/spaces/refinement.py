@@ -1,4 +1,4 @@
-"""Refine a spline where it was asked for, level by level."""
+"""Refine a spline by the options of its plugin, level by level."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ NONE = np.zeros(0, np.int64)
 def refined_spline(
     space: Space, refine: Refinement, surface: TriMesh, extraordinary_edges: int = 0
 ) -> Spline:
-    """The truncated hierarchical spline; without options, the spline of the space.
+    """The truncated hierarchical spline; without refinement, the spline of the space.
 
-    Raises InputError where elements are listed that do not exist.
+    Raises InputError for listed elements that do not exist.
     """
     levels = [coarsest(space, refine.levels)]
     listed = refine.listed()
     check_listed(listed, len(levels[0].inside))
     while True:
         level, depth = levels[-1], len(levels) - 1
-        wanted = listed[depth] if depth < len(listed) else NONE  # first, so its children keep ids
+        # first, so that its children keep their numbers
+        wanted = listed[depth] if depth < len(listed) else NONE
         marked = np.setdiff1d(refine.marked(level, depth, surface), wanted)
         chosen = np.concatenate([wanted, marked])
         if len(chosen) == 0:

@@ -1,8 +1,8 @@
-"""Which elements a spline refines: the options of `refine`, common to the spline plugins.
+"""Elements to refine: the options of `refine`, common to the spline plugins.
 
-By list or file, by box, where the surface turns, or where the spline misses the part.  Marks of the
-last three grow by rings of neighbours: a function of the finer level needs four of its elements in
-each direction, so a single refined element has none.
+Elements are selected by a list or file, by boxes, where the surface turns, or where the spline
+deviates from the part. The last three are extended by rings of neighbours: a function of the finer
+level needs four of its elements in each direction, so a single refined element has none.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-LINE = (np.arange(4) + 0.5) / 4  # samples of a face, each way
-NOTHING = 1e-10  # root mean square distance, in diagonals, that is rounding
+LINE = (np.arange(4) + 0.5) / 4  # samples of a face in each direction
+NOTHING = 1e-10  # root mean square distance, in diagonals, below which it is a rounding error
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Refinement:
 
     @classmethod
     def of(cls, options: Mapping | Refinement) -> Refinement:
-        """The options by name; raises ValueError for unknown ones."""
+        """Options by name; raises ValueError for unknown ones."""
         if isinstance(options, Refinement):
             return options
         unknown = set(options) - set(cls.__dataclass_fields__)
@@ -82,9 +82,10 @@ class Refinement:
         return cls(**options)
 
     def listed(self) -> list[np.ndarray]:
-        """[l] elements of each level in their order; those of level l > 0 number children.
+        """[l] elements of each level in their order; those of level l > 0 are numbers of children.
 
-        Child c, in VTK's order of corners, of the i-th element listed one level before is 8 i + c.
+        Child c, in the order of corners of VTK, of the i-th element listed one level before is 8 i
+        + c.
         """
         if not isinstance(self.elements, str):
             if not all(_is_whole(element, 0) for element in self.elements):
@@ -100,7 +101,7 @@ class Refinement:
         return [np.array(elements, np.int64) for elements in levels]
 
     def marked(self, level: Level, depth: int, surface: TriMesh) -> np.ndarray:
-        """Elements (M,) of Omega that boxes, curvature and indicator mark, with their rings."""
+        """Elements (M,) of Omega marked by boxes, curvature and indicator, with their rings."""
         from polycube.spline.spaces.hierarchy import ring
 
         marks = np.zeros(len(level.inside), bool)
@@ -174,13 +175,13 @@ def _points(space: Space) -> np.ndarray:
 
 
 def _meets(space: Space, box: np.ndarray) -> np.ndarray:
-    """(E,) whether the box of an element's Bezier points meets a box (2, 3)."""
+    """(E,) whether the box of the Bezier points of an element overlaps a box (2, 3)."""
     points = _points(space)
     return ((points.min(axis=1) < box[1]) & (points.max(axis=1) > box[0])).all(axis=1)
 
 
 def _bent(space: Space, angle: float) -> np.ndarray:
-    """Elements with an outer face two of whose normals are more than `angle` radians apart."""
+    """Elements with an outer face whose normals turn by more than `angle` radians."""
     from polycube.spline.boundary import grid, normals, sampling
 
     u, v = grid(np.linspace(0, 1, 3))
@@ -194,7 +195,7 @@ def _bent(space: Space, angle: float) -> np.ndarray:
 def _missing(level: Level, surface: TriMesh, share: float) -> np.ndarray:
     """The fewest elements of Omega with a share of the squared distance from outer faces.
 
-    Integrated over the faces; the marking of Doerfler (1996).
+    The squared distance is integrated over the faces; the marking is that of Doerfler (1996).
     """
     from polycube.spline.boundary import grid, sampling
     from polycube.surface import closest

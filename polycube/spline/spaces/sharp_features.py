@@ -1,4 +1,4 @@
-"""Which boundary edges (S, 2) and vertices (P,) of a hex mesh the spline keeps sharp."""
+"""Boundary edges (S, 2) and vertices (P,) of a hex mesh that remain sharp in the spline."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ def creases(mesh: HexMesh, angle: float) -> np.ndarray:
 
 
 def border(mesh: HexMesh, quads: np.ndarray) -> np.ndarray:
-    """Boundary edges between some quads (F,), numbers into `mesh.quads`, and others."""
+    """Boundary edges between some quads (F,), indices of `mesh.quads`, and others."""
     edges, sides = quad_edges(mesh.quads)
     return edges[np.isin(sides, quads).sum(axis=1) == 1]
 
 
 def single_hex_edges(mesh: HexMesh) -> np.ndarray:
-    """Boundary edges that one hex has; smooth, det J would be 0 along them."""
+    """Boundary edges with one hex; if they were smooth, det J would be 0 along them."""
     edges, count = edge_valence(mesh.hexes)
     return edges[count == 1]
 
 
 def edges_between(mesh: HexMesh, vertices: np.ndarray) -> np.ndarray:
-    """Boundary edges with both ends in a list of vertices, chords across a face included."""
+    """Boundary edges with both ends in a list of vertices, including chords across a face."""
     edges, _ = quad_edges(mesh.quads)
     return edges[np.isin(edges, vertices).all(axis=1)]
 
 
 def without_dead_ends(sharp_edges: np.ndarray) -> np.ndarray:
-    """The edges that lie on closed curves or on curves between such; stray ones are dropped."""
+    """The edges on closed curves or on curves between these; edges with loose ends are dropped."""
     while len(sharp_edges):
         kept = (np.bincount(sharp_edges.ravel())[sharp_edges] > 1).all(axis=1)
         if kept.all():
@@ -52,28 +52,28 @@ def kinks(mesh: HexMesh, sharp_edges: np.ndarray, angle: float) -> np.ndarray:
 
 
 def folds(mesh: HexMesh, sharp_edges: np.ndarray) -> np.ndarray:
-    """Vertices where a curve turns from one edge of a face to the next; det J would be 0 there."""
+    """Vertices where a curve turns from one edge of a face to the next: det J would be 0."""
     passages = _passages(sharp_edges)
     turns = np.stack([np.roll(FACES, shift, axis=1) for shift in (-1, 0, 1)], axis=-1)
     turns = mesh.hexes[:, turns].reshape(-1, 3)
     turns[:, ::2].sort(axis=1)
-    base = np.int64(len(mesh.vertices))  # base^3 fits up to two million vertices
+    base = np.int64(len(mesh.vertices))  # base^3 is representable up to two million vertices
     return passages[np.isin(passages @ [base**2, base, 1], turns @ [base**2, base, 1]), 1]
 
 
 def union(*lists: np.ndarray) -> np.ndarray:
-    """Edges or vertices of any list, each once."""
+    """Union of edges or vertices, without duplicates."""
     return np.unique(np.concatenate(lists), axis=0)
 
 
 def is_among(edges: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """(...) which of some edges (..., 2) are among others (E, 2); the ends of all ascend."""
+    """(...) whether edges (..., 2) are among others (E, 2); all ends are ascending."""
     base = max(edges.max(initial=0), others.max(initial=0)) + 1
     return np.isin(edges @ [base, 1], others @ [base, 1])
 
 
 def _passages(sharp_edges: np.ndarray) -> np.ndarray:
-    """(P, 3) before, at and after each vertex that has two sharp edges, the ends ascending."""
+    """(P, 3) vertices before, at and after each vertex with two sharp edges, the ends ascending."""
     tails, heads = sharp_edges.ravel(), sharp_edges[:, ::-1].ravel()
     order = np.lexsort((heads, tails))
     vertices, first, count = np.unique(tails[order], return_index=True, return_counts=True)

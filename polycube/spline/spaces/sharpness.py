@@ -1,4 +1,4 @@
-"""Sets of creases that a spline may keep, and which of the splines fitted with them is better."""
+"""Sets of creases that a spline can keep, and comparison of the splines fitted with them."""
 
 from __future__ import annotations
 
@@ -21,37 +21,37 @@ from polycube.spline.spaces.sharp_features import (
 from polycube.types import HexMesh, Spline, TriMesh
 
 LEAST = 0.05  # scaled det J below which a hex is made straight
-FLOOR = 0.1  # scaled det J below which a crease may not push an element
-WORTH = 0.001  # distance, in diagonals, that half the scaled det J is worth below a floor
-VOLUME = 0.2  # distance, in diagonals, that an error of the whole volume is worth
-STRAIGHT = 0.01  # and to have all hexes straight
-LOST = 0.02  # and to have the border of what an analysis holds all smooth
-INVALID = 1e3  # least cost of a spline whose det J may be negative
-GOOD = 0.001  # cost of a spline that needs no rival
+FLOOR = 0.1  # smallest scaled det J that a crease may cause in an element
+WORTH = 0.001  # distance, in diagonals, equivalent to half of the scaled det J below a floor
+VOLUME = 0.2  # distance, in diagonals, equivalent to an error of the whole volume,
+STRAIGHT = 0.01  # to having all hexes straight,
+LOST = 0.02  # and to having the whole border of supports and loads smooth
+INVALID = 1e3  # smallest cost of a spline whose det J may be negative
+GOOD = 0.001  # cost below which no other spline is tried
 POOR = 0.006  # cost of the best spline above which straight hexes are tried
 NO_EDGES = np.zeros((0, 2), np.int64)
 
 
 class Sharp(NamedTuple):
-    """What is kept sharp."""
+    """Sharp edges and corners."""
 
-    edges: np.ndarray  # (S, 2) of the boundary, ends ascending
-    corners: np.ndarray  # (P,) vertices on them
-    straight: np.ndarray = NO_INDICES  # (T,) hexes that stay trilinear for it
+    edges: np.ndarray  # (S, 2) on the boundary, with ascending ends
+    corners: np.ndarray  # (P,) vertices of these edges
+    straight: np.ndarray = NO_INDICES  # (T,) hexes that stay trilinear
 
 
 class Creases:
-    """The creases of a mesh and the borders of what an analysis holds.
+    """The creases of a mesh and the borders of supports and loads.
 
     Parameters
     ----------
     hexes : the mesh
-    forced : (S, 2) edges that are sharp anyhow
+    forced : (S, 2) edges that are always sharp
     angle : in radians; a crease that turns by more has a corner there
     fold : whether a crease that turns within a face has a corner there
-    borders : (B, 2) edges round what an analysis holds
-    found : (C, 2) creases; without it, the edges at which the boundary turns by more than `angle`
-    corners : (P,) the vertices that may be corners of a crease that turns; without it, all
+    borders : (B, 2) edges around supports and loads
+    found : (C, 2) creases; None: the edges at which the boundary turns by more than `angle`
+    corners : (P,) possible corners of a crease that turns; None: all vertices
     """
 
     def __init__(
@@ -69,18 +69,18 @@ class Creases:
         self.found = union(creases(hexes, angle) if found is None else found, borders)
 
     def all_but(self, blunt: np.ndarray) -> Sharp:
-        """All creases without ends in the smooth surface, but those that meet `blunt` vertices."""
+        """All creases without loose ends, except those at `blunt` vertices."""
         kept = self.found[~np.isin(self.found, blunt).any(axis=1)]
         edges = union(self.forced, without_dead_ends(union(self.forced, kept)))
         return Sharp(edges, union(self.folds(edges), np.setdiff1d(self.kinks(edges), blunt)))
 
     def kinks(self, edges: np.ndarray) -> np.ndarray:
-        """(P,) vertices where curves of edges turn, of those that may be corners."""
+        """(P,) vertices where curves of edges turn, among the possible corners."""
         found = kinks(self.hexes, edges, self.angle)
         return found if self._corners is None else np.intersect1d(found, self._corners)
 
     def harmless(self) -> Sharp:
-        """As many creases and kinks as leave det J of the spline alone that is not fitted."""
+        """The largest set of creases and kinks with a sufficient det J of the unfitted spline."""
         plain = Sharp(self.forced, self.folds(self.forced))
         floor = np.minimum(scaled_detj(volumetric_spline(self.hexes, *plain)), FLOOR) - 1e-9
         blunt = np.zeros(0, np.int64)
@@ -95,10 +95,10 @@ class Creases:
             blunt = union(blunt, spoiled.ravel())
 
     def straightened(self, sharp: Sharp) -> Sharp:
-        """With the hexes straight whose det J is low in the spline that is not fitted.
+        """The same creases, with hexes of low det J in the unfitted spline made straight.
 
-        One after the other, for neighbours of straight hexes may come to be low; where all are
-        straight, the spline is the mesh.
+        They are made straight in sequence, because neighbours of straight hexes may become low. If
+        all are straight, the spline is the mesh.
         """
         straight = np.zeros(0, np.int64)
         while True:
@@ -114,13 +114,13 @@ class Creases:
         return 1 - kept.mean() if len(kept) else 0.0
 
     def folds(self, edges: np.ndarray) -> np.ndarray:
-        """(P,) vertices where edges fold along a face, where these are to be corners."""
+        """(P,) vertices where edges fold along a face, if these become corners."""
         return folds(self.hexes, edges) if self.fold else np.zeros(0, np.int64)
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A spline with some creases, and what it costs in diagonals."""
+    """A spline with some creases, and its cost in diagonals."""
 
     name: str
     spline: Spline
@@ -137,15 +137,16 @@ class Trial:
         floor: float,
         lost: float = 0.0,
     ) -> Trial:
-        """With its cost, straight hexes and a share of lost borders included; floor of scaled
-        det J.
+        """A trial with its cost, including straight hexes and the share of lost borders.
+
+        floor : floor of scaled det J
         """
         hexes = spline.element_hex.max() + 1
         price = cost(spline, surface, floor) + STRAIGHT * len(sharp.straight) / hexes
         return cls(name, spline, sharp, price + LOST * lost)
 
     def words(self, surface: TriMesh) -> str:
-        """What decides, for the log."""
+        """The deciding quantities, for the log."""
         apart, jacobian = deviation(self.spline, surface), min_detj(self.spline)
         farthest = max(apart.to_surface.p99, apart.to_spline.p99)
         straight = f" and {len(self.sharp.straight)} straight hexes" * (
@@ -160,11 +161,11 @@ class Trial:
 
 
 def cost(spline: Spline, surface: TriMesh, floor: float) -> float:
-    """Distance of the farthest percent either way, error of the volume, and what scaled det J
-    lacks below a floor.
+    """Cost of a spline in diagonals.
 
-    In diagonals; where det J is not certified to be positive, more than any that is, by how far
-    it is from that.
+    It consists of the 99th percentiles of the distance in both directions, the error of the volume,
+    and the shortfall of scaled det J below a floor. If det J is not certified positive, the cost is
+    above that of all positive splines, and grows with the distance from positivity.
     """
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     if jacobian.lower_bound <= 0:

@@ -1,8 +1,8 @@
-"""A hex mesh halved in each direction: control points by rules, Bezier elements exactly.
+"""Halve a hex mesh in each direction: rules for control points, exact rules for Bezier elements.
 
-The rules are MacCracken and Joy's inside and Catmull and Clark's on the boundary; sharp curves are
-cubic splines and corners stay: the refinement of TH-spline3D.  Its finer functions contain the
-coarser ones wherever the mesh is regular, not round extraordinary edges.
+The rules are those of MacCracken and Joy inside and of Catmull and Clark on the boundary; sharp
+curves are cubic splines and corners are fixed: the refinement of TH-spline3D. Its finer functions
+contain the coarser ones where the mesh is regular, but not around extraordinary edges.
 """
 
 from __future__ import annotations
@@ -35,8 +35,9 @@ def bezier_halves(
 ) -> csr_matrix:
     """(W, n_nodes) rows that give Bezier nodes of children from those of their parents, exactly.
 
-    nodes : (P, 64) of the parents, finer_nodes : (8 P, 64) of their children in VTK corner order,
-        wanted : (W,) among the latter
+    nodes : (P, 64) of the parents
+    finer_nodes : (8 P, 64) of their children in VTK corner order
+    wanted : (W,) among these
     """
     order = np.argsort(finer_nodes.ravel(), kind="stable")
     first = order[np.searchsorted(finer_nodes.ravel(), wanted, sorter=order)]
@@ -55,10 +56,11 @@ def two_scale(
     corner_vertices: np.ndarray = NO_INDICES,
     straight: np.ndarray = NO_INDICES,
 ) -> csr_matrix:
-    """(V', V) control points of the mesh that `octree.split` gives, from those of the mesh.
+    """(V', V) control points of the mesh from `octree.split`, from those of the mesh.
 
-    sharp_edges : (S, 2), corner_vertices and straight as for `volumetric_spline`
-    Faces that one hex has follow the rules of the boundary.
+    sharp_edges : (S, 2), corner_vertices and straight, as for `volumetric_spline`
+
+    Faces with one hex follow the rules of the boundary.
     """
     corners = mesh.hexes[:, TENSOR]
     _, number = bezier_nodes(corners)
@@ -97,12 +99,12 @@ def two_scale(
 
 
 def _choose(*cases: tuple[np.ndarray, csr_matrix]) -> csr_matrix:
-    """The rows of each case where its mask is true."""
+    """The rows of each case, selected by its mask."""
     return csr_matrix(sum(diags(mask.astype(np.float64)) @ rows for mask, rows in cases))
 
 
 def _is_sharp(ends: np.ndarray, number: np.ndarray, sharp_edges: np.ndarray) -> np.ndarray:
-    """(n_1,) which edges are among the sharp ones; ends (H, 12, 2) and number (H, 12) of each."""
+    """(n_1,) which edges are sharp; ends (H, 12, 2) and number (H, 12) of each."""
     base = ends.max() + 1
     found = np.isin(ends @ [base, 1], np.sort(sharp_edges, axis=1) @ [base, 1])
     is_sharp = np.zeros(number.max() + 1, bool)
@@ -111,7 +113,7 @@ def _is_sharp(ends: np.ndarray, number: np.ndarray, sharp_edges: np.ndarray) -> 
 
 
 class _Incidence:
-    """Which entities of a hex mesh touch: dimension 0 vertices, 1 edges, 2 faces, 3 bodies."""
+    """Adjacency of the entities of a hex mesh: dimension 0 vertices, 1 edges, 2 faces, 3 bodies."""
 
     def __init__(self, number: list[np.ndarray]) -> None:
         """number : [d] (H, n_d) number of each entity of each hex"""
@@ -124,24 +126,24 @@ class _Incidence:
             self._matrix[d, e] = matrix
 
     def valence(self, d: int, e: int, chosen: np.ndarray | None = None) -> np.ndarray:
-        """(n_d,) how many of dimension e, or of those chosen (n_e,), each touches."""
+        """(n_d,) number of entities of dimension e, or of chosen ones (n_e,), adjacent to each."""
         matrix = self._matrix[d, e]
         chosen = np.ones(matrix.shape[1]) if chosen is None else chosen
         return (matrix @ chosen).astype(np.int64)
 
     def mean(self, d: int, e: int, chosen: np.ndarray | None = None) -> csr_matrix:
-        """(n_d, n_e) mean over those of dimension e, or of those chosen, that each touches."""
+        """(n_d, n_e) mean over the adjacent entities of dimension e, or over chosen ones."""
         matrix = self._matrix[d, e]
         matrix = matrix if chosen is None else matrix @ diags(chosen.astype(np.float64))
         return diags(1 / np.maximum(self.valence(d, e, chosen), 1)) @ matrix
 
     def centres(self, d: int) -> csr_matrix:
-        """(n_d, n_0) mean of the corners of each."""
+        """(n_d, n_0) mean of the corners of each entity."""
         return self._matrix[0, d].T.tocsr() / 2**d
 
 
 def _pairs(d: int, e: int) -> np.ndarray:
-    """(2, P) local numbers of entities of dimensions d and e of a hex, the one in the other."""
+    """(2, P) local numbers of pairs of entities of dimensions d and e, one within the other."""
     small, large = ([set(row) for row in CORNERS[k].tolist()] for k in (d, e))
     return np.transpose(
         [(i, j) for i, a in enumerate(small) for j, b in enumerate(large) if a <= b]
@@ -153,11 +155,11 @@ _INSIDE = {(d, e): _pairs(d, e) for e in range(4) for d in range(e + 1)}
 
 @dataclass(frozen=True, eq=False)
 class ControlMesh(OnHexes):
-    """The h2s space of a hex mesh, with what of its boundary is sharp; a `hierarchy.Space`."""
+    """The h2s space of a hex mesh with its sharp features; implements `hierarchy.Space`."""
 
     sharp_edges: np.ndarray  # (S, 2)
     corner_vertices: np.ndarray  # (P,)
-    straight: np.ndarray = field(default_factory=lambda: NO_INDICES)  # (T,) hexes, trilinear
+    straight: np.ndarray = field(default_factory=lambda: NO_INDICES)  # (T,) trilinear hexes
 
     @cached_property
     def _rows(self) -> tuple[csr_matrix, np.ndarray]:
@@ -165,7 +167,7 @@ class ControlMesh(OnHexes):
 
     @property
     def control(self) -> np.ndarray:
-        """(C, 3) vertices."""
+        """(C, 3) control points, the vertices."""
         return self.mesh.vertices
 
     @property
@@ -179,9 +181,9 @@ class ControlMesh(OnHexes):
         return self._rows[1]
 
     def finer(self, elements: np.ndarray) -> tuple[ControlMesh, csr_matrix]:
-        """Some hexes in eight, hex i's children 8 i to 8 i + 7, and the two-scale matrix (V', V).
+        """Divide hexes into eight, hex i into 8 i to 8 i + 7; two-scale matrix (V', V).
 
-        At the rim of the elements, where others are missing, the mesh ends as at its boundary.
+        At the rim of the elements, the mesh ends as at its boundary.
         """
         piece, used = self._part(elements)
         halving = two_scale(piece.mesh, piece.sharp_edges, piece.corner_vertices, piece.straight)
@@ -196,7 +198,7 @@ class ControlMesh(OnHexes):
         return ControlMesh(finer, halves, piece.corner_vertices, straight), halving
 
     def _part(self, elements: np.ndarray) -> tuple[ControlMesh, np.ndarray]:
-        """The part of some hexes, and the vertices it has (ascending)."""
+        """The part of some hexes, and its vertices (ascending)."""
         mesh, used = part(self.mesh, elements, self.sides)
         number = np.full(len(self.mesh.vertices), -1)
         number[used] = np.arange(len(used))
@@ -208,7 +210,7 @@ class ControlMesh(OnHexes):
 
 
 def _places(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Place of each wanted row among `rows`, which are distinct and sorted; -1 where missing."""
+    """Index of each wanted row in `rows`, which are distinct and sorted; -1 if it is missing."""
     base = max(rows.max(initial=0), wanted.max(initial=0)) + 1
     keys, key = rows @ [base, 1], wanted @ [base, 1]
     place = np.minimum(np.searchsorted(keys, key), len(keys) - 1)

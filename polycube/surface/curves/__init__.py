@@ -1,1 +1,1 @@
-"""The curves of a surface: creases, borders of CAD faces, and where they end."""
+"""The curves of a surface: creases, borders of CAD faces, and their end points."""

@@ -1,4 +1,4 @@
-"""Edges and corners of a part that are sharper than a hex can follow."""
+"""Edges and corners of a part whose angle is too small for a well-shaped hex."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ from polycube.surface.fit_target import target
 from polycube.surface.measures import corner_angles
 from polycube.types import TriMesh
 
-SHARP = np.deg2rad(20)  # a hex that has such an angle has a scaled Jacobian below 0.35
-LONG = 0.1  # diagonals, two hexes: shorter curves of triangles alone are folds of single ones
-SAME = 1e-9  # of the diagonal: points nearer than this are one
+SHARP = np.deg2rad(20)  # a hex with such an angle has a scaled Jacobian below 0.35
+# of the diagonal, two hexes: shorter curves of a triangle surface are folds of single triangles
+LONG = 0.1
+SAME = 1e-9  # of the diagonal: closer points are taken as equal
 
 
 @dataclass(frozen=True)
 class Acute:
     """An edge, or a corner of a CAD face, with a small angle.
 
-    A hex that has this angle has a scaled Jacobian of its sine at most.
+    The scaled Jacobian of a hex with this angle is at most the sine of the angle.
 
     Parameters
     ----------
-    kind : edge, where the angle is the solid's, or corner, where it is the face's
-    faces : CAD faces that it is between, or of which it is the corner; (0, 0) without a CAD model
-    place : where it is sharpest, in model units
+    kind : "edge" (dihedral angle of the solid) or "corner" (angle of a face)
+    faces : the adjacent CAD faces, or the face of the corner; (0, 0) without a CAD model
+    place : point with the smallest angle, in model units
     angle : in radians
     """
 
@@ -37,12 +38,12 @@ class Acute:
 
 
 def acute(surface: TriMesh) -> list[Acute]:
-    """Edges of the solid and corners of its CAD faces below `SHARP`, the sharpest first.
+    """Edges of the solid and corners of its CAD faces with angles below `SHARP`, in ascending
+    order.
 
     Parameters
     ----------
-    surface : its edges are those of its features; without CAD faces folds of single triangles do
-        not count, nor do corners
+    surface : a closed surface; without CAD faces, folds of single triangles and corners are ignored
     """
     found = [*_edges(surface), *(_corners(surface) if len(surface.region) else ())]
     return sorted(found, key=lambda each: each.angle)
@@ -62,7 +63,7 @@ def _edges(surface: TriMesh) -> list[Acute]:
 
 
 def _corners(surface: TriMesh) -> list[Acute]:
-    """Of each CAD face at each corner of the features."""
+    """Sharp corners of the CAD faces, at the corners of the features."""
     goal = target(surface)
     if not len(goal.features.corners):
         return []

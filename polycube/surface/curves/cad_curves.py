@@ -1,9 +1,9 @@
-"""Sides of quads that lie on the curves between CAD faces, and the face that each then bounds.
+"""Sides of quads that lie on curves between CAD faces, and the faces that they bound.
 
-A curve has one CAD face on its left and one on its right, seen from outside.  A boundary quad has
-its sides counter-clockwise: one that lies on a curve, along it, bounds a quad of the left face, one
-that runs against it bounds a quad of the right face.  This is exact however coarse the quads are,
-where the points inside a quad may be nearer to the other face.
+Seen from outside, a curve has one CAD face on its left and one on its right. The sides of a
+boundary quad are counter-clockwise. A side that runs along the curve bounds a quad of the left
+face; a side that runs against it bounds a quad of the right face. The result does not depend on the
+size of the quads, although points inside a coarse quad may be closer to the other face.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ from polycube.surface import closest
 from polycube.surface.fit_target import Target
 from polycube.surface.measures import half_edges, twins
 
-SHARES = np.array([0, 1 / 6, 1 / 2, 5 / 6, 1])  # of the points on a side that are compared
-OFF = np.array([0.05, 0.15, 0.15, 0.15, 0.05])  # of its length: how far they are (octagon: 0.1)
-INNER = slice(1, 4)  # of them; at its ends, other curves may be as near
+# positions along a side that are compared with the curve
+SHARES = np.array([0, 1 / 6, 1 / 2, 5 / 6, 1])
+# tolerance of their distance, as a share of the side length (octagon: 0.1)
+OFF = np.array([0.05, 0.15, 0.15, 0.15, 0.05])
+INNER = slice(1, 4)  # positions away from the ends, where other curves may be as close
 MIDDLE, ALL = slice(2, 3), slice(0, 5)
-ALONG = 0.85  # cosine between side and curve, at least (octagon: 0.92)
-SUITS = 0.5  # cosine between the normals of quad and CAD face, at least
+ALONG = 0.85  # smallest cosine between side and curve (octagon: 0.92)
+SUITS = 0.5  # smallest cosine between the normals of quad and CAD face
 
 
 def bounded_faces(
@@ -29,15 +31,15 @@ def bounded_faces(
 
     Parameters
     ----------
-    goal : Target
-    region : (F,) CAD face of each triangle of the target, from 1
-    corners : (Q, 4, 3) of the quads at unit scale, counter-clockwise from outside
-    normals : (Q, 3) of the quads, of length 1
+    goal : the surface
+    region : (F,) CAD face of each triangle of the surface, from 1
+    corners : (Q, 4, 3) corners of the quads at unit scale, counter-clockwise from outside
+    normals : (Q, 3) unit normals of the quads
 
     Returns
     -------
-    (Q, 4) face that the quad is on, by its side from corner k to the next; 0 where the side is not
-    on a curve, or the normals of quad and face do not suit.
+    (Q, 4) CAD face for each side of the quad, from corner k to the next; 0 if the side is not on a
+    curve, or if the normals of quad and face differ too much.
     """
     curves, pair = _curves(goal, region)
     if not len(curves):
@@ -48,7 +50,7 @@ def bounded_faces(
     start, along = corners.reshape(-1, 3), (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
     reach = OFF * np.linalg.norm(along, axis=1)[:, None]  # (4 Q, 5)
     side = np.arange(len(start))
-    for places in (MIDDLE, ALL):  # most sides are no longer asked about after the first
+    for places in (MIDDLE, ALL):  # the first test excludes most sides
         points = start[side, None] + SHARES[places, None] * along[side, None]
         foot, curve, _ = closest.closest(tree, points.reshape(-1, 3))
         off = np.linalg.norm(points - foot.reshape(points.shape), axis=-1)
@@ -56,7 +58,8 @@ def bounded_faces(
         side, curve = side[is_near], curve.reshape(off.shape)[is_near]
     curve = curve[:, INNER]
     cosine = np.einsum("nd,nsd->ns", _unit(along[side]), direction[curve])
-    own = np.where(cosine > 0, pair[curve, 0], pair[curve, 1])  # triangle beside the quad's side
+    # triangle on the quad's side of the curve
+    own = np.where(cosine > 0, pair[curve, 0], pair[curve, 1])
     face, beyond = region[own], np.where(cosine > 0, region[pair[curve, 1]], region[pair[curve, 0]])
     fits = np.einsum("nd,nsd->ns", normals[side // 4], goal.normals[own]) > SUITS
     fits &= (abs(cosine) >= ALONG) & (face == face[:, :1]) & (beyond == beyond[:, :1])
@@ -66,7 +69,7 @@ def bounded_faces(
 
 
 def _curves(goal: Target, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (S, 2) of the triangle edges between CAD faces; triangles left and right (S, 2)."""
+    """Ends (S, 2) of the triangle edges between CAD faces, and triangles left and right (S, 2)."""
     first, second = twins(goal.surface.faces)
     pair = np.stack([first, second], axis=1) // 3
     between = region[pair[:, 0]] != region[pair[:, 1]]

@@ -1,4 +1,4 @@
-"""How far a crease is from chords between points on it."""
+"""Distance between a crease and a polygon with vertices on it."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import numpy as np
 
 from polycube.surface.curves.features import Crease
 
-SAMPLES = 16  # on the crease, for every chord
-MOST = 95  # per cent of them that count
+SAMPLES = 16  # points on the crease for every chord
+MOST = 95  # per cent of the points that are within the given distance
 
 
 def chord_error(crease: Crease, number: int) -> float:
-    """Distance that 95 % of a crease keep from so many chords of equal arc length.
+    """Distance that contains 95 % of a crease, for chords of equal arc length.
 
-    number : at least 1, and 3 for a loop to have an inside
+    number : number of chords, at least 1; at least 3 for a loop
     """
     ends = crease.at(np.linspace(0, crease.length, number + 1)[:-1])[0]
     last = ends[0] if crease.is_loop else crease.at(np.array([crease.length]))[0][0]
@@ -29,7 +29,7 @@ def chord_error(crease: Crease, number: int) -> float:
 def chords_needed(crease: Crease, wanted: float, least: int, most: int) -> int:
     """The smallest number of chords, from `least` to `most`, that are within a distance.
 
-    The number with the smallest error where none is.
+    If no number meets the distance: the number with the smallest error.
     """
     numbers = range(least, most + 1)
     errors = []

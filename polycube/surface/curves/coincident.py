@@ -1,7 +1,8 @@
-"""Curves and corners of a surface that lie on others, for all that a mesh can tell.
+"""Curves and corners of a surface that coincide with others within the tolerance of a mesh.
 
-Faces narrower than the tolerance have them: a step of a hundredth of a millimetre, two bores of
-nearly the same diameter.  One path of mesh edges serves both curves; two would cross each other.
+They belong to faces narrower than the tolerance, such as a step of a hundredth of a millimetre or
+two bores of nearly the same diameter. One path of mesh edges represents both curves, because two
+paths would cross each other.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ import numpy as np
 
 from polycube.surface.curves.features import Features
 
-NEAR = 0.001  # of the diagonal: a third of what a curve may be off
-STEP = 0.004  # between the samples of a curve
+NEAR = 0.001  # of the diagonal: a third of the permitted distance of a curve
+STEP = 0.004  # spacing of the sample points of a curve
 
 
 @lru_cache(maxsize=4)
 def merged(features: Features) -> np.ndarray:
-    """(C,) number of the corner that stands for each: the first of those within `NEAR`."""
+    """(C,) representative of each corner: the first corner within `NEAR`."""
     found = np.arange(len(features.corners))
     for number, corner in enumerate(features.corners):
         gap = np.linalg.norm(features.corners[:number] - corner, axis=1)
@@ -30,7 +31,7 @@ def merged(features: Features) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def covered(features: Features) -> np.ndarray:
-    """(C,) whether all of a curve is within `NEAR` of longer curves that are not covered."""
+    """(C,) whether a curve is entirely within `NEAR` of longer curves that are not covered."""
     creases = features.creases
     boxes = [(c.points.min(axis=0) - NEAR, c.points.max(axis=0) + NEAR) for c in creases]
     found = np.zeros(len(creases), bool)

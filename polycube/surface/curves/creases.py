@@ -1,14 +1,17 @@
 """The features of a closed surface as a graph: creases, and the corners where they meet.
 
-Of a CAD model the borders of its faces are creases, whatever the angle there and however short.
+In a CAD model all borders of faces are creases, independent of angle and length.
 
-An edge is sharp where the normals turn by more than 46 degrees: above a cylinder of eight facets
-(45) and its coarser drawing of a smooth part, below all machined edges.  A crease is a chain of
-sharp edges between two corners, or a loop; a corner is a vertex where not two sharp edges meet or
-where they make a kink.  What is shorter than a hex is noise: pieces of less than `SHORT`, and
-creases of less than `LOOSE` for each loose end, are dropped (at unit scale, diagonal 1).  So is
-what is sharp from near only: most of a crease must turn by `STILL` seen from half a hex away, or
-be one of `LONG` ones, which make low steps, not noise.
+In a triangle surface an edge is sharp if the normals turn by more than 46 degrees. This is above
+the angle of a cylinder of eight facets (45), which is the coarsest approximation of a smooth part,
+and below the angles of machined edges. A crease is a chain of sharp edges between two corners, or a
+loop. A corner is a vertex whose number of sharp edges is not two, or where the chain has a kink.
+
+Features smaller than a hex are treated as noise: connected pieces shorter than `SHORT` and creases
+shorter than `LOOSE` for each loose end are dropped (at unit scale, diagonal 1). Creases that are
+sharp only locally are dropped as well: most of a crease must still turn by `STILL` when the normals
+are averaged over half a hex, or the crease must belong to long ones (`LONG`), which are low steps
+and not noise.
 """
 
 from __future__ import annotations
@@ -25,13 +28,13 @@ from polycube.surface.filtered_normals import broad_turns
 from polycube.surface.measures import half_edges, twins
 from polycube.types import TriMesh
 
-SHARP = np.deg2rad(46)  # least angle between the normals at a sharp edge
-KINK = np.deg2rad(50)  # least turn of a crease at a corner of its own
+SHARP = np.deg2rad(46)  # smallest angle between the normals at a sharp edge
+KINK = np.deg2rad(50)  # smallest turn of a crease at an additional corner
 WINDOW = 0.01  # length over which a turn is measured
 SHORT = 0.05  # total length below which connected creases are noise
-BROAD = 0.025  # half a hex: radius within which an edge must turn still
-STILL = np.deg2rad(40)  # least angle between the mean normals there
-LONG = 0.2  # four hexes: length of a crease that noise seldom has
+BROAD = 0.025  # half a hex: radius over which normals are averaged
+STILL = np.deg2rad(40)  # smallest angle between the averaged normals
+LONG = 0.2  # four hexes: length of a crease that noise seldom reaches
 LOOSE = 0.06  # length per loose end below which a crease is noise
 
 
@@ -40,8 +43,8 @@ def features(surface: TriMesh, normals: np.ndarray) -> Features:
 
     Parameters
     ----------
-    surface : with its CAD faces as `region`, if it has any
-    normals : (F, 3)
+    surface : surface at unit scale, with CAD faces as `region` if there are any
+    normals : (F, 3) unit normals
     """
     sides, inside, faces, is_plain = _curve_edges(surface, normals)
     points = surface.vertices
@@ -69,8 +72,8 @@ def _curve_edges(
 
     Returns
     -------
-    ends (S, 2), angle of the solid there (S,), the CAD faces on both sides (S, 2), ascending, and
-    which are between planes at less than a sharp angle (S,)
+    ends (S, 2); angle of the solid (S,); adjacent CAD faces (S, 2), ascending; whether the edge
+    lies between planes at less than the sharp angle (S,)
     """
     first, second = twins(surface.faces)
     a, b = normals[first // 3], normals[second // 3]
@@ -90,22 +93,23 @@ def _curve_edges(
 
 
 def _in_steps(points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray) -> np.ndarray:
-    """(S,) edges of long chains that are not broad, where these are most of all that are not."""
+    """(S,) edges that are sharp only locally but belong to long chains, if most such edges do."""
     length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
     in_steps = np.zeros(len(sides), bool)
     for chain in _chains(sides):
         edge = [name // 2 for name in chain]
         in_steps[edge] = length[edge].sum() >= LONG
-    folds = np.bincount(in_steps[~is_broad], length[~is_broad], 2)  # in short chains, in long ones
+    # length in short chains and in long ones
+    folds = np.bincount(in_steps[~is_broad], length[~is_broad], 2)
     return in_steps & (folds[1] > folds[0])
 
 
 def _without_noise(
     points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray, is_border: np.ndarray
 ) -> np.ndarray:
-    """(S,) bool: the edges without short pieces, short loose ends and chains that are not broad.
+    """(S,) bool: edges that remain without short pieces, short loose ends and local folds.
 
-    The borders of CAD faces (S,) all stay.
+    The borders of CAD faces (S,) always remain.
     """
     left = np.arange(len(sides))
     while len(left):
@@ -129,16 +133,16 @@ def _without_noise(
 
 
 def _chains(sides: np.ndarray) -> list[list[int]]:
-    """Chains of edges between vertices without exactly two of them, and loops.
+    """Chains of edges between vertices that do not have exactly two edges, and loops.
 
-    An edge is named 2 e when it is walked as it is written, 2 e + 1 the other way.
+    Edge e is listed as 2 e in its own direction and as 2 e + 1 in the opposite direction.
     """
     leaving: dict[int, list[int]] = {}
     for name, vertex in enumerate(sides.ravel().tolist()):
         leaving.setdefault(vertex, []).append(name)
     flat, seen, found = sides.ravel().tolist(), set(), []
     corners = [names for names in leaving.values() if len(names) != 2]
-    for names in [*corners, *leaving.values()]:  # then the loops
+    for names in [*corners, *leaving.values()]:  # the loops follow
         for start in names:
             if start // 2 in seen:
                 continue
@@ -164,7 +168,7 @@ def _vertices(sides: np.ndarray, chain: list[int]) -> np.ndarray:
 
 
 def _ends(sides: np.ndarray, chain: list[int]) -> tuple[int, ...]:
-    """Its two ends; none for a loop without a corner."""
+    """The two ends of a chain; empty for a loop without a corner."""
     vertices = _vertices(sides, chain)
     if vertices[0] != vertices[-1]:
         return int(vertices[0]), int(vertices[-1])
@@ -172,7 +176,7 @@ def _ends(sides: np.ndarray, chain: list[int]) -> tuple[int, ...]:
 
 
 def _between_kinks(points: np.ndarray, sides: np.ndarray, chain: list[int]) -> list[list[int]]:
-    """The chain cut at its kinks."""
+    """Cut a chain at its kinks."""
     path = points[_vertices(sides, chain)]
     arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     is_loop = len(_ends(sides, chain)) == 0
@@ -186,7 +190,7 @@ def _between_kinks(points: np.ndarray, sides: np.ndarray, chain: list[int]) -> l
     kinks.sort()
     if not is_loop:
         cuts = [0, *kinks, len(chain)]
-    elif len(kinks) < 2:  # a loop with one corner stays one: it would end where it begins
+    elif len(kinks) < 2:  # a loop with one corner is not cut: it would end where it begins
         return [chain]
     else:
         chain = chain[kinks[0] :] + chain[: kinks[0]]
@@ -195,7 +199,7 @@ def _between_kinks(points: np.ndarray, sides: np.ndarray, chain: list[int]) -> l
 
 
 def _turns(path: np.ndarray, arc: np.ndarray, is_loop: bool) -> np.ndarray:
-    """(N,) angle between the ways to and from each vertex of a path; 0 near its ends."""
+    """(N,) angle between the directions to and from each vertex of a path; 0 near its ends."""
 
     def at(where: np.ndarray) -> np.ndarray:
         where = np.mod(where, arc[-1]) if is_loop else np.clip(where, 0, arc[-1])
@@ -207,7 +211,7 @@ def _turns(path: np.ndarray, arc: np.ndarray, is_loop: bool) -> np.ndarray:
     size = np.linalg.norm(to, axis=1) * np.linalg.norm(on, axis=1)
     turn = np.arccos(np.clip(cosine / np.maximum(size, 1e-30), -1, 1))
     if is_loop:
-        turn[-1] = 0  # the first again
+        turn[-1] = 0  # the last point is the first point
     else:
         turn[(arc < window) | (arc > arc[-1] - window)] = 0
     return turn

@@ -1,9 +1,9 @@
-"""One path of mesh edges for curves that leave a corner together.
+"""A common path of mesh edges for curves that leave a corner in nearly the same direction.
 
-Where a face of a CAD model ends in a cusp, its two borders are nearer to each other than features
-may be off the mesh for longer than a hex.  Two paths there would make quads with an angle as small
-as the cusp's.  One path between the two curves ends in a fork instead, where they are so far apart
-that the angle is larger.
+Where a CAD face ends in a cusp, its two borders stay within the tolerance of features for more than
+the length of a hex. Two separate paths would make quads with an angle as small as that of the cusp.
+One path between the two curves ends in a fork, at which the curves are far enough apart for a
+larger angle.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ import numpy as np
 
 from polycube.surface.curves.features import Crease, Features
 
-OFF = 0.002  # of the diagonal: what the common path is off both curves at most
-LEAST = 0.02  # length of a common path, in diagonals: a fork nearer to its corner gains little
-MOST = 0.35  # share of a curve that it may have
-STEP = 0.0005  # between the places that are compared
+OFF = 0.002  # of the diagonal: largest distance of the common path from both curves
+LEAST = 0.02  # length of a common path, in diagonals; a fork closer to its corner gains little
+MOST = 0.35  # largest share of a curve that a common path replaces
+STEP = 0.0005  # spacing of the points that are compared
 BLEND = 4 / 3  # lengths of the common path after which a curve is followed exactly again
 
-Way = tuple[int, int]  # number of a curve, and by which of its ends it leaves a corner
+Way = tuple[int, int]  # number of a curve, and the end at which it leaves a corner
 
 
 def without_cusps(features: Features) -> Features:
-    """The curves that mesh edges are to follow: two that leave a corner together start as one.
+    """Curves for mesh edges to follow: two curves that leave a corner together start as one.
 
     Parameters
     ----------
-    features : of a CAD model; those of triangles alone are returned as they are
+    features : features of a CAD model; those of a triangle surface are returned unchanged
 
     Returns
     -------
-    Features with one corner more for each cusp, the fork, and one curve more, which leads to it;
-    all others keep their numbers
+    Features with one additional corner (the fork) and one additional curve (which leads to it) for
+    each cusp; all others keep their numbers
     """
     if not features.n_faces:
         return features
@@ -55,9 +55,9 @@ def without_cusps(features: Features) -> Features:
 
 
 def _pairs(features: Features) -> list[tuple[int, Way, Way, float]]:
-    """Corners, two curves that leave each together, and how far; the longest first.
+    """Corners, two curves that leave each in one direction, and the common length; longest first.
 
-    A curve is in one pair at each of its ends at most.
+    Each end of a curve is in at most one pair.
     """
     leaving: dict[int, list[Way]] = {}
     for number, crease in enumerate(features.creases):
@@ -81,14 +81,14 @@ def _pairs(features: Features) -> list[tuple[int, Way, Way, float]]:
 
 
 def _at(features: Features, way: Way, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places (N, 3) and inside angles (N,) of a curve at lengths (N,) from one of its ends."""
+    """Points (N, 3) and inside angles (N,) of a curve at distances (N,) from one of its ends."""
     crease = features.creases[way[0]]
     places, _, inside = crease.at(crease.length - arc if way[1] else arc)
     return places, inside
 
 
 def _together(features: Features, one: Way, two: Way) -> float:
-    """Length from their common corner within which two curves are within twice `OFF`."""
+    """Length from the common corner within which two curves are closer than twice `OFF`."""
     least = min(features.creases[number].length for number, _ in (one, two))
     arc = np.arange(0, MOST * least, STEP)
     gap = np.linalg.norm(_at(features, one, arc)[0] - _at(features, two, arc)[0], axis=1)
@@ -97,18 +97,18 @@ def _together(features: Features, one: Way, two: Way) -> float:
 
 
 def _common(features: Features, corner: int, one: Way, two: Way, length: float) -> Crease:
-    """The curve between two that leave a corner together, between the faces on their far sides."""
+    """The mean of two curves that leave a corner together, between the faces on the outer sides."""
     arc = np.linspace(0, length, 2 + int(length / STEP))
     (first, a), (second, b) = (_at(features, way, arc) for way in (one, two))
     beside = [set(features.creases[number].faces) for number, _ in (one, two)]
     low, high = sorted(beside[0] ^ beside[1])
-    inside = np.clip((a + b)[1:] - np.pi, 0, 2 * np.pi)  # between the faces on the far sides
+    inside = np.clip((a + b)[1:] - np.pi, 0, 2 * np.pi)  # between the faces on the outer sides
     middle = _chain((first + second) / 2, inside, (corner, -1), (low, high))
     return replace(middle, off=float(np.linalg.norm(first - second, axis=1).max() / 2))
 
 
 def _from_fork(crease: Crease, length: float, fork: np.ndarray, name: int) -> Crease:
-    """A curve that starts at the fork, at that length; it blends into what it was."""
+    """A curve that starts at the fork and blends into the original curve."""
     blend = BLEND * length
     first = int(np.searchsorted(crease.arc, blend, side="right"))
     points = np.vstack([fork, crease.at(np.array([blend]))[0], crease.points[first:]])
@@ -117,7 +117,7 @@ def _from_fork(crease: Crease, length: float, fork: np.ndarray, name: int) -> Cr
 
 
 def _turned(crease: Crease) -> Crease:
-    """The same curve from its other end."""
+    """The same curve in the opposite direction."""
     ends = crease.ends[1], crease.ends[0]
     return _chain(crease.points[::-1], crease.inside[::-1], ends, crease.faces)
 
@@ -125,6 +125,6 @@ def _turned(crease: Crease) -> Crease:
 def _chain(
     points: np.ndarray, inside: np.ndarray, ends: tuple[int, int], faces: tuple[int, int]
 ) -> Crease:
-    """A curve through points (N, 3) with the angles of the solid (N - 1,) at its edges."""
+    """A curve through points (N, 3) with the inside angles (N - 1,) of its edges."""
     arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     return Crease(points, arc, inside, ends, faces)

@@ -1,7 +1,7 @@
-"""The features of a surface: its curves and the points where they end.
+"""The features of a surface: its curves and their end points.
 
-Of a CAD model they are the curves between two of its faces, tangent ones too; of triangles alone
-the edges at which the surface turns (`polycube.surface.curves.creases` finds both).
+In a CAD model, the curves between two faces, including tangent ones. In a triangle surface, the
+sharp edges. `polycube.surface.curves.creases` finds both.
 """
 
 from __future__ import annotations
@@ -12,33 +12,33 @@ import numpy as np
 
 from polycube.surface import arc_length as sliding
 
-EXACT = 1e-5  # of a curve's extent: how far its points may be off its shape
+EXACT = 1e-5  # of the extent of a curve: tolerance for its points to be on a line or a circle
 
 
 @dataclass(frozen=True, eq=False)
 class Crease:
-    """A curve of a surface, as a chain of edges; a loop ends at its first point again."""
+    """A curve of a surface, as a chain of edges; the last point of a loop is its first point."""
 
     points: np.ndarray  # (N, 3)
     arc: np.ndarray  # (N,) length up to each point
-    inside: np.ndarray  # (N - 1,) angle of the solid at each edge, below pi where convex
+    inside: np.ndarray  # (N - 1,) angle of the solid at each edge, below pi if convex
     ends: tuple[int, int]  # corners; (-1, -1) for a loop
-    faces: tuple[int, int] = (0, 0)  # CAD faces beside it, ascending; equal inside a face
-    off: float = 0.0  # distance from the curves that it stands for
+    faces: tuple[int, int] = (0, 0)  # adjacent CAD faces, ascending; equal inside a face
+    off: float = 0.0  # distance from the curves that it replaces
 
     @property
     def length(self) -> float:
-        """Of the whole crease."""
+        """Length of the whole crease."""
         return float(self.arc[-1])
 
     @property
     def shape(self) -> str:
-        """Of the whole crease: see `shape_of`."""
+        """Shape of the whole crease, see `shape_of`."""
         return shape_of(self.points)
 
     @property
     def is_loop(self) -> bool:
-        """Whether it has no ends."""
+        """Whether the crease has no ends."""
         return self.ends[0] < 0
 
     def at(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -51,8 +51,9 @@ class Crease:
         return self.points[edge] + share * step, step / length[:, None], self.inside[edge]
 
     def piece(self, start: float, end: float) -> Crease:
-        """The part between two arc lengths, the second larger; those of a loop may be beyond its
-        length.  The ends are no corners.
+        """The part between two arc lengths, the second larger than the first.
+
+        The arc lengths of a loop may exceed its length. The ends of the part are not corners.
         """
         arc = self.arc
         if self.is_loop:
@@ -69,9 +70,9 @@ class Crease:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Arc lengths (N,) of the closest points, and distances (N,).
 
-        expected : (N,) arc lengths that tell branches apart where the crease comes near itself; a
-            loop's may be beyond its length, and the answers are then too.  On a branch the closest
-            point counts alone: a point on the crease is its own answer
+        expected : (N,) expected arc lengths, which distinguish the branches of a crease that comes
+            close to itself; within a branch, only the distance counts. For a loop they may exceed
+            its length, and so may the result.
         """
         if expected is None:
             expected = np.full(len(points), np.nan)
@@ -86,10 +87,10 @@ class Features:
     Parameters
     ----------
     creases : the curves
-    corners : (C, 3) the points where they end
-    is_fixed : (C,) whether more than the loose end of one curve
-    noise : (N, 2) ends of the edges that are sharp seen from near only
-    n_faces : CAD faces; 0 for a surface of triangles alone
+    corners : (C, 3) the end points
+    is_fixed : (C,) False for a corner that is only the loose end of one curve
+    noise : (N, 2) ends of the edges that are sharp only locally
+    n_faces : number of CAD faces; 0 for a triangle surface
     """
 
     creases: tuple[Crease, ...]
@@ -100,15 +101,15 @@ class Features:
 
 
 def shape_of(points: np.ndarray) -> str:
-    """Name the shape of a polyline.
+    """Classify the shape of a polyline.
 
     Parameters
     ----------
-    points : (N, 3), at least 2; of a circle they lie on it
+    points : (N, 3), at least 2 points
 
     Returns
     -------
-    "line", "circle" (an arc of one or the whole) or "curve"
+    "line", "circle" (an arc or a full circle) or "curve"
     """
     middle = points - points.mean(axis=0)
     extent, axes = np.linalg.svd(middle, full_matrices=False)[1:]

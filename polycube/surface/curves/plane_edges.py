@@ -1,7 +1,8 @@
-"""Edges at which two planes of a surface meet at a small angle: of chamfers, wedges and draft.
+"""Edges at which two planes of a surface meet at a small angle: chamfers, wedges and draft.
 
-Below the angle at which any edge is sharp, an edge may as well be one of a round part's facets.
-Facets follow each other: three edges in a row, parallel and turning alike, are a bend's.
+At small angles, an edge of the part cannot be told from the edges between the facets of a round
+surface by its angle alone. Facets are consecutive: three parallel edges in a row with similar turns
+belong to a bend.
 """
 
 from __future__ import annotations
@@ -11,25 +12,25 @@ import numpy as np
 from polycube.surface.measures import connected, face_areas
 from polycube.types import TriMesh
 
-FLAT = np.cos(np.radians(1))  # of two normals in one plane
-LEAST = np.radians(36)  # turn between two planes that may be an edge
-LARGE = 8e-3  # share of the area that a plane has at least
-MACHINED = 0.5  # share of the area that such planes have at least, or no edge is found
-ALIKE = 0.3  # relative difference of the turns of a bend's edges
-PARALLEL = np.cos(np.radians(20))  # of their directions
+FLAT = np.cos(np.radians(1))  # for normals in one plane
+LEAST = np.radians(36)  # smallest turn between two planes that can be an edge
+LARGE = 8e-3  # smallest share of the area that makes a plane
+MACHINED = 0.5  # smallest share of the area in such planes; below it, no edges are searched
+ALIKE = 0.3  # relative difference of the turns of the edges of a bend
+PARALLEL = np.cos(np.radians(20))  # for the directions of the edges of a bend
 
 
 def between_planes(
     surface: TriMesh, normals: np.ndarray, pairs: np.ndarray, most: float
 ) -> np.ndarray:
-    """Find the edges between two planes, less those of facets.
+    """Find the edges between two planes, excluding those between facets.
 
     Parameters
     ----------
-    surface : any
+    surface : a triangle surface
     normals : (F, 3) unit normals of its triangles
     pairs : (E, 2) triangles at each edge
-    most : turn, in radians, above which an edge needs no such test
+    most : turn in radians above which an edge is sharp without this test
 
     Returns
     -------
@@ -57,14 +58,14 @@ def between_planes(
 
 
 def _in_bends(sides: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(S,) borders of planes that are one of three or more in a row that turn alike.
+    """(S,) borders between planes that belong to three or more in a row with similar turns.
 
     sides : (S, 2) planes
-    axis : (S, 3) product of their normals: the axis of the turn, as long as its sine
+    axis : (S, 3) cross product of their normals: axis of the turn, its length the sine of the turn
     """
     turn = np.linalg.norm(axis, axis=1)
     along = axis / turn[:, None]
-    after: list[list[int]] = [[] for _ in sides]  # borders that go on, on either side
+    after: list[list[int]] = [[] for _ in sides]  # borders that continue the row, on either side
     count = np.zeros((len(sides), 2), np.int64)
     by_plane: dict[int, list[tuple[int, int]]] = {}
     for border, pair in enumerate(sides.tolist()):
@@ -73,7 +74,8 @@ def _in_bends(sides: np.ndarray, axis: np.ndarray) -> np.ndarray:
     for borders in by_plane.values():
         for a, enda in borders:
             for b, endb in borders:
-                sign = 1 if enda != endb else -1  # both turn the same way, walking through
+                # whether both turn in the same sense along the row
+                sign = 1 if enda != endb else -1
                 if (
                     a != b
                     and sign * (along[a] @ along[b]) > PARALLEL
@@ -81,7 +83,7 @@ def _in_bends(sides: np.ndarray, axis: np.ndarray) -> np.ndarray:
                 ):
                     after[a].append(b)
                     count[a, enda] += 1
-    middle = (count > 0).all(axis=1)  # one on each side
+    middle = (count > 0).all(axis=1)  # at least one border on each side
     found = middle.copy()
     for border in np.flatnonzero(middle).tolist():
         found[after[border]] = True

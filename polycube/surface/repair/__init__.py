@@ -1,4 +1,4 @@
-"""Turn the triangles of a file into a closed, oriented surface, and report what was changed.
+"""Turn the triangles of a file into a closed, oriented surface, and report the changes.
 
-Imports surface and below.
+Imports `surface` and the layers below.
 """

@@ -1,7 +1,8 @@
-"""Make an oriented solid boundary of a triangle soup, and tell what was changed.
+"""Make an oriented boundary of a solid from a triangle soup, and list the changes.
 
-Each step acts only where the surface needs it: corners are welded where edges stand open, faces
-dropped where more than two meet.  What is still wrong then is refused, never patched.
+A step changes the surface only if it is needed: corners are welded if there are open edges, faces
+are dropped at edges with more than two faces. Remaining defects raise an error; they are not
+patched.
 """
 
 from __future__ import annotations
@@ -24,18 +25,18 @@ from polycube.surface.measures import (
 )
 from polycube.types import TriMesh
 
-WELD = 1e-6  # of the diagonal: corners this near are one
-COLLAPSE = 0.1  # of the faces: welding that costs more is refused
-FLAT = 1e-12  # of the diagonal squared: a face no larger has no area
-DIAGONALS = 1e-60, 1e60  # whose fourth power is still a float64
-MAX_FACES = 1_000_000  # up to here crossing faces are looked for
-N_PLACES = 3  # where they cross, named
+WELD = 1e-6  # of the diagonal: corners closer than this are merged
+COLLAPSE = 0.1  # of the faces: an error is raised if welding would collapse more
+FLAT = 1e-12  # of the diagonal squared: a face with a smaller area counts as flat
+DIAGONALS = 1e-60, 1e60  # diagonals whose fourth power is still a float64
+MAX_FACES = 1_000_000  # the search for crossing faces is limited to this number
+N_PLACES = 3  # number of places that a message gives for crossing faces
 
-Step = tuple[TriMesh, list[str]]  # the surface, and what was done
+Step = tuple[TriMesh, list[str]]  # the surface, and a list of the changes
 
 
 def clean(vertices: np.ndarray, faces: np.ndarray) -> Step:
-    """Surface of one solid, and one sentence for each thing changed or doubtful."""
+    """Surface of one solid, and one sentence for each change or warning."""
     surface, notes = checked(vertices, faces)
     for step in (weld_equal, weld_near, drop_repeated, drop_flat):
         if is_closed(surface.faces) and (face_areas(surface) > _flat(surface)).all():
@@ -51,7 +52,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray) -> Step:
 
 
 def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
-    """Refuse what is no geometry; leave out vertices that no face uses."""
+    """Raise InputError for invalid geometry; remove unused vertices."""
     if not len(faces):
         raise InputError(f"the file has no triangles (and {len(vertices)} vertices)")
     if faces.min() < 0 or faces.max() >= len(vertices):
@@ -77,12 +78,12 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
 
 
 def weld_equal(surface: TriMesh) -> Step:
-    """Make one vertex of all at the same place, as STL needs."""
+    """Merge vertices at equal positions, as STL files need."""
     return _merge(surface, np.unique(surface.vertices, axis=0, return_inverse=True)[1].ravel())
 
 
 def weld_near(surface: TriMesh) -> Step:
-    """Make one vertex of those nearer than WELD times the diagonal."""
+    """Merge vertices closer than WELD times the diagonal."""
     scale = diagonal(surface)
     near = cKDTree(surface.vertices / scale).query_pairs(WELD, output_type="ndarray")
     if not len(near):
@@ -101,7 +102,7 @@ def weld_near(surface: TriMesh) -> Step:
 
 
 def _merge(surface: TriMesh, group: np.ndarray) -> Step:
-    """Make one vertex of each group, where its first was; leave out the faces that collapse."""
+    """Merge each group of vertices into its first one; remove the faces that collapse."""
     _, first, group = np.unique(group, return_index=True, return_inverse=True)
     faces = group[surface.faces]
     kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
@@ -110,7 +111,7 @@ def _merge(surface: TriMesh, group: np.ndarray) -> Step:
 
 
 def drop_repeated(surface: TriMesh) -> Step:
-    """Keep one of the faces with the same corners."""
+    """Keep one of several faces with the same corners."""
     _, first = np.unique(np.sort(surface.faces, axis=1), axis=0, return_index=True)
     extra = np.ones(len(surface.faces), dtype=bool)
     extra[first] = False
@@ -119,7 +120,7 @@ def drop_repeated(surface: TriMesh) -> Step:
 
 
 def drop_flat(surface: TriMesh) -> Step:
-    """Leave out faces of no area: where edges stand open they hang on an edge beside others."""
+    """Remove faces without area that share an edge with more than one other face."""
     if is_closed(surface.faces):
         return surface, []
     flat = face_areas(surface) <= _flat(surface)
@@ -133,7 +134,7 @@ def _flat(surface: TriMesh) -> float:
 
 
 def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
-    """One sentence about faces (F,) that were left out, the first with its place."""
+    """One sentence about removed faces (F,), with the place of the first one."""
     if not faces.any():
         return []
     first = surface.vertices[surface.faces[faces.argmax(), 0]]
@@ -141,10 +142,11 @@ def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
 
 
 def orient(surface: TriMesh) -> Step:
-    """Turn faces so that neighbours agree and the volume is positive.
+    """Orient the faces consistently, with a positive volume.
 
-    Two nodes stand for each face, as given and turned; neighbours that agree link equal nodes,
-    others link unequal ones.  The surface is one-sided where both nodes of a face are connected.
+    Each face has two nodes, for its given and its reversed orientation. Neighbours with compatible
+    orientations link equal nodes, others link unequal nodes. The surface is one-sided if both nodes
+    of a face are connected.
     """
     faces, n_faces = surface.faces, len(surface.faces)
     first, second = twins(faces)
@@ -171,7 +173,7 @@ def orient(surface: TriMesh) -> Step:
 
 
 def flip_flat(surface: TriMesh) -> Step:
-    """Give faces of no area some of a neighbour's, by flipping their longest edges."""
+    """Give faces without area a part of a neighbour's area, by flipping their longest edges."""
     flat = face_areas(surface) <= _flat(surface)
     if not flat.any():
         return surface, []
@@ -196,7 +198,7 @@ def flip_flat(surface: TriMesh) -> Step:
 
 
 def crossings(surface: TriMesh) -> list[str]:
-    """One sentence where faces cross, with places."""
+    """A sentence with places if faces cross, else an empty list."""
     if len(surface.faces) > MAX_FACES:
         return [f"intersecting faces were not searched for: more than {MAX_FACES} faces"]
     pairs = self_intersections(surface)

@@ -1,4 +1,4 @@
-"""What is wrong with a surface, how many and where: numbers and places, without judgement."""
+"""Defects of a surface: kinds, numbers and places."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from polycube.surface import measures as topology
 from polycube.surface.intersections import self_intersections
 from polycube.types import TriMesh
 
-FLAT = 1e-12  # of the diagonal squared: a face no larger has no area
-THIN = 0.02  # height over longest edge: about one degree at its sharpest corner
+FLAT = 1e-12  # of the diagonal squared: a face with a smaller area counts as flat
+THIN = 0.02  # height over longest edge: about one degree at the sharpest corner
 
 
 @dataclass(frozen=True, eq=False)
 class Defect:
-    """Places of one kind; a row of `items` is a vertex, an edge or a face."""
+    """Defects of one kind; a row of `items` is a vertex, an edge or a face."""
 
     problem: str
     items: np.ndarray  # (N, 1), (N, 2) or (N, 3) vertices
@@ -24,7 +24,7 @@ class Defect:
 
 
 def find_defects(surface: TriMesh) -> list[Defect]:
-    """Those that the surface, welded where corners are equal, has; in order of importance."""
+    """Defects of a surface after welding equal corners, in order of importance."""
     faces = surface.faces
     flat = _flat_faces(surface)
     found = [
@@ -50,7 +50,7 @@ def _inside_out(surface: TriMesh) -> Defect:
 
 
 def _pieces(surface: TriMesh) -> Defect:
-    """The faces of all pieces but the largest."""
+    """The faces of all components except the largest."""
     piece = topology.components(surface.faces)
     spans = spans_of(surface, piece)
     return Defect(
@@ -59,7 +59,7 @@ def _pieces(surface: TriMesh) -> Defect:
 
 
 def spans_of(surface: TriMesh, piece: np.ndarray) -> np.ndarray:
-    """(P,) diagonal of the box of each piece, whose number each face (F,) has."""
+    """(P,) diagonal of the bounding box of each component; `piece` (F,) is that of each face."""
     low, high = np.full((piece.max() + 1, 3), np.inf), np.full((piece.max() + 1, 3), -np.inf)
     for corner in surface.faces.T:
         np.minimum.at(low, piece, surface.vertices[corner])
@@ -68,7 +68,7 @@ def spans_of(surface: TriMesh, piece: np.ndarray) -> np.ndarray:
 
 
 def _repeated(faces: np.ndarray) -> np.ndarray:
-    """(F,) whether a face before has the same corners."""
+    """(F,) whether an earlier face has the same corners."""
     extra = np.ones(len(faces), dtype=bool)
     extra[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = False
     return extra

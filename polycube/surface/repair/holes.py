@@ -1,8 +1,8 @@
-"""Close the holes of a surface: the triangulation of a loop that has the least area.
+"""Close the holes of a surface: the triangulation of a loop with the smallest area.
 
 The minimum over all triangulations of a polygon in space is found by dynamic programming, after
-Barequet and Sharir, *Filling gaps in the boundary of a polyhedron*, CAGD 12 (1995).  In a flat hole
-of any outline it is one without overlap.
+Barequet and Sharir, *Filling gaps in the boundary of a polyhedron*, CAGD 12 (1995). For a flat hole
+of any outline the triangles do not overlap.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from numba import njit
 from polycube.surface.measures import diagonal, half_edges, twins
 from polycube.types import TriMesh
 
-MAX_LOOP = 1000  # edges of a hole; the work grows with their cube
-EVEN = 1e-3  # of the area of a square over its edge: makes triangles less thin among equals
+MAX_LOOP = 1000  # edges of a hole; the work grows with the third power
+EVEN = 1e-3  # of the area of a square with this edge: prefers well-shaped triangles at equal area
 
 
 def loops(faces: np.ndarray) -> list[np.ndarray]:
-    """Vertices of each hole's edge, in the order in which new faces run through it.
+    """Vertices of the border of each hole, in the direction in which new faces traverse it.
 
-    Neighbouring faces must agree in orientation.  Holes that touch in a vertex are holes apart.
+    Neighbouring faces must have consistent orientations. Holes that touch at a vertex are separate.
     """
     first, second = twins(faces)
     alone = np.ones(faces.size, dtype=bool)
@@ -53,7 +53,7 @@ def flatness(points: np.ndarray) -> float:
 
 
 def filling(points: np.ndarray) -> np.ndarray:
-    """(N - 2, 3) triangles, into the points (N, 3) of a loop, of least area together."""
+    """(N - 2, 3) triangles of least total area, as indices of the points (N, 3) of a loop."""
     middle = points.mean(axis=0)
     scale = np.linalg.norm(np.ptp(points, axis=0)) or 1.0
     cut = _cuts(np.ascontiguousarray((points - middle) / scale))
@@ -68,7 +68,7 @@ def filling(points: np.ndarray) -> np.ndarray:
 
 
 def nested(surface: TriMesh, found: list[np.ndarray]) -> np.ndarray:
-    """(L,) whether a loop lies inside another's box, in its plane, or another inside its own."""
+    """(L,) whether a loop lies in its own plane inside the box of another, or contains another."""
     boxes = [(p.min(axis=0), p.max(axis=0)) for p in (surface.vertices[loop] for loop in found)]
     slack = 1e-3 * diagonal(surface)
     inside = np.zeros(len(found), dtype=bool)
@@ -81,7 +81,7 @@ def nested(surface: TriMesh, found: list[np.ndarray]) -> np.ndarray:
 
 @njit(cache=True)
 def _cuts(points: np.ndarray) -> np.ndarray:
-    """(N, N) the third corner of the triangle on each diagonal of the best triangulation."""
+    """(N, N) third corner of the triangle on each diagonal of the best triangulation."""
     n = len(points)
     cost = np.zeros((n, n))
     cut = np.zeros((n, n), np.int64)

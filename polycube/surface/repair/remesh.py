@@ -1,9 +1,9 @@
-"""A closed surface around whatever a soup of faces winds around, on a grid of cells.
+"""A closed surface around the volume that a triangle soup encloses, on a grid of cells.
 
-Grid points of winding number above 1/2 are inside; marching cubes give a closed manifold between
-them and the others.  Its vertices then go to the soup where that is near, and to its sharp edges
-where the planes of the faces around a vertex meet; those whose faces would cross, fold or become
-thin go back part of the way or all of it.  What is thinner than a cell is lost.
+Grid points with a winding number above 1/2 are inside. Marching cubes give a closed manifold
+between inside and outside. Its vertices are then moved to the soup if it is close, and to its sharp
+edges where the planes of the faces around a vertex meet. Vertices whose faces would cross, fold or
+become thin are moved back, partly or completely. Details thinner than a cell are lost.
 """
 
 from __future__ import annotations
@@ -19,18 +19,19 @@ from polycube.surface.tangent_planes import towards_planes
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
 
-SLIDES = 8  # rounds of making the triangles even
-SHARPENS = 4  # rounds of moving to sharp edges
-STIFFNESS = 0.05  # that holds a vertex where its planes do not
-EVEN = 0.15  # least evenness of a triangle that a move may leave, 1 for equilateral ones
-TURN = 0.3  # least cosine between a face before and after a move
-BACK = 10  # rounds of taking moves back
+SLIDES = 8  # iterations that make the triangles more regular
+SHARPENS = 4  # iterations that move vertices to sharp edges
+STIFFNESS = 0.05  # stiffness of a vertex in directions that its planes do not determine
+EVEN = 0.15  # smallest evenness of a triangle after a move; 1 for equilateral triangles
+TURN = 0.3  # smallest cosine between the normals of a face before and after a move
+BACK = 10  # iterations that take moves back
 
 
 def remesh(soup: TriMesh, cell: float) -> TriMesh:
-    """Closed surface, outward, of faces about `cell` wide; the soup's faces look outward.
+    """Closed, outward-oriented surface with faces of about the width `cell`.
 
-    Raises InputError where the soup winds around nothing as large as a cell.
+    The faces of the soup must be oriented outwards. Raises InputError if the soup encloses no
+    volume as large as a cell.
     """
     start = _marching_cubes(*_signed(soup, cell))
     boxes = tree(soup.vertices[soup.faces], face_normals(soup))
@@ -45,7 +46,7 @@ def remesh(soup: TriMesh, cell: float) -> TriMesh:
 
 
 def _signed(soup: TriMesh, cell: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Values at the points of a grid, positive inside, its lowest corner, its cell."""
+    """Values at the points of a grid, positive inside; its lowest corner; its cell width."""
     low, high = soup.vertices.min(axis=0), soup.vertices.max(axis=0)
     shape = np.ceil((high - low) / cell).astype(int) + 5
     origin = (low + high) / 2 - cell * (shape - 1) / 2 + 1e-4 * cell
@@ -56,13 +57,13 @@ def _signed(soup: TriMesh, cell: float) -> tuple[np.ndarray, np.ndarray, float]:
     corners = soup.vertices[soup.faces]
     feet = closest(tree(corners, np.zeros((len(corners), 3))), nodes[near])[0]
     away = np.linalg.norm(feet - nodes[near], axis=1)
-    most = np.minimum(away, 2 * cell * np.abs(level[near]))  # in a hole, of the winding number
+    most = np.minimum(away, 2 * cell * np.abs(level[near]))  # in a hole, from the winding number
     value[near] = np.sign(value[near]) * np.clip(most, 0.05 * cell, cell)
     return value.reshape(shape), origin, cell
 
 
 def _beside_a_change(inside: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) whether a grid point has a neighbour on the other side."""
+    """(X, Y, Z) whether a grid point has a neighbour with the other state."""
     near = np.zeros(inside.shape, dtype=bool)
     for axis in range(3):
         change = np.diff(inside, axis=axis)
@@ -91,7 +92,7 @@ def _links(faces: np.ndarray, size: int) -> coo_array:
 
 
 def _normals(surface: TriMesh) -> np.ndarray:
-    """(V, 3) unit, the mean of the faces around each vertex."""
+    """(V, 3) unit vectors, the mean normal of the faces around each vertex."""
     normals = np.zeros_like(surface.vertices)
     for corner in surface.faces.T:
         np.add.at(normals, corner, face_normals(surface))
@@ -99,7 +100,7 @@ def _normals(surface: TriMesh) -> np.ndarray:
 
 
 def _slide(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
-    """Vertices halfway to the middle of their neighbours, then on the soup where it is near."""
+    """Vertices moved halfway to the mean of their neighbours, then onto the soup if it is close."""
     links = _links(surface.faces, len(surface.vertices))
     points = surface.vertices
     points = (points + links @ points / links.sum(axis=1)[:, None]) / 2
@@ -109,7 +110,7 @@ def _slide(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
 
 
 def _sharpen(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
-    """Vertices to where the planes of the soup beside their faces meet, by half a cell at most."""
+    """Vertices moved by up to half a cell to the intersection of the planes of their faces."""
     points, faces = surface.vertices, surface.faces
     middles = points[faces].mean(axis=1)
     feet, face, _ = closest(boxes, middles, face_normals(surface), cell)
@@ -120,7 +121,7 @@ def _sharpen(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
 
 
 def _taken_back(points: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """The moved points, but partly or wholly back where faces fold, become thin or cross."""
+    """The moved points; moves are taken back where faces fold, become thin or cross."""
     share = np.ones((len(points), 1))
     before = TriMesh(points, faces)
     links = _links(faces, len(points))
@@ -143,7 +144,7 @@ def _taken_back(points: np.ndarray, moved: np.ndarray, faces: np.ndarray) -> np.
 
 
 def _evenness(corners: np.ndarray) -> np.ndarray:
-    """(F,) 1 for equilateral triangles, 0 for flat ones."""
+    """(F,) shape of the triangles: 1 for equilateral ones, 0 for flat ones."""
     sides = corners - np.roll(corners, 1, axis=1)
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     return 2 * np.sqrt(3) * area / np.maximum((sides**2).sum(axis=(1, 2)), 1e-300)

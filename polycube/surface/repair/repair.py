@@ -1,8 +1,8 @@
-"""Repair a surface where that is asked for, and say what was changed and by how much.
+"""Repair a surface on request, and report the changes and their extent.
 
-`safe` changes no face that may stay: it leaves out debris and what hangs loose, parts what touches
-in a point, and closes holes that are small or flat.  `aggressive` builds the surface anew
-(`remesh.py`) where that was not enough, or where faces cross.
+`safe` removes debris and loose faces, separates parts that touch at a point, and closes small or
+flat holes; other faces stay unchanged. If this is not sufficient, or if faces cross, `aggressive`
+rebuilds the surface (`remesh.py`).
 """
 
 from __future__ import annotations
@@ -24,34 +24,34 @@ from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
 
 LEVELS = ("off", "safe", "aggressive")
-HOLE = 0.1  # of the diagonal: a hole no wider is closed
-VOID = 0.01  # of the volume: a void no larger is filled; `aggressive` closes and fills any
-CELL = 1 / 80  # of the diagonal: width of the cells of `aggressive`
-SKIN = 1e-3  # of the diagonal: how far beside a face winding numbers are compared
-ROUNDING = 1e-8  # of the diagonal: distances below are those of rounding
-SAMPLES = 50_000  # points at most that measure the deviation, each way
+HOLE = 0.1  # of the diagonal: holes up to this width are closed
+VOID = 0.01  # of the volume: voids up to this size are filled; `aggressive` fills all of them
+CELL = 1 / 80  # of the diagonal: cell width of `aggressive`
+SKIN = 1e-3  # of the diagonal: distance from a face at which winding numbers are compared
+ROUNDING = 1e-8  # of the diagonal: smaller distances are rounding errors
+SAMPLES = 50_000  # largest number of points that measure the deviation, in each direction
 
 
 @dataclass(frozen=True)
 class Repair:
-    """What a repair did; lengths and volumes in the user's units."""
+    """Changes made by a repair; lengths and volumes in model units."""
 
     level: str
     changes: tuple[str, ...]
-    cell: float | None = None  # width of the cells of a surface that was built anew
-    deviation: float = 0.0  # largest distance between the surface given and the repaired one
-    deviation_percent: float = 0.0  # of the diagonal
-    added: float = 0.0  # largest distance from the repaired surface to that given
-    lost: float = 0.0  # and back, of faces between inside and outside
-    volume_before: float = 0.0  # with its holes as they are
+    cell: float | None = None  # cell width if the surface was rebuilt
+    deviation: float = 0.0  # largest distance between the given and the repaired surface
+    deviation_percent: float = 0.0  # in per cent of the diagonal
+    added: float = 0.0  # largest distance of the repaired surface from the given one
+    lost: float = 0.0  # the reverse, for faces between inside and outside
+    volume_before: float = 0.0  # with open holes
     volume_after: float = 0.0
 
     def numbers(self) -> dict[str, object]:
-        """For `report.json`."""
+        """The repair as written to `report.json`."""
         return {**asdict(self), "changes": list(self.changes)}
 
     def sentence(self) -> str:
-        """What changed, how much."""
+        """One sentence about the changes."""
         if not self.changes:
             return f"repair={self.level}: there was nothing to repair"
         grown = self.volume_after / self.volume_before - 1 if self.volume_before else np.nan
@@ -73,7 +73,7 @@ class _Work:
 
 
 def repaired(vertices: np.ndarray, faces: np.ndarray, level: str) -> tuple[TriMesh, Repair]:
-    """The boundary of one solid; raises InputError where the level does not lead to one."""
+    """The boundary of one solid; raises InputError if the repair level is not sufficient."""
     work = _Work(*finite(vertices, faces))
     for step in (clean.weld_equal, steps.weld_near, clean.drop_repeated, clean.drop_flat):
         work.do(step)
@@ -95,7 +95,7 @@ def repaired(vertices: np.ndarray, faces: np.ndarray, level: str) -> tuple[TriMe
 
 
 def finite(vertices: np.ndarray, faces: np.ndarray) -> clean.Step:
-    """Leave out faces with corners that are no numbers; refuse what is no geometry."""
+    """Remove faces with non-finite corners; raise InputError for invalid geometry."""
     notes = []
     if len(faces) and faces.min() >= 0 and faces.max() < len(vertices):
         strange = ~np.isfinite(vertices).all(axis=1)
@@ -120,7 +120,7 @@ def _is_wrong(surface: TriMesh) -> bool:
 
 
 def _anew(surface: TriMesh, cell: float) -> clean.Step:
-    """The surface built anew on cells, each of its pieces turned outward before."""
+    """Rebuild the surface on a grid of cells, after each component was oriented outwards."""
     built = remesh(steps.outward(surface), cell)
     notes = [
         f"rebuilt on cells of {cell:.3g}: thinner parts are lost, overlapping parts are united; "
@@ -150,7 +150,7 @@ def _measured(
 
 
 def _farthest(one: TriMesh, other: TriMesh, skin: float | None = None) -> float:
-    """Largest distance of `one` from `other`; with `skin` only where one side of it is solid."""
+    """Largest distance of `one` from `other`; with `skin`, only for faces with one solid side."""
     corners = one.vertices[one.faces]
     points = np.concatenate([one.vertices[np.unique(one.faces)], corners.mean(axis=1)])
     normals = np.concatenate(

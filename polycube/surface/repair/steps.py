@@ -1,4 +1,4 @@
-"""The steps of a repair: each takes a surface and returns the new one and what was changed."""
+"""The steps of a repair: each takes a surface and returns the new one and the changes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from polycube.surface.repair.holes import MAX_LOOP, filling, flatness, loops, ne
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
 
-FLAT_HOLE = 1e-3  # of its diagonal: a hole that leaves its plane no more is closed
-DEBRIS = 0.01  # of the largest piece's diagonal: a piece no wider is left out
+FLAT_HOLE = 1e-3  # of its diagonal: a hole with a smaller deviation from its plane counts as flat
+DEBRIS = 0.01  # of the diagonal of the largest component: smaller components are removed
 
 
 def weld_near(surface: TriMesh) -> clean.Step:
-    """Weld vertices that nearly coincide, unless the surface is closed already."""
+    """Merge vertices that nearly coincide, unless the surface is closed."""
     return (surface, []) if topology.is_closed(surface.faces) else clean.weld_near(surface)
 
 
 def drop_fins(surface: TriMesh) -> clean.Step:
-    """Leave out faces that hang with an open edge on an edge of more than two faces."""
+    """Remove faces that have an open edge and an edge with more than two faces."""
     faces, kept = surface.faces, np.ones(len(surface.faces), dtype=bool)
     while True:
         _, count, edge = topology.edges(faces[kept])
@@ -35,7 +35,7 @@ def drop_fins(surface: TriMesh) -> clean.Step:
 
 
 def drop_debris(surface: TriMesh) -> clean.Step:
-    """Remove pieces that are tiny beside the largest one."""
+    """Remove components that are tiny compared with the largest one."""
     piece = topology.components(surface.faces)
     spans = spans_of(surface, piece)
     return _without(surface, (spans < DEBRIS * spans.max())[piece], "of debris")
@@ -50,7 +50,7 @@ def _without(surface: TriMesh, faces: np.ndarray, why: str) -> clean.Step:
 
 
 def part_touching(surface: TriMesh) -> clean.Step:
-    """Give each fan of faces around a vertex its own vertex, at the same place."""
+    """Give each fan of faces around a vertex its own vertex at the same position."""
     if not topology.is_closed(surface.faces):
         return surface, []
     touching = topology.nonmanifold_vertices(surface.faces)
@@ -65,14 +65,14 @@ def part_touching(surface: TriMesh) -> clean.Step:
 
 
 def orient(surface: TriMesh) -> clean.Step:
-    """Orient the faces consistently, where every edge has at most two."""
+    """Orient the faces consistently if every edge has at most two faces."""
     if len(topology.nonmanifold_edges(surface.faces)):
         return surface, []
     return clean.orient(surface)
 
 
 def close_holes(surface: TriMesh, widest_closed: float) -> clean.Step:
-    """Close holes that are flat, or no wider than so much of the diagonal."""
+    """Close holes that are flat, or narrower than a share of the diagonal."""
     faces = surface.faces
     if not len(topology.open_edges(faces)) or len(topology.nonmanifold_edges(faces)):
         return surface, []
@@ -98,7 +98,7 @@ def close_holes(surface: TriMesh, widest_closed: float) -> clean.Step:
 
 
 def fill_voids(surface: TriMesh, largest: float) -> clean.Step:
-    """Leave out pieces inside the largest one."""
+    """Remove components inside the largest one."""
     piece = topology.components(surface.faces)
     spans = spans_of(surface, piece)
     if len(spans) == 1 or not topology.is_closed(surface.faces):
@@ -120,7 +120,7 @@ def fill_voids(surface: TriMesh, largest: float) -> clean.Step:
 
 
 def outward(surface: TriMesh) -> TriMesh:
-    """The surface with each of its pieces turned outward."""
+    """Orient each component outwards."""
     piece = topology.components(surface.faces)
     faces = surface.faces.copy()
     for p in range(piece.max() + 1):
