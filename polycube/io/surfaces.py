@@ -1,5 +1,7 @@
 """Read a surface from a file, or a made example, and check that it bounds one solid.
 
+Of a file of points the surface is reconstructed.
+
 Coordinates are kept exactly as they stand in the file: no scaling, no moving, no turning.
 """
 
@@ -8,14 +10,19 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from polycube.errors import InputError, brief
 from polycube.examples.parts import example
 from polycube.io.cad import SUFFIXES, Cad, read_cad
+from polycube.io.clouds import reading
+from polycube.io.clouds.reading import is_cloud, read_cloud
 from polycube.io.obj import read_obj
 from polycube.io.stl import read_stl
+from polycube.surface.clouds.options import Points
+from polycube.surface.clouds.reconstruction import Reconstruction, reconstruct
 from polycube.surface.repair.clean import clean, crossings
 from polycube.surface.repair.repair import LEVELS, Repair, finite, repaired
 from polycube.types import TriMesh
@@ -28,31 +35,43 @@ LOOK = "preflight=true lists, preflight=FILE.vtp draws all that is wrong"
 Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
 
-def read_surface(path: str | Path, cad: Cad | None = None) -> tuple[TriMesh, list[str]]:
+class Reading(NamedTuple):
+    """A surface that was read."""
+
+    surface: TriMesh
+    warnings: list[str]
+    repair: Repair | None = None  # what was changed, where a repair was asked for
+    points: Reconstruction | None = None  # how it was made, where the file holds points
+
+
+def read_surface(
+    path: str | Path, cad: Cad | None = None, points: Points | None = None
+) -> tuple[TriMesh, list[str]]:
     """Closed, oriented surface of one solid, and what was changed or is doubtful, one per line.
 
-    `path` is a file or `example:NAME`; `cad` is how CAD files are read.
+    `path` is a file or `example:NAME`; `cad` is how CAD files are read, `points` how surfaces of
+    point clouds are made.
     Raises InputError, one sentence, for what can not be used.
     """
-    surface, warnings, _ = read_repaired(path, cad, LEVELS[0])
-    return surface, warnings
+    read = read_repaired(path, cad, LEVELS[0], points)
+    return read.surface, read.warnings
 
 
 def read_repaired(
-    path: str | Path, cad: Cad | None, level: str
-) -> tuple[TriMesh, list[str], Repair | None]:
+    path: str | Path, cad: Cad | None, level: str, points: Points | None = None
+) -> Reading:
     """As `read_surface`, after a repair of a level of `repair.LEVELS`; None where it is off."""
     if str(path).startswith(EXAMPLE):
-        return example(str(path).removeprefix(EXAMPLE)), [], None
+        return Reading(example(str(path).removeprefix(EXAMPLE)), [])
     path = Path(path)
-    repair = None
+    repair = made = None
     try:
         if is_cad(path) and level != LEVELS[0]:
             raise InputError("repair works on triangles, not on CAD solids; export the part as STL")
         if is_cad(path):
             surface, warnings = read_cad(path, cad or Cad())
         else:
-            soup = _reader(path)(path)
+            soup, made = _soup(path, points)
             if level == LEVELS[0]:
                 surface, warnings = _cleaned(*soup)
             else:
@@ -63,13 +82,15 @@ def read_repaired(
     except OSError as error:
         raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
-    return surface, warnings, repair
+    if made is not None:
+        warnings = [made.sentence(), *warnings]
+    return Reading(surface, warnings, repair, made)
 
 
-def read_soup(path: Path) -> Soup:
+def read_soup(path: Path, points: Points | None = None) -> Soup:
     """Vertices and faces as they stand in a file that is no CAD file; raises InputError."""
     try:
-        return _reader(path)(path)
+        return _soup(path, points)[0]
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
@@ -102,6 +123,14 @@ def _remedy(vertices: np.ndarray, faces: np.ndarray) -> str:
             continue
         return f"; repair={level} makes it usable, {LOOK}"
     return f"; {LOOK}"
+
+
+def _soup(path: Path, points: Points | None) -> tuple[Soup, Reconstruction | None]:
+    """Vertices and faces, and how they were made of points."""
+    if is_cloud(path):
+        surface, made = reconstruct(read_cloud(path), points or Points())
+        return (surface.vertices, surface.faces), made
+    return _reader(path)(path), None
 
 
 def _reader(path: Path) -> Callable[[Path], Soup]:
@@ -153,4 +182,7 @@ READERS: dict[str, Callable[[Path], Soup]] = {
     ".glb": _read_trimesh,
     ".fbx": _read_fbx,
 }
-KNOWN = (*READERS, *SUFFIXES)  # endings of files that can be read
+KNOWN = (
+    *dict.fromkeys((*READERS, *reading.READERS)),
+    *SUFFIXES,
+)  # endings of files that can be read
