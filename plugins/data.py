@@ -1,4 +1,4 @@
-"""Training pairs: endless, seeded."""
+"""Training pairs: unlimited streams with a seed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SHAPES = {field.name for field in fields(Deformation)} - {"roughness"}
 
 
 def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
-    """Contexts of the published set: each primitive alone in each cell, the first in all cells.
+    """Contexts of the published set: each primitive alone in each cell, and the first in all.
 
     Nine of the 24 contexts of the 2x1 grid with four primitives.
     """
@@ -40,7 +40,7 @@ def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
 
 
 def _n_points() -> int:
-    """Of a pair without a grid."""
+    """Number of points of a pair without a grid."""
     from polycube.diffusion.conditions import AnyStructure
 
     return math.prod(AnyStructure.image)
@@ -49,16 +49,16 @@ def _n_points() -> int:
 @register("data", "paired")
 @dataclass(frozen=True)
 class Paired(Deformation):
-    """Polycubes of all contexts of the grid, deformed into shapes like real parts.
+    """Polycubes of all contexts of the grid, deformed into shapes that resemble real parts.
 
-    With grid=any, random lattices as `polycube/diffusion/pairs/any_structure.py` makes them; all
-    options but the last two are of grids.
+    With grid=any, the polycubes are random lattices (`polycube/diffusion/pairs/any_structure.py`).
+    Then only the last two options have an effect; all others are for grids of primitives.
 
     Parameters
     ----------
-    types : contexts: all of the grid, or published, the nine of the published 2x1 set
-    cad, organic : with grid=any, shares of parts as CAD makes them, and of deformed ones; the
-        others are both
+    types : contexts of the pairs: all, or published (the nine of the published set for 2x1)
+    cad, organic : with grid=any, share of parts with CAD features only, and share of deformed parts
+        only; all others have both
     """
 
     types: str = "all"
@@ -75,7 +75,7 @@ class Paired(Deformation):
             raise ValueError(f"cad and organic must be shares, together at most 1; got {shares}")
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs | LatticePairs:
-        """Pairs by number."""
+        """The stream; pairs are computed by their number."""
         from polycube.diffusion.pairs.any_structure import LatticePairs, LatticeShapes
         from polycube.diffusion.pairs.pairs import Pairs
         from polycube.diffusion.pairs.templates import contexts
@@ -90,9 +90,10 @@ class Paired(Deformation):
 @register("data", "paper")
 @dataclass(frozen=True)
 class Published:
-    """The published set: single primitives, and the first one in every cell, with noise.
+    """Published data: single primitives, and the first primitive in all cells, with noise.
 
-    A geometry is its polycube with noise; it has 512 points per occupied cell, then zeros.
+    A geometry is its polycube with noise. It has 512 points per occupied cell; the other points are
+    zero.
 
     Parameters
     ----------
@@ -104,11 +105,11 @@ class Published:
     pads = True
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs:
-        """Pairs by number."""
+        """The stream; pairs are computed by their number."""
         from polycube.diffusion.pairs.pairs import Pairs
 
         if not grid:
-            raise ValueError("data=paper needs a grid; with grid=any take data=paired")
+            raise ValueError("data=paper needs a grid; use data=paired with grid=any")
         noise = Deformation(**dict.fromkeys(SHAPES, 0.0), roughness=self.jitter)
         return Pairs(grid, primitives, published(grid, primitives), noise, seed, pads=True)
 
@@ -116,14 +117,14 @@ class Published:
 @register("data", "parts")
 @dataclass(frozen=True)
 class Parts:
-    """Parts that were meshed, as `python -m polycube.make_pairs` keeps them, and random lattices.
+    """Parts meshed by `python -m polycube.make_pairs`, mixed with random lattices.
 
-    For grid=any.  A training with them is measured on random lattices, as one without them is.
+    For grid=any. The held-out pairs are random lattices only, as in a training without these parts.
 
     Parameters
     ----------
-    path : folder with the files of the parts; by default where `make_pairs` writes them
-    share : of the parts in the stream that are of these; the others are random lattices
+    path : folder with the files of `make_pairs`
+    share : share of these parts in the stream; the others are random lattices
     """
 
     path: str = "pairs"
@@ -137,16 +138,16 @@ class Parts:
             raise ValueError(f"share must be above 0 and at most 1; got {self.share}")
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> PartPairs:
-        """Pairs by number."""
+        """The stream; pairs are computed by their number."""
         from polycube.diffusion.pairs.any_structure import PartPairs
         from polycube.diffusion.pairs.part_files import read_parts
 
         if grid:
-            raise ValueError("data=parts is for grid=any; with a grid take data=paired")
+            raise ValueError("data=parts needs grid=any; use data=paired with a grid")
         return PartPairs(seed, _n_points(), read_parts(Path(self.path)), self.share)
 
     def held_out(self, grid: Grid, primitives: Primitives, seed: int) -> LatticePairs:
-        """Random lattices alone: a part that is trained on is no measure."""
+        """Random lattices only, because parts of the training set must not be measured."""
         from polycube.diffusion.pairs.any_structure import LatticePairs
 
         return LatticePairs(seed, _n_points())

@@ -18,7 +18,8 @@ class PublishedUNet:
 
     Parameters
     ----------
-    width : features at full resolution, a multiple of 8; twice as many further down
+    width : number of features at full resolution, a multiple of 8; the lower levels have twice as
+        many
     """
 
     width: int = 64
@@ -45,17 +46,17 @@ class Tiny(PublishedUNet):
 @register("model", "points")
 @dataclass(frozen=True)
 class Points:
-    """Network on the set of points: shared perceptrons, steered by a summary of all points.
+    """Network on a set of points: a shared perceptron that also receives a summary of the set.
 
-    The order of the points is not used.
+    The result does not depend on the order of the points.
 
     Parameters
     ----------
-    width : features of each point
-    blocks : perceptrons, each of which follows a new summary
-    slots : parts of the summary, which gather from the points and give back to them
-    neighbours : points around each that it sees by themselves; needs `denoiser.geometry_channels`
-        and `denoiser.normals`; 0: none
+    width : number of features of each point
+    blocks : number of blocks, each with a new summary and a perceptron
+    slots : number of vectors of the summary; they attend to the points, and the points to them
+    neighbours : number of nearest points that are an additional input of each point; needs
+        `denoiser.geometry_channels` and `denoiser.normals`; 0: none
     """
 
     width: int = 128
@@ -78,17 +79,17 @@ class Points:
 @register("model", "transformer")
 @dataclass(frozen=True)
 class Transformer:
-    """Network on the set of points in which every point attends to every other.
+    """Network on a set of points with attention between all pairs of points.
 
-    The order of the points is not used.
+    The result does not depend on the order of the points.
 
     Parameters
     ----------
-    width : features of each point, an even number for each head
-    blocks : of attention and a perceptron
-    heads : of the attention
-    neighbours : points around each that it sees by themselves; needs `denoiser.geometry_channels`
-        and `denoiser.normals`; 0: none
+    width : number of features of each point, an even number for each head
+    blocks : number of blocks of attention and perceptron
+    heads : number of attention heads
+    neighbours : number of nearest points that are an additional input of each point; needs
+        `denoiser.geometry_channels` and `denoiser.normals`; 0: none
     """
 
     width: int = 96

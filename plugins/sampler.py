@@ -1,4 +1,4 @@
-"""Reverse diffusion: from x_T, the geometry, to x_0, the polycube (paper, Algorithm 2)."""
+"""Reverse diffusion from the geometry x_T to the polycube x_0 (paper, Algorithm 2)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @register("sampler", "ddpm")
 @dataclass(frozen=True)
 class Ddpm:
-    """The paper's Algorithm 2: all T steps, with new noise at each.
+    """Algorithm 2 of the paper: all T steps, with new noise in each.
 
     x_{t-1} = mu'_t + sigma_t z.  sigma_t^2 is s^2 beta_t, as in Algorithm 2, exact if x_0 is noise
     of variance s^2; or the variance of q(x_{t-1} | x_t, x_0), as below eq. 3, exact if x_0 is known
@@ -26,8 +26,9 @@ class Ddpm:
 
     Parameters
     ----------
-    variance : of the noise: beta (as in the paper) or posterior (smaller, for a known x_0)
-    noise : factor of the standard deviation sigma_t; 0 gives the mean path
+    variance : variance of the noise: beta (as in the paper) or posterior (smaller, exact for a
+        known x_0)
+    noise : factor of the standard deviation sigma_t; 0: no noise, which gives the mean
     """
 
     variance: str = "beta"
@@ -40,7 +41,7 @@ class Ddpm:
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
     ) -> tuple[Tensor, Tensor]:
-        """x_0 and the states kept on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        """x_0 and the recorded states on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
         import torch
 
         from polycube.diffusion.process import kept_steps
@@ -67,17 +68,17 @@ class Ddpm:
 @register("sampler", "ddim")
 @dataclass(frozen=True)
 class Ddim:
-    """A few steps: faster, and without noise the mean instead of a random draw.
+    """DDIM: a few steps; without noise the result is the mean instead of a random sample.
 
-    Recorded states between two steps lie on the way from one to the other.  Noise follows Song et
-    al., 2021: of the noise that is left after a step, a share of sigma_t in its standard deviation
-    is new, where with noise=1 a single step from t to t - 1 is that of `ddpm` with the posterior
-    variance.
+    Recorded states between two steps are interpolated by the forward process. The noise follows
+    Song et al. (2021): after each step, a share of the standard deviation is replaced by new noise.
+    With noise=1, a step from t to t - 1 is that of `ddpm` with the posterior variance.
 
     Parameters
     ----------
-    steps : network evaluations; more give sharper polycubes, whose points have slid along them
-    noise : factor of the standard deviation of what is new at each step; 0: no noise
+    steps : number of network evaluations; with more steps, points are closer to the polycube but
+        farther from their places on it
+    noise : factor of the standard deviation of the new noise in each step, 0 to 1; 0: no noise
     """
 
     steps: int = 1
@@ -92,7 +93,7 @@ class Ddim:
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
     ) -> tuple[Tensor, Tensor]:
-        """x_0 and the states kept on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        """x_0 and the recorded states on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
         import torch
 
         from polycube.diffusion.process import kept_steps
@@ -118,14 +119,14 @@ class Ddim:
 @register("sampler", "mean")
 @dataclass(frozen=True, eq=False)
 class Mean:
-    """The mean of several draws of another sampler: closer to the truth, less sharp.
+    """Mean of several samples of another sampler: a smaller error, but less sharp polycubes.
 
-    All states are means, so that they are one way from x_T to x_0, with less noise than a draw's.
+    Recorded states are means as well, so they form one trajectory from x_T to x_0.
 
     Parameters
     ----------
-    of : sampler that draws
-    k : number of draws
+    of : sampler of the samples
+    k : number of samples
     """
 
     of: Mapping[str, object] = choice("sampler", "ddpm")
@@ -143,7 +144,7 @@ class Mean:
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
     ) -> tuple[Tensor, Tensor]:
-        """x_0 and the states kept on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        """x_0 and the recorded states on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
         sampler = build("sampler", self.of)
         _, states = sampler(predict, x_T, process, generator)
         for draws in range(2, self.k + 1):

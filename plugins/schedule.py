@@ -1,4 +1,4 @@
-"""Noise schedules: how much of the polycube is left after each of T steps."""
+"""Noise schedules: alpha_bar, the share of the signal that is left after each of T steps."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class Linear:
     beta_end: float = 0.02
 
     def __call__(self) -> np.ndarray:
-        """alpha_bar, (T + 1,), from 1 down."""
+        """alpha_bar (T + 1,), decreasing from 1."""
         beta = np.linspace(self.beta_start, self.beta_end, self.steps)
         return np.append(1.0, np.cumprod(1 - beta))
 
@@ -31,15 +31,15 @@ class Linear:
 @register("schedule", "cosine")
 @dataclass(frozen=True)
 class Cosine:
-    """Cosine schedule: slower at both ends.
+    """Cosine schedule: changes slowly at both ends.
 
     alpha_bar_t = f(t) / f(0), f(t) = cos^2((t / T + offset) / (1 + offset) pi / 2)
 
     Parameters
     ----------
     steps : T, the number of diffusion steps
-    offset : makes the first steps larger, as a share of T
-    beta_max : largest noise variance of a step, which keeps alpha_bar_T above zero
+    offset : offset of the time as a share of T, which makes the first steps larger
+    beta_max : upper bound of the noise variance of a step; keeps alpha_bar_T positive
     """
 
     steps: int = 500
@@ -47,7 +47,7 @@ class Cosine:
     beta_max: float = 0.999
 
     def __call__(self) -> np.ndarray:
-        """alpha_bar, (T + 1,), from 1 down."""
+        """alpha_bar (T + 1,), decreasing from 1."""
         time = np.linspace(0, 1, self.steps + 1)
         f = np.cos((time + self.offset) / (1 + self.offset) * np.pi / 2) ** 2
         return _stepwise(f, self.beta_max)
@@ -56,7 +56,7 @@ class Cosine:
 @register("schedule", "sigmoid")
 @dataclass(frozen=True)
 class Sigmoid:
-    """Sigmoid schedule: nearly still at both ends, fastest in the middle (Jabri et al., 2022).
+    """Sigmoid schedule: almost constant at both ends, fastest in the middle (Jabri et al., 2022).
 
     alpha_bar_t = (g(1) - g(t / T)) / (g(1) - g(0)), g(u) = 1 / (1 + exp(-(start + u (end - start))
     / tau))
@@ -64,9 +64,9 @@ class Sigmoid:
     Parameters
     ----------
     steps : T, the number of diffusion steps
-    start, end : part of the sigmoid that is used
-    tau : temperature; a smaller one is steeper in the middle
-    beta_max : largest noise variance of a step, which keeps alpha_bar_T above zero
+    start, end : interval of the argument of the sigmoid
+    tau : temperature; with a smaller one the schedule is steeper in the middle
+    beta_max : upper bound of the noise variance of a step; keeps alpha_bar_T positive
     """
 
     steps: int = 500
@@ -83,7 +83,7 @@ class Sigmoid:
             raise ValueError(f"tau must be at least {least:g} with this range; got {self.tau}")
 
     def __call__(self) -> np.ndarray:
-        """alpha_bar, (T + 1,), from 1 down."""
+        """alpha_bar (T + 1,), decreasing from 1."""
         from scipy.special import expit
 
         g = expit(np.linspace(self.start, self.end, self.steps + 1) / self.tau)
@@ -91,5 +91,5 @@ class Sigmoid:
 
 
 def _stepwise(f: np.ndarray, beta_max: float) -> np.ndarray:
-    """alpha_bar = f / f_0, with beta_t no larger than beta_max at any step."""
+    """alpha_bar = f / f_0, with beta_t limited to beta_max."""
     return np.append(1.0, np.cumprod(np.maximum(f[1:] / f[:-1], 1 - beta_max)))

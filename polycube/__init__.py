@@ -1,21 +1,22 @@
 """DDPM-Polycube: from a CAD surface to a polycube, a hex mesh and a volumetric spline."""
 
 import sys
+from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 __version__ = "0.1.0"
-__all__ = ["Result", "mesh"]
+__all__ = ["InputError", "MeshingError", "Result", "citation", "mesh"]
 
 _PACKAGE = Path(__file__).parent
 
-# `plugins/` and `conf/` lie beside this package in a checkout and inside it in a wheel.
+# In a checkout, `plugins/` and `conf/` are beside this package; in a wheel, they are inside.
 HOME = _PACKAGE if (_PACKAGE / "plugins").is_dir() else _PACKAGE.parent
 
 
 def _mount(folder: Path, name: str) -> None:
-    """Import `folder` as the package `name`, so both layouts say `polycube.plugins`."""
+    """Import `folder` as the package `name`, so that both layouts have `polycube.plugins`."""
     spec = spec_from_file_location(
         name, folder / "__init__.py", submodule_search_locations=[str(folder)]
     )
@@ -26,14 +27,16 @@ def _mount(folder: Path, name: str) -> None:
 
 
 def __getattr__(name: str) -> object:
-    """The functions and classes of `polycube.api`, imported when they are first asked for."""
+    """The functions and classes of `polycube.api`, imported at first use."""
     if name in __all__:
         return getattr(import_module("polycube.api"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    near = get_close_matches(name, __all__, 1)
+    hint = f"; did you mean {near[0]}" if near else ""
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, "HOME", "__version__"})
+    return sorted([*__all__, "__version__"])
 
 
 if HOME != _PACKAGE:

@@ -1,21 +1,22 @@
-"""The program from Python: `polycube.mesh("part.step", size=2.0)`.
+"""Python interface: `polycube.mesh("part.step", size=2.0)`.
 
-Objects go in and come out.  Nothing of the process is changed, so it works inside another Hydra
-program, in a notebook and on any thread.
+Arguments and results are objects. The state of the process is not changed, so the interface can be
+used inside another Hydra program, in a notebook and on any thread.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 
 import numpy as np
 
 from polycube.analysis.problem import Problem
-from polycube.config import compose
+from polycube.config import SHORT, compose
 from polycube.errors import InputError, MeshingError
+from polycube.io.hex_meshes import FORMATS, boundary
 from polycube.io.solids.motions import Motion
 from polycube.kinds import Export, StatesProblem
 from polycube.pipeline.improvement import Improvement, is_improvement, read_given
@@ -24,87 +25,44 @@ from polycube.pipeline.placement import Placement
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
-from polycube.registry import build, names, provide
-from polycube.report.files import check_folder, start_folder, write_results
+from polycube.registry import build, provide
+from polycube.report.citation import bibtex
+from polycube.report.files import check_folder, read_json, start_folder, write_results
 from polycube.report.numbers.results import summarize
+from polycube.result import Result
 from polycube.surface.checks import check_closed, check_surface
 from polycube.surface.repair.clean import clean
-from polycube.types import HexMesh, Modes, Polycube, Solution, Spline, TriMesh
-
-HEX = (".vtu", ".vtk", ".mesh", ".msh", ".inp")  # files of hex meshes, to be improved
-SHORT = {"size": "meshing.size", "material": "analysis.material"}  # keywords of `mesh`
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """What a run made; what it was not asked for, or did not reach, is None.
-
-    Parameters
-    ----------
-    surface : the part, as it was meshed
-    report : the numbers of `report.json`
-    failure : why there is no valid result, else None
-    warnings : why a user should look at the mesh
-    problem : what the analysis solves, where it says so
-    """
-
-    surface: TriMesh
-    polycube: Polycube | None
-    hexes: HexMesh | None
-    spline: Spline | None
-    solution: Solution | None
-    report: Mapping[str, object]
-    failure: str | None = None
-    warnings: tuple[str, ...] = ()
-    interrupted: bool = False
-    problem: Problem | None = None
-
-    @property
-    def modes(self) -> Modes | None:
-        """The solution, where it is modes."""
-        return self.solution if isinstance(self.solution, Modes) else None
-
-    def save(self, path: str | Path) -> Path:
-        """Write the hex mesh in the format of another program, chosen by the suffix.
-
-        Raises
-        ------
-        InputError
-            For a suffix that no export plugin writes, and for a place of the analysis that the mesh
-            has not, where the format holds the analysis.
-        """
-        path = Path(path)
-        suffixes = {build("export", {"plugin": name}).suffix: name for name in names("export")}
-        if path.suffix not in suffixes or self.hexes is None:
-            what = "there is no hex mesh" if self.hexes is None else "no format has this suffix"
-            raise InputError(what, str(path), f"choose one of {', '.join(sorted(suffixes))}")
-        export = build("export", {"plugin": suffixes[path.suffix]})
-        whole = provide(export, spline=self.spline, problem=self.problem)
-        return whole(self.hexes, path.with_suffix(""))
+from polycube.types import HexMesh, TriMesh
 
 
 def mesh(
     source: object, *overrides: str, output_dir: str | Path | None = None, **options: object
 ) -> Result:
-    """Take a part all the way: polycube, hex mesh, spline, analysis.
+    """Compute polycube, hex mesh, spline and analysis of a part.
 
     Parameters
     ----------
-    source : path of a surface, CAD file or hex mesh, `example:rod`, a `TriMesh` (its CAD faces are
-        kept), a `HexMesh` to be improved, or anything with `vertices` (V, 3) and triangles `faces`
-        (F, 3) such as a trimesh.Trimesh
-    overrides : of the configuration, as on the command line, such as "meshing.optimize.samples=500"
-    output_dir : write the files of the run there; None writes nothing
+    source : path of a surface, CAD file or hex mesh, `example:rod`, a `TriMesh` (with its CAD
+        faces), a `HexMesh` to be improved, or any object with `vertices` (V, 3) and triangles
+        `faces` (F, 3) such as a trimesh.Trimesh; lengths are in the units of the part
+    overrides : settings as on the command line, such as "meshing.optimize.samples=500"
+    output_dir : folder for the files of the run; None: no files are written
     options : `size`, `material`, or any setting of `infer.py`: a value, such as
         `context=["cube", "hole_z"]`, `order=["meshing"]` or `meshing="parametric"`; or a mapping of
         options, such as `analysis={"modes": 12}`
 
+    Returns
+    -------
+    The results, in the units and the placement of the part.
+
     Raises
     ------
     InputError
-        For a part or an option that must be refused.
+        If the part or an option is invalid.
     MeshingError
-        Where there is no valid result; its `result` holds what was made.
+        If there is no valid result; its `result` contains the completed stages.
+    KeyboardInterrupt
+        If the run is interrupted.
 
     Examples
     --------
@@ -134,22 +92,27 @@ def execute(
     started: Callable[[Path], None] = lambda folder: None,
     placed: tuple[Path, Motion] | None = None,
 ) -> Result:
-    """Do a whole run: what `mesh` and the command line share.
+    """Do a complete run; used by `mesh` and by the command line.
 
     Parameters
     ----------
-    folder : for the files of the run; None writes nothing
-    read : makes the first state; None reads the files that the settings name
+    settings : settings of the run
+    folder : folder for the files of the run; None: no files are written
+    read : function that makes the first state; None: read the files given in the settings
     interrupt : set by another thread or by a signal handler to end the run with the best mesh
-    started : called with the folder when the input is known to be good
+    started : called with the folder after the input was accepted
     placed : folder of the run of an identical solid, and the motion of its mesh to this one
+
+    Returns
+    -------
+    The results, also those of a failed or interrupted run.
 
     Raises
     ------
     InputError
-        Before anything is written.
+        If the input or a setting is invalid; no file is written then.
     KeyboardInterrupt
-        Where the run was interrupted before there was a folder.
+        If the run is interrupted before the folder is made.
     """
     if placed is not None:
         run: Run = Placement(settings, *placed, interrupt)
@@ -173,16 +136,18 @@ def execute(
     report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
     if folder is not None:
         write_results(folder, state, report, exports, settings)
-    return _result(state, report, problem)
+    return _result(state, report, problem, settings)
 
 
 def _problem(settings: Settings) -> Problem | None:
+    if settings.analysis["plugin"] is None:
+        return None
     plugin = build("analysis", settings.analysis)
     return plugin.problem if isinstance(plugin, StatesProblem) else None
 
 
 def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
-    """Mesh and solve; a failure or an interruption ends in the state it came to."""
+    """Mesh and solve; after a failure or an interruption, the last state is returned."""
     try:
         if "meshing" in run.settings.order:
             state = run.mesh(state)
@@ -199,7 +164,30 @@ def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
     return state
 
 
-def _result(state: RunState, report: Mapping[str, object], problem: Problem | None) -> Result:
+def citation(result: Result | str | Path) -> str:
+    """BibTeX entries of the program and of the methods that a run used.
+
+    Parameters
+    ----------
+    result : what `mesh` returned, or the folder of a run
+
+    Raises
+    ------
+    InputError
+        For a folder without the report of a run.
+
+    Examples
+    --------
+    >>> print(polycube.citation("results"))  # doctest: +SKIP
+    """
+    if isinstance(result, Result):
+        return bibtex(result.report, result.config)
+    return bibtex(*(read_json(Path(result) / name) for name in ("report.json", "config.json")))
+
+
+def _result(
+    state: RunState, report: Mapping[str, object], problem: Problem | None, settings: Settings
+) -> Result:
     return Result(
         state.surface,
         state.polycube,
@@ -211,13 +199,14 @@ def _result(state: RunState, report: Mapping[str, object], problem: Problem | No
         state.verdict.warnings if state.verdict else (),
         state.interrupted,
         problem,
+        settings.composed,
     )
 
 
 def _input(source: object) -> tuple[str, Read | None]:
-    """The override that names a part, and what makes the first state of one in memory."""
+    """The override for a part, and the function that makes the first state of an object."""
     if isinstance(source, str | Path):
-        key = "hex" if str(source).lower().endswith(HEX) else "mesh"
+        key = "hex" if str(source).lower().endswith(FORMATS) else "mesh"
         return f"{key}={_value(str(source))}", None
     if isinstance(source, HexMesh):
         return "hex=object", lambda settings, clock: _given(source)
@@ -240,8 +229,6 @@ def _surface(source: object) -> TriMesh:
 
 
 def _given(mesh: HexMesh) -> RunState:
-    from polycube.io.hex_meshes import boundary
-
     return RunState(boundary(mesh), path="object", given=mesh, hex_path="object", hexes=mesh)
 
 

@@ -33,6 +33,7 @@ from polycube.hexmesh.settings import MeshingSettings
 from polycube.registry import GROUP, broken, classes, default, options
 
 SHARED = {("meshing", "_settings"): MeshingSettings}  # schemas that are no plugin's
+SHORT = {"size": "meshing.size", "material": "analysis.material"}  # names that stand for options
 SEVERAL = ("export",)  # kinds of which a run takes several: each has its name in the config
 
 _ONE_AT_A_TIME = threading.Lock()  # Hydra's parser keeps state that threads would share
@@ -188,7 +189,7 @@ def refusal(error: Exception) -> InputError:
     if isinstance(error, OverrideParseException):
         wrong = str(error).splitlines()[0] if "=" in error.override else "it has no ="
         remedy = "write name=value, lists as 'a=[1,2]'"
-        return InputError(f"{error.override!r} can not be read: {wrong}", remedy=remedy)
+        return InputError(f"{error.override!r} cannot be read: {wrong}", remedy=remedy)
     if isinstance(cause, ConfigAttributeError | ConfigKeyError) and cause.parent_node is not None:
         return _no_option(str(cause.full_key), cause.parent_node)
     return InputError(" ".join(str(cause).split()))
@@ -205,6 +206,7 @@ def _no_option(name: str, parent: Container) -> InputError:
     near = (
         get_close_matches(name, [f"{group}.{key}" for key in beside], 1, 0.5)
         or [other for other in same if other.count(".") == highest]
+        or get_close_matches(name, SHORT, 1, 0.75)
         or get_close_matches(name, known, 1, 0.5)
     )
     have = f"{group} has {', '.join(beside)}" if beside else "--help lists them"

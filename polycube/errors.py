@@ -1,16 +1,16 @@
-"""The two ways a run may end without a result, and their exit codes."""
+"""The errors of the program and their exit codes."""
 
 from __future__ import annotations
 
 
 class PolycubeError(Exception):
-    """An error that a person can act on.
+    """An error that the user can correct.
 
     Parameters
     ----------
-    what : what is wrong, as one sentence without a full stop
-    where : the file, option or place in the part
-    remedy : what would be right, or what to try
+    what : description of the problem, one sentence without a full stop
+    where : file, option or place in the part
+    remedy : what is correct, or what to try
     """
 
     def __init__(self, what: str, where: str = "", remedy: str = "") -> None:
@@ -23,20 +23,20 @@ class PolycubeError(Exception):
 
 
 class InputError(PolycubeError, ValueError):
-    """The input must be refused; exit code 2."""
+    """Invalid input or option; exit code 2."""
 
 
 class MeshingError(PolycubeError, RuntimeError):
-    """No valid result could be made; exit code 3.
+    """There is no valid result; exit code 3.
 
-    `result` holds what was made until then, where the error comes from `polycube.mesh`.
+    If the error is raised by `polycube.mesh`, `result` contains the completed stages.
     """
 
     result: object = None
 
 
 class UnknownPlugin(InputError, LookupError):
-    """A config names a plugin that is not there; the message lists those that are."""
+    """A configuration refers to an unknown plugin; the message lists the known ones."""
 
 
 class MissingPackage(InputError, ImportError):

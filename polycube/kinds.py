@@ -1,9 +1,10 @@
-"""The kinds of plugin, and how the stages chain.  Read this page first.
+"""The kinds of plugin and the chain of stages. Read this module first.
 
-kind = Hydra group = folder = test name.  A plugin is a frozen dataclass of its options with one
-typed method, `__call__`.  The `Protocol` of its kind says what the method takes and returns, and
-which other members the program uses; a plugin that inherits from it gets their defaults.  A stage
-kind also says which fields of the run state it takes and which one it gives.
+The name of a kind is also that of a Hydra group, a folder and a test. A plugin is a frozen
+dataclass of its options with one typed method, `__call__`. The `Protocol` of its kind defines the
+arguments and the result of this method, and other members that the program uses; a plugin that
+inherits from the protocol has their defaults. The kind of a stage also defines which fields of the
+run state are its inputs, and which one is its output.
 """
 
 from __future__ import annotations
@@ -36,43 +37,43 @@ class Primitive(Protocol):
     """Voxels of a unit cell."""
 
     def __call__(self) -> np.ndarray:
-        """(3, 3, 3) bool, True where the cell is full."""
+        """(3, 3, 3) bool voxels of the cell, True where it is full."""
 
 
 class Schedule(Protocol):
     """Noise schedule."""
 
     def __call__(self) -> np.ndarray:
-        """(T + 1,) alpha_bar, from 1 down."""
+        """alpha_bar (T + 1,), decreasing from 1."""
 
 
 class Model(Protocol):
     """Network: (channels, outputs, context length, image) -> torch module."""
 
-    any_size: ClassVar[bool] = False  # whether it takes images of any size
+    any_size: ClassVar[bool] = False  # whether images may have any size
 
     def __call__(self, channels: int, outputs: int, context: int, image: tuple[int, int]) -> object:
         """A torch module (x (B, channels, h, w), t (B,), context) -> (B, outputs, h, w)."""
 
 
 class Sampler(Protocol):
-    """Reverse diffusion: x_T -> x_0, with the states in between for the trajectory."""
+    """Reverse diffusion from x_T to x_0, with recorded states for the trajectory."""
 
     def __call__(self, *args: object, **options: object) -> object:
-        """See `polycube.testing.learning` for what is promised."""
+        """See `polycube.testing.learning` for the arguments and the result."""
 
 
 class Data(Protocol):
-    """Training pairs: an endless, seeded stream of geometry, polycube, labels and context."""
+    """Training pairs: an unlimited stream of geometry, polycube, labels and context."""
 
-    pads: bool  # single cells have 512 points and zeros, as published
-    gridless: ClassVar[bool] = False  # its pairs are of any structure, for grid=any alone
+    pads: bool  # single cells have 512 points and then zeros, as published
+    gridless: ClassVar[bool] = False  # pairs without a grid, for grid=any only
 
     def __call__(self, *args: object, **options: object) -> object:
-        """See `polycube.testing.learning` for what is promised."""
+        """See `polycube.testing.learning` for the arguments and the result."""
 
     def held_out(self, *args: object, **options: object) -> object:
-        """The pairs by which a training is measured; by default others of the same kind."""
+        """The pairs on which a training is measured; by default other pairs of the same stream."""
         return self(*args, **options)
 
 
@@ -80,29 +81,29 @@ class Structure(Protocol):
     """Propose polycubes for a surface."""
 
     any_grid: ClassVar[bool] = False  # proposals do not depend on the grid
-    needs_network: ClassVar[bool] = False  # proposes with trained weights
+    needs_network: ClassVar[bool] = False  # the plugin needs trained weights
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> Sequence[Candidate]:
-        """New candidates; `candidates` are those of the plugins before."""
+        """New candidates; `candidates` are those of the previous plugins."""
 
 
 class Ranking(Protocol):
     """Order proposed structures by how well they fit the surface."""
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
-        """Candidates of the surface's genus, best first."""
+        """Candidates with the genus of the surface, best first."""
 
 
 class Acceptance(Protocol):
-    """Judge a hex mesh against the surface that it was made for."""
+    """Decide whether a hex mesh of a surface is valid, and which of two meshes is better."""
 
-    good: float  # scaled Jacobian that ends the search, in a mesh that misses nothing
-    acceptable: float  # with which no other structure is tried, where there is no warning
-    excellent: float  # with which not even a structure that ranks as well is tried
-    poor_jacobian: float  # a mesh with a smaller one has a warning
+    good: float  # scaled Jacobian that ends the search, if all criteria are met
+    acceptable: float  # from which on no other structure is tried, without warnings
+    excellent: float  # from which on structures with similar scores are not tried either
+    poor_jacobian: float  # a smaller scaled Jacobian gives a warning
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
-        """Whether the mesh is valid, what a user should look at, and a key to choose by."""
+        """Failures, warnings, and a key for the comparison of meshes."""
 
 
 class Segment(Protocol):
@@ -111,7 +112,7 @@ class Segment(Protocol):
     def __call__(
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
     ) -> Labels:
-        """One label per triangle."""
+        """One label for each triangle."""
 
 
 class Map(Protocol):
@@ -125,7 +126,7 @@ class Map(Protocol):
         parametrization: Parametrization,
         rough_map: RoughMap,
     ) -> RoughMap:
-        """A map whose boundary lies on the surface."""
+        """A map with its boundary on the surface."""
 
 
 @runtime_checkable
@@ -133,33 +134,33 @@ class Subdivide(Protocol):
     """Cut the polycube into hexes and place them."""
 
     def finer_options(self, times: float) -> Mapping[str, object] | None:
-        """Options that make the hexes so many times smaller; None where their number is fixed."""
+        """Options that make the hexes `times` smaller; None if their number is fixed."""
 
     def __call__(
         self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap, blocks: HexMesh | None
     ) -> HexMesh:
-        """Conforming hexes, not yet on the surface: of the blocks where the structure has such."""
+        """Conforming hexes that are not on the surface yet; made from `blocks` if there are any."""
 
 
 @runtime_checkable
 class CountsHexes(Protocol):
-    """A subdivision that takes numbers of hexes at faces of the part, `at`."""
+    """A subdivision with the option `at`: numbers of hexes at faces of the part."""
 
     at: Sequence[object]
 
     def count_options(self, missing: Sequence[int]) -> Mapping[str, object] | None:
-        """Options for so many hexes more, or fewer where negative, at each entry of `at`; None
-        where their number is fixed.
+        """Options for `missing` additional hexes (fewer if negative) at each entry of `at`; None if
+        their number is fixed.
         """
 
 
 @runtime_checkable
 class FollowsCreases(Protocol):
-    """A subdivision that makes finer hexes along the sharp edges of the surface."""
+    """A subdivision with smaller hexes along the sharp edges of the surface."""
 
     def crease_options(self, distance: float) -> Mapping[str, object] | None:
-        """Options for mesh edges within this share of the diagonal of the sharp edges; None where
-        the number of hexes is fixed.
+        """Options for a distance between mesh edges and sharp edges, as a share of the diagonal;
+        None if the number of hexes is fixed.
         """
 
 
@@ -167,7 +168,7 @@ class Improve(Protocol):
     """Change a hex mesh: smooth, pillow, optimize or refine it."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The new mesh, or the same object where nothing was to be done."""
+        """The new mesh, or the same object if there is nothing to do."""
 
 
 class SplineSpace(Protocol):
@@ -182,7 +183,7 @@ class Analysis(Protocol):
 
     @property
     def places(self) -> Sequence[object]:
-        """Parts of the boundary that the options name."""
+        """Boundary sets that the options refer to."""
         return ()
 
     def __call__(self, spline: Spline) -> Solution:
@@ -191,7 +192,7 @@ class Analysis(Protocol):
 
 @runtime_checkable
 class StatesProblem(Protocol):
-    """An analysis that says what it solves, for the decks of other programs."""
+    """An analysis that describes its problem, for input files of other solvers."""
 
     @property
     def problem(self) -> Problem:
@@ -201,26 +202,26 @@ class StatesProblem(Protocol):
 class Export(Protocol):
     """Write the hex mesh in the format of another program.
 
-    A plugin may have the fields `spline` and `problem`, declared by
-    `field(default=None, metadata=polycube.registry.BY_RUN)`: a run fills in what it has.
+    A plugin may have the fields `spline` and `problem`, declared by `field(default=None,
+    metadata=polycube.registry.BY_RUN)`: a run sets them if it has a spline or a problem.
     """
 
-    suffix: ClassVar[str]  # of its files, such as ".inp"
+    suffix: ClassVar[str]  # suffix of the files, such as ".inp"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """The file that was written: `path` with the suffix of the format."""
+        """The path of the written file: `path` with the suffix of the format."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of plugin; for a stage also what it takes and gives.
+    """A kind of plugin; for a stage also its inputs and its output.
 
     Parameters
     ----------
-    protocol : what a plugin of the kind can do
-    takes, gives : fields of `polycube.pipeline.state.RunState`
-    once : run at the end of the chain only, on the best mesh of the search
-    fits : the hexes that it gives lie on the surface
+    protocol : interface of the plugins
+    takes, gives : inputs and output, fields of `polycube.pipeline.state.RunState`
+    once : whether the stage runs only once, on the best mesh of the search
+    fits : whether the boundary of the resulting hexes is on the surface
     """
 
     protocol: type
@@ -277,17 +278,17 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
     Parameters
     ----------
     order : kinds of stages, in the order in which they run
-    have : fields of the run state that are there before the first
+    have : fields of the run state that exist before the first stage
 
     Raises
     ------
     InputError
-        Naming the first stage that is unknown, lacks an input or makes what nobody takes.
+        If a stage is unknown, lacks an input, or its output is not used.
     """
     present = set(have)
     for number, stage in enumerate(order):
         if stage not in STAGES:
-            raise InputError(f"{stage!r} is no stage; the stages are {', '.join(STAGES)}")
+            raise InputError(f"{stage!r} is not a stage; the stages are {', '.join(STAGES)}")
         kind = KINDS[stage]
         missing = [name for name in kind.takes if name not in present]
         if missing:
@@ -298,13 +299,13 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
         rest = [KINDS[each] for each in order[number + 1 :] if each in KINDS]
         if kind.gives not in {*RESULTS, *(name for each in rest for name in each.takes)}:
             raise InputError(
-                f"stage {stage!r} makes {kind.gives}, which no later stage takes; leave it out"
+                f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
             )
         present.add(kind.gives)
 
 
 def _hint(missing: Sequence[str]) -> str:
-    """Which stages to put before one that lacks something."""
+    """Stages that give a missing input, as an advice."""
     makers = [
         name for name in STAGES if KINDS[name].gives in missing and not _passes_on(KINDS[name])
     ]

@@ -58,14 +58,31 @@ def test_the_mesh_is_saved_by_its_suffix(tmp_path):
     assert part.save(tmp_path / "part.inp") == tmp_path / "part.inp"
     assert len(read_hexes(str(tmp_path / "part.inp"))[0].hexes) == len(part.hexes.hexes)
     assert "*FREQUENCY\n20\n" in (tmp_path / "part.inp").read_text()  # the analysis by default
-    with pytest.raises(InputError, match=r"no format has this suffix; choose one of \.bdf"):
+    with pytest.raises(InputError, match=r"no format has this suffix; choose one of \.bdf.*vtu"):
         part.save(tmp_path / "part.step")
+
+
+def test_the_mesh_and_the_solution_as_grids_of_pyvista(tmp_path):
+    part = polycube.mesh(SIDES, analysis={"modes": 7}, **FAST)
+    grid = part.to_pyvista()
+    np.testing.assert_array_equal(grid.points, part.hexes.vertices)
+    np.testing.assert_array_equal(grid.cells_dict[12], part.hexes.hexes)
+    assert grid.point_data["z_max"].sum() == len(
+        np.unique(part.hexes.quads[part.hexes.sets["z_max"]])
+    )
+    assert grid["scaled_jacobian"].min() == part.report["hex"]["min_scaled_jacobian"]
+    modes = part.to_pyvista("solution")
+    assert sum(name.startswith("mode_") for name in modes.array_names) == 7
+    assert part.save(tmp_path / "part.vtu").is_file()
+    only = polycube.mesh(SIDES, order="meshing", **FAST)
+    with pytest.raises(InputError, match="nothing called 'solution'"):
+        only.to_pyvista("solution")
 
 
 @pytest.mark.parametrize(
     ("source", "options", "sentence"),
     [
-        ("none.stl", {"seed": 1}, "none.stl: can not be read"),
+        ("none.stl", {"seed": 1}, "none.stl: cannot be read"),
         ("example:dice", {"seed": -1}, "seed must be a whole number"),
         ("example:dice", {"nothing": 1}, "nothing"),
         ("example:dice", {"structure": "magic"}, "magic"),
@@ -122,6 +139,19 @@ def test_nothing_of_the_process_is_changed_and_threads_work():
 
 
 def test_other_names_are_missing_and_these_are_listed():
-    assert {"mesh", "Result"} <= set(dir(polycube))
-    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+    assert dir(polycube) == sorted([*polycube.__all__, "__version__"])
+    assert all(getattr(polycube, name).__doc__ for name in polycube.__all__)
+    with pytest.raises(AttributeError, match=r"no attribute 'nonsense'$"):
         polycube.nonsense  # noqa: B018
+    with pytest.raises(AttributeError, match=r"did you mean mesh$"):
+        polycube.mseh  # noqa: B018
+
+
+def test_a_misspelt_option_is_refused_as_on_the_command_line():
+    for given in ({"meshing.sise": 3}, {"meshing": {"sise": 3}}):
+        with pytest.raises(
+            InputError, match=r"no option meshing\.sise; did you mean meshing\.size"
+        ):
+            polycube.mesh("example:dice", **given)
+    with pytest.raises(InputError, match=r"no option siz; did you mean size"):
+        polycube.mesh("example:dice", siz=3)

@@ -93,7 +93,7 @@ def test_every_choice_composes_and_builds(program: str, override: str) -> None:
 
 
 def _build_all(kind: str, node: object) -> None:
-    if kind in KINDS and "plugin" in node:
+    if kind in KINDS and node.get("plugin"):  # null: none of the kind
         needed = {key: NEEDED[key] for key, value in node.items() if value == "???"}
         build(kind, node | needed, **{key: GIVEN[key] for key in PROVIDED.get(kind, ())})
 

@@ -28,7 +28,9 @@ def test_a_missing_input_that_no_stage_makes_has_no_hint() -> None:
 
 @pytest.mark.parametrize("name", ["meshing/smoth", "schedule"])
 def test_what_is_no_stage_is_refused_with_the_stages(name: str) -> None:
-    with pytest.raises(InputError, match=f"'{name}' is no stage; the stages are meshing/segment, "):
+    with pytest.raises(
+        InputError, match=f"'{name}' is not a stage; the stages are meshing/segment, "
+    ):
         check_chain([name], START)
 
 

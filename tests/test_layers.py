@@ -30,6 +30,7 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"testing"},
     {"pipeline"},
     {"report"},
+    {"result"},
     {"api"},
     {"cli", "evaluate", "make_pairs"},
 )

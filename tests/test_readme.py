@@ -17,6 +17,7 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from polycube import __version__
+from polycube.cli.arguments import in_full, with_input
 from polycube.cli.pairs import coarse
 from polycube.config import compose
 from polycube.pipeline.improvement import Improvement, is_improvement
@@ -94,11 +95,19 @@ def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) 
         assert words[0] == "python" and (a_module or (ROOT / words[1]).is_file()), line
         return
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "parts").mkdir()
     for word in words:  # files of vertices that a spline's options read
         if word.endswith(".txt"):
             Path(word.partition("=")[2]).write_text("0 1\n")
-    for overrides in choices(words[found[0] :]):
+    for overrides in choices(with_input(in_full(words[found[0] :]))):
         check(PROGRAMS[tuple(words[: found[0]])], overrides)
+
+
+@pytest.mark.parametrize(("page", "line"), of_all_pages())
+def test_a_command_needs_no_more_quotes(page: Path, line: str) -> None:
+    """Of bash and zsh; the latter refuses [ and ~ that match no file and no user."""
+    bare = re.sub(r"'[^']*'|\"[^\"$`\\]*\"", "", line)
+    assert not re.search(r"[][{}()*?<>|;&$`!\"'\\]|\s[~=]", bare)
 
 
 def test_there_are_commands_on_most_pages() -> None:
@@ -143,7 +152,7 @@ def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
         words = shlex.split(line)
         if words[0] == "make":
             continue
-        words = [re.sub(r"^mesh=part\.\w+$", "mesh=parts/dice.obj", word) for word in words]
+        words = [re.sub(r"^part\.\w+$", "parts/dice.obj", word) for word in words]
         words = ["context=[cube]" if word.startswith("context=") else word for word in words]
         if words[1] == "infer.py":
             words = [word for word in words if "meshing.size" not in word]

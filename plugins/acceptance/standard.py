@@ -1,4 +1,4 @@
-"""When a hex mesh is valid, when a user should look at it, and which of two is better."""
+"""Decides whether a hex mesh is valid, whether it has warnings, and which of two is better."""
 
 from __future__ import annotations
 
@@ -26,36 +26,36 @@ DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
 @register("acceptance", "standard")
 @dataclass(frozen=True)
 class Standard(Acceptance):
-    """Valid first, then features kept, then distances, then the worst hex.
+    """Compare meshes by validity, then preserved features, then distances, then the worst hex.
 
-    Each criterion is met or missed; the features that a CAD part loses are counted, one that is far
-    off as often as it is off by the limit, and a poor worst hex beside them as two more.  Of two
-    meshes the better one meets the first criterion in which they differ, or has the lower count;
-    where they differ in none, it has fewer CAD faces without a quad, which may be as near as any,
-    or else the larger merit of the fitting stages (`polycube.fitting.merit`), less 0.01 for each
-    doubling of the number of hexes.  Lengths are shares of the bounding-box diagonal unless another
-    unit is named.
+    A mesh either meets a criterion or does not. For the features of a CAD part, lost features are
+    counted: the weight of a feature is its distance divided by the limit, rounded down, and a poor
+    worst hex counts as two more features. The better of two meshes is the one that meets the first
+    criterion in which they differ, or has the lower count. If they differ in no criterion, the mesh
+    with fewer CAD faces without a quad is better, and then the one with the larger merit of the
+    fitting stages (`polycube.fitting.merit`), reduced by 0.01 for each doubling of the number of
+    hexes. Lengths are shares of the diagonal of the bounding box unless another unit is given.
 
     Parameters
     ----------
     order : criteria by which the better of two meshes is chosen, the most important first
     certify : where the Jacobian must be positive: at the corners, or everywhere (Bernstein bounds)
     least_jacobian : a mesh with a smaller scaled Jacobian is not valid
-    volume_limit, distance_limit : a mesh whose volume or largest distance is further off is not
-        valid
-    features : distance from the mesh that 5 % of the samples of each point, curve and CAD face may
-        exceed; of a surface without CAD faces, 5 % of the samples of all sharp edges together
-    distance : distance that 1 % of the points may exceed, both ways
-    poor_jacobian : a smaller scaled Jacobian is a warning
-    far_vertices : a boundary vertex further off the surface is a warning
-    far_volume : a larger relative error of the volume is a warning
-    far_wall : a largest distance above this share of the wall thickness there is a warning
-    far_size : a largest distance above this share of the edge length there is a warning
-    peak : a largest distance above so many times the 99th percentile is a warning, where it is
-        also above the distance
-    acceptable : scaled Jacobian with which no other structure is tried
-    good : scaled Jacobian with which no other variant is tried
-    excellent : scaled Jacobian with which not even a structure that ranks as well is tried
+    volume_limit, distance_limit : largest relative error of the volume and largest distance; a mesh
+        that exceeds one of them is not valid
+    features : limit of the 95th percentile of the distance between each CAD point, curve or face
+        and the mesh; without CAD faces, of the distance between all sharp edges and the mesh
+    distance : limit of the 99th percentile of the distance in both directions
+    poor_jacobian : a smaller scaled Jacobian gives a warning
+    far_vertices : a larger distance of a boundary vertex from the surface gives a warning
+    far_volume : a larger relative error of the volume gives a warning
+    far_wall : a distance above this share of the wall thickness at the same place gives a warning
+    far_size : a distance above this share of the edge length at the same place gives a warning
+    peak : a largest distance above the 99th percentile times this factor gives a warning, if it is
+        also above `distance`
+    acceptable : scaled Jacobian from which on no other structure is tried
+    good : scaled Jacobian from which on no other variant is tried
+    excellent : scaled Jacobian from which on structures with a similar score are not tried either
     """
 
     order: tuple[str, ...] = CRITERIA
@@ -113,7 +113,7 @@ class Standard(Acceptance):
         )
 
     def _not_certified(self, hexes: HexMesh) -> np.ndarray:
-        """Hexes that are not positive everywhere, where that is asked for."""
+        """Hexes whose Jacobian is not certified to be positive, if `certify` requires it."""
         if self.certify == "corners":
             return np.zeros(0, np.int64)
         from polycube.hexmesh.certificate import certify
@@ -121,7 +121,7 @@ class Standard(Acceptance):
         return np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
 
     def _failures(self, found: Inspection, open_ones: np.ndarray, n_hexes: int) -> Iterator[str]:
-        """Why the mesh is not valid."""
+        """Reasons why the mesh is not valid."""
         worst = found.scaled_jacobian
         if worst <= 0 or worst < self.least_jacobian:
             needed = f"{self.least_jacobian:g} or more" if worst > 0 else "above 0"
@@ -129,13 +129,13 @@ class Standard(Acceptance):
         if len(found.crossings):
             place = np.round(found.crossing_at, 3).tolist()
             yield (
-                f"the boundary crosses itself: {len(found.crossings)} pairs of quads, the first "
+                f"the boundary intersects itself: {len(found.crossings)} pairs of quads, the first "
                 f"at {place}"
             )
         if len(open_ones):
             yield (
-                f"{len(open_ones)} of {n_hexes} hexes are not positive everywhere; the first is "
-                f"number {open_ones[0]}"
+                f"the Jacobian of {len(open_ones)} of {n_hexes} hexes is not positive "
+                f"everywhere; the first is number {open_ones[0]}"
             )
         if abs(found.volume_ratio - 1) > self.volume_limit:
             yield (
@@ -149,7 +149,7 @@ class Standard(Acceptance):
             )
 
     def _warnings(self, found: Inspection) -> Iterator[str]:
-        """Why a user should look at a valid mesh."""
+        """Warnings about a valid mesh."""
         apart = found.deviation
         p99 = max(apart.to_surface.p99, apart.to_mesh.p99)
         if found.scaled_jacobian < self.poor_jacobian:
@@ -159,7 +159,7 @@ class Standard(Acceptance):
             )
         if apart.vertices >= self.far_vertices:
             yield (
-                f"boundary vertices lie up to {apart.vertices:.2%} of the diagonal off the "
+                f"boundary vertices are up to {apart.vertices:.2%} of the diagonal away from the "
                 f"surface, more than {self.far_vertices:.1%}"
             )
         if abs(found.volume_ratio - 1) >= self.far_volume:
@@ -191,31 +191,32 @@ class Standard(Acceptance):
             beside = " and ".join(f"cad_face_{face}" for face in worst.faces)
             yield (
                 f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
-                f"are more than {self.features:.1%} of the diagonal off, the most the {worst.kind} "
-                f"of {beside} at {np.round(worst.place, 3).tolist()}: {worst.distance:.2%}"
+                f"are more than {self.features:.1%} of the diagonal away, the farthest is the "
+                f"{worst.kind} of {beside} at {np.round(worst.place, 3).tolist()}: "
+                f"{worst.distance:.2%}"
             )
         if found.lost_faces:
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
             yield f"{len(found.lost_faces)} CAD faces have no quad: {names}"
 
     def _lost(self, found: Inspection) -> int:
-        """Number of points, curves and faces that a CAD part loses; creases of others are one."""
+        """Number of lost points, curves and faces of a CAD part; 0 or 1 for other surfaces."""
         if not len(found.surface.region):
             return int(found.creases > self.features)
         return len(found.lost_faces) + len(self._off(found))
 
     def _weight(self, found: Inspection) -> int:
-        """The number that is off, each as often as it is off by the limit."""
+        """Number of lost features, each weighted by its distance divided by the limit."""
         if not len(found.surface.region):
             return self._lost(found)
         return sum(int(each.distance // self.features) for each in self._off(found))
 
     def _off(self, found: Inspection) -> list[Feature]:
-        """Points, curves and faces of a CAD part that are off the mesh."""
+        """Points, curves and faces of a CAD part with a distance above the limit."""
         return [each for each in found.features if each.distance > self.features]
 
     def _is_far(self, found: Inspection) -> bool:
-        """Whether distances or volume are off."""
+        """Whether distances or volume exceed their limits."""
         apart = found.deviation
         return (
             max(apart.to_surface.p99, apart.to_mesh.p99) > self.distance

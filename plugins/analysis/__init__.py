@@ -1,1 +1,1 @@
-"""What is solved on the spline."""
+"""Problems that are solved on the spline."""

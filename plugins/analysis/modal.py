@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.material import check_units, material
 from polycube.registry import register
@@ -20,18 +20,20 @@ logger = logging.getLogger(__name__)
 @register("analysis", "modal")
 @dataclass(frozen=True)
 class Modal:
-    """Lowest vibration modes of the elastic solid, free or held on patches; frequencies in Hz.
+    """Lowest vibration modes of the elastic solid, free or with supports; frequencies in Hz.
 
     Parameters
     ----------
     material : steel, aluminium, titanium, brass, abs, or {young: Pa, poisson: 1, density: kg/m^3}
     units : length unit of the part: m, cm, mm, um, in, ft
-    modes : number of modes, including the rigid ones (six where nothing is held)
-    fixed : places that are held: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see
+    modes : number of modes, including rigid ones (six without supports)
+    fixed : supports: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see
         docs/reference/analysis.md
     gauss : Gauss points per direction and element
     mass : mass matrix: consistent, or lumped (row sums; much less accurate)
     """
+
+    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
     units: str = "mm"
@@ -53,12 +55,12 @@ class Modal:
 
     @property
     def places(self) -> list[object]:
-        """What it needs to find on the boundary."""
+        """Boundary sets that the analysis needs."""
         return [place for place, _ in places(self.fixed)]
 
     @property
     def problem(self) -> "Vibration":
-        """What it solves, for the decks of other programs."""
+        """The problem, for input files of other solvers."""
         from polycube.analysis.problem import Vibration
 
         held, lumped = prescribed(self.fixed), self.mass == "lumped"
@@ -80,6 +82,6 @@ class Modal:
         logger.info(
             "mass %.6g kg; elastic modes at %s Hz",
             modes.mass,
-            " ".join(f"{f:.5g}" for f in modes.frequency[modes.rigid :]) or "none asked for",
+            " ".join(f"{f:.5g}" for f in modes.frequency[modes.rigid :]) or "none requested",
         )
         return modes

@@ -1,7 +1,7 @@
-"""Boundary conditions as options: lists whose items name a place and say what holds there.
+"""Boundary conditions as options: lists of places and the values prescribed there.
 
-An item is a place alone (x_min, 7, {box: [...]}, {plane: [...]}, see
-`polycube.analysis.boundary_sets`) or {at: place, ...} with what is prescribed there.
+An item is only a place (x_min, 7, {box: [...]}, {plane: [...]}, see
+`polycube.analysis.boundary_sets`) or {at: place, ...} with the prescribed values.
 """
 
 from __future__ import annotations
@@ -22,75 +22,75 @@ AXES = "xyz"
 def check_items(
     name: str, items: object, keys: set[str], needed: int = 0
 ) -> list[tuple[object, Json]]:
-    """Place of each item and what is prescribed there.
+    """Place of each item and the values prescribed there.
 
-    Raises ValueError unless every item names a place, and at least `needed` of the keys.
+    Raises ValueError unless every item has a place and at least `needed` of the keys.
     """
     from polycube.analysis.boundary_sets import check_place
 
     if isinstance(items, str | Mapping) or not isinstance(items, Sequence):
         raise ValueError(f"{name} must be a list such as [x_min]; got {items!r}")
     for item in items:
-        place, said = _split(item)
+        place, settings = _split(item)
         check_place(place)
-        if not set(said) <= keys or len(said) < needed:
+        if not set(settings) <= keys or len(settings) < needed:
             raise ValueError(
-                f"{name} takes places as {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
+                f"entries of {name} are {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
             )
     return list(map(_split, items))
 
 
 def check_supports(name: str, items: object, keys: set[str]) -> None:
     """Raise ValueError unless the items are supports of a displacement."""
-    for _, said in check_items(name, items, keys):
-        components = said.get("components", AXES)
+    for _, settings in check_items(name, items, keys):
+        components = settings.get("components", AXES)
         if not components or not set(components) <= set(AXES):
-            raise ValueError(f"{name}: components are some of x, y, z; got {components!r}")
-        value = said.get("value", 0.0)
+            raise ValueError(f"{name}: components must be some of x, y, z; got {components!r}")
+        value = settings.get("value", 0.0)
         if not is_number(value):
             check_vector(f"{name}: value", value, len(components))
 
 
 def check_vector(name: str, value: object, length: int = 3) -> None:
-    """Raise ValueError unless it is a list of so many numbers."""
+    """Raise ValueError unless the value is a list of `length` numbers."""
     numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else ()
     if len(numbers) != length or not all(map(is_number, numbers)):
         raise ValueError(f"{name} must be {length} numbers; got {value!r}")
 
 
 def is_number(value: object) -> bool:
-    """Whether it is a number, and no truth value."""
+    """Whether the value is a number and not a boolean."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def supports(spline: Spline, items: Sequence[object]) -> list[Support]:
-    """The supports of a displacement; raises InputError for a place that is not there."""
+    """The supports of a displacement; raises InputError for a place that does not exist."""
     from polycube.analysis.boundary_sets import faces_of, place_name
     from polycube.analysis.constraints import Support
 
     found = []
-    for place, said in map(_split, items):
-        axes = tuple(AXES.index(axis) for axis in said.get("components", AXES))
+    for place, settings in map(_split, items):
+        axes = tuple(AXES.index(axis) for axis in settings.get("components", AXES))
         faces = faces_of(spline, place)
-        found.append(Support(place_name(place), faces, axes, said.get("value", 0.0)))
+        found.append(Support(place_name(place), faces, axes, settings.get("value", 0.0)))
     return found
 
 
 def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:
-    """The supports of a displacement as a problem has them."""
+    """The supports of a displacement for the description of a problem."""
     from polycube.analysis.problem import Prescribed
 
     found = []
-    for place, said in map(_split, items):
-        axes = tuple(AXES.index(axis) for axis in said.get("components", AXES))
-        value = said.get("value", 0.0)
+    for place, settings in map(_split, items):
+        axes = tuple(AXES.index(axis) for axis in settings.get("components", AXES))
+        value = settings.get("value", 0.0)
         values = len(axes) * (value,) if is_number(value) else tuple(value)
         found.append(Prescribed(place, axes, tuple(map(float, values))))
     return tuple(found)
 
 
 def places(items: Sequence[object]) -> Iterator[tuple[object, Json]]:
-    """Place of each item and what is said of it."""
+    """Place of each item and the values prescribed there."""
     return map(_split, items)
 
 

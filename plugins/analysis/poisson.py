@@ -1,9 +1,9 @@
-"""Heat conduction, and whatever else -div k grad u = f says."""
+"""Heat conduction and other problems of the form -div k grad u = f."""
 
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.material import check_units
 from polycube.registry import register
@@ -24,7 +24,7 @@ ENDS = ({"at": "z_min", "value": 0.0}, {"at": "z_max", "value": 1.0})
 class Poisson:
     """Poisson's equation -div k grad u = f, such as heat conduction.
 
-    On each patch u or the flux is prescribed; elsewhere on the boundary there is no flux.
+    On boundary sets, u or the flux is prescribed. On the rest of the boundary the flux is zero.
 
     Parameters
     ----------
@@ -37,6 +37,8 @@ class Poisson:
     gauss : Gauss points per direction and element
     """
 
+    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
+
     conductivity: float = 50.0
     units: str = "mm"
     fixed: tuple[Mapping[str, object], ...] = ENDS
@@ -47,9 +49,9 @@ class Poisson:
     def __post_init__(self) -> None:
         check_units(self.units)
         for name, items in {"fixed": self.fixed, "flux": self.flux}.items():
-            for _, said in check_items(name, items, {"value"}, needed=1):
-                if not is_number(said["value"]):
-                    raise ValueError(f"{name}: value must be a number; got {said['value']!r}")
+            for _, item in check_items(name, items, {"value"}, needed=1):
+                if not is_number(item["value"]):
+                    raise ValueError(f"{name}: value must be a number; got {item['value']!r}")
         if not self.conductivity > 0 or self.gauss < 2:
             raise ValueError(
                 f"conductivity > 0 and gauss >= 2 are needed; got {self.conductivity}, {self.gauss}"
@@ -57,33 +59,33 @@ class Poisson:
 
     @property
     def places(self) -> list[object]:
-        """What it needs to find on the boundary."""
+        """Boundary sets that the analysis needs."""
         return [place for place, _ in places((*self.fixed, *self.flux))]
 
     @property
     def problem(self) -> "Conduction":
-        """What it solves, for the decks of other programs."""
+        """The problem, for input files of other solvers."""
         from polycube.analysis.problem import Conduction, Flow, Prescribed
 
-        held = tuple(Prescribed(at, (0,), (said["value"],)) for at, said in places(self.fixed))
-        flows = tuple(Flow(at, said["value"]) for at, said in places(self.flux))
+        held = tuple(Prescribed(at, (0,), (item["value"],)) for at, item in places(self.fixed))
+        flows = tuple(Flow(at, item["value"]) for at, item in places(self.flux))
         return Conduction(self.units, held, self.conductivity, flows, self.source)
 
     def __call__(self, spline: Spline) -> Potential:
-        """u with its flux; logs what flows through the fixed places."""
+        """u with its flux; logs the heat flow through the places with prescribed u."""
         from polycube.analysis.boundary_sets import faces_of, place_name
         from polycube.analysis.constraints import Support
         from polycube.analysis.poisson import Inflow, conduct
 
         fixed = [
-            Support(place_name(place), faces_of(spline, place), (0,), said["value"])
-            for place, said in places(self.fixed)
+            Support(place_name(place), faces_of(spline, place), (0,), item["value"])
+            for place, item in places(self.fixed)
         ]
-        flux = [Inflow(faces_of(spline, place), said["value"]) for place, said in places(self.flux)]
+        flux = [Inflow(faces_of(spline, place), item["value"]) for place, item in places(self.flux)]
         found = conduct(spline, self.conductivity, fixed, flux, self.source, self.units, self.gauss)
         flows = zip(found.supports, found.flows, strict=True)
         logger.info(
-            "into the solid: %s, supplied %.4g W",
+            "heat flow into the solid: %s, supplied %.4g W",
             ", ".join(f"{flow:.4g} W at {name}" for name, flow in flows),
             found.supplied,
         )

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.material import check_units, material
 from polycube.registry import register
@@ -30,21 +30,24 @@ WEIGHT = (0.0, 0.0, -9.81)  # m/s^2
 @register("analysis", "static")
 @dataclass(frozen=True)
 class Static:
-    """Linear elasticity: displacement, stress, reactions; by default the part's own weight.
+    """Linear elasticity: displacement, stress, reactions; the default load is the weight.
 
     Parameters
     ----------
     material : steel, aluminium, titanium, brass, abs, or {young: Pa, poisson: 1, density: kg/m^3}
     units : length unit of the part: m, cm, mm, um, in, ft
-    fixed : places that are held: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
+    fixed : supports: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
         docs/reference/analysis.md
     loads : [{at: x_max, force: [0, 0, -100]}] in N, or pressure: Pa, or traction: [Pa, Pa, Pa]
-    gravity : acceleration in m/s^2; null: [0, 0, -9.81] where there are no loads and no prescribed
+    gravity : acceleration in m/s^2; null: [0, 0, -9.81] if there are no loads and no prescribed
         displacements
     gauss : Gauss points per direction and element
-    away : share of the diagonal; the largest stress is reported farther from sharp inner edges,
-        borders of supports and loads on small areas than this, for it has no bound there
+    away : distance as a share of the diagonal; places closer to sharp inner edges, borders of
+        supports and loads on small areas, where the stress is unbounded, are excluded from the
+        largest stress
     """
+
+    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
     units: str = "mm"
@@ -59,11 +62,11 @@ class Static:
         check_units(self.units)
         check_supports("fixed", self.fixed, {"components", "value"})
         loads = check_items("loads", self.loads, {"pressure", "traction", "force"}, needed=1)
-        for _, said in loads:
-            if not is_number(said.get("pressure", 0.0)):
-                raise ValueError(f"loads: pressure must be a number; got {said['pressure']!r}")
+        for _, item in loads:
+            if not is_number(item.get("pressure", 0.0)):
+                raise ValueError(f"loads: pressure must be a number; got {item['pressure']!r}")
             for name in ("traction", "force"):
-                check_vector(f"loads: {name}", said.get(name, (0, 0, 0)))
+                check_vector(f"loads: {name}", item.get(name, (0, 0, 0)))
         if self.gravity is not None:
             check_vector("gravity", self.gravity)
         if self.gauss < 2:
@@ -75,24 +78,24 @@ class Static:
 
     @property
     def places(self) -> list[object]:
-        """What it needs to find on the boundary."""
+        """Boundary sets that the analysis needs."""
         return [place for place, _ in places((*self.fixed, *self.loads))]
 
     @property
     def _acceleration(self) -> "Vector":
-        """Of gravity; where nothing is said and nothing else moves the part, along -z."""
+        """Gravity; without an option, loads and prescribed displacements, along -z."""
         if self.gravity is not None:
             x, y, z = self.gravity
             return x, y, z
-        is_moved = any(said.get("value") for _, said in places(self.fixed))
+        is_moved = any(item.get("value") for _, item in places(self.fixed))
         return (0.0, 0.0, 0.0) if self.loads or is_moved else WEIGHT
 
     @property
     def problem(self) -> "Statics":
-        """What it solves, for the decks of other programs."""
+        """The problem, for input files of other solvers."""
         from polycube.analysis.problem import Applied, Statics
 
-        loads = tuple(Applied(place, **said) for place, said in places(self.loads))
+        loads = tuple(Applied(place, **item) for place, item in places(self.loads))
         held = prescribed(self.fixed)
         return Statics(self.units, held, material(self.material), loads, self._acceleration)
 
@@ -105,7 +108,7 @@ class Static:
             spline,
             material(self.material),
             supports(spline, self.fixed),
-            [Load(faces_of(spline, place), **said) for place, said in places(self.loads)],
+            [Load(faces_of(spline, place), **item) for place, item in places(self.loads)],
             self._acceleration,
             self.units,
             self.gauss,

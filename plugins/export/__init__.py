@@ -1,6 +1,6 @@
-"""The hex mesh in the formats of other programs, one to a module; see docs/reference/files.md.
+"""Exporters of the hex mesh, one module for each format; see docs/reference/files.md.
 
-Coordinates are exact to the last bit, in Nastran and LS-DYNA to ten digits: their columns end.
-The order of the nodes of a hexahedron is VTK's in all formats; numbers of nodes and elements are
-those of `hex.vtu`, from one.
+Coordinates are written exactly, except in Nastran and LS-DYNA, whose columns have room for ten
+digits. The vertices of a hexahedron are in the order of VTK in all formats. Nodes and elements have
+the numbers of `hex.vtu`, starting at one.
 """

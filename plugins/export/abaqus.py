@@ -26,13 +26,13 @@ ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
 @register("export", "abaqus")
 @dataclass(frozen=True)
 class Abaqus:
-    """Abaqus and CalculiX (.inp): mesh, sets, and with them the problem of `analysis`, to be run.
+    """Abaqus and CalculiX (.inp): mesh, sets, and the problem of `analysis`, ready to run.
 
     Parameters
     ----------
-    element : element type: C3D8I, C3D8, C3D8R, C3D20R, C3D20 and others; those of 20 nodes lie on
-        the spline where there is one; heat transfer takes DC3D8 or DC3D20 in their place
-    step : also write material, section, supports and loads of `analysis`; false: mesh and sets
+    element : element type: C3D8I, C3D8, C3D8R, C3D20R, C3D20 and others; nodes of 20-node elements
+        are on the spline if there is one; heat conduction uses DC3D8 or DC3D20 instead
+    step : also write material, section, supports and loads of `analysis`; false: only mesh and sets
     """
 
     element: str = "C3D8I"
@@ -51,7 +51,7 @@ class Abaqus:
 
     @property
     def places(self) -> list[object]:
-        """What it needs to find on the boundary."""
+        """Boundary sets that the file needs."""
         return self.problem.places if self.step and self.problem else []
 
     @property
@@ -64,7 +64,7 @@ class Abaqus:
         Raises
         ------
         InputError
-            For a place of the problem that the boundary of the mesh has not.
+            For a place of the problem that does not exist on the boundary of the mesh.
         """
         from polycube.analysis.problem import Conduction
         from polycube.spline.second_order import hex_elements
@@ -86,7 +86,7 @@ class Abaqus:
         if problem is not None:
             parts += deck(problem, hexes, own, sides)
         elif self.step:
-            parts.append("** no problem is given: material, section and step are yours to add\n")
+            parts.append("** no problem is given: add material, section and step\n")
         return write(path.with_suffix(self.suffix), *parts)
 
 

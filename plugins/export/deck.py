@@ -1,7 +1,7 @@
-"""Material, section and step of a problem as Abaqus and CalculiX read them.
+"""Material, section and step of a problem in the format of Abaqus and CalculiX.
 
-The units are consistent: the length unit L of the part, N and s.  So a stress is in N/L^2, a mass
-in N s^2/L (tonnes where L is mm) and a power in N L/s.
+The units are consistent: the length unit L of the part, N and s. Therefore a stress is in N/L^2, a
+mass in N s^2/L (tonnes where L is mm) and a power in N L/s.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PRINTED = {  # what the files of results hold
 
 
 def units_of(problem: Problem) -> str:
-    """The units of the numbers, in a line."""
+    """One line that describes the units."""
     unit = problem.units
     mass, stress = MASSES.get(unit, f"N s^2/{unit}"), STRESSES.get(unit, f"N/{unit}^2")
     heat = f", power N {unit}/s, temperature K" if isinstance(problem, Conduction) else ""
@@ -49,12 +49,12 @@ def sides_of(mesh: HexMesh) -> np.ndarray:
 
 
 def surface(name: str, sides: np.ndarray) -> str:
-    """Faces (N, 2) of elements under a name."""
+    """A named set of element faces (N, 2)."""
     return f"*SURFACE, TYPE=ELEMENT, NAME={name}\n{lines(sides, ['%d', 'S%d'], ', ')}"
 
 
 def node_set(name: str, nodes: np.ndarray) -> str:
-    """The nodes, numbered from nought, under a name."""
+    """A named set of nodes; their numbers start at zero."""
     return f"*NSET, NSET={name}\n{wrapped(nodes + 1, 16, between=', ')}"
 
 
@@ -66,7 +66,7 @@ def deck(problem: Problem, mesh: HexMesh, elements: HexElements, sides: np.ndarr
     Raises
     ------
     InputError
-        For a place that the boundary of the mesh has not.
+        For a place that does not exist on the boundary of the mesh.
     """
     return _Deck(problem, mesh, elements, sides).parts()
 
@@ -89,7 +89,7 @@ class _Deck:
         before = ["*MATERIAL, NAME=material\n", *self._material(), section, *sets]
         named, loads = self._loads()
         if isinstance(self.problem, Statics) and not (loads or self._moves):
-            why = "no loads, no gravity and no given displacements: there is no step"
+            why = "without loads, gravity and prescribed displacements there is no step"
             return [*before, *named, f"** {why}\n", *boundary]
         last = [*boundary, *loads, PRINTED[type(self.problem)], "*END STEP\n"]
         return [*before, *named, "*STEP\n", *self._procedure(), *last]
@@ -119,7 +119,7 @@ class _Deck:
         return ["*STATIC\n"]
 
     def _supports(self) -> tuple[list[str], list[str]]:
-        """Sets of nodes that have no name yet, and what is prescribed; the last support rules."""
+        """Unnamed sets of nodes, and their prescribed values; the last support has precedence."""
         supports = self.problem.supports
         nodes = [np.unique(self.elements.quads[self._quads(each.place)]) for each in supports]
         ruler = np.full((len(self.elements.points), 3), -1)

@@ -28,14 +28,15 @@ NAME = 256  # longest name, with the zero at its end
 @register("export", "exodus")
 @dataclass(frozen=True)
 class Exodus:
-    """Exodus II (.exo): a block per grid cell, named sets of nodes and sides.
+    """Exodus II (.exo): a block for each grid cell, named sets of nodes and sides.
 
-    The container is netCDF with 64-bit offsets.  Primitives are in the names of the blocks; they
-    have no element sets, which VTK does not read.
+    The container is netCDF with 64-bit offsets.  Primitives are in the names of the blocks, because
+    VTK does not read element sets.
 
     Parameters
     ----------
-    nodes : of a hex: 8, or 20 or 27, which lie on the spline where there is one
+    nodes : number of nodes of a hex: 8, 20 or 27; the additional nodes are on the spline if there
+        is one
     """
 
     nodes: int = 8

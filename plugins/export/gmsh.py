@@ -29,13 +29,14 @@ ORDER = np.concatenate([np.arange(8), EDGES, FACES, [26]])
 @register("export", "gmsh")
 @dataclass(frozen=True)
 class Gmsh:
-    """Gmsh, ASCII (.msh): physical groups per grid cell and boundary set.
+    """Gmsh, ASCII (.msh): a physical group for each grid cell and boundary set.
 
     Parameters
     ----------
-    version : 2.2, which most solvers read: an element has one group, a quad the first set that it
-        is in, a hex its grid cell; or 4.1: an element has all its groups
-    nodes : of a hex: 8, or 20 or 27, which lie on the spline where there is one
+    version : 2.2 is read by most solvers and has one group for each element: the first set of a
+        quad, the grid cell of a hex; 4.1 has all groups of each element
+    nodes : number of nodes of a hex: 8, 20 or 27; the additional nodes are on the spline if there
+        is one
     """
 
     version: str | float = "2.2"

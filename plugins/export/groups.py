@@ -1,4 +1,4 @@
-"""What all formats call the parts of a mesh: sets of boundary quads, nodes and hexes, by name."""
+"""Named sets of boundary quads, nodes and hexes, the same in all formats."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
 def node_sets(mesh: HexMesh, quads: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """Numbers of the nodes on the quads of each set, ascending.
 
-    quads : (Q, n) nodes of each, where they are not the vertices of the mesh alone
+    quads : (Q, n) nodes of each quad, if they are not only the vertices of the mesh
     """
     nodes = mesh.quads if quads is None else quads
     return {name: np.unique(nodes[own]) for name, own in side_sets(mesh).items()}
 
 
 def first_sets(mesh: HexMesh) -> tuple[list[str], np.ndarray]:
-    """For formats where a quad has one group: names, and the number (Q,) of the first it is in."""
+    """For formats with one group for each quad: names, and the number (Q,) of its first set."""
     sets = side_sets(mesh)
     number = np.full(len(mesh.quads), len(sets))
     for k, quads in reversed(list(enumerate(sets.values()))):
@@ -34,14 +34,14 @@ def first_sets(mesh: HexMesh) -> tuple[list[str], np.ndarray]:
 
 
 def blocks(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Hexes of each grid cell: cell_0, or cell_0_hole_z where it is known what fills it."""
+    """Hexes of each grid cell: cell_0, or cell_0_hole_z if the primitive is known."""
     filled = {c: f"_{name}" for c, name in enumerate(mesh.primitives) if name}
     cells = np.unique(mesh.cell).tolist()
     return {f"cell_{c}{filled.get(c, '')}": np.flatnonzero(mesh.cell == c) for c in cells}
 
 
 def primitive_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Hexes of each primitive: primitive_hole_z; none where it is not known."""
+    """Hexes of each primitive, such as primitive_hole_z; empty if primitives are not known."""
     from polycube.io.vtk import numbered_primitives
 
     names, primitive = numbered_primitives(mesh.primitives)

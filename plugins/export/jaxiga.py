@@ -20,10 +20,10 @@ Arrays = dict[str, Any]
 @register("export", "jaxiga")
 @dataclass(frozen=True)
 class Jaxiga:
-    """JAXIGA (.npz): the arrays of its function space, of the spline, or else of trilinear hexes.
+    """JAXIGA (.npz): arrays of a function space, that of the spline or of trilinear hexes.
 
-    Elements with fewer functions than others are padded as there: by the number of functions in
-    `elem_dofs`, by rows of nought in `extraction`.
+    Elements with fewer functions than others are padded as in JAXIGA: with the number of functions
+    in `elem_dofs`, and with rows of zeros in `extraction`.
     """
 
     spline: Spline | None = field(default=None, metadata=BY_RUN)

@@ -18,7 +18,7 @@ from .text import count, lines, wrapped, write
 @register("export", "lsdyna")
 @dataclass(frozen=True)
 class LsDyna:
-    """LS-DYNA keywords (.k): a part per grid cell, titled sets of nodes, segments and parts.
+    """LS-DYNA keywords (.k): a part for each grid cell, named sets of nodes, segments, parts.
 
     Parts have no section and no material: they are for the file that includes this one.
     """

@@ -18,7 +18,7 @@ from .text import floats, integers, write
 @register("export", "medit")
 @dataclass(frozen=True)
 class Medit:
-    """Medit, ASCII (.mesh): references are patches and grid cells, their names are comments.
+    """Medit, ASCII (.mesh): references are patches and grid cells, with names as comments.
 
     The comments stand after the end of the data, where no reader expects any.
     """

@@ -22,7 +22,7 @@ PLOAD4 = "PLOAD4  %8d%8d      1." + 24 * " " + 2 * "%8d"
 @register("export", "nastran")
 @dataclass(frozen=True)
 class Nastran:
-    """Nastran bulk data (.bdf): CHEXA, a property per grid cell, SET1 and PLOAD4 per boundary set.
+    """Nastran bulk data (.bdf): CHEXA; a property per grid cell, SET1 and PLOAD4 per boundary set.
 
     Each set of the boundary is a SET1 of nodes and unit pressures PLOAD4 of the same number, each
     primitive a SET1 of elements.  A comment before each gives its name.  Material 1 is left to the

@@ -19,14 +19,15 @@ KINDS = {8: 12, 20: 25, 27: 29}  # VTK's numbers of hexahedra
 @register("export", "vtk")
 @dataclass(frozen=True)
 class LegacyVtk:
-    """Legacy VTK, ASCII (.vtk), which research codes read: an array per boundary set.
+    """Legacy VTK, ASCII (.vtk), the input of many research codes: an array per boundary set.
 
     An array per set: 1 at its nodes; at hexes the sum of 1, 2, 4, 8, 16, 32 for its sides -xi +xi
     -eta +eta -zeta +zeta in the set.
 
     Parameters
     ----------
-    nodes : of a hex: 8, or 20 or 27, which lie on the spline where there is one
+    nodes : number of nodes of a hex: 8, 20 or 27; the additional nodes are on the spline if there
+        is one
     """
 
     nodes: int = 8

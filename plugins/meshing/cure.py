@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
@@ -24,6 +25,8 @@ class Sheets:
         of the diagonal, where that cures them and no feature is lost; 0: none
     features : exact, soft, off or auto
     """
+
+    references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing", "hu2020wild")
 
     aim: float = 0.35
     envelope: float = 0.002

@@ -1,9 +1,10 @@
-"""The polycube brought onto the surface, chart by chart."""
+"""The map from the polycube to the surface, chart by chart."""
 
 from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,15 +17,18 @@ logger = logging.getLogger(__name__)
 @register("meshing/map", "harmonic")
 @dataclass(frozen=True)
 class Harmonic:
-    """Flatten patches of the surface onto the polycube's faces; the inside is harmonic.
+    """Flatten patches of the surface onto polycube faces, with a harmonic map inside.
 
-    Cotangent weights; mean-value weights, and cuts into rectangles, where triangles flip.
+    The weights are cotangents. If triangles flip, mean-value weights are used, and patches are cut
+    into rectangles.
 
     Parameters
     ----------
-    level : parts of each interval of the polycube's lattice in the map, as a power of two
-    longest : edge of the surface when it is cut, as a share of its bounding-box diagonal
+    level : number of parts of each lattice interval in the map, as a power of two
+    longest : longest edge of the surface before it is cut, as a share of the diagonal
     """
+
+    references: ClassVar[tuple[str, ...]] = ("floater1997parametrization", "floater2003mean")
 
     level: int = 3
     longest: float = 0.02
@@ -43,9 +47,9 @@ class Harmonic:
         parametrization: Parametrization,
         rough_map: RoughMap,
     ) -> RoughMap:
-        """The map on a lattice of 2^level parts per interval, its boundary on the surface.
+        """Map on a lattice with 2^level parts of each interval, with its boundary on the surface.
 
-        Raises MeshingError naming a patch that has the wrong topology or folds.
+        Raises MeshingError with the patch that has a wrong topology or folds.
         """
         from polycube.charts.charts import flatten
         from polycube.charts.segmentation import segment

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -33,8 +33,10 @@ class Selective:
     depth : thickness of the new layer, as a share of the way to the centres of the hexes
     rounds : rounds of the registration that follows
     iterations : steps of descent in each round
-    features : exact, soft, off or auto; exact: the layer settles with the curves held
+    features : exact, soft, off or auto; exact: the layer is registered with the curves fixed
     """
+
+    references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing",)
 
     patches: str = "auto"
     sheets: str = "polycube"

@@ -37,7 +37,7 @@ class Split:
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The mesh refined, or the same mesh where nothing is asked, or no finer one is good."""
+        """The refined mesh, or the given one if no refinement is requested or none is good."""
         from polycube.fitting.refinement import REACH, refine
         from polycube.surface.measures import diagonal
 
@@ -46,9 +46,9 @@ class Split:
         done = 0
         while why := self._why_more(hexes, surface, wanted, done):
             if 8 * len(hexes.hexes) > self.max_hexes:
-                stop = f"{8 * len(hexes.hexes)} hexes would be more than max_hexes {self.max_hexes}"
+                stop = f"{8 * len(hexes.hexes)} hexes are more than max_hexes {self.max_hexes}"
             elif done >= max(self.most, self.times):
-                stop = f"{done} refinements are the most allowed"
+                stop = f"{done} refinements are the largest allowed number"
             else:
                 kept = features_of(self.features, surface)
                 finer = refine(hexes, surface, kept != "off", wanted or REACH, kept == "exact")
@@ -56,8 +56,8 @@ class Split:
                 hexes, done = finer, done + 1
             if stop:
                 warning = (
-                    f"{why}, but {stop}; kept {len(hexes.hexes)} hexes (a smaller meshing.size "
-                    "may do)"
+                    f"{why}, but {stop}; the mesh has {len(hexes.hexes)} hexes (try a smaller "
+                    "meshing.size)"
                 )
                 logger.warning("warning: %s", warning)
                 return replace(hexes, warnings=(*hexes.warnings, warning))
@@ -75,8 +75,8 @@ class Split:
                     f"99 % of points are within {reached:.2%} of the diagonal, not within the "
                     f"deviation {wanted:.2%}"
                 )
-            logger.info("refine: deviation %.2f %%, %.2f %% asked", 100 * reached, 100 * wanted)
-        return f"refinement {done + 1} of {self.times} is asked" if done < self.times else ""
+            logger.info("refine: deviation %.2f %%, limit %.2f %%", 100 * reached, 100 * wanted)
+        return f"refinement {done + 1} of {self.times} is requested" if done < self.times else ""
 
     def __post_init__(self) -> None:
         check_features(self.features)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,8 +18,8 @@ class Nearest:
 
     Parameters
     ----------
-    alpha : distance in cells that a unit difference of the normals counts for
-    rounds : of the majority vote that removes single faces
+    alpha : distance in cells that is equivalent to a unit difference of normals
+    rounds : number of rounds of the majority vote that removes single faces
     """
 
     alpha: float = 0.3
@@ -36,16 +37,18 @@ class Nearest:
 @register("meshing/segment", "drawn")
 @dataclass(frozen=True)
 class Drawn:
-    """Draw the polycube's edges on the surface and label the regions between them.
+    """Draw the edges of the polycube on the surface, and label the regions between them.
 
-    Raises MeshingError, naming a polycube face, where the regions are not the polycube's faces.
+    Raises MeshingError with a polycube face if the regions do not correspond to the faces.
 
     Parameters
     ----------
-    alpha : distance in cells that a unit difference of the normals counts for
-    rounds : of the majority vote, on the initial labels and on those drawn
-    longest : edge of the surface when it is cut, as a share of its bounding-box diagonal
+    alpha : distance in cells that is equivalent to a unit difference of normals
+    rounds : number of rounds of the majority vote, on the initial labels and on the result
+    longest : longest edge of the surface before it is cut, as a share of the diagonal
     """
+
+    references: ClassVar[tuple[str, ...]] = ("yu2022hexgen",)
 
     alpha: float = 0.3
     rounds: int = 5

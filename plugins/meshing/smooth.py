@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
@@ -34,6 +35,8 @@ class Register:
     features : exact, soft, off or auto; exact: vertices are placed on the curves of the surface,
         and those between curves on the CAD face that these enclose
     """
+
+    references: ClassVar[tuple[str, ...]] = ("garanzha2021foldover",)
 
     quick: int = 7
     rounds: int = 12

@@ -58,7 +58,7 @@ class Template:
         layers under the boundary count too
     creases : largest chord error along sharp edges; above it the intervals along them get more
         parts, up to half as many hexes again; null: no limit; set by the search
-    features : exact, soft, off or auto; exact: coarser meshes are registered with the curves held
+    features : exact, soft, off or auto; exact: coarser meshes are registered with the curves fixed
     coarsen : with level 0: make hexes larger than those of the lattice where no detail needs small
         ones, up to about `size`
     across_wall, around_hole : smallest number of hexes through every wall, and of edges round every
@@ -215,7 +215,7 @@ class Template:
         number, old = (sizing.number_of_hexes(polycube, n) for n in (more, parts))
         if number == old or number > self.max_hexes:
             return parts
-        logger.info("subdivide: %.0f hexes more where the surface curves", number - old)
+        logger.info("subdivide: %.0f additional hexes on curved surfaces", number - old)
         return more
 
     def _parts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
@@ -260,7 +260,7 @@ class Template:
             return
         asked = f"size {size:.4g}" if self.level is None else f"level {self.level}"
         raise MeshingError(
-            f"stage meshing/subdivide: {asked} makes {number:.3g} hexes"
+            f"stage meshing/subdivide: {asked} needs {number:.3g} hexes"
             f"{' with the regions' if self.regions else ''}, more than max_hexes "
             f"{self.max_hexes}; {self._instead(size, number_at)}"
         )
@@ -273,8 +273,8 @@ class Template:
 
         fitting = sizing.size_that_fits(fits, size)
         if fitting is None:
-            return "the least numbers of parts are too many"
-        return f"size {fitting:.3g} would do" + " without regions" * bool(self.regions)
+            return "even the smallest numbers of parts give too many hexes"
+        return f"size {fitting:.3g} is possible" + " without regions" * bool(self.regions)
 
     def __post_init__(self) -> None:
         check_features(self.features)

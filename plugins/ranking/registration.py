@@ -24,24 +24,26 @@ COLUMNS = ("to_surface", "to_mesh", "min_jacobian", "volume_ratio")
 @register("ranking", "registration")
 @dataclass(frozen=True)
 class Registration:
-    """Mesh each candidate coarsely, fit it briefly and measure it.
+    """Fit a coarse mesh of each candidate by a short registration, and measure it.
 
-    Structures whose genus is not the surface's never rank.  The score adds distances in per cent
-    of the diagonal (98th percentile, both ways), penalties for bad hexes and a wrong volume, the
-    polycube's corners, curves of a CAD part without a path on the mesh's edges, and the cost that
-    the proposal itself gave; smaller is better.  Overlays rank last, as they are: they have many
-    more hexes, and are for parts that nothing coarser fits.  After them come spare lattices, which
-    have another genus and say so.  A structure of more boxes than an overlay has cells does not
-    rank, for it is no coarser.
+    Structures with another genus than the surface are not ranked. The score is the sum of the
+    distances in per cent of the diagonal (98th percentile, both directions), penalties for bad
+    hexes and a wrong volume, for corners of the polycube, and for curves of a CAD part without a
+    path of mesh edges, and the cost given by the proposal. Smaller scores are better. Overlays are
+    last and are not registered: they have many more hexes, and are meant for parts that no coarser
+    structure fits. Spare lattices, which have another genus, follow after them. A structure with
+    more boxes than an overlay has cells is not ranked, because it is no coarser.
 
     Parameters
     ----------
-    size : of the coarse hexes, as a share of the diagonal
-    rounds, iterations, samples : of the short registration
-    trust : score per unit of a candidate's cost above the cheapest of its proposal
-    corner : score per corner beyond a box's eight: hexes are skewed there unless the part has one
-    lost : score for all curves of a CAD part together; those without a path count by their share
-    limit : candidates registered of each proposal, the cheapest
+    size : edge length of the coarse hexes, as a share of the diagonal
+    rounds, iterations, samples : numbers of rounds, steps in each round and surface points of the
+        short registration
+    trust : score for each unit of cost above the cheapest candidate of the same proposal
+    corner : score for each corner beyond the eight of a box; hexes are skewed at corners that the
+        part does not have
+    lost : score if all curves of a CAD part have no path of mesh edges; proportional to their share
+    limit : largest number of registered candidates of each proposal; the cheapest are taken
     """
 
     size: float = 0.08
@@ -54,7 +56,7 @@ class Registration:
     limit: int = 12
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
-        """Candidates of the right genus, best first, then spares; of one rough map the last."""
+        """Candidates of the right genus, best first, then spares; the last for each rough map."""
         from polycube.hexmesh.generation.blocks import genus_of
         from polycube.structure.lattice import is_manifold
         from polycube.surface import measures as surfaces
@@ -105,7 +107,7 @@ class Registration:
 
 
 def _coarser(candidates: list[Candidate], fitting: list[Candidate]) -> list[Candidate]:
-    """Candidates of no more boxes than the coarsest overlay has cells; those of blocks stay."""
+    """Candidates with blocks, or with at most as many boxes as the coarsest overlay has cells."""
 
     def size(candidate: Candidate) -> int:
         return int(np.count_nonzero(candidate.polycube.occupancy))
@@ -115,7 +117,7 @@ def _coarser(candidates: list[Candidate], fitting: list[Candidate]) -> list[Cand
     found = [c for c in candidates if c.blocks is not None or size(c) <= most]
     if len(found) < len(candidates):
         logger.info(
-            "%d structures do not rank: the largest has %d boxes, an overlay %d cells",
+            "%d structures are not ranked: the largest has %d boxes, an overlay %d cells",
             len(candidates) - len(found),
             max(size(c) for c in candidates if c.blocks is None),
             most,
@@ -124,7 +126,7 @@ def _coarser(candidates: list[Candidate], fitting: list[Candidate]) -> list[Cand
 
 
 def _unregistered(candidate: Candidate) -> Ranked:
-    """A candidate with its lattice for hexes, and a score above all others."""
+    """A candidate with the boxes of its lattice as hexes, and an infinite score."""
     from polycube.hexmesh.generation.template import mesh
     from polycube.structure.rough_map import identity_map
 
@@ -151,7 +153,7 @@ def _log(ranked: list[Ranked]) -> None:
     from polycube.structure.lattice import describe
 
     logger.info(
-        "ranking: score, distance to surface, to mesh [% of diagonal], min Jacobian, volume"
+        "ranking: score, distances to surface and mesh [% of diagonal], min Jacobian, volume"
     )
     for entry in ranked:
         n = {key: entry.numbers.get(key, np.nan) for key in COLUMNS}

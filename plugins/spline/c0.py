@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.registry import register
 from polycube.types import HexMesh
@@ -22,6 +22,8 @@ class C0(Volumetric):
 
     All Bezier points are free: tricubic on each hex, continuous between hexes.
     """
+
+    references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
     def space(self, hexes: HexMesh, sharp: Sharp) -> ContinuousSpace:
         """One function for each Bezier node, with the points of h2s."""

@@ -38,7 +38,7 @@ def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spl
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     logger.info(
         "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
-        "volume %.6g, det J %.3g at least (element %d at %.4g %.4g %.4g), scaled %.3g",
+        "volume %.6g, smallest det J %.3g (element %d at %.4g %.4g %.4g), scaled %.3g",
         len(spline.control),
         len(spline.nodes),
         len(sharp.edges),
@@ -51,8 +51,8 @@ def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spl
         jacobian.min_scaled_detj,
     )
     logger.info(
-        "spline within %.3f %% of the diagonal of the surface for 99 %% of its boundary, the "
-        "surface within %.3f %% of the spline, volume %+.2f %%",
+        "99 %% of the boundary of the spline are within %.3f %% of the diagonal of the surface, "
+        "99 %% of the surface within %.3f %% of the spline, error of the volume %+.2f %%",
         100 * apart.to_surface.p99,
         100 * apart.to_spline.p99,
         100 * apart.volume,
@@ -86,7 +86,7 @@ def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
     best = min(trials, key=lambda t: t.cost)
     if options.sharp == "auto" or len(trials) > 1:
         words = "; ".join(t.words(surface) for t in trials)
-        logger.info("%s creases kept, %s", best.name, words)
+        logger.info("creases: %s; %s", best.name, words)
     return best
 
 
@@ -148,7 +148,7 @@ def _given(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
     stray = ~is_among(given, quad_edges(hexes.quads)[0])
     if stray.any():
         raise InputError(
-            f"spline: sharp edge {given[stray.argmax()].tolist()} is no edge of the boundary"
+            f"spline: sharp edge {given[stray.argmax()].tolist()} is not on the boundary"
         )
     return given
 
@@ -158,4 +158,6 @@ def _numbers(path: str) -> np.ndarray:
     try:
         return np.loadtxt(path, dtype=np.int64, ndmin=2)
     except ValueError as error:
-        raise InputError(f"{path} must hold vertex numbers, as many a line: {error}") from error
+        raise InputError(
+            f"{path} must have as many vertex numbers in each line: {error}"
+        ) from error

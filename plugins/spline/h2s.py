@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.registry import register
 from polycube.types import HexMesh
@@ -23,6 +23,8 @@ class H2S(Volumetric):
     C2 across regular faces, C0 round extraordinary edges.  It approximates the vertices: smooth
     boundary lies inside the mesh's, and there its second normal derivative is 0.
     """
+
+    references: ClassVar[tuple[str, ...]] = ("wei2017th", "yu2022hexgen", "borden2011extraction")
 
     def space(self, hexes: HexMesh, sharp: Sharp) -> ControlMesh:
         """The functions of the vertices."""

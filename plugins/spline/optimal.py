@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from polycube.registry import register
 from polycube.types import HexMesh
@@ -25,6 +25,8 @@ class Optimal(Volumetric):
     C2 but for faces at extraordinary edges and creases and the sides of the hexes there.  Halving
     the hexes gives a space that contains it.
     """
+
+    references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
     def space(self, hexes: HexMesh, sharp: Sharp) -> OptimalSpace:
         """The functions, with the Bezier points of h2s."""

@@ -67,7 +67,7 @@ class SplineOptions(ABC):
                 raise ValueError(f"sharp edges must be pairs of vertices; got {self.sharp}")
         elif self.sharp not in ("auto", "none") and not Path(self.sharp).is_file():
             raise ValueError(
-                f"sharp must be auto, none, a list of edges or a file of such; got {self.sharp!r}"
+                f"sharp must be auto, none, a list of edges or a file of edges; got {self.sharp!r}"
             )
         for item in self.held:
             check_place(place_of(item))

@@ -84,7 +84,9 @@ class BoxFitting(Structure):
         )
         looks = self._fitted(rough, ways, 1)
         found = self._fitted(fine, [way for _, way in looks[: 2 * self.kept]], STARTS)
-        logger.info("boxes: %d placements tried, %d with care", len(looks), len(found))
+        logger.info(
+            "boxes: %d placements tried, %d of them with the fine voxels", len(looks), len(found)
+        )
         return [candidate for candidate, _ in found[: self.kept]]
 
     def _shapes(self, wanted: int) -> list[Polycube]:

@@ -1,4 +1,4 @@
-"""Propose the context that a person gives, in all frames and orientations."""
+"""Propose the context chosen by the user, in all frames and orientations."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ logger = logging.getLogger(__name__)
 class Given(Reader, Structure):
     """Place the context that the user chooses, in every orientation.
 
-    A row of known slabs is placed by the slices of the part, any other polycube by its boxes.
+    A row of slabs is placed by slices of the part, any other polycube by boxes.
 
     Parameters
     ----------
-    context : primitive of each grid cell, x slowest, such as [cube, hole_z]; null is an empty cell,
-        and cells left out at the end are empty
+    context : primitive of each grid cell, such as [cube, hole_z]; x varies slowest; null: empty
+        cell; missing cells at the end are empty
     """
 
     context: Sequence[str | None]
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, cheapest first; raises InputError when the context cannot fit the surface."""
+        """Candidates, cheapest first; raises InputError if the context cannot fit the surface."""
         from polycube.structure.lattice import collapse, genus, is_manifold
         from polycube.surface import measures as surfaces
 
@@ -45,7 +45,7 @@ class Given(Reader, Structure):
         full = self._polycube()
         polycube, named = collapse(full), ", ".join(map(str, self.context))
         if not is_manifold(polycube):
-            raise InputError(f"context {named} is no solid in one piece without voids")
+            raise InputError(f"context {named} is not one solid without voids")
         wanted, has = surfaces.genus(surface), genus(polycube)
         if has != wanted:
             raise InputError(f"context {named} has genus {has}, but the surface has genus {wanted}")
@@ -68,7 +68,7 @@ class Given(Reader, Structure):
         return sorted(found, key=lambda candidate: candidate.cost)
 
     def _words(self, full: Polycube) -> dict[Polycube, str]:
-        """The polycube and its word, if it has one; for one cell also those of the cell turned."""
+        """The polycube and its slab pattern, if any; for one cell also those of its rotations."""
         from polycube.structure.lattice import lattice
         from polycube.surface.frames import rotations, turn
 

@@ -158,8 +158,8 @@ def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
 def _warn_of_flat(flat: int, border: int) -> None:
     if flat:
         logger.warning(
-            "warning: beside %d of the %d edges round what is held the spline can only start flat, "
-            "so the result is too stiff; a run from=spline makes them sharp where det J allows it",
+            "warning: the spline is smooth at %d of the %d edges round the supports, so the result "
+            "is too stiff; a run with from=spline makes them sharp if det J allows it",
             flat,
             border,
         )

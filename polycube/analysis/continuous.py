@@ -149,7 +149,7 @@ def corrected(
         direction = better + size / before * direction
         steps += 1
     if size > least:
-        logger.warning("warning: the stress was not found to its accuracy in %d steps", MOST)
+        logger.warning("warning: the stress recovery did not converge in %d steps", MOST)
     logger.info("stress in continuous functions after %d steps", steps)
     return found
 

@@ -45,7 +45,7 @@ def conduct(
     """
     if not supports:
         raise InputError(
-            "u is given on no patch, so that it is free by a constant; fix it on one at least"
+            "u is determined only up to a constant; prescribe it on at least one patch"
         )
     metre = METRES[length_unit]
     held = constrain(spline, supports, 1)

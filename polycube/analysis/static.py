@@ -173,7 +173,7 @@ def _held(spline: Spline, supports: Sequence[Support]) -> Constraints:
     free = free_rigid_motions(spline, held)
     if free:
         raise InputError(
-            f"the supports leave {free} of 6 rigid motions free, so nothing balances the loads; "
+            f"the supports leave {free} of 6 rigid motions free, so the loads are not balanced; "
             "fix more patches or components"
         )
     return held

@@ -45,8 +45,12 @@ def flatten(segmentation: Segmentation) -> Sheet:
         name = segmentation.describe(patch)
         left = _map_rectangles(segmentation, patch, axis, at)
         if left:
-            raise MeshingError(f"{left} triangles of {name} flip in the plane, in rectangles too")
-        logger.info("map: %s: %d triangles flipped, none in rectangles", name, folds)
+            raise MeshingError(
+                f"{left} triangles of {name} are flipped in the plane, even in rectangles"
+            )
+        logger.info(
+            "map: %s: %d triangles flipped, none after a division into rectangles", name, folds
+        )
     return drawing.sheet
 
 

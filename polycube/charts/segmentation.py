@@ -117,8 +117,8 @@ def _draw(empty: Segmentation, labels: Labels, width: float, order: np.ndarray) 
         between = _sector(net, drawing, number, 0), _sector(net, drawing, number, -1)
         if not drawing.draw(number, ends, cost, between, 2 * len(arc.vertices)):
             raise MeshingError(
-                "the polycube does not fit the surface: on it the edge between "
-                f"{empty.describe(arc.left)} and {empty.describe(arc.right)} finds no way"
+                "the polycube does not fit the surface: the edge between "
+                f"{empty.describe(arc.left)} and {empty.describe(arc.right)} has no path on it"
             )
     return replace(empty, drawing=drawing)
 
@@ -160,7 +160,7 @@ def _patches(found: Segmentation) -> np.ndarray:
         for a, b in pairwise(path):
             for patch, face in ((arc.left, half[a, b]), (arc.right, half[b, a])):
                 if owner.setdefault(int(region[face]), patch) != patch:
-                    raise _wrong(found, patch, "runs into another face")
+                    raise _wrong(found, patch, "overlaps another face")
     names = np.array([owner.get(r, -1) for r in range(region.max() + 1)])
     for patch in range(outside.patch.max() + 1):
         if (names == patch).sum() != 1:

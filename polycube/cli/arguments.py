@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from os.path import isfile  # unlike Path.is_file, it bears names that are too long
+from os.path import isdir, isfile  # unlike those of Path, they bear names that are too long
 
+from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
+
+from polycube.config import SHORT
 
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
 
 
-def with_mesh(arguments: list[str]) -> list[str]:
-    """Read the only argument that is the name of an existing file as the value of `mesh=`.
+def with_input(arguments: list[str]) -> list[str]:
+    """Read the only argument that is the name of a part as the value of `mesh=` or `hex=`.
 
     Parameters
     ----------
@@ -19,12 +22,38 @@ def with_mesh(arguments: list[str]) -> list[str]:
 
     Returns
     -------
-    All arguments; unchanged where none or several are files, or where an input is named already.
+    All arguments.  A file, a folder, a pattern, `example:NAME` and a name that ends like a file of
+    a part get `mesh=` before them, a hex mesh gets `hex=`; unchanged where several are such names,
+    or where an input is given already.
     """
-    bare = [word for word in arguments if not word.startswith("-") and isfile(word)]
-    if len(bare) != 1 or any(word.startswith(("mesh=", "hex=", "resume=")) for word in arguments):
+    from polycube.io.hex_meshes import FORMATS
+    from polycube.io.surfaces import KNOWN
+
+    words = get_args_parser().parse_known_args(arguments)[0].overrides
+    bare = [word for word in words if _is_part(word, (*KNOWN, *FORMATS))]
+    if len(bare) != 1:
         return arguments
-    return [f"mesh={word}" if word == bare[0] else word for word in arguments]
+    key = "hex=" if bare[0].lower().endswith(FORMATS) else "mesh="
+    if any(word.startswith((key, "resume=")) for word in words):
+        return arguments
+    place = arguments.index(bare[0])
+    return [*arguments[:place], key + bare[0], *arguments[place + 1 :]]
+
+
+def _is_part(word: str, suffixes: tuple[str, ...]) -> bool:
+    if isfile(word):
+        return True
+    named = word.startswith("example:") or word.lower().endswith(suffixes)
+    return "=" not in word and (named or isdir(word) or any(sign in word for sign in "*?"))
+
+
+def in_full(arguments: list[str]) -> list[str]:
+    """All arguments, with the full names of options that have a short one, as `size=3`."""
+    found = []
+    for word in arguments:
+        name, sign, value = word.partition("=")
+        found.append(f"{SHORT.get(name, name)}={value}" if sign else word)
+    return found
 
 
 def quoted(arguments: list[str]) -> list[str]:

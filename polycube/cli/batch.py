@@ -88,14 +88,14 @@ def _files(value: str) -> list[str]:
     if isdir(value):
         found = sorted(str(p) for p in Path(value).iterdir() if p.suffix.lower() in KNOWN)
         if not found:
-            raise InputError(f"{value}: the folder holds no surface ({', '.join(KNOWN)})")
+            raise InputError(f"{value}: the folder contains no surface ({', '.join(KNOWN)})")
         return found
     if exists(value):
         return []
     if any(sign in value for sign in "*?["):
         found = sorted(glob(value, recursive=True))
         if not found:
-            raise InputError(f"{value}: no file is called so")
+            raise InputError(f"{value}: there is no such file")
         return found
     return _sweep(f"mesh={value}")
 
@@ -106,7 +106,7 @@ def check_names(paths: list[str]) -> None:
         if count > 1:
             same = [path for path in paths if part_name(path) == name]
             raise InputError(
-                f"{count} parts are called {name}: {', '.join(same)}; their results would have "
+                f"{count} parts have the name {name}: {', '.join(same)}; their results would be in "
                 "the same folder, rename them or run them apart"
             )
 

@@ -69,7 +69,7 @@ def benchmark(folder: Path, before: Path | None = None) -> Path:
 def check_batch(folder: Path) -> None:
     """Raise InputError where no part of the folder has ended."""
     if not any(folder.glob(f"*/{ROW}")):
-        raise InputError(f"{folder} holds no batch: no folder in it has a {ROW}")
+        raise InputError(f"{folder} contains no batch: no folder in it has a {ROW}")
 
 
 def picture(run: Path) -> bytes | None:
@@ -126,11 +126,11 @@ def parts_of(folder: Path, subset: int | None = None) -> list[str]:
     InputError : there are none, two have the same name, or the number is below one.
     """
     if subset is not None and subset < 1:
-        raise InputError(f"a subset has one part or more; got {subset}")
+        raise InputError(f"a subset must have at least one part; got {subset}")
     files = [path for path in folder.rglob("*") if is_cad(path)]
     found = [str(path) for path in sorted(files, key=lambda path: (path.stem, path))]
     if not found:
-        raise InputError(f"{folder}: the folder holds no CAD part ({', '.join(SUFFIXES)})")
+        raise InputError(f"{folder}: the folder contains no CAD part ({', '.join(SUFFIXES)})")
     check_names(found)
     count = min(subset or len(found), len(found))
     return [found[i * len(found) // count] for i in range(count)]
@@ -155,11 +155,13 @@ def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -
 def main() -> None:
     """Command line: exit code 2, and one sentence, for what is refused."""
     parser = argparse.ArgumentParser(prog="python -m polycube.cli.benchmark")
-    parser.add_argument("folder", type=Path, help="of the batch; the page is written there")
+    parser.add_argument(
+        "folder", type=Path, help="folder of the batch, in which the page is written"
+    )
     parser.add_argument("before", type=Path, nargs="?", help="folder of an earlier batch")
     parser.add_argument("--parts", type=Path, help="folder of CAD parts, meshed first")
-    parser.add_argument("--subset", type=int, help="so many of them, spread evenly")
-    parser.add_argument("--settings", nargs="*", default=(), help="further ones of infer.py")
+    parser.add_argument("--subset", type=int, help="number of parts, selected evenly")
+    parser.add_argument("--settings", nargs="*", default=(), help="further settings of infer.py")
     asked = parser.parse_args()
     try:
         if asked.before is not None:  # now, not when hours have gone into the parts

@@ -58,7 +58,7 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
 
     Raises
     ------
-    InputError : the command line is wrong
+    InputError : the command line is wrong, or a folder can not be written to
     """
     arguments = sys.argv[1:] = quoted(sys.argv[1:])
     os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits
@@ -71,6 +71,10 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
         main(task)()
     except HydraException as error:
         raise refusal(error) from None
+    except OSError as error:  # of a file that is written by Hydra or TensorBoard
+        if error.errno not in manifest.UNWRITABLE:
+            raise
+        raise InputError(str(error.strerror), error.filename or "the results folder") from None
 
 
 def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:

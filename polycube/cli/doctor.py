@@ -63,9 +63,9 @@ def examine() -> Iterator[Item]:
     yield _probe("open3d (FBX, point clouds)", OPEN3D)
     name, works, more = _probe("gmsh (CAD)", GMSH)
     yield name, works, more if works else f"{more}; {GMSH_CURE}"
-    yield _probe("picture without a screen", PICTURE)
+    yield _probe("picture without a display", PICTURE)
     browser = next(filter(None, map(which, BROWSERS)), None)
-    yield "browser", True, browser or "none; only tests of the report's page ask for chromium"
+    yield "browser", True, browser or "none; only tests of the report page need chromium"
     yield _writable(Path.cwd())
     yield _writable(Path(tempfile.gettempdir()))
 

@@ -76,10 +76,10 @@ def _check_place(folder: Path, runs: Sequence[Path]) -> None:
     page = folder / "gallery.md"
     before = page.read_text() if page.exists() else ""
     if before and not before.startswith(HEAD.splitlines()[0]):
-        raise InputError(f"{page} is no gallery, and would be overwritten")
+        raise InputError(f"{page} is not a gallery and would be overwritten")
     for name in (f"gallery/{run.name}.png" for run in runs):
         if (folder / name).exists() and f"({name})" not in before:
-            raise InputError(f"{folder / name} is not of {page}, and would be overwritten")
+            raise InputError(f"{folder / name} does not belong to {page} and would be overwritten")
 
 
 def strip(run: Path) -> bytes:

@@ -19,7 +19,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube.cli import cluster
-from polycube.cli.arguments import with_mesh
+from polycube.cli.arguments import in_full, with_input
 from polycube.cli.batch import begin_job, expanded
 from polycube.cli.command import refused, run_hydra
 from polycube.cli.signals import INTERRUPTED, terminable
@@ -94,7 +94,7 @@ def check(cfg: Json) -> tuple[int, str]:
     if not isinstance(wish, bool) and not str(wish).lower().endswith(".vtp"):
         raise InputError(f"preflight must be true, false or the name of a .vtp file; got {wish!r}")
     if cfg["hex"]:
-        raise InputError("preflight is for the surface of mesh=, not beside hex=")
+        raise InputError("preflight checks the surface of mesh=, it cannot be combined with hex=")
     settings = replace(Settings.of(cfg), resume=None)
     places = None if isinstance(wish, bool) else Path(str(wish))
     remedy = "choose another name in preflight=, or move the file away"
@@ -122,7 +122,7 @@ def main() -> None:
             sys.exit(INTERRUPTED)
 
     try:
-        sys.argv[1:] = expanded(with_mesh(sys.argv[1:]))
+        sys.argv[1:] = expanded(with_input(in_full(sys.argv[1:])))
         run_hydra("infer", task)
     except InputError as error:
         sys.exit(refused(error))
@@ -135,7 +135,9 @@ def _command(cfg: DictConfig) -> int:
     try:
         given = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
         if not given and not cfg.resume and not cfg.hex:
-            raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
+            raise InputError(
+                "no part given: say infer.py part.step, or infer.py example:rod to try it"
+            )
         is_many = hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN
         if cluster.is_used(cfg.dask) and not is_many and not solids.is_asked_for(cfg):
             what = "dask is for several parts, such as mesh=folder or cad.solid=all"
@@ -177,15 +179,15 @@ def _attempt(
     except (InputError, OmegaConfBaseException) as error:
         return 2, " ".join(str(error).split())
     except MeshingError as error:
-        return 3, f"{' '.join(str(error).split())}; nothing was written"
+        return 3, f"{' '.join(str(error).split())}; no file was written"
     except KeyboardInterrupt:
-        return INTERRUPTED, "interrupted; stages that had finished are kept"
+        return INTERRUPTED, "interrupted; the results of completed stages are saved"
     if report.get("interrupted"):
-        kept = "the best mesh so far is kept" if report["valid"] else "there is no valid mesh yet"
+        kept = "the best mesh so far is saved" if report["valid"] else "there is no valid mesh yet"
         return INTERRUPTED, f"interrupted; {kept}"
     if not report["valid"]:
-        mark = "as fitted in part" if report.get("partly_fitted") else "invalid"
-        return 3, f"{report['failure']}; what was made is kept, marked {mark}"
+        mark = "partly fitted" if report.get("partly_fitted") else "invalid"
+        return 3, f"{report['failure']}; the files are marked as {mark}"
     return 0, ""
 
 
@@ -199,14 +201,14 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
         everywhere = numbers["certificate"]["positive_everywhere"]
         valid = "valid" if everywhere else "valid (at corners only)"
         logger.info(
-            "%s hex mesh: %d hexes, scaled Jacobian at least %.3f (mean %.3f), "
-            "within %.2f %% of the diagonal%s",
+            "%s hex mesh: %d hexes, smallest scaled Jacobian %.3f (mean %.3f), "
+            "distance at most %.2f %% of the diagonal%s",
             valid if report["valid"] else _not_valid(report),
             numbers["hexes"],
             numbers["min_scaled_jacobian"],
             numbers["mean_scaled_jacobian"],
             100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"]),
-            f", sharp edges within {100 * creases:.2f} % (95 of 100)" * (creases > 0),
+            f", 95 % of the sharp edges within {100 * creases:.2f} %" * (creases > 0),
         )
         for sentence in _fewer(numbers["counts"]):
             logger.info(sentence)
@@ -215,7 +217,7 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
     for caution in cautions(report):
         logger.warning("warning: %s", caution)
     for warning in report.get("doubts", ()):
-        logger.warning("warning: look at the mesh before you use it: %s", warning)
+        logger.warning("warning: check the mesh before you use it: %s", warning)
     is_poor = report.get("doubts") or (not report["valid"] and "hex" in report)
     if is_poor and not cfg["hex"] and cfg["meshing"].get("otherwise"):
         logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
@@ -226,12 +228,12 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
 def _fewer(counts: Json) -> Iterator[str]:
     """Sentences about walls and holes with fewer hexes than there should be."""
     for kind, places, sentence in (
-        ("around", "holes", "%d of %d holes have fewer edges round them than meshing.around_hole"),
-        ("through", "walls", "%d of %d faces have fewer hexes under them than meshing.across_wall"),
+        ("around", "holes", "%d of %d holes have fewer edges than meshing.around_hole"),
+        ("through", "walls", "%d of %d walls have fewer hexes than meshing.across_wall"),
     ):
         number = sum(row["kind"] == kind for row in counts["fewer"])
         if number:
-            yield f"{sentence % (number, counts[places])}; the report names them"
+            yield f"{sentence % (number, counts[places])}; they are listed in the report"
 
 
 def _not_valid(report: Json) -> str:

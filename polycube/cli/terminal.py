@@ -12,7 +12,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from logging.handlers import MemoryHandler
 from pathlib import Path
 from typing import TextIO
@@ -93,6 +93,17 @@ class Terminal(logging.Handler):
         super().close()
 
 
+class _LogFile(logging.FileHandler):
+    """A log on a disk that is full is cut short; it does not end the run."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        pass
+
+    def close(self) -> None:
+        with suppress(OSError):
+            super().close()
+
+
 @contextmanager
 def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], None]]:
     """Log to the terminal, and all to a file as soon as there is one; yields `log_to(path)`.
@@ -105,7 +116,7 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
     early = MemoryHandler(10_000, flushLevel=logging.CRITICAL + 1, flushOnClose=False)
 
     def log_to(path: Path) -> None:
-        file = logging.FileHandler(path, mode="w", encoding="utf-8")
+        file = _LogFile(path, mode="w", encoding="utf-8")
         file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
         early.setTarget(file)
         early.flush()
@@ -163,7 +174,7 @@ def _heard(is_alone: bool) -> Iterator[None]:
                 os.close(copy)
             chatter.seek(0)
             for line in chatter.read().decode(errors="replace").splitlines():
-                logger.debug("said by a library: %s", line)
+                logger.debug("message of a library: %s", line)
 
 
 def _has_descriptors() -> bool:

@@ -57,7 +57,7 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     L.seed_everything(cfg["seed"], verbose=False)
     data = _build("data", cfg["data"])
     if cfg["grid"].get("among"):
-        raise InputError("grid=auto is found for a part; train.py needs a grid, or grid=any")
+        raise InputError("grid=auto is for infer.py; train.py needs a grid, or grid=any")
     grid = cfg["grid"]["shape"]
     primitives = _checked(voxels, cfg["primitives"]["use"]) if grid else {}
     config = _denoiser_config(cfg, pads=data.pads)
@@ -65,7 +65,7 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     if cfg["begin_from"]:
         taken = begin_from(denoiser, load_denoiser(_build, cfg["begin_from"]))
         given = (taken, len(denoiser.state_dict()), cfg["begin_from"])
-        logger.info("%d of %d tensors begin as those of %s", *given)
+        logger.info("%d of %d tensors are copied from %s", *given)
     learning, size = _learning(cfg), cfg["batch_size"]
     pairs = _checked(data, grid, primitives, cfg["seed"])
     others = _checked(getattr(data, "held_out", data), grid, primitives, cfg["seed"] + HELD_OUT)
@@ -123,7 +123,7 @@ def _learning(cfg: Json) -> Learning:
     learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
     if learning.thin > 1 and not any_size:
         raise InputError(
-            f"model={cfg['model']['plugin']} sees whole images only, so learning.thin must be 1; "
+            f"model={cfg['model']['plugin']} needs whole images, so learning.thin must be 1; "
             f"got {learning.thin}"
         )
     return learning
@@ -200,7 +200,7 @@ def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
         raise InputError(f"no checkpoint at {path}; ckpt is a file, last, or null")
     if others := changed_settings(config, config_of(path), config):
         raise InputError(
-            f"ckpt: {path} is of another training: {'; '.join(others)}; say the same "
+            f"ckpt: {path} belongs to another training: {'; '.join(others)}; say the same "
             "again, or take its weights alone by begin_from="
         )
     return path

@@ -29,9 +29,9 @@ class DiffusionProcess:
     def __init__(self, alpha_bar: np.ndarray, noise_scale: float = 1.0) -> None:
         alpha_bar = np.asarray(alpha_bar, dtype=np.float64)
         if alpha_bar.ndim != 1 or len(alpha_bar) < 2 or alpha_bar[0] != 1 or alpha_bar[-1] <= 0:
-            raise ValueError(f"alpha_bar must go from 1 to above 0; got {alpha_bar}")
+            raise ValueError(f"alpha_bar must start at 1 and be positive; got {alpha_bar}")
         if not (np.diff(alpha_bar) < 0).all():
-            raise ValueError("alpha_bar must fall at every step")
+            raise ValueError("alpha_bar must decrease in every step")
         if noise_scale <= 0:
             raise ValueError(f"noise_scale must be positive; got {noise_scale}")
         alpha = np.append(1.0, alpha_bar[1:] / alpha_bar[:-1])

@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any, TypedDict
 
 import torch
@@ -20,7 +21,7 @@ from torch import Tensor
 from polycube import HOME
 from polycube.diffusion.conditions import condition
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
 from polycube.io.atomic import atomic_write
 
 SHIPPED = HOME / "plugins" / "weights"  # a folder for each grid, such as 2x1, and any
@@ -53,8 +54,8 @@ def shipped(grid: Sequence[int] = PAPERS) -> Path:
     if not (folder / "weights.safetensors").is_file():
         known = ", ".join(map(_name, shipped_grids())) or "none"
         raise InputError(
-            f"no weights ship for grid {_name(grid)}, only for {known}; "
-            f"train.py grid={_name(grid)} makes some"
+            f"no weights are included for grid {_name(grid)}, only for {known}; "
+            f"train.py grid={_name(grid)} trains them"
         )
     return folder
 
@@ -124,8 +125,7 @@ def load_denoiser(
         denoiser = make_denoiser(config, build)
         denoiser.load_state_dict(tensors)
     except Exception as error:  # each library has its own exception for each way to be wrong
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{path} does not hold the network of its config: {reason}") from error
+        raise _unfit(path, error) from error
     return denoiser.eval()
 
 
@@ -142,8 +142,18 @@ def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
 
 
 def config_of(checkpoint: Path) -> Recipe:
-    """What is needed to build the denoiser of a checkpoint again."""
-    return _read_checkpoint(checkpoint)[0]
+    """What is needed to build the denoiser of a checkpoint again; raises InputError."""
+    try:
+        return _read_checkpoint(checkpoint)[0]
+    except Exception as error:
+        raise _unfit(checkpoint, error) from error
+
+
+def _unfit(path: Path, error: Exception) -> InputError:
+    reason = brief(error)
+    if isinstance(error, UnpicklingError):
+        reason = "it is damaged, or holds objects that could run code, which are never loaded"
+    return InputError(f"{path} does not contain the network of its config: {reason}")
 
 
 def _read(path: Path) -> tuple[Recipe, dict[str, Tensor]]:

@@ -70,7 +70,7 @@ def polish(
     best = _local(problem, matching, best, local_rounds)
     best = regain(problem, matching, best, crease_rounds)
     logger.info(
-        "polish: least scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
+        "polish: smallest scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
         best.jacobian,
         100 * best.residual,
     )

@@ -82,7 +82,7 @@ def refine(
             found = inspect(tried, surface)
             apart, value = found.deviation.to_mesh.p99, merit(found)
             logger.info(
-                "refine, %s: scaled Jacobian at least %.3f, 99 %% of the surface within %.2f %%, "
+                "refine, %s: smallest scaled Jacobian %.3f, 99 %% of the surface within %.2f %%, "
                 "vertices within %.2f %%",
                 way,
                 found.scaled_jacobian,
@@ -98,7 +98,7 @@ def refine(
         if best is not None and best[0] >= (True, GOOD):
             break
     if best is None:
-        logger.info("refine: no finer mesh keeps a scaled Jacobian of %.2f", least)
+        logger.info("refine: no finer mesh has a scaled Jacobian of %.2f or more", least)
         return mesh
     return best[1]
 

@@ -80,7 +80,7 @@ def register_mesh(
         bad = problem.touching(problem.scaled_jacobian(x) < 0.2)
         trust = np.where(bad, np.maximum(0.4 * trust, 0.02), np.minimum(1.3 * trust, 1))
     worst = problem.scaled_jacobian(x).min()
-    logger.info("register: %d hexes, least scaled Jacobian %.3f", len(mesh.hexes), worst)
+    logger.info("register: %d hexes, smallest scaled Jacobian %.3f", len(mesh.hexes), worst)
     return replace(mesh, vertices=target.to_model(x))
 
 

@@ -58,7 +58,7 @@ def without_crossings(mesh: HexMesh, target: Target) -> HexMesh:
         tried = _unfolded(mesh, target, means)
         if not _is_sound(tried):
             return mesh
-    logger.info("crossings: %d pairs of quads parted", len(found))
+    logger.info("crossings: %d pairs of quads separated", len(found))
     return tried
 
 

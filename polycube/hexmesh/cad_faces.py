@@ -45,7 +45,7 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
     numbers = np.unique(surface.region)
     bare = np.setdiff1d(numbers, region)
     logger.info(
-        "CAD faces: %d of %d on the mesh, %d of %d quads lie on several%s",
+        "CAD faces: %d of %d on the mesh, %d of %d quads are on several%s",
         len(numbers) - len(bare),
         len(numbers),
         (share < 1).sum(),

@@ -201,11 +201,11 @@ def check_conforming(mesh: HexMesh) -> None:
         raise ValueError("hex mesh has no hexes")
     if mesh.hexes.min() < 0 or mesh.hexes.max() >= len(mesh.vertices):
         raise ValueError(
-            f"hexes must name vertices 0 to {len(mesh.vertices) - 1}; "
+            f"hexes must refer to vertices 0 to {len(mesh.vertices) - 1}; "
             f"got {mesh.hexes.min()} to {mesh.hexes.max()}"
         )
     if (np.diff(np.sort(mesh.hexes, axis=1), axis=1) == 0).any():
-        raise ValueError("a hex names the same vertex twice")
+        raise ValueError("a hex has the same vertex twice")
     faces, _, count = unique_rows(np.sort(mesh.hexes[:, FACES].reshape(-1, 4), axis=1))
     if (count > 2).any():
         raise ValueError(f"face {faces[np.argmax(count > 2)].tolist()} has {count.max()} hexes")

@@ -87,5 +87,5 @@ def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
 
 def _class(name: str) -> type:
     if not hasattr(types, name):
-        raise ValueError(f"artifact holds a {name}, which polycube.types does not define")
+        raise ValueError(f"artifact contains a {name}, which polycube.types does not define")
     return getattr(types, name)

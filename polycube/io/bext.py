@@ -91,7 +91,7 @@ def read_bext(path: Path) -> Spline:
     except EOFError:
         raise ValueError(f"{path} ends too early") from None
     except ValueError as error:
-        raise ValueError(f"{path} is no cubic BEXT v1 file: {error}") from None
+        raise ValueError(f"{path} is not a cubic BEXT v1 file: {error}") from None
     node, function, value = np.concatenate(rows, axis=1)
     extraction = csr_matrix(
         (value, (node.astype(int), function.astype(int))), (64 * n_elements, n_nodes)
@@ -116,14 +116,14 @@ def _expect(words: Iterator[str], wanted: str) -> None:
     for want in wanted.split():
         (word,) = _take(words, 1)
         if word != want:
-            raise ValueError(f"expected {want!r}, met {word!r}")
+            raise ValueError(f"expected {want!r}, found {word!r}")
 
 
 def _node(words: Iterator[str]) -> list[float]:
     _expect(words, "gnode")
     *point, weight = map(float, _take(words, 4))
     if weight != 1:
-        raise ValueError(f"expected weight 1, met {weight}")
+        raise ValueError(f"expected weight 1, found {weight}")
     return point
 
 

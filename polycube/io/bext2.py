@@ -69,7 +69,7 @@ def read_bext2(path: Path) -> Spline:
     """
     header, *lines = Path(path).read_text(encoding="ascii").splitlines()
     if header.split() != "B E X T 2.0".split():
-        raise ValueError(f"{path} is no BEXT v2 file: it begins {header!r}")
+        raise ValueError(f"{path} is not a BEXT v2 file: it begins {header!r}")
     text = " ".join(line for line in lines if not line.startswith("$#"))
     numbers = _Numbers(np.array(text.split(), np.float64), path)
     _, n_nodes, _, n_vectors, _ = numbers.integers(5)

@@ -6,13 +6,8 @@ solid.  Closedness is checked afterwards as for any surface, and here that no vo
 
 from __future__ import annotations
 
-import json
 import logging
 import re
-import subprocess
-import sys
-import tempfile
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -20,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.errors import InputError, brief
+from polycube.errors import InputError
+from polycube.io.foreign.process import read_alone, unreadable
 from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
@@ -28,10 +24,11 @@ from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)
 
-SUFFIXES = (*STEP, ".iges", ".igs", ".brep")
+BREP = ".brep"
+SUFFIXES = (*STEP, ".iges", ".igs", BREP)
+ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # of the shapes in a BREP file
+SEGMENTS = 48
 LOST = 0.05  # share of the volume that tessellation may lose
-SECONDS = 120  # that reading may take, and 30 more for each MB: Open CASCADE may loop for ever
-MEMORY = 4  # GB that it may use, and 0.2 more for each MB
 INSTALL = "pip install 'polycube[cad]'"
 
 
@@ -40,12 +37,12 @@ class Cad:
     """How CAD files are read."""
 
     solid: int | None = None  # of a file with several: which, from 1
-    segments: int = 48  # triangle edges on a full turn of a round face
+    segments: int = SEGMENTS  # triangle edges on a full turn of a round face
     units: str | None = None  # lengths the rest of the run takes the coordinates for
 
     def __post_init__(self) -> None:
         if self.solid == "all":
-            what = "all solids of a file are meshed by the command line, infer.py, only"
+            what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
         for name, least in {"segments": 6, "solid": 1}.items():
             value = getattr(self, name)
@@ -59,7 +56,6 @@ class Cad:
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     """Closed, oriented surface of a solid with its CAD faces, and doubts; raises InputError."""
-    path.open("rb").close()  # raises OSError, as the other readers do
     found = _tessellated(path, options)
     unit = file_unit(path)
     surface, notes = clean(found["vertices"] / MILLIMETRES[unit], found["faces"])
@@ -70,15 +66,17 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     if options.units not in (None, unit):
         notes.append(
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
-            f"say analysis.units={unit}"
+            f"use analysis.units={unit}"
         )
     lost = 1 - volume(surface) / size
     if np.isnan(lost):
-        notes.append("gmsh does not load: read by cascadio, the volume was not checked")
+        notes.append(
+            "gmsh cannot be loaded; the file was read by cascadio, and the volume was not checked"
+        )
     elif abs(lost) > LOST:
         notes.append(
             f"the triangles enclose {100 * lost:.1f} % less than the solid; "
-            f"raise cad.segments={options.segments}"
+            f"increase cad.segments={options.segments}"
         )
     return surface, notes
 
@@ -107,7 +105,9 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
     Only vertices and faces where gmsh does not load.
     """
     asked = {"solid": options.solid, "segments": options.segments}
-    output, said = by_gmsh("polycube.io.cad_worker", path, asked)
+    check_whole(path)
+    effort = max(1.0, options.segments / SEGMENTS) ** 2  # as many triangles
+    output, said = read_alone("polycube.io.cad_worker", path, asked, effort)
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
             return _chosen(dict(arrays), options.solid)
@@ -116,54 +116,17 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
     raise unreadable(path, said)
 
 
-def by_gmsh(worker: str, path: Path, asked: Mapping[str, object]) -> tuple[bytes | None, str]:
-    """Let gmsh look at a CAD file in a process of its own, which may crash.
-
-    Parameters
-    ----------
-    worker : module that reads a request, as JSON, from its standard input, and writes to its
-        `output`
-    asked : what the request has beside `path`, `output` and `gigabytes`
-
-    Returns
-    -------
-    What it wrote, None where it did not, and its standard error.
-
-    Raises
-    ------
-    InputError : it did not come to an end
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "output"
-        megabytes = path.stat().st_size / 1e6
-        request = {"path": str(path), "output": str(output), "gigabytes": MEMORY + megabytes / 5}
-        try:
-            done = subprocess.run(
-                [sys.executable, "-m", worker],
-                input=json.dumps({**request, **asked}),
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=SECONDS + 30 * megabytes,
-            )
-        except subprocess.TimeoutExpired as late:
-            raise InputError(
-                f"gmsh did not finish reading it in {late.timeout:.0f} s; the file is damaged or "
-                "incomplete"
-            ) from None
-        return (output.read_bytes() if output.is_file() else None), done.stderr
-
-
-def unreadable(path: Path, said: str) -> InputError:
-    """Of a file that gmsh could not read, with the last line that it said."""
-    return InputError(f"not a readable {path.suffix} file: {_last_line(said)}")
+def check_whole(path: Path) -> None:
+    """Raise InputError for a BREP file that breaks off: Open CASCADE reads on for ever there."""
+    if path.suffix.lower() == BREP and not ROOT.search(path.read_bytes()[-200:]):
+        raise InputError("the file breaks off: the shape that it is about must be named last")
 
 
 def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.ndarray]:
     """The arrays of the solid asked for; raises InputError where that is not clear."""
     volumes, boxes = found["volume"], found["box"]
     if not len(volumes):
-        raise InputError("the file holds no solid; export the part as a closed solid body")
+        raise InputError("the file contains no solid; export the part as a closed solid body")
     if "faces" not in found:
         listed = ", ".join(
             f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
@@ -171,7 +134,7 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
         )
         asked = "" if solid is None else f"there is no solid {solid}; "
         raise InputError(
-            f"{asked}the file holds {len(volumes)} solids: {listed}; say "
+            f"{asked}the file contains {len(volumes)} solids: {listed}; use "
             "cad.solid=1, or cad.solid=all for a mesh of each"
         )
     return {**found, "volume": volumes[(solid or 1) - 1]}
@@ -192,11 +155,6 @@ def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:
         raise InputError(f"not a readable {path.suffix} file")
     mesh = trimesh.load_scene(BytesIO(data), file_type="glb").to_mesh()
     return {"vertices": 1000 * np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces)}
-
-
-def _last_line(text: str) -> str:
-    lines = [line for line in text.strip().splitlines() if line.strip()]
-    return brief(lines[-1].removeprefix("Exception: ") if lines else "gmsh ended without a word")
 
 
 def _point(values: np.ndarray) -> str:

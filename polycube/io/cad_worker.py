@@ -14,10 +14,7 @@ from typing import Any
 
 import numpy as np
 
-try:
-    import resource
-except ImportError:  # Windows
-    resource = None  # type: ignore[assignment]
+from polycube.io.foreign.process import limit
 
 SEW = 1e-5  # of the diagonal: gaps of loose faces that are closed
 COARSE = 1 / 20  # of the diagonal: largest triangle edge
@@ -47,11 +44,9 @@ def main() -> None:
 def opened(request: Mapping[str, Any]) -> ModuleType:
     """gmsh with the solids of a file, in millimetres.
 
-    request : the `path`, and the `gigabytes` of memory that may be used
+    request : the `path`, and the `seconds` and `gigabytes` that may be used
     """
-    if resource is not None:
-        most = int(1e9 * request["gigabytes"])
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    limit(request)
     import gmsh
 
     gmsh.initialize(interruptible=False)

@@ -6,12 +6,10 @@ left out, hexes numbered the other way round.  What is still wrong then is refus
 
 from __future__ import annotations
 
-import io
 import logging
 from collections import Counter
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,12 +24,10 @@ from polycube.hexmesh.connectivity import (
     quad_edges,
 )
 from polycube.hexmesh.quality import triangles
+from polycube.io.foreign.process import parsed
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import connected, diagonal
 from polycube.types import HexMesh, TriMesh
-
-if TYPE_CHECKING:
-    import meshio
 
 logger = logging.getLogger(__name__)
 
@@ -53,6 +49,8 @@ def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
         mesh, notes = tidy(*_parsed(path))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
+    except OSError as error:
+        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d hexes", path, len(mesh.vertices), len(mesh.hexes))
     return mesh, notes
 
@@ -63,42 +61,36 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         raise InputError(f"unknown kind of hex mesh {path.suffix!r}; can read {', '.join(FORMATS)}")
     if not path.is_file():
         raise InputError("there is no such file")
-    import meshio
-
-    try:
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):  # it talks
-            found = meshio.read(path)
-    except (Exception, SystemExit) as error:  # foreign parsers raise whatever broke
-        raise InputError(f"not a readable {path.suffix} file") from error
+    found = parsed(path, "meshio")
     kinds: Counter[str] = Counter()
-    for block in found.cells:
-        kinds[block.type] += len(block.data)
+    for kind, number in zip(found["kind"].tolist(), found["number"].tolist(), strict=True):
+        kinds[kind] += number
     kinds = +kinds  # without those of which there are none
     others = [kind for kind in kinds if kind not in (*FLAT_CELLS, "hexahedron")]
     if others or "hexahedron" not in kinds:
         had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"
         raise InputError(f"only meshes of hexahedra with 8 corners can be improved; it has {had}")
-    points = np.asarray(found.points)
+    points = found["points"]
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
-        raise InputError("its points have no three coordinates")
-    blocks = [np.asarray(block.data) for block in found.cells if block.type == "hexahedron"]
-    if any(block.ndim != 2 or block.shape[1] != 8 for block in blocks if len(block)):
+        raise InputError("its points do not have three coordinates")
+    blocks = _in_blocks(found, "hexes")
+    if any(block.ndim != 2 or block.shape[1] != 8 for block in blocks):
         raise InputError("it has hexahedra without 8 corners")
-    hexes = np.concatenate([block for block in blocks if len(block)])
+    hexes = np.concatenate(blocks)
     if hexes.dtype.kind not in "iu":
-        raise InputError("the corners of its hexahedra are no whole numbers")
+        raise InputError("the corners of its hexahedra are not whole numbers")
     return points, hexes, _cells(found, len(hexes))
 
 
-def _cells(found: meshio.Mesh, number: int) -> np.ndarray:
+def _in_blocks(found: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]:
+    """The arrays of a name, of all blocks of cells that have one, in their order."""
+    every = (found.get(f"{name} {i}") for i in range(len(found["kind"])))
+    return [array for array in every if array is not None]
+
+
+def _cells(found: Mapping[str, np.ndarray], number: int) -> np.ndarray:
     """(H,) the array `cell` of our own files, zeros in any other file."""
-    listed = found.cell_data.get("cell", [])
-    own = [
-        np.asarray(values).ravel()
-        for block, values in zip(found.cells, listed, strict=False)
-        if block.type == "hexahedron"
-    ]
-    cell = np.concatenate([np.zeros(0, np.int64), *own])
+    cell = np.concatenate([np.zeros(0, np.int64), *_in_blocks(found, "cell")])
     known = len(cell) == number and cell.dtype.kind in "iu" and cell.min() >= 0
     return cell if known else np.zeros(number, np.int64)
 
@@ -109,7 +101,7 @@ def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[Hex
     if not np.isfinite(vertices).all():
         raise InputError("coordinates must be finite numbers")
     if hexes.min() < 0 or hexes.max() >= len(vertices):
-        raise InputError(f"a hex names vertex {hexes.max()}; there are {len(vertices)}")
+        raise InputError(f"a hex refers to vertex {hexes.max()}; there are {len(vertices)}")
     vertices, hexes, notes = _welded(vertices, hexes)
     hexes, cell, done = _distinct(hexes, cell)
     hexes, numbered = _in_order(vertices, hexes)
@@ -132,7 +124,7 @@ def _welded(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.nda
     number = np.searchsorted(kept, first)[group.ravel()]
     notes = []
     if len(used) < len(vertices):
-        notes.append(f"left out vertices that no hex uses: {len(vertices) - len(used)}")
+        notes.append(f"removed vertices that no hex uses: {len(vertices) - len(used)}")
     if len(kept) < len(used):
         notes.append(f"welded vertices at the same place: {len(used) - len(kept)}")
     return vertices[used][kept], number[local.reshape(hexes.shape)], notes
@@ -144,11 +136,11 @@ def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarr
     if collapsed.any():
         raise InputError(
             f"{collapsed.sum()} hexes have two equal corners, the first is number "
-            f"{collapsed.argmax()}; wedges and pyramids can not be improved"
+            f"{collapsed.argmax()}; wedges and pyramids cannot be improved"
         )
     kept = np.sort(np.unique(ordered, axis=0, return_index=True)[1])
     extra = len(hexes) - len(kept)
-    return hexes[kept], cell[kept], [f"left out hexes given twice: {extra}"] if extra else []
+    return hexes[kept], cell[kept], [f"removed duplicate hexes: {extra}"] if extra else []
 
 
 def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -156,7 +148,9 @@ def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     plain, by_axes = (_untwisted(vertices, h) for h in (hexes, hexes[:, BY_AXES]))
     if 2 * plain.sum() >= len(hexes) or by_axes.sum() <= plain.sum():
         return hexes, []
-    return hexes[:, BY_AXES], ["re-numbered the corners of all hexes: they ran along the axes"]
+    return hexes[:, BY_AXES], [
+        "renumbered the corners of all hexes: they were in lexicographic order"
+    ]
 
 
 def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
@@ -195,7 +189,7 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
             "meet in whole faces"
         )
     if (side[:n] == side[n:]).any():
-        raise InputError("the hexes can not be oriented: the mesh bounds no solid")
+        raise InputError("the hexes cannot be oriented: they do not form a solid")
     turn = side[:n] != side[0]
     turned = np.where(turn[:, None], hexes[:, MIRRORED], hexes)
     if _volume(vertices, turned) < 0:

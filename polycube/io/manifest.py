@@ -8,6 +8,7 @@ any moment leaves no file of its own that the list does not contain.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -21,6 +22,17 @@ from polycube.io.atomic import atomic_write
 
 NAME = "polycube-files.json"
 REMEDY = "choose another output_dir, or move the file away"
+
+ROOM = 1 << 20  # bytes that a folder must have room for
+UNWRITABLE = {  # errors that say something of the folder, not of the program
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EROFS,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EIO,
+}
 
 State = list[object]  # size in bytes, SHA-256
 Entries = dict[str, list[State]]  # two states while one replaces the other; none: appended to
@@ -67,19 +79,22 @@ def remove(folder: Path, names: Iterable[str], inputs: Collection[Path] = ()) ->
     """
     entries, read = _read(folder), _resolved(inputs)
     gone = [name for name in names if entries.get(name) and (folder / name).resolve() not in read]
-    for name in gone:
-        if _is_ours(folder / name, entries[name]):
-            (folder / name).unlink()
-    if gone:
+    if not gone:
+        return
+    with _writable(folder):
+        for name in gone:
+            if _is_ours(folder / name, entries[name]):
+                (folder / name).unlink()
         _save(folder, {name: states for name, states in entries.items() if name not in gone})
 
 
 def append_to(folder: Path, name: str) -> Path:
     """Make a file to append to, such as a log, or find that of an earlier run; never removed."""
     check(folder, [name])
-    folder.mkdir(parents=True, exist_ok=True)
-    _save(folder, {**_read(folder), name: []})
-    (folder / name).open("a").close()
+    with _writable(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        _save(folder, {**_read(folder), name: []})
+        (folder / name).open("a").close()
     return folder / name
 
 
@@ -89,12 +104,27 @@ def writing(folder: Path, remedy: str = REMEDY) -> Iterator[Path]:
 
     Raises
     ------
-    InputError : where a file would overwrite one of the user's; then none is moved.
+    InputError : where a file would overwrite one of the user's, or the disk is full or read-only;
+        then none is moved.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".polycube-", dir=folder) as scratch:
-        yield Path(scratch)
-        _publish(Path(scratch), folder, remedy)
+    with _writable(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".polycube-", dir=folder) as scratch:
+            yield Path(scratch)
+            _publish(Path(scratch), folder, remedy)
+
+
+@contextmanager
+def _writable(folder: Path) -> Iterator[None]:
+    """A folder that can not be written to is an InputError."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in UNWRITABLE:
+            raise
+        raise InputError(
+            f"cannot write results to {folder}: {error.strerror}; files that were complete are kept"
+        ) from error
 
 
 def _publish(scratch: Path, folder: Path, remedy: str) -> None:
@@ -126,7 +156,7 @@ def _check_names(
         if not os.path.lexists(path):
             continue
         if path.resolve() in read:
-            raise InputError(f"{path} is read and would be overwritten; {remedy}")
+            raise InputError(f"{path} is an input and would be overwritten; {remedy}")
         if name not in entries or not _is_ours(path, entries[name]):
             raise InputError(
                 f"{path} would be overwritten, and is not an unchanged result of an earlier run; "
@@ -139,7 +169,8 @@ def _check_writable(folder: Path) -> None:
     made = [p for p in (folder, *folder.parents) if not os.path.lexists(p)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        TemporaryFile(dir=folder).close()
+        with TemporaryFile(dir=folder) as file:
+            file.write(bytes(ROOM))
     except OSError as error:
         raise InputError(f"cannot write results to {folder}: {error.strerror}") from None
     finally:

@@ -37,7 +37,7 @@ def _vertex(index: int, n_vertices: int) -> int:
     if index == 0:
         raise ValueError("vertex index 0; OBJ counts vertices from 1")
     if index < -n_vertices:
-        raise ValueError(f"vertex index {index} goes back before the first of {n_vertices}")
+        raise ValueError(f"vertex index {index} is before the first of {n_vertices}")
     return index - 1 if index > 0 else n_vertices + index
 
 
@@ -55,7 +55,7 @@ def split(vertices: np.ndarray, polygons: list[list[int]]) -> tuple[np.ndarray, 
         rings = np.array([polygons[i] for i in np.flatnonzero(sizes == size)])
         if rings.max() >= len(vertices) or rings.min() < 0:
             raise InputError(
-                f"a face names vertex {rings.max() + 1} of {len(vertices)}; it is out of range"
+                f"a face refers to vertex {rings.max() + 1} of {len(vertices)}; it is out of range"
             )
         triangles.append(_fans(vertices, rings))
     return vertices, np.concatenate(triangles) if triangles else np.empty((0, 3), np.int64)

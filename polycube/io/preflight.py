@@ -48,7 +48,7 @@ class Preflight:
             at = ", ".join(where[:N_PLACES])
             rows.append(f"{len(where):>9}  {defect.problem}{note}, at {at}{more}")
         if not self.defects and not self.lost:
-            rows.append("           nothing is wrong with it")
+            rows.append("           no defects were found")
         return "\n".join(rows)
 
     def write(self, path: Path) -> Path:

@@ -26,8 +26,8 @@ def read_stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
         corners = _binary(data)
     elif b"\0" in data:
         raise InputError(
-            f"not a whole STL file: its header counts {count} triangles, "
-            f"but its {len(data)} bytes hold {max(len(data) - HEADER, 0) // RECORD}"
+            f"not a complete STL file: its header gives {count} triangles, "
+            f"but its {len(data)} bytes contain {max(len(data) - HEADER, 0) // RECORD}"
         )
     elif data.lstrip()[:5].lower() == b"solid":
         corners = _ascii(data)
@@ -63,10 +63,12 @@ def _ascii(data: bytes) -> np.ndarray:
     n_facets = ends.count(True)
     if not END.search(data) or len(ends) != 2 * n_facets or len(words) != 3 * n_facets:
         raise InputError(
-            f"not a whole STL file: it ends or breaks off after {len(words)} vertices of "
+            f"not a complete STL file: it ends after {len(words)} vertices of "
             f"{len(ends) - n_facets} facets; each needs three, 'endfacet', and 'endsolid' last"
         )
     try:
         return np.array(words, dtype=np.float64).reshape(-1, 3)
     except ValueError as error:
-        raise InputError(f"not an STL file: a coordinate is no number ({brief(error)})") from None
+        raise InputError(
+            f"not an STL file: a coordinate is not a number ({brief(error)})"
+        ) from None

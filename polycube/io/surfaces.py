@@ -19,6 +19,7 @@ from polycube.examples.parts import example
 from polycube.io.cad import SUFFIXES, Cad, read_cad
 from polycube.io.clouds import reading
 from polycube.io.clouds.reading import is_cloud, read_cloud
+from polycube.io.foreign.process import parsed
 from polycube.io.obj import read_obj
 from polycube.io.stl import read_stl
 from polycube.surface.clouds.options import Points
@@ -30,7 +31,7 @@ from polycube.types import TriMesh
 logger = logging.getLogger(__name__)
 
 EXAMPLE = "example:"
-LOOK = "preflight=true lists, preflight=FILE.vtp draws all that is wrong"
+LOOK = "preflight=true lists all defects, preflight=FILE.vtp writes their places"
 
 Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
@@ -80,7 +81,7 @@ def read_repaired(
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
     if made is not None:
         warnings = [made.sentence(), *warnings]
@@ -94,7 +95,7 @@ def read_soup(path: Path, points: Points | None = None) -> Soup:
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def is_cad(path: Path) -> bool:
@@ -158,20 +159,19 @@ def _read_trimesh(path: Path) -> Soup:
 
 
 def _read_fbx(path: Path) -> Soup:
-    path.open("rb").close()  # open3d only prints where it can not read
     try:
-        import open3d
-    except (ImportError, OSError) as error:
+        found = parsed(path, "open3d")
+    except InputError as error:
+        _, is_missing, why = str(error).partition("open3d does not load: ")
+        if not is_missing:
+            raise
         raise InputError(
-            f"FBX needs open3d, which does not load ({error}); on Debian or Ubuntu: "
+            f"FBX needs open3d, which does not load ({why}); on Debian or Ubuntu: "
             "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
-        ) from error
-    silence = open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error)
-    with silence:  # it writes to the standard output
-        mesh = open3d.io.read_triangle_mesh(path)
-    if not mesh.has_triangles():
-        raise InputError("not a whole FBX file, or one without triangles")
-    return np.array(mesh.vertices), np.array(mesh.triangles, dtype=np.int64)
+        ) from None
+    if not len(found["faces"]):
+        raise InputError("not a complete FBX file, or a file without triangles")
+    return found["vertices"], found["faces"]
 
 
 READERS: dict[str, Callable[[Path], Soup]] = {

@@ -14,13 +14,13 @@ from polycube.pipeline.search import Options, Variants
 from polycube.pipeline.state import RunState
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
-from polycube.types import OVERLAY, SPARE, SWEEP, Candidate, Polycube, Ranked
+from polycube.types import DRAWN, OVERLAY, SPARE, SWEEP, Candidate, Polycube, Ranked
 
 logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
 ENOUGH = 0.3  # scaled Jacobian of a mesh that misses nothing, for which no overlay is tried
-BRICKS = 0.9  # scaled Jacobian of a sweep with which no other structure is tried
+BRICKS = 0.9  # scaled Jacobian with which nothing is tried after a sweep, and no drawn structure
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -62,6 +62,27 @@ def _denoised_on(
 def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
+    The best drawn structure comes directly after the best of all others and the sweeps, whatever
+    `tries` is, unless one of these is the same structure.  So it is meshed beside the others and
+    does not replace any.
+    """
+    drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
+    others = [i for i, entry in enumerate(ranked) if i not in drawn]
+    order = [others[i] for i in _in_order([ranked[i] for i in others], tries)]
+    coarse = [i for i in order if not is_overlay(ranked[i])]
+    if not coarse:
+        overlays = [i for i in order if _family(ranked[i]) == OVERLAY]
+        return [*drawn[:tries], *overlays] if drawn else order
+    place = 1 + sum(_family(ranked[i]) == SWEEP for i in coarse[1:])
+    before, after = order[:place], order[place:]
+    keys = {ranked[i].candidate.key for i in before}
+    new = [i for i in drawn if ranked[i].candidate.key not in keys and _is_near(ranked, i)]
+    return [*before, *new[:1], *after]
+
+
+def _in_order(ranked: Sequence[Ranked], tries: int) -> list[int]:
+    """Numbers of the structures to mesh, in order, without drawn ones.
+
     The best, the best of the other family, then the best of each other kind, as long as the score
     is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
     equal structures that rank close the one from labels is taken, whose rough map is exact.
@@ -79,7 +100,7 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
         return overlays
     seen, choices = set(), []
     for index, entry in enumerate(ranked[: len(ranked) - len(overlays)]):
-        if entry.candidate.key not in seen and entry.score <= 2 * ranked[0].score + 2:
+        if entry.candidate.key not in seen and _is_near(ranked, index):
             seen.add(entry.candidate.key)
             same = (
                 i
@@ -100,23 +121,30 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     return [*order[: not is_swept], *sweeps, *order[not is_swept :], *overlays]
 
 
+def _is_near(ranked: Sequence[Ranked], index: int) -> bool:
+    """Whether the score of a structure is within about twice that of the best."""
+    return ranked[index].score <= 2 * ranked[0].score + 2
+
+
 def settled_at(
     ranked: Sequence[Ranked], choices: Sequence[int], index: int, acceptance: Acceptance
 ) -> float:
     """Scaled Jacobian of a mesh of structure `index` with which no later choice is tried.
 
     It is higher where a structure of another family ranks close: a short registration does not
-    tell such two apart.  A sweep is always tried, and another structure after a sweep unless that
-    is nearly all bricks.
+    tell such two apart.  A sweep is always tried, and a drawn structure, or another after a sweep,
+    unless the mesh is nearly all bricks.
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
-    later = [entry for entry in later if not is_overlay(entry)]
-    if any(_family(entry) == SWEEP for entry in later):
+    families = [_family(entry) for entry in later if not is_overlay(entry)]
+    if SWEEP in families:
         return np.inf
-    if later and _family(now) == SWEEP:
+    if DRAWN in families or (families and _family(now) == SWEEP):
         return BRICKS
     is_close = any(
-        entry.score <= CLOSE * now.score and _family(entry) != _family(now) for entry in later
+        entry.score <= CLOSE * now.score and _family(entry) != _family(now)
+        for entry in later
+        if not is_overlay(entry)
     )
     return acceptance.excellent if is_close else acceptance.acceptable
 
@@ -148,6 +176,11 @@ def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]
 def is_fine(start: RunState) -> bool:
     """Whether the structure that is meshed is an overlay."""
     return bool(start.ranked) and is_overlay(start.ranked[start.chosen])
+
+
+def is_drawn(start: RunState) -> bool:
+    """Whether the structure that is meshed was drawn by a network without a grid."""
+    return bool(start.ranked) and _family(start.ranked[start.chosen]) == DRAWN
 
 
 def is_overlay(entry: Ranked) -> bool:

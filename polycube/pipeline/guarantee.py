@@ -134,7 +134,9 @@ def _moved(start: Variants, stage: Stage, state: RunState) -> HexMesh:
     if not np.array_equal(fitted.hexes, hexes.hexes) or not np.isfinite(fitted.vertices).all():
         return hexes
     kept, share = partly_fitted(hexes, fitted.vertices)
-    logger.info("%s: %d of %d vertices are held back", stage.kind, (share < 1).sum(), len(share))
+    logger.info(
+        "%s: %d of %d vertices are moved only in part", stage.kind, (share < 1).sum(), len(share)
+    )
     return kept
 
 
@@ -145,8 +147,9 @@ def _described(start: Variants, hexes: HexMesh, why: str) -> RunState:
     if not off and start.acceptance(hexes, state.surface).is_valid:
         return state
     sentence = (
-        f"no fitted mesh is valid ({why}); this one is fitted in part: {off:.1%} of its boundary "
-        f"vertices are more than {NEAR:.1%} of the diagonal off the surface; {_distances(state)}"
+        f"no fitted mesh is valid ({why}); this one is only partly fitted: {off:.1%} of its "
+        f"boundary vertices are more than {NEAR:.1%} of the diagonal away from the surface; "
+        f"{_distances(state)}"
     )
     return replace(state, unfitted=sentence)
 

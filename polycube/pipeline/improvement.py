@@ -72,7 +72,7 @@ class Improvement(Run):
                 for stage, value in zip(stages, path, strict=True):
                     self._save(stage.kind, value)
                 return end
-        logger.info("no better mesh was found: the one given is kept")
+        logger.info("no better mesh was found; the given mesh is the result")
         for stage in stages:
             self._save(stage.kind, given)
         return replace(state, hexes=given)

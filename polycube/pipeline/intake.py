@@ -20,7 +20,7 @@ from polycube.types import TriMesh
 def read_part(settings: Settings, clock: Clock) -> RunState:
     """Read the surface of `mesh`; raises InputError."""
     if settings.mesh is None:
-        raise InputError("no surface given: say mesh=part.stl, or mesh=example:rod to try it")
+        raise InputError("no surface given: use mesh=part.stl, or mesh=example:rod for an example")
     path = settings.mesh
     read = clock.run(
         "read", lambda: read_repaired(path, settings.cad, settings.repair, settings.points)

@@ -30,7 +30,7 @@ def voxels(items: Iterable[Item]) -> dict[str, np.ndarray]:
     for item in items:
         name = primitive_name(item)
         if name in made:
-            raise InputError(f"primitives.use names {name} twice")
+            raise InputError(f"primitives.use contains {name} twice")
         found = made[name] = np.asarray(registry.build("primitive", primitive_config(item))())
         if found.shape != (3, 3, 3) or found.dtype != bool:
             raise InputError(

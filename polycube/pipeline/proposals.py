@@ -64,12 +64,13 @@ def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
     if not n_proposed and all(plugin.any_grid for plugin in plugins):
         return (
             f"structure={', '.join(own)} proposes nothing for this "
-            f"surface of genus {genus(surface)}; verbose=true says why, structure=auto tries others"
+            f"surface of genus {genus(surface)}; verbose=true shows the reasons, "
+            "structure=auto tries others"
         )
     if not n_proposed and all(plugin.needs_network for plugin in plugins):
         return (
-            f"no trained weights for {named} on a {shapes} grid; name weights by ckpt=, or let "
-            "structure=auto find the structure without a network"
+            f"no trained weights for {named} on a {shapes} grid; give weights with ckpt=, or use "
+            "structure=auto, which needs no network"
         )
     return (
         f"no polycube of {named} on a {shapes} grid fits this surface of genus {genus(surface)}; "
@@ -130,13 +131,13 @@ def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:
     if alone:
         raise InputError(
             f"structure={name} finds the structure itself, so it cannot be combined with "
-            "context=; leave one of them out"
+            "context=; remove one of them"
         )
     defaults = {field.name: field.default for field in fields(plugin)}
     for option, value in config.items():
         plain = tuple(value) if isinstance(value, list) else value
         if option in defaults and plain != defaults[option]:
             raise InputError(
-                f"structure.proposals.{name}.{option} has no effect beside context=; leave one "
+                f"structure.proposals.{name}.{option} has no effect with context=; remove one "
                 "of them out"
             )

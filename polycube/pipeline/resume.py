@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
 from polycube.io import artifacts, manifest
 
 
@@ -18,12 +18,18 @@ def save_stage(folder: Path, kind: str, value: object) -> None:
 
 
 def load_stage(folder: Path, kind: str) -> Any:
-    """Load what `save_stage` kept; raises InputError naming the stages that are there."""
+    """Load what `save_stage` kept; raises InputError, naming the stages that are there."""
     path = folder / stage_name(kind)
     if not path.is_file():
         have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
-        raise InputError(f"{folder} holds no result of stage {kind!r}; it holds {have or 'none'}")
-    return artifacts.load(path)
+        raise InputError(
+            f"{folder} contains no result of stage {kind!r}; it contains {have or 'none'}"
+        )
+    try:
+        return artifacts.load(path)
+    except Exception as error:  # zip, zlib, numpy and JSON each have exceptions of their own
+        what = f"the kept result is damaged ({brief(error)})"
+        raise InputError(what, str(path), "resume from an earlier stage") from error
 
 
 def has_stage(folder: Path, kind: str) -> bool:

@@ -21,6 +21,7 @@ from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Ranking
 from polycube.pipeline.choices import (
     choose,
+    is_drawn,
     is_fine,
     is_needless,
     is_overlay,
@@ -255,10 +256,12 @@ class Run:
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
         """The variants of the bundle, on one structure; with blocks they have no short runs.
 
-        Those of a coarse structure give up where they cross themselves; those of an overlay differ
-        in that.
+        Nor has a drawn structure, which is compared with the first by meshes of equal effort.
+        Variants of a coarse structure give up where they cross themselves; those of an overlay
+        differ in that.
         """
-        trial = None if start.blocks is not None else self.bundle.get("trial")
+        in_full = start.blocks is not None or is_drawn(start)
+        trial = None if in_full else self.bundle.get("trial")
         return Variants(
             stages,
             list(variants_of(self.bundle, start)),
@@ -284,7 +287,7 @@ class Run:
             with self.deadline.running():
                 return self.search(state, stages, kept)
         except TimeIsUp:
-            return self._best(f"meshing was stopped after {seconds:g} s, as asked")
+            return self._best(f"meshing was stopped after {seconds:g} s, the limit given")
         except KeyboardInterrupt:
             return replace(self._best("meshing was interrupted"), interrupted=True)
 
@@ -293,7 +296,7 @@ class Run:
         best = self.deadline.best(lambda s: self.acceptance(_hexes(s), s.surface).key)
         if best is None:
             raise KeyboardInterrupt
-        stopped = f"{why}; this is the best valid mesh until then"
+        stopped = f"{why}; the result is the best valid mesh until then"
         logger.warning("warning: %s", stopped)
         return replace(self._kept(best), stopped=stopped)
 
@@ -307,7 +310,7 @@ class Run:
 
     def check_places(self, hexes: HexMesh, exports: Sequence[Export] = ()) -> None:
         """Raise InputError for a place that an analysis or an export needs and the mesh has not."""
-        again = f"; the mesh is kept, resume={self.folder} from=spline"
+        again = f"; the mesh is saved, continue with resume={self.folder} from=spline"
         for stage in self.solving:
             try:
                 check_names(getattr(stage.plugin, "places", ()), hexes.sets)

@@ -304,8 +304,8 @@ def _check(stages: Sequence[Stage], options: Iterable[Options]) -> None:
         if lacking:
             raise InputError(
                 f"a variant of meshing sets {', '.join(lacking)} of {kind}, which "
-                f"{type(plugins[kind]).__name__} does not have; say meshing.portfolio=[{{}}] and "
-                "~meshing.trial, or name variants of your own"
+                f"{type(plugins[kind]).__name__} does not have; use meshing.portfolio=[{{}}] and "
+                "~meshing.trial, or define your own variants"
             )
 
 

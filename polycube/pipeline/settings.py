@@ -133,13 +133,19 @@ class _Reader:
 
     def order(self) -> tuple[str, ...]:
         value = self.composed["order"]
+        value = [value] if isinstance(value, str) else value
         chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
         if chain != list(HALVES[: len(chain)]):
             raise InputError(
-                f"order is a list that begins as [{', '.join(HALVES)}] does, with report where "
-                f"the page is wanted; got {value}"
+                f"order must be a list of the first of [{', '.join(HALVES)}], and report for the "
+                f"page; got {value}"
             )
-        return tuple(value)
+        last = next((i for i, half in enumerate(chain) if self.is_none(half)), len(chain))
+        return tuple(half for half in value if half not in chain[last:])
+
+    def is_none(self, half: str) -> bool:
+        """Whether there is none of it, as `spline=none` says."""
+        return self.node(half).get("plugin", half) is None
 
     def context(self) -> Sequence[str | None] | None:
         value = self.composed["context"]
@@ -152,5 +158,7 @@ class _Reader:
         if value not in LEVELS:
             raise InputError(f"repair must be {', '.join(LEVELS)}; got {value!r}")
         if self.composed["hex"] and value != LEVELS[0]:
-            raise InputError("repair is for the surface of mesh=, not beside hex=")
+            raise InputError(
+                "repair works on the surface of mesh=, it cannot be combined with hex="
+            )
         return str(value)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.errors import InputError
 from polycube.hexmesh.inspection import inspect
 from polycube.io import manifest
 from polycube.kinds import Export
@@ -20,7 +21,7 @@ from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
 from polycube.registry import provide
 from polycube.report.numbers import quality
-from polycube.types import HexMesh, Spline, TriMesh
+from polycube.types import HexMesh, Json, Polycube, Spline, TriMesh
 
 REPAIRED = ("repaired.stl", "repaired.vtp")  # written before the results
 ALWAYS = ("config.json", "report.json", "polycube.vtu", "trajectory.npz")
@@ -120,6 +121,15 @@ def write_results(
         write_report(folder, state, {**report, "config": settings.composed}, not state.interrupted)
 
 
+def write_hexes(path: Path, hexes: HexMesh, surface: TriMesh, polycube: Polycube | None) -> Path:
+    """Write the hex mesh with its measures, sets, primitives and distances from the surface."""
+    from polycube.io.vtk import write_hex_vtu
+
+    context = polycube.context if polycube else ()
+    off = {"off_surface": quality.off_surface(hexes, surface)}
+    return write_hex_vtu(path, hexes, context, off)
+
+
 def _is_sound(hexes: HexMesh, surface: TriMesh) -> bool:
     found = inspect(hexes, surface)
     return found.scaled_jacobian > 0 and not len(found.crossings)
@@ -137,8 +147,7 @@ def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
     if state.labels is not None:
         vtk.write_labels_vtp(folder / "labels.vtp", state.surface, state.labels)
     if state.hexes is not None:
-        off = {"off_surface": quality.off_surface(state.hexes, state.surface)}
-        vtk.write_hex_vtu(folder / "hex.vtu", state.hexes, _context(state), off)
+        write_hexes(folder / "hex.vtu", state.hexes, state.surface, state.polycube)
     if state.spline is not None:
         _write_spline(folder, state, state.spline, settings)
     if state.trajectory is not None:
@@ -175,3 +184,11 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:
     path.write_text(json.dumps(value, indent=1), encoding="utf-8")
+
+
+def read_json(path: Path) -> Json:
+    """A file that `write_results` wrote; raises InputError where it is not there."""
+    if not path.is_file():
+        raise InputError("there is no such file", str(path), "name the folder of a run")
+    found: Json = json.loads(path.read_text(encoding="utf-8"))
+    return found

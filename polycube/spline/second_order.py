@@ -204,12 +204,12 @@ def _at_corners(level: int) -> np.ndarray:
 
 def _tell(found: HexElements, spline: Spline | None) -> None:
     nodes, n_hexes = found.hexes.shape[1], len(found.hexes)
-    where = "on straight edges, for there is no spline" if spline is None else "on the spline"
+    where = "with straight edges, because there is no spline" if spline is None else "on the spline"
     logger.info("%d hexes of %d nodes %s", n_hexes, nodes, where)
     if found.straightened:
         logger.warning(
-            "warning: %d of %d hexes of %d nodes have straight edges: with curved ones det J > 0 "
-            "is not certain, or they hold spline elements of several levels",
+            "warning: %d of %d hexes of %d nodes have straight edges, because det J > 0 is not "
+            "certain with curved ones, or they contain spline elements of several levels",
             found.straightened,
             n_hexes,
             nodes,

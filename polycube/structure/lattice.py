@@ -230,7 +230,7 @@ def cell_and_wall(polycube: Polycube, surface: Boundary) -> np.ndarray:
     size = polycube.occupancy.shape // grid  # boxes per cell
     for knots, n_cells, step in zip(polycube.knots, grid, size, strict=True):
         if step == 0 or not np.array_equal(knots[::step], np.arange(n_cells + 1)):
-            raise ValueError(f"cells of a collapsed polycube cannot be told; knots {knots}")
+            raise ValueError(f"cells of a collapsed polycube are not known; knots {knots}")
     inside = np.argwhere(polycube.occupancy)[surface.box]  # (Q, 3)
     outward = np.concatenate([np.eye(3, dtype=int), -np.eye(3, dtype=int)])
     outside = inside + outward[surface.axis % 2 * 3 + surface.axis // 2]

@@ -33,13 +33,18 @@ def check_surface(surface: TriMesh) -> None:
     """Raise InputError, in one sentence, unless the surface bounds one solid."""
     faces = surface.faces
     check_closed(surface)
-    _refuse(surface, misoriented_edges(faces), "not oriented", "that both faces run the same way")
+    _refuse(
+        surface,
+        misoriented_edges(faces),
+        "not oriented",
+        "that both faces have in the same direction",
+    )
     vertices = nonmanifold_vertices(faces)[:, None]
-    _refuse(surface, vertices, "not manifold", "where its parts touch in a point only")
+    _refuse(surface, vertices, "not manifold", "where its parts touch only in a point")
     _check_one_piece(surface)
     if not volume(surface) > FLAT * face_areas(surface).sum() * diagonal(surface):
         raise InputError(
-            f"the surface encloses no volume: it measures {volume(surface):.3g}, which must be "
+            f"the surface encloses no volume: its volume is {volume(surface):.3g}, which must be "
             "positive (faces counter-clockwise seen from outside)"
         )
 

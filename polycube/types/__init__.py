@@ -1,8 +1,8 @@
-"""Data types that the stages exchange, one module per subject; imports numpy and scipy only.
+"""Data types exchanged by the stages; imports numpy and scipy only.
 
-All are frozen dataclasses whose arrays are checked, copied and locked.  Arrays are float64 and
-int64; equal letters in the shapes mean equal lengths.  Lengths are in the user's units and
-placement, except on the polycube, whose cell edge is 1.
+All types are frozen dataclasses. Their arrays are checked, copied and made read-only; they are
+float64 or int64. Equal letters in shapes mean equal lengths. Coordinates are in the user's units
+and placement, except on the polycube, where a grid cell has edges of length 1.
 """
 
 from polycube.types.checks import freeze
@@ -10,6 +10,7 @@ from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Verdict
 from polycube.types.plain import Json
 from polycube.types.polycube import (
     AXES,
+    DRAWN,
     OVERLAY,
     SPARE,
     SWEEP,
@@ -25,6 +26,7 @@ from polycube.types.surface import Frame, PointImage, TriMesh
 
 __all__ = [
     "AXES",
+    "DRAWN",
     "OVERLAY",
     "SPARE",
     "SWEEP",

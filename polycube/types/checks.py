@@ -1,4 +1,4 @@
-"""Checks of shapes and types that every data type runs when it is made."""
+"""Checks of array shapes and types in the constructors of the data types."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 
 def freeze(obj: object, **specs: tuple[str, type]) -> None:
-    """Check and lock array fields; equal letters mean equal lengths.
+    """Check array fields and make them read-only; equal letters mean equal lengths.
 
-    specs : field name -> (dimensions such as "V 3", dtype); raises ValueError with the shape met.
+    specs : field name -> (dimensions such as "V 3", dtype); raises ValueError for another shape
     """
     sizes: dict[str, int] = {}
     for name, (dims, dtype) in specs.items():

@@ -1,4 +1,4 @@
-"""Hex meshes, proposed structures, and how they are judged."""
+"""Hex meshes, proposed structures and verdicts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from polycube.types.polycube import Polycube, RoughMap
 
 @dataclass(frozen=True, eq=False)
 class HexMesh:
-    """All-hex mesh; VTK vertex order, and no other order inside the project.
+    """All-hexahedral mesh with the vertex order of VTK.
 
             7--------6        zeta
            /|       /|         |
@@ -22,23 +22,31 @@ class HexMesh:
           |/       |/          |/
           0--------1           o---- xi
 
-    `quads` are the boundary faces, counter-clockwise from outside, and `patch` the polycube face
-    that each came from; `cell` is the grid cell of each hex and `primitives` the primitive in each
-    grid cell (all computed by `hexmesh.connectivity.hex_mesh`).  `warnings` name requests that
-    could not be met.  `sets` name parts of the boundary (`hexmesh.named_sets.boundary_sets`).
-    `paths` are the vertices on curves of the surface, by the number of the curve, where later
-    stages are to keep them there.
+    `hexmesh.connectivity.hex_mesh` computes `quads`, `patch`, `cell` and `primitives`.
+
+    Parameters
+    ----------
+    vertices : (V, 3) coordinates in the user's units
+    hexes : (H, 8) vertex numbers
+    quads : (Q, 4) vertex numbers of the boundary faces, counter-clockwise as seen from outside
+    patch : (Q,) number of the polycube face of each quad
+    cell : (H,) number of the grid cell of each hex
+    primitives : primitive in each grid cell; empty if not known
+    warnings : requests that could not be met, one sentence each
+    sets : named boundary sets, (N,) numbers of quads (`hexmesh.named_sets.boundary_sets`)
+    paths : (N,) vertices on each curve of the surface, in order, by the number of the curve; later
+        stages keep them on the curve
     """
 
-    vertices: np.ndarray  # (V, 3)
-    hexes: np.ndarray  # (H, 8) into vertices
-    quads: np.ndarray  # (Q, 4) into vertices
-    patch: np.ndarray  # (Q,)
-    cell: np.ndarray  # (H,)
-    primitives: tuple[str | None, ...] = ()  # of each grid cell; empty where it is not known
-    warnings: tuple[str, ...] = ()  # a sentence each
-    sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # quads (N,) by name
-    paths: Mapping[str, np.ndarray] = field(default_factory=dict)  # vertices (N,) in order
+    vertices: np.ndarray
+    hexes: np.ndarray
+    quads: np.ndarray
+    patch: np.ndarray
+    cell: np.ndarray
+    primitives: tuple[str | None, ...] = ()
+    warnings: tuple[str, ...] = ()
+    sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    paths: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         freeze(
@@ -55,46 +63,74 @@ class HexMesh:
 class Candidate:
     """A proposed structure: a polycube and a rough map from it to the model.
 
-    Where the structure is that of no polycube, `blocks` are coarse hexes that fill the part, from
-    which its mesh is made, and the polycube is a box.
+    Parameters
+    ----------
+    proposal : name of the structure plugin
+    polycube : the polycube; a box for structures with `blocks`
+    rough_map : rough map of the polycube to the model
+    cost : cost given by the plugin, smaller is better; comparable within one plugin only
+    key : equal for equal structures in equal orientation
+    trajectory : (S, N, 3) states x_T to x_0 of a denoising, in polycube units
+    probability : probability of the structure according to a trained network
+    steps : (S,) diffusion step t of each state of the trajectory
+    family : group of similar structures: contexts of a grid, lattices, labels
+    blocks : coarse hexes of a structure without a polycube, in the user's units
     """
 
-    proposal: str  # the structure plugin that made it
+    proposal: str
     polycube: Polycube
     rough_map: RoughMap
-    cost: float  # the proposal's own, smaller is better; comparable within one proposal
-    key: str  # equal for equal structures in equal orientation
-    trajectory: np.ndarray | None = None  # (S, N, 3) x_T ... x_0 of a denoising, polycube units
-    probability: float | None = None  # of the structure, in its frame, by a trained classifier
-    steps: tuple[int, ...] = ()  # (S,) t of each state of the trajectory
-    family: str = "grid"  # of those that fail alike: contexts of a grid, lattices, labels
-    blocks: HexMesh | None = None  # in the user's units
+    cost: float
+    key: str
+    trajectory: np.ndarray | None = None
+    probability: float | None = None
+    steps: tuple[int, ...] = ()
+    family: str = "grid"
+    blocks: HexMesh | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """A candidate, its score and the coarse mesh that was used to judge it."""
+    """A candidate, its score, and the coarse mesh from which the score was computed.
+
+    Parameters
+    ----------
+    candidate : the candidate
+    score : smaller is better
+    numbers : terms of the score
+    hexes : coarse mesh after the short registration, in model units
+    positions : (V, 3) polycube position of each vertex of the mesh
+    """
 
     candidate: Candidate
-    score: float  # smaller is better
-    numbers: dict[str, float]  # the terms of the score
-    hexes: HexMesh  # coarse, registered, in model units
-    positions: np.ndarray  # (V, 3) polycube position of each vertex of the hexes
+    score: float
+    numbers: dict[str, float]
+    hexes: HexMesh
+    positions: np.ndarray
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What an acceptance says of a hex mesh."""
+    """Result of the acceptance plugin for a hex mesh.
 
-    failures: tuple[str, ...]  # why the mesh is not valid, a sentence each
-    warnings: tuple[str, ...]  # why a user should look at a valid mesh, a sentence each
-    key: tuple[float, ...]  # to choose by: the larger mesh is the better one
-    reaches: float  # scaled Jacobian of a mesh that misses nothing else; -inf otherwise
-    lost: int = 0  # points, curves and faces of a CAD part that are not on the mesh
+    Parameters
+    ----------
+    failures : reasons why the mesh is not valid, one sentence each
+    warnings : warnings about a valid mesh, one sentence each
+    key : of two meshes, the one with the larger key is better
+    reaches : scaled Jacobian of a mesh that meets all other criteria, otherwise -inf
+    lost : number of points, curves and faces of a CAD part that are not on the mesh
+    """
+
+    failures: tuple[str, ...]
+    warnings: tuple[str, ...]
+    key: tuple[float, ...]
+    reaches: float
+    lost: int = 0
 
     @property
     def is_valid(self) -> bool:
-        """Whether the mesh may be used at all."""
+        """Whether the mesh is valid."""
         return not self.failures
 
     def __str__(self) -> str:

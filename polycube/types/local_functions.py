@@ -1,4 +1,4 @@
-"""The functions of each element, gathered from the rows of its nodes in one pass."""
+"""The spline functions of each element, from the matrix rows of its nodes."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numba import njit
 def gathered(
     starts: np.ndarray, columns: np.ndarray, values: np.ndarray, nodes: np.ndarray, n_columns: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Transpose the rows of the nodes of each element, without the columns that are not there.
+    """Transpose the matrix rows of the nodes of each element, without empty columns.
 
     Parameters
     ----------
     starts, columns, values : a sparse matrix by rows
     nodes : (E, n) rows of each element
-    n_columns : of the matrix
+    n_columns : number of columns of the matrix
 
     Returns
     -------

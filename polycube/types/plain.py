@@ -1,4 +1,4 @@
-"""Plain values, as JSON and YAML hold them."""
+"""Plain values, as in JSON and YAML."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Polycubes, and maps from them to a model."""
+"""Polycubes and maps from them to a model."""
 
 from __future__ import annotations
 
@@ -9,25 +9,38 @@ import numpy as np
 from polycube.types.checks import freeze
 
 PerAxis = tuple[np.ndarray, np.ndarray, np.ndarray]  # one array for each of x, y and z
-OVERLAY = "overlay"  # family of the lattices as fine as the hexes
+OVERLAY = "overlay"  # family of lattices that are as fine as the hexes
+DRAWN = "drawn"  # family of the structures that a network without a grid proposes
 SWEEP = "sweep"  # family of sections swept along an axis
-SPARE = "spare"  # family of those with another genus than the part's, where nothing else will do
+SPARE = "spare"  # family of lattices with another genus than the part, used as a last resort
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # the axis labels 0..5
 
 
 @dataclass(frozen=True, eq=False)
 class Polycube:
-    """Union of axis-aligned boxes on a rectilinear lattice; the one source of its faces and genus.
+    """Union of axis-aligned boxes on a rectilinear lattice.
 
-    Box (i, j, k) fills [x_i, x_i+1] x [y_j, y_j+1] x [z_k, z_k+1]; a grid cell has edge 1.
+    Box (i, j, k) is [x_i, x_i+1] x [y_j, y_j+1] x [z_k, z_k+1]. A grid cell has edges of length 1.
+
+    Parameters
+    ----------
+    occupancy : (X, Y, Z) bool, True for full boxes
+    x, y, z : (X + 1,), (Y + 1,), (Z + 1,) ascending coordinates of the lattice planes
+    grid : number of grid cells along each axis
+    context : primitive of each grid cell, x varies slowest; None for an empty cell
+
+    Raises
+    ------
+    ValueError
+        If shapes do not match, knots do not ascend, or the context has a wrong length.
     """
 
-    occupancy: np.ndarray  # (X, Y, Z) bool
-    x: np.ndarray  # (X + 1,) knots, ascending
+    occupancy: np.ndarray
+    x: np.ndarray
     y: np.ndarray
     z: np.ndarray
     grid: tuple[int, int, int]
-    context: tuple[str | None, ...]  # primitive per grid cell, x slowest; None where empty
+    context: tuple[str | None, ...]
 
     def __post_init__(self) -> None:
         freeze(self, occupancy=("X Y Z", bool))
@@ -49,12 +62,18 @@ class Polycube:
 
 @dataclass(frozen=True, eq=False)
 class RoughMap:
-    """Where points of a polycube lie in the model, roughly: trilinear between control positions."""
+    """Approximate map from a polycube to the model, trilinear between control positions.
 
-    x: np.ndarray  # (X,) polycube coordinates of the control planes, ascending
-    y: np.ndarray  # (Y,)
-    z: np.ndarray  # (Z,)
-    positions: np.ndarray  # (X, Y, Z, 3) in the user's units
+    Parameters
+    ----------
+    x, y, z : (X,), (Y,), (Z,) ascending polycube coordinates of the control planes
+    positions : (X, Y, Z, 3) positions in the model, in the user's units
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    positions: np.ndarray
 
     def __post_init__(self) -> None:
         freeze(
@@ -68,10 +87,16 @@ class RoughMap:
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """Polycube face that each face of the input surface belongs to."""
+    """Polycube face of each triangle of the input surface.
 
-    axis: np.ndarray  # (F,) 0..5, see AXES
-    patch: np.ndarray  # (F,) maximal planar connected face of the polycube
+    Parameters
+    ----------
+    axis : (F,) direction of the face, 0 to 5, see `AXES`
+    patch : (F,) number of the maximal connected plane face of the polycube
+    """
+
+    axis: np.ndarray
+    patch: np.ndarray
 
     def __post_init__(self) -> None:
         freeze(self, axis=("F", np.int64), patch=("F", np.int64))
@@ -79,9 +104,14 @@ class Labels:
 
 @dataclass(frozen=True, eq=False)
 class Parametrization:
-    """Where each input vertex lies on the polycube."""
+    """Place of each vertex of the surface on the polycube.
 
-    positions: np.ndarray  # (V, 3), cell edge 1
+    Parameters
+    ----------
+    positions : (V, 3) polycube coordinates; a grid cell has edges of length 1
+    """
+
+    positions: np.ndarray
 
     def __post_init__(self) -> None:
         freeze(self, positions=("V 3", np.float64))

@@ -11,51 +11,86 @@ from polycube.types.checks import freeze
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Vibration modes, ascending."""
+    """Vibration modes in ascending order of frequency.
 
-    eigenvalues: np.ndarray  # (K,) omega^2 in 1/time^2
-    shapes: np.ndarray  # (K, C, 3) displacement of each control point, mass-normalised
+    Parameters
+    ----------
+    eigenvalues : (K,) omega^2 in 1/time^2
+    shapes : (K, C, 3) displacement coefficients of the control points, mass-normalised
+    mass : mass of the part
+    units : units of length, mass, time and frequency
+    rigid : number of rigid modes, which come first
+    """
+
+    eigenvalues: np.ndarray
+    shapes: np.ndarray
     mass: float
-    units: dict[str, str] = field(default_factory=dict)  # of length, mass, time, frequency
-    rigid: int = 6  # of them, the first ones, are motions that deform nothing
+    units: dict[str, str] = field(default_factory=dict)
+    rigid: int = 6
 
     def __post_init__(self) -> None:
         freeze(self, eigenvalues=("K", np.float64), shapes=("K C 3", np.float64))
 
     @property
     def frequency(self) -> np.ndarray:
-        """(K,) cycles per unit of time; rounding below zero counts as zero."""
+        """(K,) frequencies in cycles per unit of time; negative eigenvalues count as zero."""
         return np.sqrt(np.maximum(self.eigenvalues, 0)) / (2 * np.pi)
 
 
 @dataclass(frozen=True)
 class Peak:
-    """A largest von Mises stress."""
+    """A maximum of the von Mises stress.
+
+    Parameters
+    ----------
+    value : stress
+    at : (3,) place in the units of the part
+    error : estimated error of the value
+    on : name of the boundary set at this place
+    what : kind of the singular place near the maximum, where the exact stress is unbounded
+    """
 
     value: float
-    at: tuple[float, ...]  # (3,) place
-    error: float  # estimate of how far off the value is
-    on: str = ""  # name of the boundary face there
-    what: str = ""  # singular place that it is near, where the stress has no bound
+    at: tuple[float, ...]
+    error: float
+    on: str = ""
+    what: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class Deformation:
-    """Elastic solid at rest under load.  Stresses are Bezier coefficients, as the geometry's."""
+    """Elastic solid in static equilibrium; stresses are Bezier coefficients.
 
-    displacement: np.ndarray  # (C, 3) of the control points, in the part's length unit
-    stress: np.ndarray  # (B, 6) xx yy zz yz zx xy
-    von_mises: np.ndarray  # (B,)
+    Parameters
+    ----------
+    displacement : (C, 3) coefficients of the control points, in the length unit of the part
+    stress : (B, 6) components xx, yy, zz, yz, zx, xy at the Bezier nodes
+    von_mises : (B,) von Mises stress at the Bezier nodes
+    supports : names of the supports
+    reactions : (S, 3) force of each support on the solid
+    load : (3,) resultant of all loads
+    strain_energy : strain energy
+    mass : mass of the part
+    units : units of length, stress, force, energy and mass
+    peak : largest stress away from singular places
+    singular : larger stress near a singular place, if any
+    poor : number of elements whose stress is ignored because of their bad shape
+    stress_error : estimated error of the stress, relative, in the energy norm
+    """
+
+    displacement: np.ndarray
+    stress: np.ndarray
+    von_mises: np.ndarray
     supports: tuple[str, ...]
-    reactions: np.ndarray  # (S, 3) force of each support on the solid
-    load: np.ndarray  # (3,) resultant of everything applied
+    reactions: np.ndarray
+    load: np.ndarray
     strain_energy: float
     mass: float
-    units: dict[str, str] = field(default_factory=dict)  # of length, stress, force, energy, mass
-    peak: Peak | None = None  # the largest stress away from singular places
-    singular: Peak | None = None  # a larger one near a singular place
-    poor: int = 0  # elements of so bad a shape that their stress does not count
-    stress_error: float | None = None  # estimated, in the energy norm, share of the stress
+    units: dict[str, str] = field(default_factory=dict)
+    peak: Peak | None = None
+    singular: Peak | None = None
+    poor: int = 0
+    stress_error: float | None = None
 
     def __post_init__(self) -> None:
         freeze(
@@ -70,14 +105,24 @@ class Deformation:
 
 @dataclass(frozen=True, eq=False)
 class Potential:
-    """Solution u of -div k grad u = f, such as a temperature, and its flux -k grad u."""
+    """Solution u of -div k grad u = f, such as a temperature, and its flux -k grad u.
 
-    values: np.ndarray  # (C,) of the control points
-    flux: np.ndarray  # (B, 3) Bezier coefficients, as the geometry's
-    supports: tuple[str, ...]  # where u is given
-    flows: np.ndarray  # (S,) into the solid through each
-    supplied: float  # into the solid by everything else, sources and given fluxes
-    units: dict[str, str] = field(default_factory=dict)  # of length, u, flux, flow
+    Parameters
+    ----------
+    values : (C,) coefficients of u at the control points
+    flux : (B, 3) Bezier coefficients of the flux
+    supports : names of the places where u is prescribed
+    flows : (S,) flow into the solid through each of these places
+    supplied : flow into the solid from sources and prescribed fluxes
+    units : units of length, u, flux and flow
+    """
+
+    values: np.ndarray
+    flux: np.ndarray
+    supports: tuple[str, ...]
+    flows: np.ndarray
+    supplied: float
+    units: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         freeze(

@@ -16,23 +16,35 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """Tricubic volumetric spline as Bezier elements.
+    """Tricubic volumetric spline in the form of Bezier elements.
 
-    The Bezier points of element e are `(extraction @ control)[nodes[e]]`, in the order
-    i + 4 j + 16 k, i fastest: neighbours of one level share nodes, so the solid is watertight.
-    `sides` are the faces on the boundary, 0 to 5 for -xi +xi -eta +eta -zeta +zeta, and `patch`
-    the polycube face that each came from.
+    The Bezier points of element e are `(extraction @ control)[nodes[e]]`, in order
+    i + 4 j + 16 k.
+    Neighbouring elements of one level share nodes, so the solid is watertight.
+
+    Parameters
+    ----------
+    control : (C, 3) control points in the user's units, one for each spline function
+    extraction : (B, C) sparse matrix from control points to Bezier nodes; rows sum to 1
+    nodes : (E, 64) Bezier nodes of each element
+    element_hex : (E,) number of the hex of each element
+    level : (E,) refinement level; an element of level l is 1/2^l of a hex in each direction
+    sides : (Q, 2) element and face number of the boundary faces; 0 to 5 for -xi +xi -eta +eta
+        -zeta +zeta
+    patch : (Q,) polycube face of each boundary face
+    extraordinary_edges : number of extraordinary edges of the hex mesh
+    sets : named boundary sets, (N,) row numbers of `sides`
     """
 
-    control: np.ndarray  # (C, 3), one spline function each
-    extraction: csr_matrix  # (B, C), rows sum to 1
-    nodes: np.ndarray  # (E, 64) into the B Bezier nodes
-    element_hex: np.ndarray  # (E,) hex each element came from
-    level: np.ndarray  # (E,) of refinement: the hex halved so often
-    sides: np.ndarray  # (Q, 2) element and face of it
-    patch: np.ndarray  # (Q,)
+    control: np.ndarray
+    extraction: csr_matrix
+    nodes: np.ndarray
+    element_hex: np.ndarray
+    level: np.ndarray
+    sides: np.ndarray
+    patch: np.ndarray
     extraordinary_edges: int = 0
-    sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # numbers of sides (N,) by name
+    sets: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         freeze(
@@ -46,7 +58,7 @@ class Spline:
         )
 
     def element_functions(self, elements: slice = slice(None)) -> ElementFunctions:
-        """Extraction operators of elements, functions that vanish there left out."""
+        """Extraction operators of elements, without functions that vanish there."""
         from scipy.sparse import csr_matrix  # commands that compute nothing start without it
 
         from polycube.types.local_functions import gathered
@@ -62,19 +74,23 @@ class Spline:
 
 @dataclass(frozen=True, eq=False)
 class ElementFunctions:
-    """The spline functions of each element and their Bezier coefficients there.
+    """Spline functions of each element, and their Bezier coefficients on it.
 
-    Rows offsets[e] to offsets[e + 1] belong to element e, its functions ascending.
+    Parameters
+    ----------
+    offsets : (E + 1,) rows offsets[e] to offsets[e + 1] belong to element e
+    functions : (R,) number of the control point of each row, ascending for each element
+    coefficients : (R, 64) sparse Bezier coefficients
     """
 
-    offsets: np.ndarray  # (E + 1,)
-    functions: np.ndarray  # (R,) into the C control points
-    coefficients: csr_matrix  # (R, 64)
+    offsets: np.ndarray
+    functions: np.ndarray
+    coefficients: csr_matrix
 
     def padded(self, elements: np.ndarray, absent: int) -> tuple[np.ndarray, np.ndarray]:
         """Functions (n, f) and dense extraction (n, f, 64) of some elements (n,).
 
-        absent : stands for a function where an element has fewer than others; its row is 0
+        absent : number used if an element has fewer functions than others; its row is zero
         """
         count = np.diff(self.offsets)[elements]
         element, place = np.nonzero(np.arange(count.max()) < count[:, None])

@@ -1,4 +1,4 @@
-"""Triangle surfaces, and what is sampled on them."""
+"""Triangle surfaces and samples of them."""
 
 from __future__ import annotations
 
@@ -11,15 +11,22 @@ from polycube.types.checks import freeze
 
 @dataclass(frozen=True, eq=False)
 class TriMesh:
-    """Closed triangle surface, counter-clockwise seen from outside, in the user's units."""
+    """Closed triangle surface, oriented counter-clockwise as seen from outside.
 
-    vertices: np.ndarray  # (V, 3)
-    faces: np.ndarray  # (F, 3) into vertices
-    region: np.ndarray = field(
-        default_factory=lambda: np.zeros(0)
-    )  # (F,) CAD face, from 1, or none
-    region_names: tuple[str, ...] = ()  # of these faces, in their order; "" where it has no name
-    region_shapes: tuple[str, ...] = ()  # of these faces: plane, cylinder, cone, sphere ...
+    Parameters
+    ----------
+    vertices : (V, 3) coordinates in the units and the placement of the input
+    faces : (F, 3) vertex numbers
+    region : (F,) number of the CAD face of each triangle, starting at 1; empty without CAD faces
+    region_names : names of the CAD faces; an empty string if a face has no name
+    region_shapes : shapes of the CAD faces, such as plane, cylinder, cone, sphere
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    region: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    region_names: tuple[str, ...] = ()
+    region_shapes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(
@@ -32,31 +39,46 @@ class TriMesh:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Similarity to the learning frame: u = rotation @ (x - center) / scale."""
+    """Similarity transform to the learning frame: u = rotation @ (x - center) / scale.
 
-    rotation: np.ndarray  # (3, 3), det +1
-    center: np.ndarray  # (3,)
+    Parameters
+    ----------
+    rotation : (3, 3) rotation matrix, det = 1
+    center : (3,) point that is mapped to the origin, in model units
+    scale : length of one unit of the frame, in model units
+    """
+
+    rotation: np.ndarray
+    center: np.ndarray
     scale: float
 
     def __post_init__(self) -> None:
         freeze(self, rotation=("3 3", np.float64), center=("3", np.float64))
 
     def apply(self, points: np.ndarray) -> np.ndarray:
-        """(N, 3) model points in the frame's coordinates."""
+        """(N, 3) points of the model, in coordinates of the frame."""
         return (points - self.center) @ self.rotation.T / self.scale
 
     def invert(self, points: np.ndarray) -> np.ndarray:
-        """(N, 3) points of the frame back in model units and placement."""
+        """(N, 3) points of the frame, in model units and placement."""
         return points @ self.rotation * self.scale + self.center
 
 
 @dataclass(frozen=True, eq=False)
 class PointImage:
-    """N = height * width sample points of a surface as a picture (paper, section 3.2)."""
+    """N = height * width sample points of a surface as an image (paper, section 3.2).
 
-    pixels: np.ndarray  # (3, height, width) float32
-    order: np.ndarray  # (N,) sample shown at each pixel, row by row; -1 where padded
-    context: np.ndarray  # (29,) for a 2x1 grid with four primitives
+    Parameters
+    ----------
+    pixels : (3, height, width) float32 coordinates in the learning frame
+    order : (N,) number of the sample at each pixel, row by row; -1 for padding
+    context : (K,) float32 context vector, K = 29 for a 2x1 grid with four primitives
+    frame : the learning frame
+    """
+
+    pixels: np.ndarray
+    order: np.ndarray
+    context: np.ndarray
     frame: Frame
 
     def __post_init__(self) -> None:

@@ -61,7 +61,7 @@ def test_a_patch_that_folds_is_cut_into_rectangles(caplog):
     turned = Parametrization(np.stack([*(0.5 + flat), z], axis=1))
     with caplog.at_level(logging.INFO):
         found = flatten(segment(surface, polycube, labels, turned, 0.05))
-    assert "triangles flipped, none in rectangles" in caplog.text
+    assert "triangles flipped, none after a division into rectangles" in caplog.text
     assert folds(found, polycube) == 0
 
 

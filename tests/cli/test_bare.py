@@ -1,37 +1,64 @@
-"""The name of a file alone."""
+"""The name of a part alone."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from polycube.cli.arguments import with_mesh
+from polycube import HOME
+from polycube.cli.arguments import in_full, with_input
+
+LAST = "meshing.size=3"
 
 
 @pytest.fixture(autouse=True)
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for name in ("part.step", "other.stl", "a=b.stl"):
+    for name in ("part.step", "other.stl", "a=b.stl", "part.vtu", "strange"):
         (tmp_path / name).touch()
     (tmp_path / "parts").mkdir()
 
 
-@pytest.mark.parametrize("name", ["part.step", "./part.step", "a=b.stl"])
-def test_the_only_file_is_the_mesh(name: str) -> None:
-    assert with_mesh([name, "meshing.size=3"]) == [f"mesh={name}", "meshing.size=3"]
+NAMES = ["part.step", "./part.step", "a=b.stl", "strange", "nowhere.STEP", "parts", "parts/*.stl"]
+
+
+@pytest.mark.parametrize("name", [*NAMES, "example:rod"])
+def test_the_only_part_is_the_mesh(name: str) -> None:
+    flag = ["--config-dir", "."]  # its value is no part
+    assert with_input([*flag, name, LAST]) == [*flag, f"mesh={name}", LAST]
+
+
+def test_a_hex_mesh_is_to_be_improved() -> None:
+    assert with_input(["part.vtu"]) == ["hex=part.vtu"]
+    assert with_input(["mesh=part.step", "part.vtu"]) == ["mesh=part.step", "hex=part.vtu"]
 
 
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["nowhere.step"],
-        ["parts"],
+        ["verbose"],
         ["part.step", "other.stl"],
         ["mesh=other.stl", "part.step"],
-        ["hex=other.stl", "part.step"],
+        ["hex=part.vtu", "part.vtu"],
+        ["resume=parts", "part.step"],
         ["--help"],
         ["mesh=" + ",".join(f"parts/{n}.step" for n in range(1000))],
         [],
     ],
 )
 def test_anything_else_stays_as_it_is(arguments: list[str]) -> None:
-    assert with_mesh(arguments) == arguments
+    assert with_input(arguments) == arguments
+
+
+def test_a_missing_file_is_refused_in_one_sentence() -> None:
+    command = [sys.executable, HOME / "infer.py", "nowhere.step"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith("error: nowhere.step: can not be read")
+
+
+def test_short_names_stand_for_options() -> None:
+    given = ["part.step", "size=3%", "material=brass", "meshing.size=2", "size", "-m"]
+    full = ["part.step", "meshing.size=3%", "analysis.material=brass", "meshing.size=2"]
+    assert in_full(given) == [*full, "size", "-m"]

@@ -56,9 +56,9 @@ def test_odd_names_reach_hydra_whole(parts):
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ("parts/*.ply", "no file is called so"),
-        ("empty", "the folder holds no surface"),
-        ("parts/a.obj,other/a.stl", "2 parts are called a: parts/a.obj, other/a.stl"),
+        ("parts/*.ply", "there is no such file"),
+        ("empty", "the folder contains no surface"),
+        ("parts/a.obj,other/a.stl", "2 parts have the name a: parts/a.obj, other/a.stl"),
     ],
 )
 def test_lists_that_make_no_sense_are_refused(parts, given, sentence):

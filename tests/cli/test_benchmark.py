@@ -134,7 +134,7 @@ def test_what_is_not_drawn_is_said(batch: Path, caplog) -> None:
 @pytest.mark.parametrize("which", ["folder", "before"])
 def test_a_folder_without_a_batch_is_refused(batch: Path, tmp_path: Path, which: str) -> None:
     folders = [tmp_path / "none", batch]
-    with pytest.raises(InputError, match="none holds no batch"):
+    with pytest.raises(InputError, match="none contains no batch"):
         benchmark.benchmark(*(folders if which == "folder" else reversed(folders)))
 
 
@@ -181,12 +181,12 @@ def test_a_subset_is_fixed_and_spread_evenly(tmp_path: Path) -> None:
 
 
 def test_parts_that_cannot_be_told_apart_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="holds no CAD part"):
+    with pytest.raises(InputError, match="contains no CAD part"):
         benchmark.parts_of(tmp_path)
     (tmp_path / "sub").mkdir()
     for name in ("a.step", "sub/a.stp"):
         (tmp_path / name).touch()
-    with pytest.raises(InputError, match="2 parts are called a"):
+    with pytest.raises(InputError, match="2 parts have the name a"):
         benchmark.parts_of(tmp_path)
     with pytest.raises(InputError, match="one part or more; got 0"):
         benchmark.parts_of(tmp_path, 0)

@@ -19,7 +19,7 @@ WRONG = [
     ("infer", "mesing=morph", "no option mesing; did you mean meshing"),
     ("infer", "meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
     ("infer", "size=4%", "did you mean ranking.size or meshing.size;"),
-    ("infer", "tries=[1", "can not be read"),
+    ("infer", "tries=[1", "cannot be read"),
     ("infer", "~foo", "'foo' does not exist"),
     ("train", "data=papr", "did you mean paper; have"),
     ("train", "trainer.max_epoch=2", "did you mean trainer.max_epochs"),
@@ -65,7 +65,7 @@ def test_flags_of_other_programs_are_named(monkeypatch):
 
 @pytest.mark.parametrize(
     ("words", "says"),
-    [(["infer.py", "mesh="], "no surface given"), (["train.py", "dta=x"], "data")],
+    [(["infer.py", "mesh="], "no part given"), (["train.py", "dta=x"], "data")],
 )
 def test_programs_end_with_code_2_and_one_line(tmp_path, words, says):
     program = str(HOME / words[0])

@@ -82,7 +82,7 @@ def test_what_is_not_there_is_empty_and_not_zero() -> None:
         (["parts=[nothing*.stl]"], "error: parts: no file nothing*.stl"),
         (
             ["slabs=[5,2]"],
-            "error: slabs must be the fewest and the most, such as [2, 5]; got [5",
+            "error: slabs must be the smallest and the largest number, such as [2, 5]; got [5",
         ),
         (["sampler.steps=0"], "error: sampler=ddim: steps must be at least 1; got 0"),
     ],

@@ -62,7 +62,7 @@ def test_what_is_used_inside_only_is_no_choice(capsys, monkeypatch) -> None:
     cells = found["names for primitives.use=[...] and context=[...]"]
     assert cells["cube"] == "A full cell" and len(cells) == 14
     found = listed(help_of("train", capsys, monkeypatch))
-    assert found["schedule"]["cosine"] == "Cosine schedule: slower at both ends"
+    assert found["schedule"]["cosine"] == "Cosine schedule: changes slowly at both ends"
     assert "*linear" in found["schedule"] and "structure" not in found
 
 

@@ -27,5 +27,5 @@ def test_a_doubt_comes_with_a_hint(part, size, is_doubted, tmp_path, caplog):
     ]
     assert bool(report["doubts"]) == bool(hints) == is_doubted
     fewer = {row["kind"] for row in report["hex"]["counts"]["fewer"]}
-    told = [m for m in caplog.messages if m.endswith("the report names them")]
+    told = [m for m in caplog.messages if m.endswith("they are listed in the report")]
     assert len(told) == len(fewer)

@@ -103,10 +103,13 @@ def test_a_part_of_many_slabs_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
     [
         ([], "error: parts: no parts given"),
         (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
-        (["parts=[a/x.stl,b/x.stl]"], "error: parts: 2 parts are called x; rename them"),
+        (["parts=[a/x.stl,b/x.stl]"], "error: parts: 2 parts have the name x; rename them"),
         (["parts=[a/x.stl]", "tries=0"], "error: tries must be a whole number, 1 or more; got 0"),
         (["parts=[a/x.stl]", "size=none"], "error: meshing/subdivide=template: size must be"),
-        (["parts=[a/x.stl]"], "error: pairs/summary.csv: no part gave pairs; the table says why"),
+        (
+            ["parts=[a/x.stl]"],
+            "error: pairs/summary.csv: no part gave pairs; the table gives the reasons",
+        ),
         (["sise=4%"], "error: there is no option sise"),
     ],
 )

@@ -143,10 +143,10 @@ def test_a_training_refuses_a_folder_with_a_file_of_the_user(name, here):
 
 def test_the_gallery_replaces_only_a_gallery(here):
     (here / "gallery.md").write_text("# My pictures\n")
-    with pytest.raises(InputError, match="is no gallery"):
+    with pytest.raises(InputError, match="is not a gallery"):
         gallery.gallery(here, [])
     (here / "gallery.md").unlink()
     assert gallery.gallery(here, []) == gallery.gallery(here, [])
     (here / "gallery/part.png").write_text("mine")
-    with pytest.raises(InputError, match=r"part\.png is not of"):
+    with pytest.raises(InputError, match=r"part\.png does not belong to"):
         gallery.gallery(here, [here / "part"])

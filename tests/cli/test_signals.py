@@ -67,7 +67,7 @@ def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch,
 
     monkeypatch.setattr(Clock, "run", signalled)
     assert _command(config(*ROD, f"output_dir={tmp_path}", "quiet=true")) == 130
-    assert "interrupted; the best mesh so far is kept" in capsys.readouterr().err
+    assert "interrupted; the best mesh so far is saved" in capsys.readouterr().err
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["valid"] and report["interrupted"]
     assert report["stopped"].startswith("meshing was interrupted")
@@ -85,7 +85,7 @@ def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch,
 def test_a_budget_of_seconds_is_kept(tmp_path) -> None:
     report = run(*ROD, f"output_dir={tmp_path}", "seconds=0.001", "order=[meshing]")
     assert report["valid"] and "interrupted" not in report
-    assert report["stopped"].startswith("meshing was stopped after 0.001 s, as asked")
+    assert report["stopped"].startswith("meshing was stopped after 0.001 s, the limit given")
     assert "meshing/optimize" not in report["seconds"]
 
 

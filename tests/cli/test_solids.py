@@ -135,7 +135,7 @@ def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
     monkeypatch.setattr("polycube.cli.solids.result.combined", mirrored)
     folder = shutil.copytree(done[1], tmp_path / "again")
     code, why = again(cubes, folder)
-    assert code == 3 and why.endswith("not where they are joined")
+    assert code == 3 and why.endswith("but the joined mesh is not")
     assert not (folder / "hex.inp").exists()
 
 
@@ -151,14 +151,14 @@ def test_a_file_with_one_solid_is_one_run(tmp_path, capsys):
     path = cad_parts.write("bored_block", tmp_path)
     words = ["cad.solid=all", "order=[]", "structure=slices", f"output_dir={tmp_path / 'run'}"]
     assert _command(config(f"mesh={path}", *words)) == 0
-    assert f"{path} holds one solid" in capsys.readouterr().err
+    assert f"{path} contains one solid" in capsys.readouterr().err
     assert "solids" not in report(tmp_path / "run")
 
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["hex=given.vtu"], "cad.solid=all is not for hex="),
+        (["hex=given.vtu"], "cad.solid=all cannot be combined with hex="),
         (["resume=old", "from=spline"], "resume the run of one solid, in its own folder"),
         (["preflight=places.vtp"], "a file of the places is for one solid"),
     ],

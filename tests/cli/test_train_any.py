@@ -39,5 +39,5 @@ def test_a_training_of_any_structure_gives_weights_that_can_be_measured(
 def test_what_needs_a_grid_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="data=paper needs a grid"):
         train(config("grid=any", "data=paper"), tmp_path)
-    with pytest.raises(InputError, match="grid=auto is found for a part"):
+    with pytest.raises(InputError, match=r"grid=auto is for infer\.py"):
         train(config("grid=auto"), tmp_path)

@@ -27,7 +27,7 @@ def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
         ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
         ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
         ("denoiser.target=mean", "error: denoiser.target must be one of x0, noise, v, move; got"),
-        ("learning.thin=2", "error: model=tiny sees whole images only, so learning.thin must be 1"),
+        ("learning.thin=2", "error: model=tiny needs whole images, so learning.thin must be 1"),
         ("ema=1", "error: ema must lie between 0 and 1; got 1"),
         ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
         ("ckpt=last", "error: ckpt=last: no run under"),

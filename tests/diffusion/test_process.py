@@ -167,8 +167,8 @@ def test_kept_steps_are_those_of_the_figure() -> None:
 @pytest.mark.parametrize(
     ("alpha_bar", "noise_scale", "message"),
     [
-        ([0.9, 0.5], 1.0, "from 1 to above 0"),
-        ([1.0, 0.5, 0.0], 1.0, "from 1 to above 0"),
+        ([0.9, 0.5], 1.0, "start at 1 and be positive"),
+        ([1.0, 0.5, 0.0], 1.0, "start at 1 and be positive"),
         ([1.0, 0.5, 0.6], 1.0, "must fall"),
         ([1.0, 0.5, np.nan], 1.0, "must fall"),
         ([1.0, 0.5], 0.0, "noise_scale must be positive"),

@@ -80,7 +80,7 @@ def test_files_that_are_not_there_or_do_not_fit_are_refused(
     path = save_denoiser(denoiser, config, {}, tmp_path)
     other = config | {"model": {"plugin": "tiny", "width": 16}}
     path.with_suffix(".yaml").write_text(yaml.safe_dump(other))
-    with pytest.raises(InputError, match="does not hold the network of its config"):
+    with pytest.raises(InputError, match="does not contain the network of its config"):
         load_denoiser(build, path)
     path.with_suffix(".yaml").write_text(
         yaml.safe_dump(config | {"model": {"plugin": "elsewhere"}})
@@ -89,7 +89,7 @@ def test_files_that_are_not_there_or_do_not_fit_are_refused(
         load_denoiser(build, path)
     path.with_suffix(".yaml").write_text(yaml.safe_dump(config))
     path.write_bytes(b"no tensors")
-    with pytest.raises(InputError, match="does not hold the network of its config"):
+    with pytest.raises(InputError, match="does not contain the network of its config"):
         load_denoiser(build, path)
 
 
@@ -117,7 +117,7 @@ def test_a_checkpoint_of_a_training_is_read_as_well(
     again = load_denoiser(build, path).state_dict()
     assert all(torch.equal(again[name], tensor) for name, tensor in denoiser.state_dict().items())
     torch.save(made | {"hyper_parameters": {}}, path)
-    with pytest.raises(InputError, match=r"last.ckpt does not hold the network of its config"):
+    with pytest.raises(InputError, match=r"last.ckpt does not contain the network of its config"):
         load_denoiser(build, path)
     with pytest.raises(InputError, match=r"no weights at .*first.ckpt"):
         load_denoiser(build, tmp_path / "first.ckpt")

@@ -95,7 +95,7 @@ def test_faces_too_small_for_a_quad_have_no_set(caplog):
     with caplog.at_level("INFO", logger="polycube"):
         sets = with_sets(hex_box((2, 1, 1)), tagged(fine, region)).sets
     assert "cad_face_7" not in sets and len(sets["cad_face_5"]) == 2
-    assert "CAD faces: 6 of 7 on the mesh, 0 of 10 quads lie on several; without a quad: 7" in (
+    assert "CAD faces: 6 of 7 on the mesh, 0 of 10 quads are on several; without a quad: 7" in (
         caplog.text
     )
 

@@ -98,7 +98,7 @@ def test_check_finds_two_fans_at_a_vertex():
     ("change", "message"),
     [
         (lambda h: h[:0], "no hexes"),
-        (lambda h: h + 1, "must name vertices 0 to"),
+        (lambda h: h + 1, "must refer to vertices 0 to"),
         (lambda h: np.where(h == h[0, 1], h[0, 0], h), "same vertex twice"),
         (lambda h: np.vstack([h, h[:1]]), "has 3 hexes"),
     ],

@@ -85,7 +85,7 @@ def test_reads_dense_and_sparse_rows(path):
         ("B E X T", "B E X T 2.0", "expected 'type', met '2.0'"),
         ("type hex", "type quad", "expected 'hex', met 'quad'"),
         ("3 3 3", "2 2 2", "expected '3', met '2'"),
-        ("3 1.", "3 0.5", "expected weight 1, met 0.5"),
+        ("3 1.", "3 0.5", "expected weight 1, found 0.5"),
         ("nodeN 1", "nodeN one", "invalid literal"),
         ("elemN 1", "elemN 2", "ends too early"),
         ("s 1 0 1", "s 2 0 1", "ends too early"),

@@ -66,5 +66,5 @@ def test_refuses_other_and_short_files(tmp_path):
     with pytest.raises(ValueError, match="ends too early"):
         read_bext2(path)
     path.write_text("B E X T\n" + text)
-    with pytest.raises(ValueError, match="is no BEXT v2 file: it begins 'B E X T'"):
+    with pytest.raises(ValueError, match="is not a BEXT v2 file: it begins 'B E X T'"):
         read_bext2(path)

@@ -138,9 +138,9 @@ def test_double_vertices_spare_ones_and_double_hexes_are_told():
     found, notes = tidy(vertices, np.vstack([hexes, hexes[:1]]), np.zeros(9, np.int64))
     assert len(found.vertices) == 27 and len(found.hexes) == 8 == len(found.cell)
     assert notes == [
-        "left out vertices that no hex uses: 1",
+        "removed vertices that no hex uses: 1",
         "welded vertices at the same place: 37",
-        "left out hexes given twice: 1",
+        "removed duplicate hexes: 1",
     ]
 
 

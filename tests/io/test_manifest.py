@@ -1,5 +1,6 @@
 """A folder of results never loses a file of the user, and is never refused to its own program."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -43,6 +44,32 @@ def test_a_block_that_fails_leaves_what_was_there(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME}
 
 
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS])
+def test_a_disk_that_is_full_is_one_sentence_and_changes_nothing(tmp_path, number):
+    write(tmp_path, a="1")
+    with pytest.raises(InputError, match=f"cannot write results to .*: {os.strerror(number)}; "):
+        with writing(tmp_path) as scratch:
+            (scratch / "a").write_text("2")
+            raise OSError(number, os.strerror(number))
+    assert (tmp_path / "a").read_text() == "1"
+    assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME}
+
+
+def test_a_file_that_may_not_grow_is_refused_before_anything_is_made(tmp_path):
+    import resource
+
+    write(tmp_path, a="1")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (manifest.ROOM // 2, before[1]))
+    try:
+        with pytest.raises(InputError, match=r"cannot write results to .*: File too large"):
+            check(tmp_path, ["a"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    check(tmp_path, ["a"])
+    assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME}
+
+
 @pytest.mark.parametrize("present", ["file", "folder", "link", "dangling link"])
 def test_what_the_program_did_not_write_is_never_replaced(tmp_path, present):
     write(tmp_path / "run", b="ours")
@@ -76,7 +103,7 @@ def test_a_result_that_the_user_changed_is_the_users(tmp_path):
 
 def test_what_a_run_reads_is_the_users_whoever_wrote_it(tmp_path):
     write(tmp_path, a="ours", b="ours")
-    with pytest.raises(InputError, match="a is read and would be overwritten"):
+    with pytest.raises(InputError, match="a is an input and would be overwritten"):
         check(tmp_path, ["a"], [tmp_path / ".." / tmp_path.name / "a"])
     remove(tmp_path, ["a", "b"], [tmp_path / "a"])
     assert files(tmp_path) == ["a"]

@@ -1,64 +1,90 @@
-"""Damaged files: a result, or one short sentence."""
+"""Damaged files of every format that is read: a result, or one short sentence."""
 
-from collections.abc import Callable
+import json
+import subprocess
+import sys
+import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import meshio
 import numpy as np
 import pytest
-import trimesh
 
 from polycube.errors import InputError
 from polycube.io.hex_meshes import read_hexes
-from polycube.io.stl import write_stl
 from polycube.io.surfaces import read_surface
-from polycube.io.vtk import write_hex_vtu
-from tests.fixtures.hexmeshes import hex_box
-from tests.fixtures.mutations import mutations
-from tests.fixtures.surfaces import box
+from tests.conftest import ROOT
+from tests.fixtures.damaged_files import fault
+from tests.fixtures.mutations import mutation
+from tests.fixtures.sound_files import FORMATS, sound_file
 
-SURFACES = (".stl", ".obj", ".ply", ".off", ".glb")
-HEXES = (".vtu", ".vtk", ".mesh", ".inp")  # meshio may read a damaged .msh for minutes
 LONGEST = 400  # characters of a message, the path included
+EACH = 200  # files of a format; 5200 in all
+CAD = ("step", "iges", "brep")
 
 
-def sample(folder: Path, suffix: str) -> Path:
-    """A small sound file of a format."""
-    path, solid, mesh = folder / f"sound{suffix}", box(), hex_box()
-    if suffix == ".stl":
-        write_stl(path, solid.vertices, solid.faces)
-    elif suffix in SURFACES:
-        trimesh.Trimesh(solid.vertices, solid.faces, process=False).export(path)
-    elif suffix == ".vtu":
-        write_hex_vtu(path, mesh)
-    else:
-        meshio.Mesh(mesh.vertices, [("hexahedron", mesh.hexes)]).write(path)
-    return path
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory):
+    """A sound file of a format, in a folder of its own."""
+
+    def write(name: str) -> Path:
+        if name in CAD:
+            pytest.importorskip("gmsh", exc_type=ImportError)
+        if name == "fbx":
+            pytest.importorskip("open3d", exc_type=ImportError)
+        folder = tmp_path_factory.mktemp(name.replace(" ", "-"))
+        return sound_file(name, folder)
+
+    return write
 
 
-def read(path: Path) -> None:
-    """Read a file; raises unless the outcome is a result or a short sentence."""
-    reader: Callable[[str], object] = read_surface if path.suffix in SURFACES else read_hexes
-    try:
-        reader(str(path))
-    except InputError as error:
-        assert "\n" not in str(error) and len(str(error)) <= LONGEST, str(error)[:1000]
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_sound_file_is_read_and_a_damaged_one_read_or_refused(name: str, sound) -> None:
+    path = sound(name)
+    suffix, _, read = FORMATS[name]
+    read(path)
+    damaged = path.with_name(f"damaged{suffix}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for seed in range(3):
+            damaged.write_bytes(mutation(path.read_bytes(), seed))
+            assert fault(read, damaged) == "", seed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FORMATS)
+def test_many_damaged_files_are_read_or_refused(name: str, sound) -> None:
+    """In two processes of limited memory, which report each file and what is wrong with it."""
+    half = EACH // 2
+    with ThreadPoolExecutor(2) as pool:
+        paths = [sound(name), sound(name)]
+        both = pool.map(lambda first, path: outcomes(name, path, first), (0, half), paths)
+    assert {seed: wrong for own in both for seed, wrong in own.items() if wrong} == {}
+
+
+def outcomes(name: str, path: Path, first: int) -> dict[int, str]:
+    """Of half of the files of a format, by seed: what is wrong, "" where nothing is."""
+    found: dict[int, str] = {}
+    while len(found) < EACH // 2:
+        start = first + len(found)
+        command = ["tests.fixtures.damaged_files", name, path, start, first + EACH // 2 - start]
+        ended = subprocess.run(
+            [sys.executable, "-m", *map(str, command)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=3000,
+        )
+        rows = [json.loads(line) for line in ended.stdout.splitlines()]
+        found.update(enumerate(rows, start))
+        if len(found) < EACH // 2:  # the next one ended the process
+            found[first + len(found)] = f"ended with {ended.returncode}: {ended.stderr[-2000:]}"
+    return found
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("number", [8, pytest.param(200, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("suffix", SURFACES + HEXES)
-def test_a_damaged_file_is_read_or_refused(suffix: str, number: int, tmp_path: Path) -> None:
-    data = sample(tmp_path, suffix).read_bytes()
-    path = tmp_path / f"damaged{suffix}"
-    for damaged in mutations(data, 0, number):
-        path.write_bytes(damaged)
-        read(path)
-
-
-@pytest.mark.filterwarnings("ignore")
-def test_the_message_of_a_damaged_ply_does_not_hold_the_file(tmp_path: Path) -> None:
-    path = sample(tmp_path, ".ply")
+def test_the_message_of_a_damaged_ply_does_not_hold_the_file(sound) -> None:
+    path = sound("ply binary")
     data = path.read_bytes().replace(b"format binary_little_endian", b"format ascii")
     path.write_bytes(data + bytes([0xFF, 0xFE]) * 5000)
     with pytest.raises(InputError) as refused:

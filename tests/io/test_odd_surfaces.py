@@ -51,7 +51,7 @@ def test_face_without_area_gets_some_of_its_neighbour():
     others = np.delete(cube.faces, face, axis=0).tolist()
     faces = [*others, [a, 8, c], [8, b, c], [a, b, 8]]
     surface, warnings = clean(np.vstack([cube.vertices, middle]), np.array(faces))
-    assert warnings == ["flipped the longest edges of faces of no area: 1"]
+    assert warnings == ["flipped the longest edges of faces without area: 1"]
     assert len(surface.faces) == 14 and volume(surface) == pytest.approx(1)
 
 

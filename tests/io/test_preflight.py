@@ -34,11 +34,11 @@ def test_every_defect_is_counted():
     pair = joined(solid, box((2, 0, 0), (3, 1, 1)))
     assert counts(pair) == {"faces of separate pieces": 12}
     crossing = counts(joined(solid, box((0.5, 0.25, 0.25), (1.5, 0.75, 0.75))))
-    assert crossing["faces that cross others"] > 0
+    assert crossing["faces that intersect others"] > 0
     fin = TriMesh(np.append(solid.vertices, [[2, 0.001, 0]], axis=0), [*solid.faces, [0, 4, 8]])
     assert counts(fin)["thin faces"] == 1
     flat = TriMesh(np.append(solid.vertices, [[2, 0, 0]], axis=0), [*solid.faces, [0, 4, 8]])
-    assert counts(flat)["faces of no area"] == 1
+    assert counts(flat)["faces without area"] == 1
 
 
 def test_a_vertex_where_two_solids_touch():

@@ -29,6 +29,8 @@ FAMILY = {
     "overlay": "overlay",
     "midpoint": "midpoint",
     "sweep": "sweep",
+    "drawn": "drawn",
+    "spare": "spare",
 }
 
 
@@ -49,6 +51,13 @@ BLOCKS = hex_box((1, 1, 1))
         ([("sweep", "s", 1), *(("slices", key, 1) for key in "abcd")], [0, 1, 2]),
         ([*(("bricks", key, 1) for key in "abcd"), ("sweep", "s", 1)], [0, 4, 1, 2]),
         ([("midpoint", "m", 1), ("bricks", "a", 1), ("sweep", "s", 1)], [0, 2, 1]),
+        ([("drawn", "d", 1), *(("slices", key, 2) for key in "abcd")], [1, 0, 2, 3]),
+        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "d", 2), ("drawn", "e", 2)], [0, 2]),
+        ([("bricks", "a", 1), ("slices", "b", 2), ("drawn", "d", 5)], [0, 1]),
+        ([("sweep", "s", 1), ("bricks", "a", 1), ("drawn", "d", 1)], [0, 2, 1]),
+        ([("bricks", "a", 1), ("sweep", "s", 1), ("drawn", "d", 1)], [0, 1, 2]),
+        ([("drawn", key, 1) for key in "abcd"], [0, 1, 2]),
+        ([("drawn", "d", 1), ("overlay", "o", np.inf), ("spare", "s", np.inf)], [0, 1]),
     ],
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
@@ -76,6 +85,8 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
         ([("bricks", 5.0), ("sweep", 9.0)], np.inf),
         ([("sweep", 5.0), ("bricks", 9.0), ("overlay", np.inf)], BRICKS),
         ([("sweep", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
+        ([("bricks", 5.0), ("drawn", 9.0)], BRICKS),
+        ([("drawn", 5.0), ("bricks", 9.0)], ACCEPTANCE.acceptable),
     ],
 )
 def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):

@@ -1,4 +1,4 @@
-"""What `files.*` chooses: by the size of the spline, or as it is asked."""
+"""What `files.*` chooses: by the size of the spline, or as it is requested."""
 
 import pytest
 

@@ -118,7 +118,7 @@ def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys
     assert "valid (at corners only) hex mesh: 1 hexes" in (tmp_path / "a" / "run.log").read_text()
     overrides += ["acceptance.certify=everywhere", f"output_dir={tmp_path / 'b'}"]
     assert _command(config(*overrides)) == 3
-    assert "1 of 1 hexes are not positive everywhere" in capsys.readouterr().err
+    assert "the Jacobian of 1 of 1 hexes is not positive everywhere" in capsys.readouterr().err
     report = json.loads((tmp_path / "b" / "report.json").read_text())
     assert not report["valid"] and report["hex"]["certificate"]["not_positive"] == 1
 

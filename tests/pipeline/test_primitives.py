@@ -46,7 +46,7 @@ def test_options_of_a_primitive_are_used(notch):
         ([{"plugin": "notch", "deep": 2}], "primitive=notch: .*'deep'; it takes .*depth"),
         ([{"plugin": "notch", "depth": "x"}], "depth must be a whole number; got 'x'"),
         ([{"depth": 2}], "a primitive is a name or {plugin: name"),
-        (["notch", {"plugin": "notch"}], "primitives.use names notch twice"),
+        (["notch", {"plugin": "notch"}], "primitives.use contains notch twice"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(items, sentence, notch):

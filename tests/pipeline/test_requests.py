@@ -50,7 +50,7 @@ def test_an_unknown_face_is_refused_before_anything_is_written(tmp_path, capsys)
     assert _command(config(*asked, "meshing.at=[{at: hole_99, around: 8}]")) == 2
     assert "meshing.at: the part has no face or hole 'hole_99'" in capsys.readouterr().err
     assert _command(config(*asked, "meshing.at=[{at: hole_1, round: 8}]")) == 2
-    assert "says around, through or size; got 'round' at hole_1" in capsys.readouterr().err
+    assert "must have around, through or size; got 'round' at hole_1" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -58,7 +58,7 @@ def test_entries_are_checked_beside_a_hex_mesh_too(tmp_path, capsys):
     path = write_hex_vtu(tmp_path / "box.vtu", hex_box((4, 3, 2), (4.0, 3.0, 2.0)))
     asked = [f"hex={path}", "order=[meshing]", f"output_dir={tmp_path / 'out'}"]
     assert _command(config(*asked, "meshing.at=[{at: z_max, depth: 1}]")) == 2
-    assert "meshing.at: an entry of at says around" in capsys.readouterr().err
+    assert "meshing.at: an entry of at must have around" in capsys.readouterr().err
     assert _command(config(*asked, "meshing.at=[{at: hole_1, through: 1}]")) == 2
     report = run(*asked, *QUICK, "meshing.at=[{at: z_max, through: 3}]")
     assert report["hex"]["counts"]["at"][0]["reached"] == 2

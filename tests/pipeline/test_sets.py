@@ -107,9 +107,9 @@ def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
     save_stage(changed, STAGE, replace(mesh, vertices=bent))
     asked = resumed(changed, tmp_path / "bent", *asked[-3:])
     assert _command(config(*asked)) == 3
-    assert "must be 1 or more; what was made is kept" in capsys.readouterr().err
+    assert "must be 1 or more; the files are marked as" in capsys.readouterr().err
     text = (tmp_path / "bent" / "hex.inp").read_text()
-    assert "material, section and step are yours to add" in text and "*STEP" not in text
+    assert "add material, section and step" in text and "*STEP" not in text
     for bad in ("2", "true", "high"):
         assert _command(config(*asked, f"acceptance.least_jacobian={bad}")) == 2
 
@@ -123,6 +123,6 @@ def test_an_inverted_mesh_is_marked_and_not_exported(block, tmp_path, capsys):
     save_stage(changed, STAGE, replace(mesh, vertices=folded))
     asked = resumed(changed, tmp_path / "folded", "order=[meshing,spline]", "export=[abaqus,gmsh]")
     assert _command(config(*asked)) == 3
-    assert "must be above 0; what was made is kept, marked invalid" in capsys.readouterr().err
+    assert "must be above 0; the files are marked as invalid" in capsys.readouterr().err
     files = {path.name for path in (tmp_path / "folded").iterdir()}
     assert {"hex.vtu", "report.json"} <= files and not {"hex.inp", "hex.msh"} & files

@@ -57,7 +57,7 @@ def test_a_mesh_whose_boundary_crosses_itself_is_not_valid():
         np.vstack([one.vertices, other]), np.vstack([one.hexes, one.hexes + len(other)])
     )
     found = JUDGE(both, surface_box())
-    assert any("the boundary crosses itself" in sentence for sentence in found.failures)
+    assert any("the boundary intersects itself" in sentence for sentence in found.failures)
     assert found.key[0] <= -2
 
 

@@ -93,7 +93,7 @@ def test_what_cannot_be_is_refused(folder: Path, tmp_path: Path) -> None:
     for share in (0.0, 1.2):
         with pytest.raises(InputError, match="share must be above 0 and at most 1; got"):
             build("data", {"plugin": "parts", "path": str(folder), "share": share})
-    with pytest.raises(ValueError, match="data=parts is for grid=any"):
+    with pytest.raises(ValueError, match="data=parts needs grid=any"):
         build("data", {"plugin": "parts", "path": str(folder)})((2, 1, 1), {}, 0)
     with pytest.raises(InputError, match="there is no part"):
         stream(tmp_path)

@@ -113,7 +113,7 @@ def test_logs_the_numbers_that_decide(caplog):
     [
         (
             {"sharp": "manual"},
-            "sharp must be auto, none, a list of edges or a file of such; got 'manual'",
+            "sharp must be auto, none, a list of edges or a file of edges; got 'manual'",
         ),
         ({"angle": 0}, r"angle must lie in \(0, 180\) degrees; got 0"),
         ({"angle": 180}, "got 180"),

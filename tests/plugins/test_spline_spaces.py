@@ -61,10 +61,10 @@ def test_sharp_edges_by_list_and_by_file(name, tmp_path):
 
 def test_refuses_sharp_edges_that_are_none(tmp_path):
     mesh = hex_box((2, 2, 2))
-    with pytest.raises(InputError, match=r"sharp edge \[4, 13\] is no edge of the boundary"):
+    with pytest.raises(InputError, match=r"sharp edge \[4, 13\] is not on the boundary"):
         solid(mesh, sharp=[[0, 1], [13, 4]])
     (tmp_path / "words.txt").write_text("a b\n")
-    with pytest.raises(InputError, match="must hold vertex numbers, as many a line"):
+    with pytest.raises(InputError, match="must have as many vertex numbers in each line"):
         solid(mesh, sharp=str(tmp_path / "words.txt"))
     with pytest.raises(ValueError, match="sharp edges must be pairs of vertices"):
         build("spline", {"plugin": "h2s", "sharp": [[0, 1, 2]]})

@@ -94,7 +94,7 @@ def test_equal_structures_have_equal_keys():
 def test_no_row_and_no_genus_propose_nothing(caplog):
     caplog.set_level(logging.INFO)
     assert propose(part(("cube", None), SCALE), grid=(2, 2, 1)) == []
-    assert "no row of cells" in caplog.text
+    assert "not a row of cells" in caplog.text
     three = part(("hole_y",) * 3, SCALE, grid=THREE)
     assert propose(three) == []
     assert "genus 3 fits 0 of 14 words" in caplog.text
@@ -137,8 +137,8 @@ def test_given_stretches_what_is_no_row():
         (TWO, [], "must name 1 to 2 cells"),
         (TWO, [None, None], "must fill at least one cell"),
         (TWO, ["sphere"], "no primitive named 'sphere'"),
-        (THREE, ["cube", None, "cube"], "no solid in one piece"),
-        (THREE, ["cube", "hole_x", "cube"], "no solid in one piece"),
+        (THREE, ["cube", None, "cube"], "not one solid without voids"),
+        (THREE, ["cube", "hole_x", "cube"], "not one solid without voids"),
     ],
 )
 def test_given_refuses_a_context_that_cannot_fit(grid, context, message):

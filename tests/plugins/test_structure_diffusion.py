@@ -127,7 +127,7 @@ def test_grids_without_weights_are_left_to_others(
     with caplog.at_level(logging.INFO):
         assert propose(eight, grid=(7, 1, 1)) == []
         assert propose(eight, grid=THREE, weights=str(shipped())) == []
-    assert "no weights ship for grid 7x1x1; nothing proposed" in caplog.text
+    assert "no weights are included for grid 7x1x1; nothing is proposed" in caplog.text
     assert "the weights know grid 2x1x1 with cube, hole_z, hole_x, hole_y only" in caplog.text
 
 

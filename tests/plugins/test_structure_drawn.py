@@ -1,5 +1,7 @@
 """Lattices from draws: exact where the draw is, and still right where some of it is wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -144,8 +146,8 @@ def test_an_ell_in_any_position_is_one(straight: Denoiser) -> None:
     two = np.array([[True, True], [True, False]]).reshape(2, 2, 1)
     assert any(np.array_equal(candidate.polycube.occupancy, turn(two, r)) for r in rotations())
     assert (candidate.proposal, candidate.family, candidate.probability) == (
-        "diffusion",
-        "labels",
+        "drawn",
+        "drawn",
         1,
     )
 
@@ -167,6 +169,15 @@ def test_nothing_beside_a_given_context_or_with_weights_of_a_grid(straight: Deno
     assert propose(prism(ELL), tuple(given)) == []
 
 
+def test_nothing_for_a_part_of_too_many_cad_faces(straight: Denoiser) -> None:
+    ell = prism(ELL)
+    by_side = replace(
+        ell, region=np.unique(face_normals(ell).round(6), axis=0, return_inverse=True)[1]
+    )
+    assert len(propose(by_side, faces=6)) == 1
+    assert propose(by_side, faces=5) == []
+
+
 def test_promises_of_a_structure(straight: Denoiser) -> None:
     check_plugin("structure", {"plugin": "drawn"})
 
@@ -174,6 +185,18 @@ def test_promises_of_a_structure(straight: Denoiser) -> None:
 def test_weights_of_a_grid_are_not_used() -> None:
     assert load_denoiser(build).condition.grid
     assert propose(prism(ELL), weights="plugins/weights/2x1") == []
+
+
+def test_labels_and_places_come_back_from_the_orientations_in_which_a_part_is_shown(
+    straight: Denoiser,
+) -> None:
+    ell = prism(ELL)
+    surface = TriMesh(ell.vertices / diagonal(ell), ell.faces)
+    sampler = {"plugin": "ddim", "steps": 1}
+    expected = (face_normals(surface) @ np.kron(np.eye(3), [[1, -1]])).argmax(axis=1)
+    for reading in readings(straight, surface, 0, sampler, draws=6, clouds=8, passes=2, seed=0):
+        assert np.array_equal(reading.log_axis.argmax(axis=1), expected)
+        assert reading.places == pytest.approx(surface.vertices, abs=1e-5)
 
 
 def test_the_shipped_network_straightens_deformed_parts() -> None:

@@ -194,7 +194,7 @@ def as_cad(surface: TriMesh, region: np.ndarray) -> TriMesh:
         ),
         (hull(ROUND), {}, "there are 90 corners, more than 60"),
         (as_cad(OCTAHEDRON, np.ones(8)), {}, "face 1 is not planar"),
-        (as_cad(hull(SIGNS), np.arange(12) + 1), {}, "lies in one plane with a face beside it"),
+        (as_cad(hull(SIGNS), np.arange(12) + 1), {}, "is in one plane with an adjacent face"),
     ],
 )
 def test_what_is_no_such_polyhedron_is_refused_in_a_sentence(surface, options, reason, caplog):
@@ -229,7 +229,7 @@ def test_blocks_follow_size_and_max_hexes_and_say_that_regions_have_no_effect():
     assert len(hexes(size=10.0, across_wall=5).hexes) == 16 * 3**3
     regions = [{"box": [0, 0, 0, 1, 1, 1], "size": 0.1}]
     assert "regions has no effect" in " ".join(hexes(regions=regions).warnings)
-    with pytest.raises(MeshingError, match=r"more than max_hexes 100; size .* would do"):
+    with pytest.raises(MeshingError, match=r"more than max_hexes 100; size .* is possible"):
         hexes(size=0.1, max_hexes=100)
 
 

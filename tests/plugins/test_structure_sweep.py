@@ -141,9 +141,9 @@ def test_a_rod_keeps_its_rims():
 @pytest.mark.parametrize(
     ("surface", "options", "reason"),
     [
-        (torus(), {}, "neither along an axis nor across it"),
-        (frustum(48, 0.5), {}, "neither along an axis nor across it"),
-        (frustum(48, 0.97), {}, "a face is not along an axis"),
+        (torus(), {}, "neither parallel nor perpendicular to an axis"),
+        (frustum(48, 0.5), {}, "neither parallel nor perpendicular to an axis"),
+        (frustum(48, 0.97), {}, "a face is not parallel to an axis"),
         (box(), {"max_hexes": 10}, "more than max_hexes 10"),
     ],
 )

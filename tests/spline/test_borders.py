@@ -71,7 +71,7 @@ def test_without_sharp_borders_far_more_is_held_and_the_log_says_so(caplog):
     assert not caplog.records
     with caplog.at_level(logging.WARNING):
         assert conductance("square", 4, "h2s", held=()) > 1.9
-    assert "beside 8 of the 24 edges round what is held" in caplog.text
+    assert "smooth at 8 of the 24 edges round the supports" in caplog.text
 
 
 @pytest.mark.parametrize(("space", "flat"), [("h2s", 4), ("optimal", 4), ("c0", 0)])

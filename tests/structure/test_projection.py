@@ -85,5 +85,5 @@ def test_labels_need_the_faces_of_single_cells(context: tuple[str | None, str]) 
     hole_z[1, 1], hole_x[:, 1, 1] = False, False
     voxels = {"c": np.ones((3, 3, 3), bool), "hz": hole_z, "hx": hole_x}
     collapsed = collapse(lattice((2, 1, 1), context, voxels))
-    with pytest.raises(ValueError, match="cells of a collapsed polycube cannot be told"):
+    with pytest.raises(ValueError, match="cells of a collapsed polycube are not known"):
         project(collapsed, np.zeros((1, 3)), certain(0, 0, 0))

@@ -38,7 +38,7 @@ def test_feet(cube):
 
 
 def test_feet_on_one_cad_face():
-    """From a point above the top: on the face that is asked for, however far it is."""
+    """From a point above the top: on the face that is requested for, however far it is."""
     goal = target(halved_box())
     points = goal.to_unit(np.array([[0.3, 0.5, 1.1]] * 4))
     foot, triangle = goal.closest(points, cad_face=np.array([0, 6, 7, 2]))

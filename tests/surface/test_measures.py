@@ -54,8 +54,8 @@ BAD = {
     "not manifold: 1 edge ": welded(joined(box(), box((1, 1, 0), (2, 2, 1)))),
     "not manifold: 1 vertex .* at ": welded(joined(box(), box((1, 1, 1), (2, 2, 2)))),
     "not oriented: 3 edges": TriMesh(CUBE.vertices, TURNED),
-    "encloses no volume: it measures -1": TriMesh(CUBE.vertices, CUBE.faces[:, ::-1]),
-    "encloses no volume: it measures 0": without_area(),
+    "encloses no volume: its volume is -1": TriMesh(CUBE.vertices, CUBE.faces[:, ::-1]),
+    "encloses no volume: its volume is 0": without_area(),
     "2 separate pieces, the smallest of 12": joined(torus(), box((9, 0, 0), (10, 1, 1))),
     "inner void: its piece of 12": joined(box(), box((0.2, 0.2, 0.2), (0.5, 0.5, 0.5))),
 }

@@ -98,7 +98,7 @@ class BrickLattice(Structure):
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("bricks: no primitive is a full cell; nothing proposed")
+            logger.info("bricks: no primitive is a full cell; nothing is proposed")
             return []
         genus, found = surfaces.genus(surface), []
         for number, frame in enumerate(frames(surface, self.frames)):

@@ -74,7 +74,7 @@ class LabelLattice(Structure):
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("labels: no primitive is a full cell; nothing proposed")
+            logger.info("labels: no primitive is a full cell; nothing is proposed")
             return []
         made: list[Candidate] = []
         for view in views(surface, self.frames):
@@ -82,10 +82,12 @@ class LabelLattice(Structure):
             is_cad = len(surface.region) > 0
             most = MOST if own.planar >= self.planar else FEW if is_cad else 0
             if most == 0:
-                logger.info("labels: %.0f %% of the area is planes", 100 * own.planar)
+                logger.info("labels: %.0f %% of the area is planar", 100 * own.planar)
                 continue
             if len(own.face) > most:
-                logger.info("labels: %d pieces are too many", len(own.face))
+                logger.info(
+                    "labels: nothing is proposed, because %d pieces are too many", len(own.face)
+                )
                 continue
             made += self._in_view(own, view, brick)
         return sorted(made, key=lambda candidate: candidate.cost)
@@ -101,7 +103,10 @@ class LabelLattice(Structure):
                 break
             own = placement(pieces, entry.label, view.genus, self.least, self.apart)
             if own is not None and own.bricks.full.size > self.bricks:
-                logger.info("labels: %d bricks, full or not, are too many", own.bricks.full.size)
+                logger.info(
+                    "labels: a lattice of %d bricks, full or empty, is too large",
+                    own.bricks.full.size,
+                )
                 break
             if own is not None:
                 on = OnBricks(own.bricks.full, own.bricks.knots, pieces.surface, own.placed)

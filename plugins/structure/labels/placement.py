@@ -60,13 +60,13 @@ def _placed(
         fields.append(field(matrix, place, charts.group[axis], charts.number[axis]))
         values = _constants(fields[axis], [pair for pair in order if pair.axis == axis], least)
         if values is None:
-            logger.info("labels: no values along %s keep the charts in order", "xyz"[axis])
+            logger.info("labels: no coordinates along %s keep the order of the charts", "xyz"[axis])
             return None
         constants.append(values)
     places = [one.values(values) for one, values in zip(fields, constants, strict=True)]
     bricks = quantized(pieces.surface, charts, places, constants, order, apart, genus)
     if bricks is None or bricks.defect or bricks.lost:
-        logger.info("labels: the charts enclose no solid of the part's genus that shows them all")
+        logger.info("labels: no solid with the genus of the part has all charts")
         return None
     at = [knots[index] for knots, index in zip(bricks.knots, bricks.index, strict=True)]
     placed = [

@@ -1,7 +1,7 @@
-"""Structure by classification alone, as DL-Polycube does: predict the type, denoise nothing.
+"""Structure by classification only, as in DL-Polycube: predict the type without diffusion.
 
-The polycubes that the trained classifier finds likeliest are stretched to the bounding box of the
-part, each in the proportions nearest to the part's.
+The most probable polycubes according to the trained classifier are stretched to the bounding box of
+the part, each in the proportions closest to those of the part.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -27,17 +27,19 @@ logger = logging.getLogger(__name__)
 @register("structure", "classify")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Classify(Structure):
-    """Polycubes that the trained classifier finds likely, placed by bounding boxes; no diffusion.
+    """Polycubes predicted by the trained classifier and placed by bounding boxes; no diffusion.
 
     Parameters
     ----------
     grid : cells of the polycube along x, y, z
     primitives : (3, 3, 3) bool voxels by name
-    weights : .ckpt, .safetensors or folder that train.py writes; null: the shipped weights
-    kept : structures returned at most
-    frames : coordinate frames tried
-    seed : of the sample points
+    weights : a .ckpt, a .safetensors or a folder of train.py; null: the included weights
+    kept : largest number of structures
+    frames : number of coordinate frames that are tried
+    seed : seed of the sample points
     """
+
+    references: ClassVar[tuple[str, ...]] = ("yu2024dl",)
 
     needs_network = True
 
@@ -49,11 +51,11 @@ class Classify(Structure):
     seed: int = setting("seed", 0)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, likeliest first; none beside a given context.
+        """Candidates, the most probable first; empty if the user chooses the context.
 
-        None either when the weights do not know the grid or a primitive.
+        Also empty if the weights were trained for another grid or other primitives.
 
-        Raises InputError when the weights were trained without a classifier.
+        Raises InputError if the weights were trained without a classifier.
         """
         from .hypotheses import guesses, known_denoiser
 
@@ -63,7 +65,7 @@ class Classify(Structure):
         if not denoiser.options.classifier:
             raise InputError(
                 "structure=classify needs weights with a classifier, options.classifier=true in "
-                f"their YAML; {self.weights or 'the shipped ones'} have none"
+                f"their YAML; {self.weights or 'the included ones'} have none"
             )
         if any(candidate.proposal == "given" for candidate in candidates):
             return []
@@ -72,7 +74,7 @@ class Classify(Structure):
             best.setdefault(guess.key, guess)
         found = [_stretched(guess, surface) for guess in list(best.values())[: self.kept]]
         logger.info(
-            "classify: %d of %d structures kept, probability %s",
+            "classify: %d of %d structures proposed, probability %s",
             len(found),
             len(best),
             ", ".join(f"{candidate.probability:.3f}" for candidate in found) or "none",

@@ -54,7 +54,7 @@ def proposed(
         if c.key in known and (c is found[0] or _is_nearer(c, known[c.key], points))
     ]
     logger.info(
-        "diffusion: %d structures denoised; %d are new, %d known are placed anew; cost %s",
+        "diffusion: %d structures denoised; %d new, %d with a better placement; cost %s",
         len(found),
         len(new),
         len(again),

@@ -1,14 +1,16 @@
-"""The paper's way: denoise the part in the frame of a context, and see whether it fits.
+"""The method of the paper: denoise the part in the frame of a context, and measure the fit.
 
-Denoised are the structures that the network's classifier finds likeliest, and of earlier
-candidates the best of each structure, in their own frames.  They are ranked by how likely they are
-and by a residual: how far the part and the polycube placed on it are from each other, and how much
-the faces that points land on look elsewhere than the surface does.
+The most probable structures according to the classifier are denoised, and the best earlier
+candidate of each structure, in its own frame. They are ranked by their probability and by a
+residual. The residual consists of the distance between the part and the placed polycube, and of the
+differences between the normals of the surface and those of the polycube faces to which its points
+are mapped.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from polycube.kinds import Structure
 from polycube.registry import register
@@ -22,17 +24,19 @@ from .options import DenoisingOptions
 class Diffusion(DenoisingOptions, Structure):
     """The paper's method: denoise samples of the surface with a trained network.
 
-    Where the user chooses the context, points are denoised in that context.
+    If the user chooses the context, points are denoised in this context.
     """
+
+    references: ClassVar[tuple[str, ...]] = ("ho2020ddpm",)
 
     needs_network = True
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """New structures and known ones that are placed better, with trajectories, cheapest first.
+        """New structures and better placements of known ones, with trajectories, cheapest first.
 
-        Before these, the earlier candidates that were denoised, with trajectory and probability:
-        they share their rough map with the earlier ones.  The best of all is proposed in any case.
-        None when the weights do not know the grid or a primitive.
+        They follow the earlier candidates that were denoised, now with trajectory and probability;
+        these share their rough map with the earlier ones. The best of all is always proposed. The
+        list is empty if the weights were trained for another grid or other primitives.
         """
         from .denoising import proposed
 

@@ -1,7 +1,7 @@
-"""Structures of any part, without a grid: draws of a network, each made a lattice.
+"""Structures of any part, without a grid: lattices made from random draws of a network.
 
-A draw says of every point of the part which axis its face of the polycube looks along, and where on
-the polycube it lies.  `knots.on_bricks` makes a lattice of that.
+A draw predicts the axis of the polycube face of each point of the part, and its place on the
+polycube. `knots.on_bricks` makes a lattice from these predictions.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ import logging
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import choice, register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import Candidate, Polycube, TriMesh
+from polycube.types import DRAWN, Candidate, Polycube, TriMesh
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
@@ -33,24 +33,28 @@ logger = logging.getLogger(__name__)
 class Drawn(Structure):
     """Draw structures of any kind with the network that is trained without a grid.
 
-    Every second draw has its charts flattened, which straightens what is bent.
+    The charts of every second draw are flattened, which straightens bent parts.
 
     Parameters
     ----------
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
-    weights : of a training with grid=any; null: the shipped weights
-    draws : of the network, in each frame
-    clouds : of sample points in each draw
-    passes : of the network at most; two draws take one, the next two take two, and so on, and
-        each after the first sees the part as the one before has moved it
-    sampler : of each pass; with one step or no noise, draws differ by their sample points only
-    frames : coordinate frames tried at most
-    size : of the triangles that carry the coordinates, as a share of the diagonal
-    smoothness : of the rough map
-    bricks : of a lattice at most, full or not; one with more is not coarse
-    seed : of the sample points and the sampler
+    weights : weights of a training with grid=any; null: the included weights
+    draws : number of draws of the network in each frame
+    clouds : number of sets of sample points in each draw
+    passes : largest number of passes of the network; two draws have one pass, the next two have
+        two, and so on; the input of a further pass is the part as moved by the pass before
+    sampler : sampler of each pass; with one step or without noise, draws differ only in their
+        sample points
+    frames : largest number of coordinate frames that are tried
+    size : edge length of the triangles that carry the coordinates, as a share of the diagonal
+    smoothness : smoothness of the rough map
+    bricks : largest number of bricks of a lattice, full or empty; one with more is not coarse
+    faces : largest number of CAD faces; the sample points do not resolve more
+    seed : seed of the sample points and the sampler
     """
+
+    references: ClassVar[tuple[str, ...]] = ("ho2020ddpm",)
 
     any_grid = True
     needs_network = True
@@ -66,17 +70,22 @@ class Drawn(Structure):
     size: float = 0.05
     smoothness: float = 0.03
     bricks: int = 15_000
+    faces: int = 100
     seed: int = setting("seed", 0)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """A candidate of each structure that was drawn, the most frequent first.
+        """One candidate for each structure that was drawn, the most frequent first.
 
-        Its probability is the share of the draws that gave it.  None beside a given context, and
-        with weights of a grid.
+        Its probability is its share of the draws. The list is empty if the user chooses the
+        context, for a part with too many CAD faces, and for weights of a grid.
         """
         from ..labels.lattices import views
         from .hypotheses import denoiser_of_any
 
+        n_faces = len(np.unique(surface.region))
+        if n_faces > self.faces:
+            logger.info("drawn: nothing, for the part has %d CAD faces", n_faces)
+            return []
         brick, denoiser = full_cell(self.primitives), denoiser_of_any(self.weights)
         given = any(candidate.proposal == "given" for candidate in candidates)
         if brick is None or denoiser is None or given:
@@ -103,8 +112,8 @@ class Drawn(Structure):
         for alike in sorted(found.values(), key=len, reverse=True):
             share = len(alike) / self.draws
             on = on_bricks(fine, alike[0])
-            candidate = on.candidate("diffusion", view, self.smoothness, 1 - share, brick)
-            candidates.append(replace(candidate, probability=share))
+            candidate = on.candidate("drawn", view, self.smoothness, 1 - share, brick)
+            candidates.append(replace(candidate, probability=share, family=DRAWN))
         return candidates
 
     def polycubes(self, denoiser: Denoiser, surface: TriMesh, genus: int) -> list[Polycube | None]:

@@ -65,7 +65,9 @@ def known_denoiser(
     from polycube.diffusion.weights import load_denoiser, shipped_grids  # torch is heavy
 
     if weights is None and tuple(grid) not in shipped_grids():
-        logger.info("no weights ship for grid %s; nothing proposed", "x".join(map(str, grid)))
+        logger.info(
+            "no weights are included for grid %s; nothing is proposed", "x".join(map(str, grid))
+        )
         return None
     denoiser = load_denoiser(build, weights, grid)
     if tuple(grid) == denoiser.condition.grid and set(primitives) <= set(

@@ -1,4 +1,4 @@
-"""Options of the proposals that denoise."""
+"""Options of proposals by denoising."""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ from polycube.registry import choice, setting
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DenoisingOptions:
-    """What is denoised, and how much of it is proposed.
+    """Selection of structures that are denoised and proposed.
 
     Parameters
     ----------
     grid : cells of the polycube along x, y, z
     primitives : (3, 3, 3) bool voxels by name
-    weights : .ckpt, .safetensors or folder that train.py writes; null: the shipped weights
-    sampler : how x_0 is sampled
-    samples : candidates of other plugins that are denoised at most
-    tried : likely structures, each in all its proportions, that are denoised at most
-    margin : cost above the best, in cells, up to which a new structure is proposed
-    kept : new structures proposed at most
-    frames : coordinate frames tried
-    seed : of the sample points and the sampler
+    weights : a .ckpt, a .safetensors or a folder of train.py; null: the included weights
+    sampler : sampler of x_0
+    samples : largest number of candidates of other plugins that are denoised
+    tried : largest number of probable structures that are denoised, each in all its proportions
+    margin : largest difference in cost from the best one, in cells, of a new structure that is
+        proposed
+    kept : largest number of new structures
+    frames : number of coordinate frames that are tried
+    seed : seed of the sample points and the sampler
     """
 
     grid: tuple[int, int, int]

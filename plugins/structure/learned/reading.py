@@ -10,7 +10,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.diffusion.encoding import learning_frame
+from polycube.diffusion.pairs.any_structure import OUTWARD
 from polycube.registry import build
+from polycube.surface.frames import rotations
 from polycube.surface.measures import face_areas, face_normals
 from polycube.types import TriMesh
 
@@ -71,15 +73,20 @@ def readings(
 ) -> list[Reading]:
     """Draws for a surface in a frame, each of several clouds of sample points of its own.
 
+    Each draw shows the surface to the network in one of the 24 orientations of its axes, so that
+    draws do not depend on which of these the surface has.
+
     passes : times that the network is asked for a draw, at most: once for two draws, twice for
         the next two, and so on.  From the second time on it sees the surface where the pass before
         has put it, and says what is left to move.
     """
     rng = np.random.default_rng(seed)
+    turns = rotations()[rng.integers(24, size=draws)]
     shown, read = [surface] * draws, [Reading(np.empty((0, 6)), surface.vertices)] * draws
     for done in range(passes):
         going = [k for k in range(draws) if k // 2 % passes >= done]
-        drawn = _clouds(denoiser, [shown[k] for k in going], genus, sampler, clouds, rng)
+        turned = [(shown[k], turns[k]) for k in going]
+        drawn = _clouds(denoiser, turned, genus, sampler, clouds, rng)
         for k, cloud in zip(going, drawn, strict=True):
             read[k] = cloud.read(shown[k])
             shown[k] = TriMesh(read[k].places, surface.faces)
@@ -88,27 +95,31 @@ def readings(
 
 def _clouds(
     denoiser: Denoiser,
-    surfaces: Sequence[TriMesh],
+    turned: Sequence[tuple[TriMesh, np.ndarray]],
     genus: int,
     sampler: Mapping[str, object],
     clouds: int,
     rng: np.random.Generator,
 ) -> list[Cloud]:
-    """A draw for each surface, at sample points of all its clouds together."""
-    n_points, number = denoiser.n_points(genus), clouds * len(surfaces)
-    sampled = [sample(each, n_points, rng) for each in surfaces for _ in range(clouds)]
+    """A draw for each surface, in an orientation, at sample points of all its clouds together."""
+    n_points, number = denoiser.n_points(genus), clouds * len(turned)
+    sampled = [sample(each, n_points, rng) for each, _ in turned for _ in range(clouds)]
     points, normals = (np.stack(rows) for rows in zip(*sampled, strict=True))
-    frames = [learning_frame(each.vertices) for each in surfaces for _ in range(clouds)]
+    frames = [learning_frame(each.vertices, r) for each, r in turned for _ in range(clouds)]
     seen = np.stack([frame.apply(p) for frame, p in zip(frames, points, strict=True)])
     said = denoiser.denoise(
         seen,
-        normals,
+        np.stack([n @ frame.rotation.T for frame, n in zip(frames, normals, strict=True)]),
         [genus] * number,
         build("sampler", sampler),
         int(rng.integers(2**31)),
         read=READ,
     )
-    scale = np.array([frame.scale for frame in frames])
-    rows = points, normals, said.log_labels[0], (said.points - seen) * scale[:, None, None]
-    together = [row.reshape(len(surfaces), -1, row.shape[2]) for row in rows]
+    places = np.stack([frame.invert(p) for frame, p in zip(frames, said.points, strict=True)])
+    seen_as = np.stack(
+        [(OUTWARD @ frame.rotation.T @ OUTWARD.T).argmax(axis=1) for frame in frames]
+    )
+    log_axis = np.take_along_axis(said.log_labels[0], seen_as[:, None], axis=2)
+    rows = points, normals, log_axis, places - points
+    together = [row.reshape(len(turned), -1, row.shape[2]) for row in rows]
     return [Cloud(*each) for each in zip(*together, strict=True)]

@@ -77,7 +77,9 @@ def convex_cells(solid: Polyhedron, most: int) -> Cells:
         total += hull.volume
         found.append(_faces(points, inside, hull.equations, near))
     if not np.isclose(total, volume(solid.surface), rtol=EXACT):
-        raise NotPolyhedralError("it is not convex, and no planes at its reflex edges make it so")
+        raise NotPolyhedralError(
+            "it is not convex, and planes at its reflex edges do not divide it into convex cells"
+        )
     if not all(map(_is_closed, found)):
         raise NotPolyhedralError("it has edges or angles that are too small")
     return Cells(points, tuple(found))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -26,7 +26,7 @@ TURN = 0.1  # of the diagonal: what a whole turn of the normal is worth
 @register("structure", "midpoint")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Midpoint(Structure):
-    """Divide a polyhedron into convex cells, and each into a hex for each of its corners.
+    """Divide a polyhedron into convex cells, and each cell into one hex for each of its corners.
 
     For parts of planar faces only, of genus 0 and with few corners; these may have more than three
     edges, as no corner of a polycube has.  Corners, edges and faces are kept exactly.
@@ -38,6 +38,8 @@ class Midpoint(Structure):
     corners : largest number of corners of the part
     planes : largest number of planes that cut a part that is not convex
     """
+
+    references: ClassVar[tuple[str, ...]] = ("li1995midpoint",)
 
     any_grid = True
 
@@ -57,7 +59,7 @@ class Midpoint(Structure):
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("midpoint: no primitive is a full cell; nothing proposed")
+            logger.info("midpoint: no primitive is a full cell; nothing is proposed")
             return []
         try:
             solid = polyhedron(surface, self.corners)
@@ -67,9 +69,11 @@ class Midpoint(Structure):
             logger.info("midpoint: nothing is proposed, because %s", reason)
             return []
         least = scaled_jacobian(vertices, hexes).min()
-        logger.info("midpoint: %d blocks, least scaled Jacobian %.3f", len(hexes), least)
+        logger.info("midpoint: %d blocks, smallest scaled Jacobian %.3f", len(hexes), least)
         if least < LEAST:
-            logger.info("midpoint: nothing is proposed, because the blocks are too poor")
+            logger.info(
+                "midpoint: nothing is proposed, because the blocks have a small scaled Jacobian"
+            )
             return []
         return [candidate(blocks, surface, brick, "midpoint")]
 

@@ -78,7 +78,7 @@ def polyhedron(surface: TriMesh, most: int) -> Polyhedron:
             raise NotPolyhedralError(f"face {where} is not planar")
         if (~same & is_smooth).any():
             where = surface.region[first[np.argmax(~same & is_smooth)]]
-            raise NotPolyhedralError(f"face {where} lies in one plane with a face beside it")
+            raise NotPolyhedralError(f"face {where} is in one plane with an adjacent face")
     plane = connected(first[is_smooth], second[is_smooth], len(surface.faces))
     normals = np.zeros((plane.max() + 1, 3))
     np.add.at(normals, plane, by_triangle * face_areas(surface)[:, None])

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 
@@ -54,6 +55,8 @@ class Overlay(Structure):
     max_hexes : largest number of full cells; a lattice that needs more is not proposed
     """
 
+    references: ClassVar[tuple[str, ...]] = ("schneiders1996grid", "mitchell1995pillowing")
+
     any_grid = True
 
     grid: tuple[int, int, int]
@@ -80,7 +83,7 @@ class Overlay(Structure):
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("overlay: no primitive is a full cell; nothing proposed")
+            logger.info("overlay: no primitive is a full cell; nothing is proposed")
             return []
         frame = frames(surface, 1)[0]
         size = sizing.length(self.size, diagonal(surface))
@@ -93,7 +96,10 @@ class Overlay(Structure):
         if right or not made:
             return right
         (_, off), nearest = min(made, key=lambda each: each[0])
-        logger.info("overlay: no lattice is right; the genus of the nearest is %d off", off)
+        logger.info(
+            "overlay: no lattice has the right topology; the genus differs by %d or more",
+            off,
+        )
         return [replace(nearest, family=SPARE)]
 
     def __post_init__(self) -> None:
@@ -153,7 +159,9 @@ class Overlay(Structure):
                 continue
             x, y, z = (planes(turned, a, edge, sizing.doublings(size, edge)) for a in range(3))
             if len(x) * len(y) * len(z) > MOST_CELLS:
-                logger.info("overlay: too many cells of size %.4g round the part", edge)
+                logger.info(
+                    "overlay: the grid of cells of size %.4g around the part is too large", edge
+                )
                 continue
             share = _solid_shares(turned, x, y, z)
             for full in (manifold(share, least) for least in shares):

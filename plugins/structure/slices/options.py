@@ -21,7 +21,7 @@ class Costs:
     overlap : cost of two bars without a straight gap between them, as a share of a slice's area
     letter : cost of each slab pattern that makes no hole, as a share of the volume
     blind : gain that a blind hole must bring, in costs of a slab pattern
-    shortest : slices of a slab pattern at least
+    shortest : smallest number of slices of a slab pattern
     """
 
     missing: float = 0.10
@@ -43,7 +43,7 @@ class Reader(Costs):
     grid : cells of the polycube along x, y, z
     primitives : (3, 3, 3) bool voxels by name
     resolution : voxels along the longest side of the part
-    frames : coordinate frames tried at most
+    frames : largest number of coordinate frames that are tried
     """
 
     grid: tuple[int, int, int]

@@ -47,7 +47,7 @@ class SliceReading(Reader, Structure):
         from .patterns import words
 
         if tuple(self.grid[1:]) != (1, 1):
-            logger.info("slices: grid %s is no row of cells; nothing proposed", self.grid)
+            logger.info("slices: grid %s is not a row of cells; nothing is proposed", self.grid)
             return []
         wanted = genus(surface)
         every = words(self.grid, self.primitives)
@@ -58,10 +58,14 @@ class SliceReading(Reader, Structure):
             aligned = readings(self, view, AXES, fitting)
             found += self._close([as_candidate(r, "slices", frame) for r in aligned], limit)
         found = self._close(sorted(found, key=lambda candidate: candidate.cost), len(found))
-        logger.info("slices: genus %d fits %d of %d words", wanted, len(fitting), len(every))
+        logger.info(
+            "slices: genus %d is that of %d of %d slab patterns", wanted, len(fitting), len(every)
+        )
         for candidate in found[:1]:
             context = ", ".join(filter(None, candidate.polycube.context))
-            logger.info("slices: %d readings, best %s at %.3f", len(found), context, candidate.cost)
+            logger.info(
+                "slices: %d candidates, best %s with cost %.3f", len(found), context, candidate.cost
+            )
         return found
 
     def _close(self, candidates: list[Candidate], limit: int) -> list[Candidate]:

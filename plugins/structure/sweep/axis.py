@@ -88,7 +88,7 @@ def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Stack:
     askew = border & ~on_cap & (np.minimum(rise, run) > np.maximum(near, FLAT * (rise + run)))
     if askew.any():
         where = surface.vertices[ends[np.argmax(askew)]].mean(axis=0)
-        raise NotSweptError(f"a curve runs askew on the walls near {place(surface, where)}")
+        raise NotSweptError(f"a curve is oblique on the walls near {place(surface, where)}")
     flat, upright = border & (on_cap | (rise < run)), border & ~on_cap & (rise >= run)
     check_walls(surface, known, across, wall, leans, (beside[flat], ends[flat]), near)
     used, lines = np.unique(ends[flat], return_inverse=True)

@@ -54,7 +54,7 @@ def cells(surface: TriMesh, stack: Stack, points: np.ndarray, edges: np.ndarray)
     found = [(loops[number], *inner[number]) for number in outer.tolist()]
     share = _shares(surface, stack, points, edges, [each[0] for each in found])
     if (abs(share - 0.5) < UNSURE).any():
-        raise NotSweptError("it cannot be told which cells of its section are full")
+        raise NotSweptError("the full cells of its section cannot be determined")
     full = share > 0.5
     some = np.flatnonzero(full.any(axis=1))
     return Cells(tuple(found[number] for number in some), full[some])

@@ -68,12 +68,17 @@ def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> 
         for flat in filter(None, (_smooth(draft, *one) for one in several)):
             sine = sines(flat.vertices, flat.quads)
             least, mean = float(sine.min()), float(sine.mean())
-            logger.info("sweep: %d quads, sines %.3f, mean %.3f", len(sine), least, mean)
+            logger.info(
+                "sweep: %d quads, sine of the angles at least %.3f, mean %.3f",
+                len(sine),
+                least,
+                mean,
+            )
             worth = STEP * (min(least, ENOUGH) // STEP), scale, mean
             if least > 0 and worth > key:
                 best, key = flat, worth
     if best is None:
-        raise NoQuadsError("all quads that were made of its section have folds")
+        raise NoQuadsError("all quad meshes of its section have folds")
     return best
 
 

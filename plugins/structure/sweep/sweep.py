@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,6 +43,8 @@ class Sweep(Structure):
     max_hexes : largest number of hexes; a part that needs more is not proposed
     """
 
+    references: ClassVar[tuple[str, ...]] = ("remacle2012blossom", "geuzaine2009gmsh")
+
     any_grid = True
 
     grid: tuple[int, int, int]
@@ -63,7 +66,7 @@ class Sweep(Structure):
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("sweep: no primitive is a full cell; nothing proposed")
+            logger.info("sweep: no primitive is a full cell; nothing is proposed")
             return []
         try:
             blocks = self._hexes(surface)

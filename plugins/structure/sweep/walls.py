@@ -72,7 +72,7 @@ def caps(
 
 def _refuse(surface: TriMesh, face: np.intp) -> NoReturn:
     where = place(surface, surface.vertices[surface.faces[face]].mean(axis=0))
-    raise NotSweptError(f"a face is neither along an axis nor across it near {where}")
+    raise NotSweptError(f"a face is neither parallel nor perpendicular to an axis near {where}")
 
 
 def wall_of(
@@ -121,7 +121,7 @@ def check_walls(
         chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max(initial=0)
         if abs(flat[own].sum()) > FLAT * known.area[own].sum() or off.max() > near + SAG * chord:
             where = surface.vertices[vertices[np.argmax(off)]]
-            raise NotSweptError(f"a face is not along an axis near {place(surface, where)}")
+            raise NotSweptError(f"a face is not parallel to an axis near {place(surface, where)}")
 
 
 def _distance(points: np.ndarray, lines: np.ndarray) -> np.ndarray:

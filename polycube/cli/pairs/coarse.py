@@ -40,7 +40,7 @@ def mesh_coarsely(path: str, cfg: Json, interrupt: Event | None = None) -> RunSt
     if not ranked:
         raise InputError(
             f"all structures found have more than {MOST_SLABS} slabs along an axis, which is more "
-            "than the network can say"
+            "than the network can describe"
         )
     state = run.mesh(choose(replace(state, ranked=ranked), 0, run.primitives))
     if state.interrupted:

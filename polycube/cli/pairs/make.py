@@ -55,7 +55,7 @@ def make_pairs(cfg: Json, folder: Path | None = None) -> list[Row]:
     made = sum(row["result"] == MADE for row in rows)
     sys.stderr.write(f"{made} of {len(rows)} parts gave pairs: {folder / TABLE}\n")
     if not made:
-        raise InputError("no part gave pairs", str(folder / TABLE), "the table says why")
+        raise InputError("no part gave pairs", str(folder / TABLE), "the table gives the reasons")
     return rows
 
 
@@ -64,7 +64,7 @@ def main() -> None:
     try:
         command("make_pairs", lambda cfg, _: make_pairs(cfg))
     except KeyboardInterrupt:
-        sys.stderr.write("interrupted; the parts that had finished are kept\n")
+        sys.stderr.write("interrupted; the pairs of completed parts are saved\n")
         sys.exit(INTERRUPTED)
 
 
@@ -112,7 +112,7 @@ def _write_table(rows: Sequence[Row], folder: Path) -> None:
 def _files(patterns: object) -> list[Path]:
     """Files that the patterns name; raises InputError for none, and for two of the same name."""
     if not isinstance(patterns, list) or not patterns:
-        raise InputError("no parts given", "parts", 'say "parts=[cad/*.step,scans/*.stl]"')
+        raise InputError("no parts given", "parts", 'use "parts=[cad/*.step,scans/*.stl]"')
     found: list[Path] = []
     for pattern in patterns:
         files = sorted(glob.glob(str(pattern), recursive=True))
@@ -121,5 +121,5 @@ def _files(patterns: object) -> list[Path]:
         found += map(Path, files)
     name, count = Counter(path.stem for path in found).most_common(1)[0]
     if count > 1:
-        raise InputError(f"{count} parts are called {name}", "parts", "rename them")
+        raise InputError(f"{count} parts have the name {name}", "parts", "rename them")
     return found

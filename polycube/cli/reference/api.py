@@ -6,8 +6,9 @@ import inspect
 from collections.abc import Iterator
 
 from polycube import errors, testing, types
-from polycube.api import Result, mesh
+from polycube.api import citation, mesh
 from polycube.cli.reference.markdown import MADE, docstring, sentence, signature, table
+from polycube.result import Result
 
 HEAD = """# Python interface
 
@@ -32,6 +33,7 @@ def page() -> str:
     blocks = [f"{HEAD}{MADE}"]
     blocks += _function("polycube.mesh", mesh)
     blocks += _class("polycube.Result", Result)
+    blocks += _function("polycube.citation", citation)
     blocks.append("## Errors")
     for error in ERRORS:
         blocks += [f"### polycube.errors.{error.__name__}", docstring(error)]

@@ -15,7 +15,9 @@ A plugin is a frozen dataclass that is registered under a kind and a name. Its f
 options ([options.md](options.md)), and its method `__call__` does the work. The kind is also the
 group on the command line (`spline=optimal`) and the folder in `plugins/`. This page lists what a
 plugin of each kind takes and returns. A stage takes fields of the run state and gives one of them;
-before a run, `check_chain` tests that every stage finds its inputs.
+before a run, `check_chain` tests that every stage finds its inputs. A class may name what to cite
+for it in `references: ClassVar[tuple[str, ...]]`: whole BibTeX entries, or keys of
+`polycube/report/references.bib`.
 
 [Training and a plugin](../tutorials/training_and_plugin.md) writes plugins of four kinds and a
 package around them. `polycube.testing.check_plugin` tests that a plugin keeps the contract of its

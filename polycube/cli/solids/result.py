@@ -164,7 +164,7 @@ def _report(
         named = ", ".join(bad)
         report["failure"] = f"no valid result of {len(bad)} of {len(parts)} solids: {named}"
     elif mesh is not None and report["hex"]["min_scaled_jacobian"] <= 0:
-        report["failure"] = "the meshes of the solids are valid, but not where they are joined"
+        report["failure"] = "the meshes of the solids are valid, but the joined mesh is not"
     return {**report, "valid": "failure" not in report}
 
 

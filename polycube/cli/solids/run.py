@@ -48,13 +48,15 @@ def solids_of(cfg: Json) -> list[Solid]:
     """
     for name, remedy in ALONE.items():
         if cfg[name]:
-            raise InputError(f"cad.solid={ALL} is not for {name}=", "cad.solid", remedy)
+            raise InputError(
+                f"cad.solid={ALL} cannot be combined with {name}=", "cad.solid", remedy
+            )
     path = Path(str(cfg["mesh"]))
     solids = read_solids(path) if is_cad(path) else []
     if len(solids) > 1:
         return solids
-    why = "holds one solid" if solids else "is no CAD file"
-    sys.stderr.write(f"{path} {why}: it is meshed as without cad.solid={ALL}\n")
+    why = "contains one solid" if solids else "is not a CAD file"
+    sys.stderr.write(f"{path} {why}: it is meshed without cad.solid={ALL}\n")
     return []
 
 
@@ -72,7 +74,9 @@ def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[
     """
     if cfg["preflight"] is not True:
         what = f"a file of the places is for one solid, not for cad.solid={ALL}"
-        raise InputError(what, "preflight", "say preflight=true, or the number of a solid")
+        raise InputError(
+            what, "preflight", "use preflight=true, or cad.solid with the number of one"
+        )
     found = []
     for solid in solids:
         if solid.motion is None:

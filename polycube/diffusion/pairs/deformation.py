@@ -1,4 +1,4 @@
-"""Random deformations that turn a polycube surface into something like a real part."""
+"""Random deformations of a polycube surface into shapes that resemble real parts."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Deformation:
-    """How strongly shapes vary.
+    """Strength of the random deformations.
 
-    Values are standard deviations unless they are called the largest; 0 turns a step off.
+    Values are standard deviations unless they are described as largest values; 0 disables a step.
 
     Parameters
     ----------
-    rounding : largest share of the strongest smoothing, 0 to 1
-    warp : of the logarithm of the widths of slabs: sizes and positions of holes
-    disc : largest share of the way from a square section to a round one, 0 to 1
-    stretch : of the logarithm of the scale along each axis
-    profile : of the logarithm of the section's scale along an axis: taper and bulge
-    waves : of a smooth displacement, as a share of the longest edge
-    bend : of the curvature times half the length
-    twist : of the angle from end to end, in radians
-    rotation : of the angle about each axis, in radians
+    rounding : largest amount of smoothing, as a share of the strongest, 0 to 1
+    warp : standard deviation of the logarithm of the widths of slabs, which moves and scales holes
+    disc : largest roundness of sections: 0 for square, 1 for circular
+    stretch : standard deviation of the logarithm of the scale along each axis
+    profile : standard deviation of the logarithm of the scale of sections along an axis (taper,
+        bulge)
+    waves : standard deviation of a smooth displacement, as a share of the longest edge
+    bend : standard deviation of the curvature multiplied by half the length
+    twist : standard deviation of the angle between both ends, in radians
+    rotation : standard deviation of the rotation angle about each axis, in radians
     roughness : largest noise of the sample points, in units of the learning frame
-    tilt : largest noise of the unit normals of the sample points
+    tilt : largest noise of the unit normals at the sample points
     """
 
     rounding: float = 1.0

@@ -177,7 +177,7 @@ def check_cover(surface: Tessellation, solid: Polycube) -> None:
     sides[number, normal] = 1
     np.add.at(wanted, (axis, box[number, normal] + 1 - axis % 2), sides.prod(axis=1))
     if np.abs(covered - wanted).max() > 1e-9:
-        raise ValueError("faces do not lie as those of the polycube do")
+        raise ValueError("faces are not arranged as those of the polycube")
     folded = float(-area[area < 0].sum() / wanted.sum())
     if folded > MOST_FOLDED:
         raise ValueError(f"{folded:.1%} of the polycube is covered by folds of the surface")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -54,8 +53,8 @@ def read_part(path: Path) -> Part:
     try:
         with np.load(path, allow_pickle=False) as file:
             found = {name: file[name] for name in SHAPES}
-    except (OSError, ValueError, EOFError, KeyError, AttributeError, TypeError, BadZipFile):
-        raise InputError("this is no file of a part", str(path), REMEDY) from None
+    except Exception:  # zip, zlib and numpy each have exceptions of their own
+        raise InputError("this is not a file of a part", str(path), REMEDY) from None
     try:
         return _part(found)
     except ValueError as error:
@@ -88,7 +87,7 @@ def _part(found: Mapping[str, np.ndarray]) -> Part:
         _check_range("knot", knot[own], len(planes) - 1)
         at = found["places"][quads[own], a]
         if np.abs(at - planes[knot[own]][:, None]).max(initial=0) > OFF:
-            raise ValueError("places do not lie on the planes of their labels")
+            raise ValueError("places are not on the planes of their labels")
     faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     surface = Tessellation(found["places"], quads, faces, axis.repeat(2), knot.repeat(2))
     check_cover(surface, solid)
@@ -107,9 +106,9 @@ def _check_shapes(found: Mapping[str, np.ndarray]) -> None:
                 wanted = int(letter) if letter.isdigit() else sizes.setdefault(letter, known)
                 fits &= size == wanted
         if not fits:
-            raise ValueError(f"{name} has not the shape ({dims.replace(' ', ', ')}) or type")
+            raise ValueError(f"{name} must have shape ({dims.replace(' ', ', ')}) and kind {kind}")
         if not np.isfinite(array).all():
-            raise ValueError(f"{name} has values that are no numbers")
+            raise ValueError(f"{name} has values that are not finite")
 
 
 def _check_range(name: str, values: np.ndarray, most: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import torch
@@ -23,11 +24,19 @@ class WholeCheckpoints(TorchCheckpointIO):
         super().__init__()
         self.folder = folder
 
+    def load_checkpoint(
+        self, path: str | Path, map_location: object = None, weights_only: bool | None = True
+    ) -> dict[str, object]:
+        """Tensors and plain values only: nothing that a file holds is run."""
+        return super().load_checkpoint(path, weights_only=True)
+
     def save_checkpoint(
         self, checkpoint: dict[str, object], path: str | Path, storage_options: object = None
     ) -> None:
         """Write beside the path, then replace what an earlier epoch or training wrote there."""
         inside = Path(path).resolve().relative_to(self.folder.resolve())
+        whole = BytesIO()  # torch's own writer does not say that a disk is full
+        torch.save(checkpoint, whole)
         with writing(self.folder) as scratch:
             (scratch / inside).parent.mkdir(parents=True, exist_ok=True)
-            torch.save(checkpoint, scratch / inside)
+            (scratch / inside).write_bytes(whole.getbuffer())

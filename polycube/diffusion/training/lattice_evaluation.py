@@ -40,7 +40,7 @@ def evaluate_lattices(
     if len(chosen) < n_parts:
         raise InputError(
             f"slabs: only {len(chosen)} of the first {SEEN * n_parts} parts have {slabs[0]} to "
-            f"{slabs[1]} along each axis; take a wider range or fewer lattices"
+            f"{slabs[1]} along each axis; use a wider range or fewer lattices"
         )
     return [columns(draw, part) for part in chosen]
 

@@ -58,7 +58,7 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     if not cures.kept:
         return mesh
     logger.info(
-        "cure: %d places cured, %d hexes more, least scaled Jacobian %.3f",
+        "cure: %d places cured, %d additional hexes, smallest scaled Jacobian %.3f",
         cures.kept,
         len(found.mesh.hexes) - len(mesh.hexes),
         found.jacobian.min(),

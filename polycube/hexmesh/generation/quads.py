@@ -80,7 +80,7 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
         if not output.is_file():
             if "import gmsh" in done.stderr:
                 raise MissingPackage("quads are made by gmsh, which does not load", remedy=INSTALL)
-            last = (done.stderr.strip().splitlines() or ["it ended without a word"])[-1]
+            last = (done.stderr.strip().splitlines() or ["it ended without a message"])[-1]
             raise NoQuadsError(f"Gmsh made no quads: {last}")
         found: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in planes]
         with np.load(output) as arrays:

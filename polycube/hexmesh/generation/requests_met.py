@@ -32,7 +32,7 @@ def check_requests(surface: TriMesh, requests: Sequence[Request]) -> None:
         wall = sets[wall_of(sets, request)]
         if request.kind == "around" and not rims(surface.vertices, surface.faces[wall]):
             raise InputError(
-                f"{request.at} has no border round which hexes could be counted",
+                f"{request.at} has no border along which hexes can be counted",
                 "meshing.at",
                 "name a hole or a face with a border",
             )
@@ -86,7 +86,7 @@ def unmet(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[
     found = []
     for request, has in zip(requests, reached(mesh, surface, requests), strict=True):
         if has is None:
-            found.append(f"the mesh has no quad on {request.at}, for which meshing.at asks")
+            found.append(f"the mesh has no quad on {request.at}, which meshing.at requests")
         elif not request.is_met(surface, has):
             said = words[request.kind].format(has, request.at, request.wanted(surface))
             found.append(f"meshing.at: the mesh has {said}")

@@ -12,10 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.io.cad import INSTALL, by_gmsh, unreadable
+from polycube.io.cad import INSTALL, check_whole
+from polycube.io.foreign.process import read_alone, unreadable
 from polycube.io.solids.motions import Motion
 from polycube.io.step import MILLIMETRES, file_unit
 
+EFFORT = 5  # times the seconds for one solid
 NO_NAME = "Open CASCADE STEP translator"  # what that program writes where there is no name
 
 
@@ -44,19 +46,24 @@ def read_solids(path: Path) -> list[Solid]:
 
     Raises
     ------
-    InputError : the file holds none, or can not be read
+    InputError : the file holds none, or cannot be read
     """
     try:
-        output, said = by_gmsh("polycube.io.solids.worker", path, {})
+        check_whole(path)
+        output, said = read_alone("polycube.io.solids.worker", path, {}, EFFORT)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if output is None and "import gmsh" in said:
         raise InputError(f"cad.solid needs gmsh; {INSTALL}")
     if output is None:
         raise InputError(f"{path}: {unreadable(path, said)}")
     rows = json.loads(output)
     if not rows:
-        raise InputError(f"{path}: the file holds no solid; export the part as a closed solid body")
+        raise InputError(
+            f"{path}: the file contains no solid; export the part as a closed solid body"
+        )
     unit = MILLIMETRES[file_unit(path)]
     names = names_of([row["name"] for row in rows])
     return [

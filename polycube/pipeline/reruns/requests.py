@@ -42,7 +42,7 @@ def meet_requests(found: Variants) -> None:
         options = subdivide.count_options(missing.tolist())
         if options is None:
             return
-        logger.info("meshing.at: off by %s, trying other parts", missing.tolist())
+        logger.info("meshing.at: differences %s; trying other numbers of parts", missing.tolist())
         name, other = found.run_again({"meshing/subdivide": options})
         if other is None or not _is_as_good(other, taken):
             return

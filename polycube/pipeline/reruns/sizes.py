@@ -45,7 +45,7 @@ def keep_features(found: Variants, least: float = -np.inf) -> None:
         options = _options(found, times)
         if options is None:
             return
-        logger.info("features: %d are lost, trying a size %.2f times as fine", lost, times)
+        logger.info("features: %d are lost; trying hexes that are %.2f times smaller", lost, times)
         found.run_again({"meshing/subdivide": options})
         if found.chosen == name:
             return
@@ -85,10 +85,10 @@ def meet_deviation(found: Variants, deviation: float | str | None) -> None:
         if options is None:
             return
         if times > FINEST:
-            logger.info("deviation: %.2f %%, refinement is the cheaper way", 100 * apart)
+            logger.info("deviation: %.2f %%; refinement is cheaper", 100 * apart)
             return
         logger.info(
-            "deviation: %.2f %%, not %.2f %%; trying a size %.2f times as fine",
+            "deviation: %.2f %%, limit %.2f %%; trying hexes that are %.2f times smaller",
             100 * apart,
             100 * wanted,
             times,
@@ -101,7 +101,7 @@ def meet_deviation(found: Variants, deviation: float | str | None) -> None:
             found.preferred = name
             return
     if apart > wanted:
-        logger.info("deviation: not met, the mesh before is kept")
+        logger.info("deviation: the limit is not met; the previous mesh is the result")
 
 
 def _options(found: Variants, times: float) -> Mapping[str, object] | None:
@@ -117,8 +117,11 @@ def _is_kept(finer: Attempt, coarse: Attempt) -> bool:
     count = len(coarse.verdict.failures) + len(coarse.verdict.warnings)
     if jacobian >= least_jacobian(before) and len(warnings) <= count:
         return True
-    why = "; ".join(warnings) or f"a finer one must keep {least_jacobian(before):.2f}"
-    logger.info("deviation: the mesh before is kept, for %s", why)
+    why = (
+        "; ".join(warnings)
+        or f"the scaled Jacobian of a finer one must be at least {least_jacobian(before):.2f}"
+    )
+    logger.info("deviation: the previous mesh is the result, because: %s", why)
     return False
 
 

@@ -41,13 +41,13 @@ def verdict(report: Json) -> str:
 
 def _mark(report: Json) -> str:
     if report.get("partly_fitted"):
-        kind, words = BAD, "Hex mesh without inverted hexes, fitted only in part"
+        kind, words = BAD, "Hex mesh without inverted hexes, only partly fitted"
     elif not report.get("valid") and "solids" in report:
         kind, words = BAD, "No valid hex mesh of all solids"
     elif not report.get("valid"):
         kind, words = BAD, "No valid result"
     elif reasons(report):
-        kind, words = DOUBTFUL, "Valid hex mesh, to be looked at"
+        kind, words = DOUBTFUL, "Valid hex mesh with warnings"
     else:
         kind, words = GOOD, "Valid hex mesh"
     return f'<p class="verdict {kind}">{words}</p>'
@@ -83,7 +83,7 @@ def _worst(report: Json) -> list[Tile]:
     limit = _limit(report, "poor_jacobian")
     mark = BAD if least <= 0 else DOUBTFUL if least < limit else GOOD
     mean = numbers.get("mean_scaled_jacobian")
-    note = f"1 is a cube, {limit:g} the limit" + (f"; mean {mean:.3f}" if mean else "")
+    note = f"1 for a cube, limit {limit:g}" + (f"; mean {mean:.3f}" if mean else "")
     return [Tile(f"{least:.3f}", "worst scaled Jacobian", note, mark)]
 
 
@@ -147,7 +147,7 @@ def _features(report: Json) -> list[Tile]:
     limit = f"within {100 * found['tolerance']:g} % of the diagonal"
     mark = GOOD if sum(kept.values()) == total else DOUBTFUL
     value = f"{sum(kept.values())} of {total}"
-    return [Tile(value, "CAD features kept", f"{note}; {limit}", mark)]
+    return [Tile(value, "CAD features preserved", f"{note}; {limit}", mark)]
 
 
 def _spline(report: Json) -> list[Tile]:
@@ -157,7 +157,7 @@ def _spline(report: Json) -> list[Tile]:
     p99 = max(numbers["surface_to_spline_p99"], numbers["spline_to_surface_p99"])
     sound = numbers["is_positive"]
     mark = GOOD if sound and p99 < SPLINE_APART else DOUBTFUL
-    least = f"det J at least {numbers['min_scaled_detj']:.3f} of its mean"
+    least = f"smallest det J {numbers['min_scaled_detj']:.3f} of its mean"
     note = f"{show(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
     value = f"{100 * p99:.2g} % of the diagonal"
     name = "spline from the input, 99 % of points"

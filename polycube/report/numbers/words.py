@@ -37,7 +37,7 @@ def beside(static: Json) -> Iterator[str]:
     if other:
         yield (
             f"near a {other['what']}, at {_place(other['at'])}, the stress is "
-            f"{megapascal(other['von_mises'])}; it has no bound there and grows as the mesh is "
+            f"{megapascal(other['von_mises'])}; it is unbounded there and grows as the mesh is "
             "refined"
         )
 
@@ -47,7 +47,7 @@ def cautions(report: Json) -> Iterator[str]:
     poor = report.get("static", {}).get("poor_elements")
     if poor:
         yield (
-            f"the stress in {poor} elements does not count, for their shape is too bad "
+            f"the stress in {poor} elements is ignored, because their shape is too bad "
             "(det J near 0); try another meshing.size"
         )
 

@@ -12,8 +12,8 @@ from polycube.report.page.viewer import viewer
 from polycube.types import HexMesh, Json
 
 SAME = (
-    "<p class=note>Meshes agree at a contact where their common quads, vertex on vertex, cover it. "
-    "There the vertices are one in hex.vtu; elsewhere each solid has its own.</p>"
+    "<p class=note>Meshes agree at a contact if quads with equal vertices cover it. There, hex.vtu "
+    "has the vertices only once; elsewhere each solid has its own.</p>"
 )
 
 

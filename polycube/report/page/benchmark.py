@@ -13,13 +13,13 @@ from polycube.report.pictures.colours import LOST, SURFACE
 
 SOURCE = (
     "Published: the frame-field pipeline that the HexMe paper tests on its 189 tetrahedral meshes "
-    "of 63 CAD models (Beaufort et al. 2022, “Hex Me If You Can”). Here a feature counts as kept "
-    "where it lies within 0.3 % of the bounding-box diagonal of the mesh; a part without a valid "
-    "mesh keeps nothing; one without points, as a sphere, is left out of the mean of points. "
+    "of 63 CAD models (Beaufort et al. 2022, “Hex Me If You Can”). Here a feature is kept if "
+    "it is within 0.3 % of the bounding-box diagonal of the mesh. A part without a valid mesh "
+    "keeps no feature, and a part without points, such as a sphere, is not in the mean of points. "
     "Medians are of parts with a valid mesh. SJ: scaled Jacobian."
 )
 LEGEND = (
-    "<p class=note>p99: distance that 99 % of the points keep, the larger of both ways, in per "
+    "<p class=note>p99: 99th percentile of the distance, the larger of both directions, in per "
     "cent of the diagonal.</p>"
 )
 COMPARED = " Before is {}."

@@ -37,15 +37,15 @@ def features(report: Json, pictures: Pictures) -> str:
     ]
     limit = f"{100 * found['tolerance']:g} %"
     legend = swatches(
-        ["curve that is kept", "curve or point that is lost", "face that is lost"],
+        ["preserved curve", "lost curve or point", "lost face"],
         [KEPT, WORST, LOST_FACE],
     )
     return section(
         "features",
         "CAD features",
         "<p>A point is compared with the corners of the boundary quads, a curve with their edges, "
-        f"a face with the quads. Lost is what is farther off than {limit} of the diagonal, for "
-        "more than 5 % of its samples.</p>",
+        f"a face with the quads. A feature is lost if more than 5 % of its samples are "
+        f"farther away than {limit} of the diagonal.</p>",
         table(counts),
         grid(figure(pictures.get("features"), "The CAD model, from both sides.", legend)),
         _lost(found["lost"]),
@@ -82,13 +82,15 @@ def _acute(features: list[Json]) -> str:
             "kind": each["kind"],
             "of": _faces(each),
             "angle, degrees": round(each["degrees"], 1),
-            "scaled Jacobian at most": round(float(np.sin(np.radians(each["degrees"]))), 2),
+            "largest possible scaled Jacobian": round(
+                float(np.sin(np.radians(each["degrees"]))), 2
+            ),
             "at": point(each["at"], digits),
         }
         for each in features[:N_SHOWN]
     ]
     more = f", the {N_SHOWN} sharpest" if len(features) > N_SHOWN else ""
-    title = f"Sharper than a hex can follow: {show(len(features))} edges and corners{more}"
+    title = f"Angles too small for a good hex: {show(len(features))} edges and corners{more}"
     return folded(title, table(rows))
 
 

@@ -28,7 +28,7 @@ def hex_counts(report: Json) -> str:
     kinds = [row["kind"] for row in fewer]
     parts = [
         f"{kinds.count('through')} of {found['walls']} faces have fewer hexes through the wall "
-        "under them, the median over the face, than meshing.across_wall.",
+        "under them (median over the face) than meshing.across_wall.",
         f"{kinds.count('around')} of {found['holes']} holes have fewer edges on their rim than "
         "meshing.around_hole.",
     ]

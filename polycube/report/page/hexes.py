@@ -30,8 +30,8 @@ from polycube.types import HexMesh, Json, TriMesh
 
 QUALITY_BAR = gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1")
 FARTHEST = {
-    "farthest from the input, at": "mesh_to_surface_max_at",
-    "farthest of the input, at": "surface_to_mesh_max_at",
+    "place farthest from the input": "mesh_to_surface_max_at",
+    "place of the input farthest from the mesh": "surface_to_mesh_max_at",
 }
 N_NAMED = 12  # grid cells at most that are named under their picture, and CAD faces
 
@@ -67,7 +67,7 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> str:
             ),
         ),
         f"<h3>Scaled Jacobian of {show(len(mesh.hexes))} hexes</h3>",
-        "<p class=note>A bar, clicked, shows its hexes in the view above.</p>",
+        "<p class=note>Click on a bar to show its hexes in the view above.</p>",
         charts.histogram(quality),
         grid(
             facts(_rows(mesh, quality, numbers) | _cad_faces(state.surface, numbers)),
@@ -86,12 +86,12 @@ def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Json) -> dict[str, object
         "hexes": len(mesh.hexes),
         "vertices": len(mesh.vertices),
         "scaled Jacobian, min": float(quality.min()),
-        "scaled Jacobian, 1 % / 5 % / 50 % below": " / ".join(f"{s:.3f}" for s in shares),
+        "scaled Jacobian, quantiles of 1 / 5 / 50 %": " / ".join(f"{s:.3f}" for s in shares),
         "scaled Jacobian, mean": float(quality.mean()),
         "inverted (at most 0)": int((quality <= 0).sum()),
         "below 0.2": int((quality < 0.2).sum()),
         "certificate": _certificate(numbers.get("certificate")),
-        "sharp edges to mesh edges, 95 % below, % of diagonal": _times(
+        "sharp edges to mesh edges, 95th percentile, % of diagonal": _times(
             100, numbers.get("creases_to_edges_p95")
         ),
         "volume error, %": _times(100, numbers.get("volume_error")),
@@ -221,14 +221,14 @@ def _improved(report: Json, pictures: Pictures) -> str:
             "scaled Jacobian, min": numbers["min_scaled_jacobian"],
             "mean": numbers["mean_scaled_jacobian"],
             "inverted": numbers["inverted"],
-            "input to mesh, 99 % below, % of diagonal": 100 * numbers["surface_to_mesh_p99"],
+            "input to mesh, 99th percentile, % of diagonal": 100 * numbers["surface_to_mesh_p99"],
             "vertices off, % of diagonal": 100 * numbers["vertex_off_surface_max"],
             "volume error, %": 100 * numbers["volume_error"],
         }
         for name, numbers in {"as given": given, "improved": made}.items()
     ]
     both = grid(
-        figure(pictures.get("given"), "As given, cut open.", QUALITY_BAR),
+        figure(pictures.get("given"), "The given mesh, cut open.", QUALITY_BAR),
         figure(pictures.get("cut"), "Improved, cut open.", QUALITY_BAR),
     )
     return f"<h3>Before and after</h3>{table(rows)}{both}"

@@ -12,13 +12,14 @@ from string import Template
 from polycube import __version__
 from polycube.io import manifest
 from polycube.pipeline.state import RunState
+from polycube.report.citation import bibtex
 from polycube.report.numbers import solutions
 from polycube.report.numbers.verdict import subtitle, verdict
 from polycube.report.page import sections
 from polycube.report.page.features import features
 from polycube.report.page.hex_counts import hex_counts
 from polycube.report.page.hexes import hexes, view
-from polycube.report.page.markup import section
+from polycube.report.page.markup import folded, section
 from polycube.report.page.repairs import repairs
 from polycube.report.page.sets import sets
 from polycube.report.pictures.pictures import denoising, pictures
@@ -30,7 +31,7 @@ _HERE = Path(__file__).parent
 FILES = {
     "report.json": "every number of this page",
     "config.json": "the settings",
-    "run.log": "what the run said",
+    "run.log": "log of the run",
     "repaired.stl": "the repaired surface, in single precision",
     "repaired.vtp": "the repaired surface",
     "polycube.vtu": "polycube",
@@ -129,11 +130,12 @@ def _settings(report: Json) -> str:
     config = report.get("config")
     if not config:
         return ""
-    text = escape(_yaml(config))
-    body = (
-        f"<details class=long><summary>All options of this run</summary><pre>{text}</pre></details>"
-    )
-    return section("settings", "Settings", body)
+    blocks = {
+        "All options of this run": _yaml(config),
+        "What to cite, as BibTeX": bibtex(report, config),
+    }
+    long = (folded(title, f"<pre>{escape(text)}</pre>", True) for title, text in blocks.items())
+    return section("settings", "Settings", *long)
 
 
 def _yaml(value: Json, indent: int = 0) -> str:

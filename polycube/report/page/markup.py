@@ -92,7 +92,7 @@ def distance_table(
     numbers : fractions of the diagonal, `<way>_max`, `<way>_p99`, `<way>_mean`
     ways : title -> way
     """
-    titles = {"largest": "max", "99 % below": "p99", "mean": "mean"}
+    titles = {"largest": "max", "99th percentile": "p99", "mean": "mean"}
     rows = []
     for name, way in ways.items():
         found = {title: numbers.get(f"{way}_{part}") for title, part in titles.items()}
@@ -111,9 +111,10 @@ def _distance(value: float | None, diagonal: float | None) -> str | None:
     return f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"
 
 
-def folded(title: str, body: str) -> str:
-    """What only some want to see, behind its title; open on paper."""
-    return f"<details><summary>{escape(title)}</summary>{body}</details>"
+def folded(title: str, body: str, is_long: bool = False) -> str:
+    """What only some want to see, behind its title; open on paper, unless it is long."""
+    kind = " class=long" * is_long
+    return f"<details{kind}><summary>{escape(title)}</summary>{body}</details>"
 
 
 def figure(picture: bytes | None, caption: str, legend: str = "", wide: bool = False) -> str:

@@ -25,6 +25,6 @@ def repairs(report: Json) -> str:
         "volume before": before,
         "volume after": after,
         "volume change, %": 100 * (after / before - 1) if before else None,
-        "cells of the surface built anew": numbers["cell"],
+        "cells of the rebuilt surface": numbers["cell"],
     }
     return section("repair", "Repair", told, facts(rows))

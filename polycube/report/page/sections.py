@@ -35,11 +35,11 @@ SPLINE = {  # what is told of it, and under which key of report.json
     "elements": "elements",
     "extraordinary edges": "extraordinary_edges",
     "det J positive everywhere (bound)": "is_positive",
-    "least det J, over its mean": "min_scaled_detj",
-    "least det J, at": "min_detj_at",
+    "smallest det J, over its mean": "min_scaled_detj",
+    "place of the smallest det J": "min_detj_at",
     "in element": "min_detj_element",
     "volume, model units³": "volume",
-    "farthest from the input, at": "farthest_at",
+    "place farthest from the input": "farthest_at",
 }
 
 
@@ -101,8 +101,8 @@ def _proposed(state: RunState) -> str:
         candidate, share = entry.candidate, entry.candidate.probability
         told.append(f"{number} {candidate.proposal}{'' if share is None else f' ({share:.0%})'}")
     return (
-        f"Different structures that were proposed, in rows, best first: {', '.join(told)}. "
-        "In brackets: the probability, which for draws of the diffusion model is their share."
+        f"The different proposed structures in rows, the best first: {', '.join(told)}. "
+        "Probabilities are in brackets; for drawn structures, it is their share of the draws."
     )
 
 
@@ -121,18 +121,18 @@ def denoising(report: Json, moving: Pictures) -> str:
         return ""
     numbers = report.get("polycube", {})
     moved, most = (numbers.get(f"denoised_to_polycube_{which}") for which in ("mean", "max"))
-    last = "" if moved is None else f" To lie on it they move {moved:.3f} cells on average"
+    last = "" if moved is None else f" Their distance from it is {moved:.3f} cells on average"
     last += "" if most is None else f", {most:.3f} at most."
     context, lies_on = (numbers.get(key) for key in ("context", "denoised_lies_on"))
     if lies_on is not None and lies_on != context:
-        last += f" By themselves they lie on another polycube, {', '.join(map(str, lies_on))}."
+        last += f" They are on another polycube, {', '.join(map(str, lies_on))}."
     text = (
-        "Points of the input, x_T, carried to the polycube, x_0, by the diffusion model; each "
-        "has the colour of its place on the polycube, pale on sides that look away." + last
+        "Points x_T of the input, moved to the polycube (x_0) by the diffusion model. The colour "
+        "of a point is that of its place on the polycube, paler on sides that face away." + last
     )
     between = (
-        "The kept states one after the other, joined by straight lines. With sampler=ddim, the "
-        "default, no noise is drawn on the way; with ddpm it is."
+        "The recorded states, connected by straight lines. With sampler=ddim, the default, no "
+        "noise is added between them; with ddpm it is."
     )
     return section(
         "denoising",

@@ -48,8 +48,8 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> str:
     main = [row for name, row in rows.items() if name not in faces and not _is_patch(name)]
     patches = [row for name, row in rows.items() if _is_patch(name)]
     text = (
-        "The boundary by its named sets, from the front above and from behind below; the table is "
-        "the legend. A quad in several sets has the colour of the first; grey is in none."
+        "The named sets of the boundary, from the front above and from behind below; the table is "
+        "the legend. A quad in several sets has the colour of the first, grey quads are in none."
     )
     return section(
         "sets",

@@ -110,6 +110,6 @@ def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, b
         }
     missing = [name for name in found if name not in drawn]
     if missing:
-        why = "".join(reason) or "the drawing process ended without a word"
+        why = "".join(reason) or "the drawing process ended without a message"
         logger.warning("no picture of %s: %s", ", ".join(missing), why)
     return drawn

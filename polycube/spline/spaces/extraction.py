@@ -177,10 +177,10 @@ def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads
     known = is_among(sharp_edges, sides.reshape(-1, 2))
     if not known.all():
         raise ValueError(
-            f"sharp edge {sharp_edges[np.argmin(known)].tolist()} is no edge of the boundary"
+            f"sharp edge {sharp_edges[np.argmin(known)].tolist()} is not on the boundary"
         )
     if len(curves.corners) != len(sharp_edges):
-        raise ValueError(f"{len(sharp_edges) - len(curves.corners)} sharp edges are named twice")
+        raise ValueError(f"{len(sharp_edges) - len(curves.corners)} sharp edges are given twice")
     inside = np.setdiff1d(tips, quads.corners)
     if len(inside):
         raise ValueError(f"corner vertex {inside[0]} is not on the boundary")

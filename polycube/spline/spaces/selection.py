@@ -96,7 +96,7 @@ class Refinement:
             levels = _from_file(Path(self.elements))
         for level, elements in enumerate(levels):
             if len(set(elements)) < len(elements):
-                raise ValueError(f"refine.elements names an element of level {level} twice")
+                raise ValueError(f"refine.elements contains an element of level {level} twice")
         return [np.array(elements, np.int64) for elements in levels]
 
     def marked(self, level: Level, depth: int, surface: TriMesh) -> np.ndarray:
@@ -153,7 +153,7 @@ def _from_file(path: Path) -> list[list[int]]:
         pairs += [tuple(map(int, words))] if words else []
     deepest = max((level for level, _ in pairs), default=-1)
     if deepest > 20:
-        raise ValueError(f"{path}: names level {deepest}; 20 is the most")
+        raise ValueError(f"{path}: level {deepest} is larger than 20")
     return [[e for level, e in pairs if level == wanted] for wanted in range(deepest + 1)]
 
 
@@ -163,7 +163,7 @@ def check_listed(listed: Sequence[np.ndarray], n_elements: int) -> None:
         limit = 8 * len(listed[level - 1]) if level else n_elements
         if elements.max(initial=-1) >= limit:
             raise InputError(
-                f"refine.elements names element {elements.max()} of level {level}, "
+                f"refine.elements contains element {elements.max()} of level {level}, "
                 + (f"where those listed before have {limit} children" if level else "")
                 + ("" if level else f"where there are {limit} elements")
             )

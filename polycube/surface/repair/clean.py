@@ -55,7 +55,7 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
     if not len(faces):
         raise InputError(f"the file has no triangles (and {len(vertices)} vertices)")
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError(f"a face names vertex {faces.max()}; there are {len(vertices)}")
+        raise InputError(f"a face refers to vertex {faces.max()}; there are {len(vertices)}")
     if len(strange := np.flatnonzero(~np.isfinite(vertices).all(axis=1))):
         raise InputError(
             f"coordinates must be finite numbers: {len(strange)} of {len(vertices)} vertices are "
@@ -66,14 +66,14 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
     size = diagonal(surface)
     if size == 0:
         raise InputError(
-            f"all corners of its {len(faces)} triangles fall on one point, "
-            f"{place(surface, surface.vertices[0])}; write the part nearer to the origin"
+            f"all corners of its {len(faces)} triangles are at one point, "
+            f"{place(surface, surface.vertices[0])}; move the part closer to the origin"
         )
     if not DIAGONALS[0] < size < DIAGONALS[1]:
         raise InputError(f"its diagonal of {size:.3g} is out of range; scale it to about 1")
     if len(used) == len(vertices):
         return surface, []
-    return surface, [f"left out vertices that no face uses: {len(vertices) - len(used)}"]
+    return surface, [f"removed vertices that no face uses: {len(vertices) - len(used)}"]
 
 
 def weld_equal(surface: TriMesh) -> Step:
@@ -137,7 +137,7 @@ def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
     if not faces.any():
         return []
     first = surface.vertices[surface.faces[faces.argmax(), 0]]
-    return [f"left out faces {why}: {faces.sum()}, the first at {place(surface, first)}"]
+    return [f"removed faces {why}: {faces.sum()}, the first at {place(surface, first)}"]
 
 
 def orient(surface: TriMesh) -> Step:
@@ -156,7 +156,7 @@ def orient(surface: TriMesh) -> Step:
     if (one_sided := given == turned).any():
         raise InputError(
             f"the surface is not orientable (like a Klein bottle): {one_sided.sum()} of its "
-            f"{n_faces} faces have no outer side, so it bounds no solid"
+            f"{n_faces} faces have no outer side, so it is not the boundary of a solid"
         )
     turn = given > turned
     oriented = TriMesh(surface.vertices, np.where(turn[:, None], faces[:, ::-1], faces))
@@ -164,9 +164,9 @@ def orient(surface: TriMesh) -> Step:
         turn = ~turn
         oriented = TriMesh(surface.vertices, oriented.faces[:, ::-1])
     if turn.all():
-        return oriented, [f"turned all {n_faces} faces: the surface was inside out"]
+        return oriented, [f"reversed all {n_faces} faces: the surface was inside out"]
     if turn.any():
-        return oriented, [f"turned faces that looked inwards: {turn.sum()} of {n_faces}"]
+        return oriented, [f"reversed faces with an inward normal: {turn.sum()} of {n_faces}"]
     return surface, []
 
 
@@ -184,21 +184,21 @@ def flip_flat(surface: TriMesh) -> Step:
         other = owner[b, a]
         tip = int(faces[other].sum()) - a - b
         if (middle, tip) in owner or (tip, middle) in owner:
-            raise InputError(f"a face of no area lies at {place(surface, corners[0])}; remove it")
+            raise InputError(f"a face without area is at {place(surface, corners[0])}; remove it")
         del owner[a, b], owner[b, a]
         for f, triangle in ((face, (middle, a, tip)), (other, (middle, tip, b))):
             faces[f] = triangle
             owner |= {(p, q): f for p, q in half_edges(faces[f : f + 1]).tolist()}
     flipped = TriMesh(surface.vertices, faces)
     if (face_areas(flipped) <= _flat(flipped)).any():
-        raise InputError(f"{flat.sum()} faces of no area lie side by side; remove them")
-    return flipped, [f"flipped the longest edges of faces of no area: {flat.sum()}"]
+        raise InputError(f"{flat.sum()} adjacent faces have no area; remove them")
+    return flipped, [f"flipped the longest edges of faces without area: {flat.sum()}"]
 
 
 def crossings(surface: TriMesh) -> list[str]:
     """One sentence where faces cross, with places."""
     if len(surface.faces) > MAX_FACES:
-        return [f"crossing faces were not looked for: more than {MAX_FACES} faces"]
+        return [f"intersecting faces were not searched for: more than {MAX_FACES} faces"]
     pairs = self_intersections(surface)
     if not len(pairs):
         return []
@@ -207,6 +207,6 @@ def crossings(surface: TriMesh) -> list[str]:
     more = f" and {len(middles) - N_PLACES} more" if len(middles) > N_PLACES else ""
     n_places = "1 place" if len(middles) == 1 else f"{len(middles)} places"
     return [
-        f"the surface crosses itself: {len(pairs)} pairs of faces in {n_places}, at {where}{more}; "
-        "it is meshed as it stands, look at the mesh there"
+        f"the surface intersects itself: {len(pairs)} pairs of faces in {n_places}, at "
+        f"{where}{more}; it is meshed without changes, check the mesh there"
     ]

@@ -34,9 +34,9 @@ def find_defects(surface: TriMesh) -> list[Defect]:
         Defect("edges between faces of opposite sides", topology.misoriented_edges(faces)),
         _inside_out(surface),
         _pieces(surface),
-        Defect("faces that cross others", faces[np.unique(self_intersections(surface))]),
+        Defect("faces that intersect others", faces[np.unique(self_intersections(surface))]),
         Defect("faces given twice", faces[_repeated(faces)]),
-        Defect("faces of no area", faces[flat]),
+        Defect("faces without area", faces[flat]),
         Defect("thin faces", faces[_thin_faces(surface) & ~flat], f"height below {THIN:g} of edge"),
     ]
     return [defect for defect in found if len(defect.items)]

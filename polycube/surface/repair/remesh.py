@@ -80,7 +80,7 @@ def _marching_cubes(value: np.ndarray, origin: np.ndarray, cell: float) -> TriMe
     grid["value"] = value.ravel(order="F")
     found = grid.contour([0.0], scalars="value", compute_normals=False)
     if not found.n_points:
-        raise InputError("its faces enclose nothing; give the boundary of a solid")
+        raise InputError("its faces enclose no volume; give the boundary of a solid")
     faces = found.faces.reshape(-1, 4)[:, 1:]
     return TriMesh(found.points, faces)
 

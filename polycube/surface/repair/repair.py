@@ -105,7 +105,7 @@ def finite(vertices: np.ndarray, faces: np.ndarray) -> clean.Step:
             used, faces = np.unique(faces, return_inverse=True)
             vertices, faces = vertices[used], faces.reshape(-1, 3)
             notes = [
-                f"left out vertices that are not finite: {strange.sum()}, with {hit.sum()} faces"
+                f"removed vertices that are not finite: {strange.sum()}, with {hit.sum()} faces"
             ]
     surface, more = clean.checked(vertices, faces)
     return surface, notes + more
@@ -123,7 +123,7 @@ def _anew(surface: TriMesh, cell: float) -> clean.Step:
     """The surface built anew on cells, each of its pieces turned outward before."""
     built = remesh(steps.outward(surface), cell)
     notes = [
-        f"built anew on cells of {cell:.3g}: what is thinner is lost, all that overlaps is one; "
+        f"rebuilt on cells of {cell:.3g}: thinner parts are lost, overlapping parts are united; "
         f"faces {len(surface.faces)} -> {len(built.faces)}"
     ]
     for step in (steps.drop_debris, lambda s: steps.fill_voids(s, np.inf)):

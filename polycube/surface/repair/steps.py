@@ -31,7 +31,7 @@ def drop_fins(surface: TriMesh) -> clean.Step:
         if not fin.any():
             break
         kept[np.flatnonzero(kept)[fin]] = False
-    return _without(surface, ~kept, "that hang loose on an edge")
+    return _without(surface, ~kept, "that are attached to only one edge")
 
 
 def drop_debris(surface: TriMesh) -> clean.Step:
@@ -60,7 +60,7 @@ def part_touching(surface: TriMesh) -> clean.Step:
     _, first, corner = np.unique(fan, return_index=True, return_inverse=True)
     vertices = surface.vertices[surface.faces.ravel()[first]]
     where = place(surface, surface.vertices[touching[0]])
-    note = f"parted vertices where surfaces touch: {len(touching)}, the first at {where}"
+    note = f"split vertices where surfaces touch: {len(touching)}, the first at {where}"
     return TriMesh(vertices, corner.reshape(-1, 3)), [note]
 
 

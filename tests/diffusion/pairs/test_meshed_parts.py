@@ -100,5 +100,5 @@ def test_labels_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ValueError, match="polycube"):
         meshed_part(replace(hexes, patch=swapped), lattice)
     gone = np.where(hexes.patch == 0, 1, hexes.patch)
-    with pytest.raises(ValueError, match=r"not on the mesh|do not lie as those"):
+    with pytest.raises(ValueError, match=r"not on the mesh|are not arranged as those"):
         meshed_part(replace(hexes, patch=gone), lattice)

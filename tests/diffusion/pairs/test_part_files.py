@@ -39,18 +39,18 @@ def test_a_part_is_read_as_it_was_written(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "change", "message"),
     [
-        ("geometry", lambda x: x[:, :2], r"geometry has not the shape \(V, 3\) or type"),
-        ("places", lambda x: x[1:], r"places has not the shape \(V, 3\) or type"),
-        ("geometry", lambda x: x * np.nan, "geometry has values that are no numbers"),
-        ("quads", lambda x: x.astype(float), r"quads has not the shape \(Q, 4\) or type"),
+        ("geometry", lambda x: x[:, :2], r"geometry must have shape \(V, 3\)"),
+        ("places", lambda x: x[1:], r"places must have shape \(V, 3\)"),
+        ("geometry", lambda x: x * np.nan, "geometry has values that are not finite"),
+        ("quads", lambda x: x.astype(float), r"quads must have shape \(Q, 4\)"),
         ("quads", lambda x: x + 1, r"quads must be from 0 to \d+"),
         ("axis", lambda x: x + 1, "axis must be from 0 to 5"),
         ("knot", lambda x: x + 3, "knot must be from 0 to 2"),
-        ("knot", lambda x: 0 * x, "places do not lie on the planes of their labels"),
-        ("occupancy", lambda x: ~x, "faces do not lie as those of the polycube do"),
-        ("occupancy", lambda x: x[:1], r"x has not the shape \(X\+1\) or type"),
+        ("knot", lambda x: 0 * x, "places are not on the planes of their labels"),
+        ("occupancy", lambda x: ~x, "faces are not arranged as those of the polycube"),
+        ("occupancy", lambda x: x[:1], r"x must have shape \(X\+1\)"),
         ("x", lambda x: x[::-1], r"Polycube\.x must ascend"),
-        ("places", lambda x: x * 1.01, "places do not lie on the planes of their labels"),
+        ("places", lambda x: x * 1.01, "places are not on the planes of their labels"),
     ],
 )
 def test_a_broken_file_is_one_sentence(
@@ -75,7 +75,7 @@ def test_a_file_of_something_else_is_refused(arrays: dict[str, np.ndarray], tmp_
     }
     for content in (b"", b"solid part", whole[: len(whole) // 2], *made.values()):
         path.write_bytes(content)
-        with pytest.raises(InputError, match="this is no file of a part"):
+        with pytest.raises(InputError, match="this is not a file of a part"):
             read_part(path)
 
 

@@ -48,7 +48,7 @@ def _module(
 
 
 def _right(module: DDPMPolycube, batch: Batch) -> None:
-    """Let the module's network say its target, as it follows from what it is asked."""
+    """Let the module's network say its target, as it follows from what it is requested."""
     process, x_0 = module.denoiser.process, batch.polycube
     q = process.adjustment(batch.geometry[:, :3])
 

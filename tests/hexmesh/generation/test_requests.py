@@ -45,10 +45,10 @@ def test_entries_are_read():
         ([{"around": 3}], "an entry of at is"),
         ([{"at": "hole_1"}], "an entry of at is"),
         ([{"at": "hole_1", "around": 8, "through": 2}], "an entry of at is"),
-        ([{"at": "hole_1", "deep": 2}], "says around, through or size; got 'deep' at hole_1"),
-        ([{"at": "hole", "around": 8}], "names an end"),
-        ([{"at": "patch_1", "around": 8}], "names an end"),
-        ([{"at": 3, "around": 8}], "names an end"),
+        ([{"at": "hole_1", "deep": 2}], "must have around, through or size; got 'deep' at hole_1"),
+        ([{"at": "hole", "around": 8}], "must name an end"),
+        ([{"at": "patch_1", "around": 8}], "must name an end"),
+        ([{"at": 3, "around": 8}], "must name an end"),
         ([{"at": "hole_1", "around": 2}], "a whole number from 3 to 1000; got 2"),
         ([{"at": "x_min", "through": 1.5}], "a whole number from 1 to 1000; got 1.5"),
         ([{"at": "x_min", "through": True}], "a whole number from 1 to 1000; got True"),
@@ -102,7 +102,7 @@ def test_a_face_without_a_quad_is_said():
     coarse = hex_box((1, 1, 1), (4.0, 3.0, 2.0))
     assert reached(thin, surface, [Request("cad_face_7", "through", 1)]) == [3]
     assert unmet(coarse, surface, [Request("cad_face_7", "through", 1)]) == [
-        "the mesh has no quad on cad_face_7, for which meshing.at asks"
+        "the mesh has no quad on cad_face_7, which meshing.at requests"
     ]
 
 

@@ -83,9 +83,9 @@ def test_more_parts_along_the_creases_are_taken(surface, asked):
 @pytest.mark.parametrize(
     ("asked", "options"),
     [
-        (None, {}),  # nothing is asked
+        (None, {}),  # nothing is requested
         ("5%", {}),  # it is met
-        ("0.1%", {"level": 2}),  # the number of parts is asked for
+        ("0.1%", {"level": 2}),  # the number of parts is requested for
     ],
 )
 def test_nothing_is_run_again(surface, asked, options):

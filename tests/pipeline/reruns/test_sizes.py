@@ -100,9 +100,9 @@ def test_a_length_in_model_units_and_the_variants_own_factor(surface):
     ("times", "options", "said"),
     [
         (0.9, {}, ""),  # it is met
-        (5.0, {}, "refinement is the cheaper way"),
-        (2.0, {"level": 2}, ""),  # the number of parts is asked for
-        (2.0, {"turn": 3.0}, "the mesh before is kept, for mesh and surface are"),
+        (5.0, {}, "refinement is cheaper"),
+        (2.0, {"level": 2}, ""),  # the number of parts is requested for
+        (2.0, {"turn": 3.0}, "the previous mesh is the result, because: mesh and surface are"),
         (2.0, {"most": 1.2}, "too many"),
     ],
 )

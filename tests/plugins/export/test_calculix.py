@@ -44,7 +44,7 @@ def written(mesh, folder, analysis, element, spline=None) -> Path:
 
 
 def solved(mesh, folder, analysis, element, spline=None, asked="U") -> np.ndarray:
-    """Numbers of the nodes, and what is asked for at each."""
+    """Numbers of the nodes, and what is requested for at each."""
     path = written(mesh, folder, analysis, element, spline)
     more = f"*NODE PRINT, NSET=all\n{asked}\n*END STEP\n"
     path.write_text(path.read_text().replace("*END STEP\n", more))

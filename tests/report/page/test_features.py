@@ -56,7 +56,7 @@ def test_sharp_places_are_listed_with_the_scaled_jacobian_that_they_allow():
     found = numbers_of.numbers(hex_box((1, 1, 1)), sharp)
     assert [each["degrees"] for each in found["acute"]] == pytest.approx([10, 10, 10])
     page = features({"hex": {"features": found}}, {})
-    assert "Sharper than a hex can follow: 3 edges and corners" in page
+    assert "Angles too small for a good hex: 3 edges and corners" in page
     assert "cad_face_3, cad_face_5" in page and "0.17" in page
 
 
@@ -104,8 +104,8 @@ def test_the_first_screen_counts_what_is_kept(found):
     assert "9 of 26" in page and "4 of 8 points, 4 of 12 curves, 1 of 6 faces" in page
     all_kept = {**found, **{f"{k}s": {"all": 5, "lost": 0} for k in ("point", "curve", "face")}}
     tile = verdict({"hex": {"features": all_kept}})
-    assert 'tile good"><span>CAD features kept' in tile and "15 of 15" in tile
-    assert 'tile doubtful"><span>CAD features kept' in verdict({"hex": {"features": found}})
+    assert 'tile good"><span>CAD features preserved' in tile and "15 of 15" in tile
+    assert 'tile doubtful"><span>CAD features preserved' in verdict({"hex": {"features": found}})
     assert "CAD features" not in verdict({"hex": {"features": None}})
 
 

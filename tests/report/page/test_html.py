@@ -54,7 +54,13 @@ def report(run) -> dict[str, object]:
         "warnings": ["3 vertices <welded>"],
         "seed": 7,
         "version": "0.1.0",
-        "config": {"grid": {"shape": [2, 1, 1]}, "mesh": "bent.stl"},
+        "config": {
+            "grid": {"shape": [2, 1, 1]},
+            "mesh": "bent.stl",
+            "meshing": {"order": []},
+            "spline": {"plugin": "h2s"},
+            "analysis": {"plugin": "modal"},
+        },
     }
 
 
@@ -120,7 +126,7 @@ def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path
 def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
     report = {"valid": True, "doubts": ["the volume is 93% of the surface's"]}
     page = write_report(tmp_path, EMPTY, report, False).read_text(encoding="utf-8")
-    assert "Valid hex mesh, to be looked at" in page
+    assert "Valid hex mesh with warnings" in page
     assert "The volume is 93% of the surface" in page
 
 

@@ -189,9 +189,9 @@ def test_renumbered_mesh_gives_the_same_solid(mesh):
 
 def test_refuses_sharp_edges_off_the_boundary():
     mesh = hex_box((2, 2, 2))
-    with pytest.raises(ValueError, match=r"sharp edge \[4, 13\] is no edge of the boundary"):
+    with pytest.raises(ValueError, match=r"sharp edge \[4, 13\] is not on the boundary"):
         volumetric_spline(mesh, np.array([[13, 4]]))
-    with pytest.raises(ValueError, match="1 sharp edges are named twice"):
+    with pytest.raises(ValueError, match="1 sharp edges are given twice"):
         volumetric_spline(mesh, np.array([[0, 1], [1, 0]]))
     with pytest.raises(ValueError, match="corner vertex 13 is not on the boundary"):
         volumetric_spline(mesh, NONE, [0, 13])

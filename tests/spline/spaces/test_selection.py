@@ -78,7 +78,7 @@ def test_a_box_that_meets_nothing_is_told(caplog):
         ({"curvature": 200}, "refine.curvature must lie in [0, 180]; got 200"),
         ({"indicator": "half"}, "refine.indicator must lie in [0, 1]; got 'half'"),
         ({"elements": [1, -1]}, "refine.elements must be whole numbers >= 0 or a file"),
-        ({"elements": [1, 1]}, "refine.elements names an element of level 0 twice"),
+        ({"elements": [1, 1]}, "refine.elements contains an element of level 0 twice"),
         ({"elements": "nowhere.txt"}, "refine.elements: there is no file 'nowhere.txt'"),
         ({"boxes": [{"box": [0, 0, 0, 1, 1]}]}, "a box of refine.boxes must be {box: [x, y, z"),
         ({"boxes": [{"box": [0, 0, 1, 1, 1, 0]}]}, "must have its low corner first"),

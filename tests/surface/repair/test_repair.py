@@ -61,8 +61,8 @@ def test_debris_and_loose_faces_are_left_out():
     check_surface(surface)
     assert len(surface.faces) == len(RING.faces)
     assert [change.partition(":")[0] for change in repair.changes] == [
-        "left out faces that hang loose on an edge",
-        "left out faces of debris",
+        "removed faces that are attached to only one edge",
+        "removed faces of debris",
     ]
     assert repair.deviation == 0
 
@@ -84,7 +84,7 @@ def test_overlapping_solids_become_one_and_touching_ones_are_refused():
     check_surface(surface)
     assert not len(self_intersections(surface))
     assert volume(surface) == pytest.approx(2 - 0.49 * 0.48 * 0.47, rel=0.02)
-    assert repair.cell is not None and "built anew on cells" in repair.sentence()
+    assert repair.cell is not None and "rebuilt on cells" in repair.sentence()
     assert repair.deviation_percent < 2
     apart = joined(box(), box((3, 0, 0), (4, 1, 1)))
     with pytest.raises(InputError, match="2 separate pieces"):

@@ -1,0 +1,104 @@
+"""Disks that are full or read-only: one sentence, exit code 2, and no file is half."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from polycube import HOME
+from polycube.io import manifest
+from tests.fixtures.runs import FAST, tree
+
+# a file system of a given size, seen by this one process; what is on it is copied out at the end
+ALONE = """
+mount -t tmpfs -o size={size} tmpfs "{disk}" || exit 99
+echo mine > "{disk}/mine"
+{prepare}
+{command}
+code=$?
+cp -a "{disk}/." "{kept}"
+exit $code
+"""
+INFER = ["mesh=example:rod", *FAST, "quiet=true", "order=[meshing,spline]"]
+TRAIN = ["experiment=smoke", "batch_size=4", "batches_per_epoch=2", "trainer.max_epochs=2"]
+TRAIN += ["held_out=4", "schedule.steps=20", "+trainer.enable_progress_bar=false"]
+
+
+@pytest.fixture
+def on_disk(tmp_path: Path):
+    """Runs a program whose results go to a small disk: exit code, sentence, what was on it."""
+
+    def run(size: str, program: str, *arguments: str, prepare: str = "") -> tuple[int, str, Path]:
+        disk, kept = tmp_path / "disk", tmp_path / "kept"
+        disk.mkdir()
+        kept.mkdir()
+        words = [sys.executable, str(HOME / program), *arguments]
+        command = " ".join(f"'{word}'" for word in words)
+        script = ALONE.format(size=size, disk=disk, kept=kept, command=command, prepare=prepare)
+        alone = ["unshare", "--map-root-user", "--mount", "sh", "-c", script]
+        if not shutil.which("unshare"):
+            pytest.skip("no unshare")
+        ended = subprocess.run(alone, capture_output=True, text=True, cwd=tmp_path)
+        if ended.returncode == 99 or "unshare" in ended.stderr:
+            pytest.skip(f"no file system of its own: {ended.stderr}")
+        return ended.returncode, ended.stderr, kept
+
+    return run
+
+
+def check_whole(folder: Path) -> set[str]:
+    """Names of the results, each as the manifest has it, and no scratch file."""
+    found = {name for name in tree(folder) if not name.startswith((".hydra", "tensorboard"))}
+    found -= {"polycube-files.json", "run.log", "command.log"}
+    if not found:
+        return found
+    assert found <= set(manifest.files(folder))
+    listed = json.loads((folder / manifest.NAME).read_text())["files"]
+    for name in found:
+        assert manifest._is_ours(folder / name, listed[name]), name
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("size", "most"),
+    [("20k", 0), ("1100k", 10), ("1300k", 10), ("2000k", 20)],
+)
+def test_a_run_on_a_disk_that_fills_up(size: str, most: int, on_disk, tmp_path: Path) -> None:
+    code, said, kept = on_disk(size, "infer.py", *INFER, f"output_dir={tmp_path}/disk/out")
+    assert code == 2, said
+    assert said.count("\n") == 1 and "No space left on device" in said
+    assert (kept / "mine").read_text() == "mine\n"
+    found = check_whole(kept / "out") if (kept / "out").exists() else set()
+    assert len(found) <= most and "report.json" not in found
+    if "stages/meshing.subdivide.npz" in found:  # with more room it goes on from there
+        command = [sys.executable, str(HOME / "infer.py"), f"resume={kept / 'out'}", "quiet=true"]
+        command += ["from=meshing/smooth", *FAST, "order=[meshing]"]
+        assert subprocess.run(command).returncode == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", ["4k", "30k", "1200k", "1600k"])
+def test_a_training_on_a_disk_that_fills_up(size: str, on_disk, tmp_path: Path) -> None:
+    folder = f"hydra.run.dir={tmp_path}/disk/out"
+    code, said, kept = on_disk(size, "train.py", *TRAIN, folder)
+    assert code == 2, said
+    assert (
+        said.strip()
+        .splitlines()[-1]
+        .endswith(("No space left on device", "device; files that were complete are kept"))
+    )
+    assert "Traceback" not in said
+    check_whole(kept / "out")
+
+
+def test_a_read_only_disk(on_disk, tmp_path: Path) -> None:
+    prepare = f'mount -o remount,ro "{tmp_path}/disk"'
+    where = f"output_dir={tmp_path}/disk/out"
+    code, said, kept = on_disk("100k", "infer.py", *INFER, where, prepare=prepare)
+    assert code == 2
+    assert said == f"error: cannot write results to {tmp_path}/disk/out: Read-only file system\n"
+    assert tree(kept) == {"mine"}
