@@ -30,8 +30,8 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
         read.surface,
         path=path,
         warnings=told,
-        repair=read.repair and read.repair.numbers(),
-        points=read.points and read.points.numbers(),
+        repair=None if read.repair is None else read.repair.numbers(),
+        points=None if read.points is None else read.points.numbers(),
     )
 
 

@@ -1,7 +1,8 @@
 """Read PCD files of the Point Cloud Library: text, binary and compressed.
 
-open3d reads them too, but of a damaged file it takes words for zeros, allocates whatever the header
-promises, and ends the process: 1 of the first 300 files with one to three changed bytes did.
+open3d reads them too, but takes damaged files as whole ones: it reads words as zeros, and points
+that are missing from the file from memory. Of 300 damaged files it returned points of 76 that this
+reader refuses, and both gave the same points of 110.
 """
 
 from __future__ import annotations
@@ -65,12 +66,13 @@ def _text(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray
     return dict(zip(record.names or (), np.split(rows, ends[:-1], axis=1), strict=True))
 
 
-def _records(body: bytes, record: np.dtype, number: int) -> np.ndarray:
+def _records(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
     """Point after point."""
     there = len(body) // record.itemsize
     if there < number:
         raise ValueError(f"it ends after {there} of {number} points")
-    return np.frombuffer(body, record, number)
+    rows = np.frombuffer(body, record, number)
+    return {name: rows[name] for name in record.names or ()}
 
 
 def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:

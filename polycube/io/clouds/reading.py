@@ -40,10 +40,12 @@ def read_cloud(path: Path) -> Cloud:
 
 
 def _read_ply(path: Path) -> Cloud:
-    import trimesh
+    from trimesh import PointCloud, load
 
     try:
-        cloud = trimesh.load(path, process=False)
+        cloud = load(path, process=False)
+        if not isinstance(cloud, PointCloud):
+            raise ValueError("it has no points")
         rows = cloud.metadata["_ply_raw"]["vertex"]["data"]  # a record array, of a text a dict
         points = np.array(cloud.vertices, dtype=np.float64)
         known = set(rows if isinstance(rows, dict) else rows.dtype.names)

@@ -24,8 +24,8 @@ class Points:
         these lie on both sides of a wall
     depth : the grid has 2^depth cells along the longest side; None: cells about as wide as the
         spacing of the points, at most 2^8
-    trim : parts of the surface farther from the points than so many spacings are removed, and the
-        holes closed; None keeps them
+    trim : parts of the surface farther from the points than so many spacings are replaced by
+        surfaces of least area; None keeps them
 
     Raises
     ------

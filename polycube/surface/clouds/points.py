@@ -36,6 +36,13 @@ class Cloud:
         """The points of these indices, or where this mask is true."""
         return Cloud(self.points[kept], self.normals[kept] if len(self.normals) else self.normals)
 
+    def joined(self, other: Cloud) -> Cloud:
+        """The points of both, which have normals, or have none."""
+        return Cloud(
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.normals, other.normals]),
+        )
+
 
 def checked(cloud: Cloud) -> Cloud:
     """Points that are finite and distinct, with their unit normals if all have one.
@@ -55,7 +62,7 @@ def checked(cloud: Cloud) -> Cloud:
             f"the cloud has {number} distinct points (of {len(cloud.points)}{strange}); a surface "
             f"needs {FEWEST} at least"
         )
-    size = float(np.linalg.norm(np.ptp(left.points, axis=0)))
+    size = float(np.hypot.reduce(np.ptp(left.points, axis=0)))
     if not DIAGONALS[0] < size < DIAGONALS[1]:
         raise InputError(f"the cloud's diagonal of {size:.3g} is out of range; scale it to about 1")
     widths = np.linalg.svd(left.points - left.points.mean(axis=0), compute_uv=False)

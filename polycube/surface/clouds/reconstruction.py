@@ -2,8 +2,8 @@
 
 The method is that of Kazhdan and Hoppe, *Screened Poisson surface reconstruction*, ACM Transactions
 on Graphics 32 (2013), in open3d, on one thread, so that the same points give the same surface.
-Where there are no points it makes a surface up; this is removed, and the holes are closed by the
-triangulation of least area.
+Where there are no points it makes a surface up, which bulges or stays open. It is reconstructed
+again, with points on the triangulation of least area there.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from polycube.surface.clouds.points import (
     with_normals,
     without_outliers,
 )
-from polycube.surface.clouds.trimming import supported, trimmed
-from polycube.surface.measures import diagonal, face_normals, is_closed
+from polycube.surface.clouds.trimming import fillings, supported
+from polycube.surface.measures import diagonal, face_normals, is_closed, volume
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
@@ -51,7 +51,7 @@ class Reconstruction:
     normals_agree: float  # share of the normals that look the way of the surface
     cell: float  # width of the cells of the grid
     made_up: float  # share of the area farther than `points.trim` spacings from any point
-    is_closed_anew: bool  # whether that part was removed, and the holes closed
+    added: int  # points there, on the triangulation of least area
     deviation_mean: float  # distance of the points, without outliers, from the surface
     deviation_p95: float
     deviation_max: float
@@ -68,8 +68,8 @@ class Reconstruction:
         left += [f"{self.dropped} points that are not finite or given twice"] * (self.dropped > 0)
         without = f" without {' and '.join(left)}" if left else ""
         filled = (
-            f"; {100 * self.made_up:.2g} % of its area had no points near and was closed anew"
-            if self.is_closed_anew
+            f"; {100 * self.made_up:.2g} % of its area had no points near and was closed"
+            if self.added
             else ""
         )
         return (
@@ -81,7 +81,7 @@ class Reconstruction:
 
 
 def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]:
-    """The surface of the points.
+    """The surface of the points, facing outwards.
 
     Raises
     ------
@@ -94,21 +94,26 @@ def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]
     spacing = float(np.median(spacings(cloud.points)))
     cell, depth = _grid(cloud, spacing, options.depth)
     thinned = averaged(cloud, cell / 2) if spacing < cell / 2 else cloud
-    surface, neighbours, agree = _oriented(thinned, options.neighbours, depth, NEAR * spacing)
+    made = _oriented(thinned, options.neighbours, depth, NEAR * spacing)
+    surface, agree = made.surface, made.agree
     if agree < DISAGREE:
         raise InputError(
             f"the surface follows only {100 * agree:.0f} % of the normals of the points: the sides "
             f"of its walls cannot be told apart at a spacing of {spacing:.3g}; scan more densely, "
             "or give the normals in a PLY or PCD file"
         )
-    share, closed_anew = 0.0, False
+    share, added = 0.0, 0
     if options.trim is not None:
-        surface, share, closed_anew = trimmed(surface, cloud, spacing, options.trim)
+        more, share = fillings(surface, cloud, max(spacing, cell / 2), options.trim)
+        added = len(more.points)
+        surface = _poisson(made.cloud.joined(more), depth) if added else surface
     if not is_closed(surface.faces):
         raise InputError(
             "the points leave so much of the surface open that it could not be closed; scan the "
             "missing parts too"
         )
+    if volume(surface) < 0:
+        surface = TriMesh(surface.vertices, surface.faces[:, ::-1])
     corners = surface.vertices[surface.faces]
     away = distance(tree(corners, np.zeros((len(corners), 3))), cloud.points)
     return surface, Reconstruction(
@@ -116,11 +121,11 @@ def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]
         dropped=len(given.points) - len(distinct.points),
         outliers=len(distinct.points) - len(cloud.points),
         spacing=spacing,
-        neighbours=neighbours,
+        neighbours=made.neighbours,
         normals_agree=agree,
         cell=cell,
         made_up=share,
-        is_closed_anew=closed_anew,
+        added=added,
         deviation_mean=float(away.mean()),
         deviation_p95=float(np.quantile(away, 0.95)),
         deviation_max=float(away.max()),
@@ -137,27 +142,31 @@ def _grid(cloud: Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
     return width / 2**depth, depth
 
 
-def _oriented(
-    cloud: Cloud, neighbours: int | None, depth: int, reach: float
-) -> tuple[TriMesh, int | None, float]:
-    """Surface, number of neighbours, share of the normals that agree with the surface.
+@dataclass(frozen=True)
+class _Oriented:
+    """A cloud with normals, and its surface."""
 
-    Of several numbers of neighbours the first that serves, otherwise the best.
-    """
-    if len(cloud.normals):
+    cloud: Cloud
+    surface: TriMesh
+    agree: float  # share of the normals that look the way of the surface
+    neighbours: int | None = None  # that the normals were estimated from
+
+    @classmethod
+    def of(cls, cloud: Cloud, depth: int, reach: float, neighbours: int | None = None) -> _Oriented:
         surface = _poisson(cloud, depth)
-        return surface, None, _agreement(surface, cloud, reach)
-    best: tuple[TriMesh, int | None, float] | None = None
+        return cls(cloud, surface, _agreement(surface, cloud, reach), neighbours)
+
+
+def _oriented(cloud: Cloud, neighbours: int | None, depth: int, reach: float) -> _Oriented:
+    """Of several numbers of neighbours the first that serves, otherwise the best."""
+    if len(cloud.normals):
+        return _Oriented.of(cloud, depth, reach)
+    found = []
     for number in NEIGHBOURS if neighbours is None else (neighbours,):
-        oriented = with_normals(cloud, number)
-        surface = _poisson(oriented, depth)
-        agree = _agreement(surface, oriented, reach)
-        if best is None or agree > best[2]:
-            best = surface, number, agree
-        if agree > AGREE:
-            break
-    assert best is not None
-    return best
+        found.append(_Oriented.of(with_normals(cloud, number), depth, reach, number))
+        if found[-1].agree > AGREE:
+            return found[-1]
+    return max(found, key=lambda each: each.agree)
 
 
 def _poisson(cloud: Cloud, depth: int) -> TriMesh:

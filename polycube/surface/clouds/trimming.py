@@ -1,4 +1,8 @@
-"""Remove the parts of a reconstructed surface that no points are near, and close the holes."""
+"""Parts of a reconstructed surface that no points are near, and what to put in their place.
+
+A triangulation of such a hole crosses the surface where the hole's edge is ragged, so it only gives
+points, for a second reconstruction.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +11,13 @@ from scipy.spatial import cKDTree
 
 from polycube.surface.closest import closest, tree
 from polycube.surface.clouds.points import Cloud, spacings
-from polycube.surface.intersections import self_intersections
-from polycube.surface.measures import components, face_areas, is_closed
+from polycube.surface.measures import components, face_areas, face_normals
 from polycube.surface.repair.holes import MAX_LOOP, filling, loops
+from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
 PIECE = 0.01  # of the points: a piece of the surface with no more of them is left out
 RIM = 0.5  # of `points.trim`: how near to the points the surface is removed around such a part
-ROUNDS = 20  # of smoothing the edge of a hole
 
 
 def supported(surface: TriMesh, cloud: Cloud) -> TriMesh:
@@ -28,30 +31,31 @@ def supported(surface: TriMesh, cloud: Cloud) -> TriMesh:
     return TriMesh(surface.vertices[used], faces.reshape(-1, 3))
 
 
-def trimmed(
-    surface: TriMesh, cloud: Cloud, spacing: float, trim: float
-) -> tuple[TriMesh, float, bool]:
-    """Close a surface anew where it is farther from the points than so many spacings.
+def fillings(surface: TriMesh, cloud: Cloud, spacing: float, trim: float) -> tuple[Cloud, float]:
+    """Points for the parts of a surface that are farther from the points than so many spacings.
+
+    They lie, as dense as the cloud, on the triangulations of least area that close the holes which
+    such parts leave, and have the normals of these.
 
     Returns
     -------
-    The surface, the share of that area, and whether it was closed anew: it stays as it is where the
-    holes cannot be closed without faces that cross.
+    The points, none where there is no such part or its hole is too long, and the share of its area.
     """
+    none = Cloud(np.zeros((0, 3)), np.zeros((0, 3)))
     away, nearest = cKDTree(cloud.points).query(surface.vertices)
     far = _far(surface.faces, away / np.maximum(spacings(cloud.points)[nearest], spacing), trim)
     if not far.any() or far.all():
-        return surface, float(far.all()), False
+        return none, float(far.all())
     area = face_areas(surface)
     share = float(area[far].sum() / area.sum())
     left = supported(TriMesh(surface.vertices, surface.faces[~far]), cloud)
-    for loop in loops(left.faces):
-        if len(loop) > MAX_LOOP:
-            return surface, share, False
-        left = _covered(left, loop)
-    if not is_closed(left.faces) or len(self_intersections(left)):
-        return surface, share, False
-    return left, share, True
+    edges = loops(left.faces)
+    if not edges or max(map(len, edges)) > MAX_LOOP:
+        return none, share
+    faces = [loop[filling(left.vertices[loop])] for loop in edges]
+    cover = TriMesh(left.vertices, np.concatenate(faces))
+    points, face = spread(cover, int(np.ceil(face_areas(cover).sum() / spacing**2)))
+    return Cloud(points, face_normals(cover)[face]), share
 
 
 def _far(faces: np.ndarray, away: np.ndarray, trim: float) -> np.ndarray:
@@ -65,19 +69,3 @@ def _far(faces: np.ndarray, away: np.ndarray, trim: float) -> np.ndarray:
     far = np.zeros(len(faces), dtype=bool)
     far[wide[np.isin(region, region[beyond])]] = True
     return far
-
-
-def _covered(surface: TriMesh, loop: np.ndarray) -> TriMesh:
-    """Close the hole inside a loop of vertices.
-
-    Its ragged edge gets a strip of faces to a smooth copy of it, and this the triangulation of
-    least area, none of whose edges can be one of the surface.
-    """
-    ring = surface.vertices[loop]
-    for _ in range(ROUNDS):
-        ring = (np.roll(ring, 1, axis=0) + 2 * ring + np.roll(ring, -1, axis=0)) / 4
-    copy = len(surface.vertices) + np.arange(len(loop))
-    after, copy_after = np.roll(loop, -1), np.roll(copy, -1)
-    strip = [np.stack(f, axis=1) for f in ((loop, after, copy_after), (loop, copy_after, copy))]
-    faces = np.concatenate([surface.faces, *strip, copy[filling(ring)]])
-    return TriMesh(np.concatenate([surface.vertices, ring]), faces)
