@@ -60,7 +60,7 @@ def examine() -> Iterator[Item]:
         found = find_library(library)
         cure = f"{purpose} need it; on Debian or Ubuntu: apt-get install {package}"
         yield f"lib{library}", found is not None, found or cure
-    yield _probe("open3d (FBX)", OPEN3D)
+    yield _probe("open3d (FBX, point clouds)", OPEN3D)
     name, works, more = _probe("gmsh (CAD)", GMSH)
     yield name, works, more if works else f"{more}; {GMSH_CURE}"
     yield _probe("picture without a display", PICTURE)

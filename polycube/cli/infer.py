@@ -100,7 +100,7 @@ def check(cfg: Json) -> tuple[int, str]:
     remedy = "choose another name in preflight=, or move the file away"
     if places:
         manifest.check(places.parent, [places.name], [Path(str(settings.mesh))], remedy)
-    found = preflight(str(settings.mesh), settings.cad, settings.repair)
+    found = preflight(str(settings.mesh), settings.cad, settings.repair, settings.points)
     sys.stdout.write(f"{found.table()}\n")
     if places:
         with manifest.writing(places.parent, remedy) as scratch:

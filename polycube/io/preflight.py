@@ -11,6 +11,7 @@ from polycube.errors import InputError
 from polycube.io.cad import Cad
 from polycube.io.surfaces import EXAMPLE, is_cad, read_repaired, read_soup
 from polycube.io.vtk import write_named_vtp
+from polycube.surface.clouds.options import Points
 from polycube.surface.measures import diagonal, genus, place, volume
 from polycube.surface.repair import clean
 from polycube.surface.repair.defects import Defect, find_defects
@@ -56,19 +57,19 @@ class Preflight:
         return write_named_vtp(path, self.surface.vertices, items, "problem")
 
 
-def preflight(path: str, cad: Cad, level: str) -> Preflight:
+def preflight(path: str, cad: Cad, level: str, points: Points | None = None) -> Preflight:
     """Check a file and try a repair of the level; raises InputError if it cannot be read."""
     if path.startswith(EXAMPLE) or is_cad(Path(path)):
         given, lost = read_repaired(path, cad, "off")[0], 0
     else:
-        vertices, faces = read_soup(Path(path))
+        vertices, faces = read_soup(Path(path), points)
         lost = int((~np.isfinite(vertices).all(axis=1)).sum())
         try:
             given = clean.weld_equal(finite(vertices, faces)[0])[0]
         except InputError as error:
             raise InputError(f"{path}: {error}") from error.__cause__
     try:
-        surface, notes, _ = read_repaired(path, cad, level)
+        surface, notes, *_ = read_repaired(path, cad, level, points)
     except InputError as error:
         sentence = str(error).removeprefix(f"{path}: ").partition("; preflight=")[0]
         verdict, is_usable = f"refused: {sentence.partition(', preflight=')[0]}", False

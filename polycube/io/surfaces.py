@@ -1,6 +1,7 @@
 """Read a surface from a file or an example, and check that it bounds one solid.
 
-Coordinates are not changed: no scaling, translation or rotation.
+The surface of a point cloud is reconstructed. Coordinates are not changed: no scaling,
+translation or rotation.
 """
 
 from __future__ import annotations
@@ -8,15 +9,20 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from polycube.errors import InputError, brief
 from polycube.examples.parts import example
 from polycube.io.cad import SUFFIXES, Cad, read_cad
+from polycube.io.clouds import reading
+from polycube.io.clouds.reading import is_cloud, read_cloud
 from polycube.io.foreign.process import parsed
 from polycube.io.obj import read_obj
 from polycube.io.stl import read_stl
+from polycube.surface.clouds.options import Points
+from polycube.surface.clouds.reconstruction import Reconstruction, reconstruct
 from polycube.surface.repair.clean import clean, crossings
 from polycube.surface.repair.repair import LEVELS, Repair, finite, repaired
 from polycube.types import TriMesh
@@ -29,31 +35,42 @@ LOOK = "preflight=true lists all defects, preflight=FILE.vtp writes their places
 Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
 
-def read_surface(path: str | Path, cad: Cad | None = None) -> tuple[TriMesh, list[str]]:
+class Reading(NamedTuple):
+    """A surface that was read."""
+
+    surface: TriMesh
+    warnings: list[str]
+    repair: Repair | None = None  # changes, if a repair was requested
+    points: Reconstruction | None = None  # the reconstruction, for a file of points
+
+
+def read_surface(
+    path: str | Path, cad: Cad | None = None, points: Points | None = None
+) -> tuple[TriMesh, list[str]]:
     """Closed, oriented surface of one solid, and a list of changes and warnings.
 
-    `path` is a file or `example:NAME`; `cad` are the options for CAD files. Raises InputError with
-    one sentence for an unusable surface.
+    `path` is a file or `example:NAME`; `cad` are the options for CAD files, `points` those for
+    point clouds. Raises InputError with one sentence for an unusable surface.
     """
-    surface, warnings, _ = read_repaired(path, cad, LEVELS[0])
-    return surface, warnings
+    read = read_repaired(path, cad, LEVELS[0], points)
+    return read.surface, read.warnings
 
 
 def read_repaired(
-    path: str | Path, cad: Cad | None, level: str
-) -> tuple[TriMesh, list[str], Repair | None]:
+    path: str | Path, cad: Cad | None, level: str, points: Points | None = None
+) -> Reading:
     """Like `read_surface`, after a repair with a level of `repair.LEVELS`; None if it is off."""
     if str(path).startswith(EXAMPLE):
-        return example(str(path).removeprefix(EXAMPLE)), [], None
+        return Reading(example(str(path).removeprefix(EXAMPLE)), [])
     path = Path(path)
-    repair = None
+    repair = made = None
     try:
         if is_cad(path) and level != LEVELS[0]:
             raise InputError("repair works on triangles, not on CAD solids; export the part as STL")
         if is_cad(path):
             surface, warnings = read_cad(path, cad or Cad())
         else:
-            soup = _reader(path)(path)
+            soup, made = _soup(path, points)
             if level == LEVELS[0]:
                 surface, warnings = _cleaned(*soup)
             else:
@@ -64,13 +81,15 @@ def read_repaired(
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
-    return surface, warnings, repair
+    if made is not None:
+        warnings = [made.sentence(), *warnings]
+    return Reading(surface, warnings, repair, made)
 
 
-def read_soup(path: Path) -> Soup:
+def read_soup(path: Path, points: Points | None = None) -> Soup:
     """Vertices and faces of a file that is not a CAD file, unchanged; raises InputError."""
     try:
-        return _reader(path)(path)
+        return _soup(path, points)[0]
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
@@ -103,6 +122,14 @@ def _remedy(vertices: np.ndarray, faces: np.ndarray) -> str:
             continue
         return f"; repair={level} makes it usable, {LOOK}"
     return f"; {LOOK}"
+
+
+def _soup(path: Path, points: Points | None) -> tuple[Soup, Reconstruction | None]:
+    """Vertices and faces, and how they were made of points."""
+    if is_cloud(path):
+        surface, made = reconstruct(read_cloud(path), points or Points())
+        return (surface.vertices, surface.faces), made
+    return _reader(path)(path), None
 
 
 def _reader(path: Path) -> Callable[[Path], Soup]:
@@ -153,4 +180,4 @@ READERS: dict[str, Callable[[Path], Soup]] = {
     ".glb": _read_trimesh,
     ".fbx": _read_fbx,
 }
-KNOWN = (*READERS, *SUFFIXES)  # suffixes of files that can be read
+KNOWN = (*dict.fromkeys((*READERS, *reading.READERS)), *SUFFIXES)  # suffixes of readable files

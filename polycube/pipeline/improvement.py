@@ -101,7 +101,7 @@ def _read_files(settings: Settings) -> tuple[HexMesh, TriMesh, str, list[str]]:
     given, warnings = read_hexes(hex_path)
     if settings.mesh is None:
         return given, boundary(given), hex_path, list(warnings)
-    surface, more = read_surface(settings.mesh, settings.cad)
+    surface, more = read_surface(settings.mesh, settings.cad, settings.points)
     try:
         check_place(given, surface)
     except InputError as error:

@@ -22,12 +22,17 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
     if settings.mesh is None:
         raise InputError("no surface given: use mesh=part.stl, or mesh=example:rod for an example")
     path = settings.mesh
-    surface, warnings, repair = clock.run(
-        "read", lambda: read_repaired(path, settings.cad, settings.repair)
+    read = clock.run(
+        "read", lambda: read_repaired(path, settings.cad, settings.repair, settings.points)
     )
-    numbers = repair.numbers() if repair else None
-    told = (*warnings, *(f"{path}: {sentence}" for sentence in sharp_places(surface)))
-    return RunState(surface, path=path, warnings=told, repair=numbers)
+    told = (*read.warnings, *(f"{path}: {sentence}" for sentence in sharp_places(read.surface)))
+    return RunState(
+        read.surface,
+        path=path,
+        warnings=told,
+        repair=None if read.repair is None else read.repair.numbers(),
+        points=None if read.points is None else read.points.numbers(),
+    )
 
 
 def sharp_places(surface: TriMesh) -> list[str]:

@@ -126,8 +126,9 @@ class Run:
 
     def load_input(self) -> RunState:
         """The input of the resumed run."""
-        surface, path, warnings, repair = self.load("read")
-        return RunState(surface, path=path, warnings=tuple(warnings), repair=repair)
+        surface, path, warnings, repair, *made = self.load("read")  # older runs stored no points
+        points = made[0] if made else None
+        return RunState(surface, path=path, warnings=tuple(warnings), repair=repair, points=points)
 
     def propose(self, state: RunState) -> RunState:
         """Propose polycubes, rank them and choose the best."""
@@ -145,7 +146,8 @@ class Run:
         self.folder = folder
         if self.settings.resume:
             self._log_changed_settings(self._resumed / "config.json")
-        self._save("read", [state.surface, state.path, list(state.warnings), state.repair])
+        told = list(state.warnings)
+        self._save("read", [state.surface, state.path, told, state.repair, state.points])
         self.keep_start(state)
 
     def keep_start(self, state: RunState) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 from polycube.errors import InputError
 from polycube.io.cad import Cad
 from polycube.pipeline.files import Files
+from polycube.surface.clouds.options import Points
 from polycube.surface.repair.repair import LEVELS
 
 HALVES = ("meshing", "spline", "analysis")  # parts of a run; each needs the preceding ones
@@ -27,6 +28,7 @@ class Settings:
     mesh: str | None
     hex: str | None
     cad: Cad
+    points: Points
     files: Files
     repair: str
     order: tuple[str, ...]
@@ -65,6 +67,7 @@ class Settings:
             mesh=None if mesh in (None, "", "???") else str(mesh),
             hex=str(composed["hex"]) if composed["hex"] else None,
             cad=Cad(**read.node("cad"), units=read.node("analysis").get("units")),
+            points=Points(**read.node("points")),
             files=Files(**read.node("files")),
             repair=read.repair(),
             order=read.order(),

@@ -33,6 +33,7 @@ class RunState:
     surface : the part, checked and repaired on request
     path, warnings : origin of the surface, and warnings of the reader
     repair : numbers of the repair
+    points : numbers of the reconstruction from a point cloud
     given, hex_path : a hex mesh to improve, and its file
     ranked, chosen : proposed structures, best first, and the number of the meshed one
     polycube, rough_map, parametrization : of that structure
@@ -52,6 +53,7 @@ class RunState:
     path: str = ""
     warnings: tuple[str, ...] = ()
     repair: Mapping[str, object] | None = None
+    points: Mapping[str, object] | None = None
     given: HexMesh | None = None
     hex_path: str = ""
     ranked: Sequence[Ranked] = ()

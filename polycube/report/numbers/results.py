@@ -53,6 +53,8 @@ def summarize(
             report |= solutions.numbers(state.spline, state.solution)
     if state.repair is not None:
         report["repair"] = dict(state.repair)
+    if state.points is not None:
+        report["points"] = dict(state.points)
     return (
         report
         | _outcome(state, report)

@@ -20,7 +20,7 @@ from polycube.report.page.features import features
 from polycube.report.page.hex_counts import hex_counts
 from polycube.report.page.hexes import hexes, view
 from polycube.report.page.markup import Link, folded, section, show
-from polycube.report.page.repairs import repairs
+from polycube.report.page.repairs import reconstruction, repairs
 from polycube.report.page.sets import sets
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.types import Json
@@ -85,6 +85,7 @@ def write_report(
         sections.spline(state, report, drawn),
         solutions.section_of(state, report, drawn),
         sections.surface(state, report, drawn),
+        reconstruction(report),
         repairs(report),
         sections.structure(state, report, drawn),
         sections.denoising(report, moving),

@@ -1,4 +1,4 @@
-"""What was changed of the input before it was meshed."""
+"""What was changed of the input before it was meshed, or how its surface was made."""
 
 from __future__ import annotations
 
@@ -28,3 +28,28 @@ def repairs(report: Json) -> str:
         "cells of the rebuilt surface": numbers["cell"],
     }
     return section("repair", "Repair", told, facts(rows))
+
+
+def reconstruction(report: Json) -> str:
+    """How the surface was made of a point cloud; empty where the input was a surface."""
+    numbers = report.get("points")
+    if not numbers:
+        return ""
+    normals = numbers["neighbours"]
+    rows = {
+        "points": numbers["given"],
+        "not finite or given twice": numbers["dropped"],
+        "outliers removed": numbers["outliers"],
+        "spacing, model units": numbers["spacing"],
+        "normals": "those of the file" if normals is None else f"from {normals} neighbours",
+        "normals that agree with the surface, %": 100 * numbers["normals_agree"],
+        "cells of the reconstruction": numbers["cell"],
+        "mean distance of the points from the surface": numbers["deviation_mean"],
+        "of 95 % of the points at most": numbers["deviation_p95"],
+        "largest": numbers["deviation_max"],
+        "largest, % of the diagonal": numbers["deviation_max_percent"],
+        "of the surface from the points, largest": numbers["farthest"],
+        "area without points, %": 100 * numbers["made_up"],
+        "points added there": numbers["added"],
+    }
+    return section("points", "Surface of the point cloud", facts(rows))

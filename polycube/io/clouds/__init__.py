@@ -1,0 +1,1 @@
+"""Files of point clouds: PLY without faces, PCD and XYZ."""

@@ -1,0 +1,4 @@
+"""Turn the points of a scan into a closed surface.
+
+Imports surface and below.
+"""

@@ -1,0 +1,126 @@
+"""Points of a scan: checked, freed of outliers, and given normals with consistent sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.errors import InputError, MissingPackage
+from polycube.types.checks import freeze
+
+if TYPE_CHECKING:
+    from open3d.geometry import PointCloud
+
+FEWEST = 100  # points
+FLAT = 1e-3  # of the length of a cloud: one that is nowhere wider encloses nothing
+RING = 6  # nearest points whose mean distance is the spacing at a point
+LINKS = 10  # nearest points of each that a normal takes its side from
+DIAGONALS = 1e-30, 1e30  # beyond which coordinates are no lengths of a part
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Points on a surface, in the user's units; `normals` (N, 3), or (0, 3) where not known."""
+
+    points: np.ndarray  # (N, 3)
+    normals: np.ndarray  # (N, 3) unit, or (0, 3)
+
+    def __post_init__(self) -> None:
+        count = "N" if len(self.normals) else "0"
+        freeze(self, points=("N 3", np.float64), normals=(f"{count} 3", np.float64))
+
+    def taken(self, kept: np.ndarray) -> Cloud:
+        """The points of these indices, or where this mask is true."""
+        return Cloud(self.points[kept], self.normals[kept] if len(self.normals) else self.normals)
+
+    def joined(self, other: Cloud) -> Cloud:
+        """The points of both, which have normals, or have none."""
+        return Cloud(
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.normals, other.normals]),
+        )
+
+
+def checked(cloud: Cloud) -> Cloud:
+    """Points that are finite and distinct, with their unit normals if all have one.
+
+    Raises
+    ------
+    InputError
+        For points that bound no solid: too few, all on a line or in a plane.
+    """
+    finite = np.isfinite(cloud.points).all(axis=1)
+    _, first = np.unique(cloud.points[finite], axis=0, return_index=True)
+    left = cloud.taken(np.flatnonzero(finite)[np.sort(first)])
+    number = len(left.points)
+    if number < FEWEST:
+        strange = f", {(~finite).sum()} are not finite" if not finite.all() else ""
+        raise InputError(
+            f"the cloud has {number} distinct points (of {len(cloud.points)}{strange}); a surface "
+            f"needs {FEWEST} at least"
+        )
+    size = float(np.hypot.reduce(np.ptp(left.points, axis=0)))
+    if not DIAGONALS[0] < size < DIAGONALS[1]:
+        raise InputError(f"the cloud's diagonal of {size:.3g} is out of range; scale it to about 1")
+    widths = np.linalg.svd(left.points - left.points.mean(axis=0), compute_uv=False)
+    if widths[2] < FLAT * widths[0]:
+        where = "on one line" if widths[1] < FLAT * widths[0] else "in one plane"
+        raise InputError(f"all points of the cloud lie {where}, so they bound no solid")
+    lengths = np.linalg.norm(left.normals, axis=1, keepdims=True)
+    if not (np.isfinite(lengths) & (lengths > 0)).all():
+        return replace(left, normals=np.zeros((0, 3)))
+    return replace(left, normals=left.normals / lengths)
+
+
+def spacings(points: np.ndarray) -> np.ndarray:
+    """(N,) mean distance of each point from the nearest others."""
+    return cKDTree(points).query(points, RING + 1)[0][:, 1:].mean(axis=1)
+
+
+def without_outliers(cloud: Cloud, deviations: float) -> Cloud:
+    """Leave out points that lie so many standard deviations farther from others than the mean.
+
+    Twice, because far outliers hide near ones.
+    """
+    for _ in range(2):
+        away = spacings(cloud.points)
+        cloud = cloud.taken(away <= away.mean() + deviations * away.std())
+    return cloud
+
+
+def averaged(cloud: Cloud, cell: float) -> Cloud:
+    """One point, with one normal, for all in a cell of a grid."""
+    return _cloud(as_open3d(cloud).voxel_down_sample(cell))
+
+
+def with_normals(cloud: Cloud, neighbours: int) -> Cloud:
+    """Normals from the planes of the nearest points, all on the same side of the surface."""
+    from open3d.geometry import KDTreeSearchParamKNN
+
+    made = as_open3d(cloud)
+    made.estimate_normals(KDTreeSearchParamKNN(neighbours))
+    made.orient_normals_consistent_tangent_plane(min(LINKS, neighbours))
+    return _cloud(made)
+
+
+def as_open3d(cloud: Cloud) -> PointCloud:
+    """The points as open3d has them; raises MissingPackage where it does not load."""
+    try:
+        from open3d.geometry import PointCloud
+        from open3d.utility import Vector3dVector
+    except (ImportError, OSError) as error:
+        raise MissingPackage(
+            f"point clouds need open3d, which does not load ({error}); on Debian or Ubuntu: "
+            "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
+        ) from error
+    made = PointCloud(Vector3dVector(cloud.points.copy()))
+    if len(cloud.normals):
+        made.normals = Vector3dVector(cloud.normals.copy())
+    return made
+
+
+def _cloud(made: PointCloud) -> Cloud:
+    return Cloud(np.array(made.points), np.array(made.normals).reshape(-1, 3))

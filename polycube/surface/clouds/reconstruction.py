@@ -1,0 +1,191 @@
+"""Poisson reconstruction: the closed surface that the points of a scan lie on.
+
+The method is that of Kazhdan and Hoppe, *Screened Poisson surface reconstruction*, ACM Transactions
+on Graphics 32 (2013), in open3d, on one thread, so that the same points give the same surface.
+Where there are no points it makes a surface up, which bulges or stays open. It is reconstructed
+again, with points on the triangulation of least area there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polycube.errors import InputError
+from polycube.surface.closest import closest, distance, tree
+from polycube.surface.clouds.options import Points
+from polycube.surface.clouds.points import (
+    Cloud,
+    as_open3d,
+    averaged,
+    checked,
+    spacings,
+    with_normals,
+    without_outliers,
+)
+from polycube.surface.clouds.trimming import fillings, supported
+from polycube.surface.measures import diagonal, face_normals, is_closed, volume
+from polycube.surface.samples import spread
+from polycube.types import TriMesh
+
+NEIGHBOURS = 30, 12, 60  # tried in turn: many against noise, few between the sides of a thin wall
+AGREE = 0.98  # share of the normals that look the way of the surface, above which it is taken
+DISAGREE = 0.9  # and below which it is refused
+NEAR = 3.0  # spacings: a point no farther from the surface is on it
+MARGIN = 1.2  # width of the grid over that of the cloud
+DEPTHS = 5, 8  # of the grid, where none is asked for
+SAMPLES = 20_000  # points on the surface whose distance from the cloud is measured
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """What was made of a point cloud; lengths in the user's units."""
+
+    given: int  # points in the file
+    dropped: int  # that are not finite, or given twice
+    outliers: int  # removed
+    spacing: float  # median distance of a point from the nearest others
+    neighbours: int | None  # that normals were estimated from; None: they are those of the file
+    normals_agree: float  # share of the normals that look the way of the surface
+    cell: float  # width of the cells of the grid
+    made_up: float  # share of the area farther than `points.trim` spacings from any point
+    added: int  # points there, on the triangulation of least area
+    deviation_mean: float  # distance of the points, without outliers, from the surface
+    deviation_p95: float
+    deviation_max: float
+    deviation_max_percent: float  # of the diagonal
+    farthest: float  # largest distance of the surface from the points
+
+    def numbers(self) -> dict[str, object]:
+        """For `report.json`."""
+        return asdict(self)
+
+    def sentence(self) -> str:
+        """What was done, and how near the surface is to the points."""
+        left = [f"{self.outliers} outliers"] * (self.outliers > 0)
+        left += [f"{self.dropped} points that are not finite or given twice"] * (self.dropped > 0)
+        without = f" without {' and '.join(left)}" if left else ""
+        filled = (
+            f"; {100 * self.made_up:.2g} % of its area had no points near and was closed"
+            if self.added
+            else ""
+        )
+        return (
+            f"surface reconstructed from {self.given} points{without}, on cells of "
+            f"{self.cell:.3g}: points deviate by {self.deviation_mean:.3g} on average, "
+            f"{self.deviation_max:.3g} at most ({self.deviation_max_percent:.2g} % of the "
+            f"diagonal){filled}"
+        )
+
+
+def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]:
+    """The surface of the points, facing outwards.
+
+    Raises
+    ------
+    InputError
+        For points that bound no solid, and for walls whose sides cannot be told apart.
+    """
+    cloud = distinct = checked(given)
+    if options.outliers is not None:
+        cloud = without_outliers(cloud, options.outliers)
+    spacing = float(np.median(spacings(cloud.points)))
+    cell, depth = _grid(cloud, spacing, options.depth)
+    thinned = averaged(cloud, cell / 2) if spacing < cell / 2 else cloud
+    made = _oriented(thinned, options.neighbours, depth, NEAR * spacing)
+    surface, agree = made.surface, made.agree
+    if agree < DISAGREE:
+        raise InputError(
+            f"the surface follows only {100 * agree:.0f} % of the normals of the points: the sides "
+            f"of its walls cannot be told apart at a spacing of {spacing:.3g}; scan more densely, "
+            "or give the normals in a PLY or PCD file"
+        )
+    share, added = 0.0, 0
+    if options.trim is not None:
+        more, share = fillings(surface, cloud, max(spacing, cell / 2), options.trim)
+        added = len(more.points)
+        surface = _poisson(made.cloud.joined(more), depth) if added else surface
+    if not is_closed(surface.faces):
+        raise InputError(
+            "the points leave so much of the surface open that it could not be closed; scan the "
+            "missing parts too"
+        )
+    if volume(surface) < 0:
+        surface = TriMesh(surface.vertices, surface.faces[:, ::-1])
+    corners = surface.vertices[surface.faces]
+    away = distance(tree(corners, np.zeros((len(corners), 3))), cloud.points)
+    return surface, Reconstruction(
+        given=len(given.points),
+        dropped=len(given.points) - len(distinct.points),
+        outliers=len(distinct.points) - len(cloud.points),
+        spacing=spacing,
+        neighbours=made.neighbours,
+        normals_agree=agree,
+        cell=cell,
+        made_up=share,
+        added=added,
+        deviation_mean=float(away.mean()),
+        deviation_p95=float(np.quantile(away, 0.95)),
+        deviation_max=float(away.max()),
+        deviation_max_percent=100 * float(away.max()) / diagonal(surface),
+        farthest=float(cKDTree(cloud.points).query(spread(surface, SAMPLES)[0])[0].max()),
+    )
+
+
+def _grid(cloud: Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
+    """Width of the cells of the grid, and its depth."""
+    width = MARGIN * float(np.ptp(cloud.points, axis=0).max())
+    if depth is None:
+        depth = int(np.clip(np.round(np.log2(width / spacing)), *DEPTHS))
+    return width / 2**depth, depth
+
+
+@dataclass(frozen=True)
+class _Oriented:
+    """A cloud with normals, and its surface."""
+
+    cloud: Cloud
+    surface: TriMesh
+    agree: float  # share of the normals that look the way of the surface
+    neighbours: int | None = None  # that the normals were estimated from
+
+    @classmethod
+    def of(cls, cloud: Cloud, depth: int, reach: float, neighbours: int | None = None) -> _Oriented:
+        surface = _poisson(cloud, depth)
+        return cls(cloud, surface, _agreement(surface, cloud, reach), neighbours)
+
+
+def _oriented(cloud: Cloud, neighbours: int | None, depth: int, reach: float) -> _Oriented:
+    """Of several numbers of neighbours the first that serves, otherwise the best."""
+    if len(cloud.normals):
+        return _Oriented.of(cloud, depth, reach)
+    found = []
+    for number in NEIGHBOURS if neighbours is None else (neighbours,):
+        found.append(_Oriented.of(with_normals(cloud, number), depth, reach, number))
+        if found[-1].agree > AGREE:
+            return found[-1]
+    return max(found, key=lambda each: each.agree)
+
+
+def _poisson(cloud: Cloud, depth: int) -> TriMesh:
+    """Of oriented points; raises InputError where there is none."""
+    from open3d.geometry import TriangleMesh
+
+    made = TriangleMesh.create_from_point_cloud_poisson(
+        as_open3d(cloud), depth=depth, scale=MARGIN, n_threads=1
+    )[0]
+    faces = np.array(made.triangles, dtype=np.int64).reshape(-1, 3)
+    if not len(faces):
+        raise InputError("the points lie on no surface")
+    return supported(TriMesh(np.array(made.vertices), faces), cloud)
+
+
+def _agreement(surface: TriMesh, cloud: Cloud, reach: float) -> float:
+    """Share of the points that are near the surface, with normals that look the same way."""
+    normals = face_normals(surface)
+    feet, face, _ = closest(tree(surface.vertices[surface.faces], normals), cloud.points)
+    near = np.linalg.norm(feet - cloud.points, axis=1) < reach
+    along = np.einsum("ni,ni->n", normals[face], cloud.normals) > 0
+    return float(max((near & along).mean(), (near & ~along).mean()))
