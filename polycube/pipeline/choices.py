@@ -62,22 +62,20 @@ def _denoised_on(
 def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
-    The best drawn structure comes directly after the best of all others and the sweeps, whatever
-    `tries` is, unless one of these is the same structure.  So it is meshed beside the others and
-    does not replace any.
+    The best drawn structure comes after all other coarse ones and before overlays, whatever `tries`
+    is, unless one of these is the same structure. So it is meshed beside the others and does not
+    replace any.
     """
     drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
-    others = [i for i, entry in enumerate(ranked) if i not in drawn]
+    others = [i for i in range(len(ranked)) if i not in drawn]
     order = [others[i] for i in _in_order([ranked[i] for i in others], tries)]
     coarse = [i for i in order if not is_overlay(ranked[i])]
     if not coarse:
         overlays = [i for i in order if _family(ranked[i]) == OVERLAY]
         return [*drawn[:tries], *overlays] if drawn else order
-    place = 1 + sum(_family(ranked[i]) == SWEEP for i in coarse[1:])
-    before, after = order[:place], order[place:]
-    keys = {ranked[i].candidate.key for i in before}
+    keys = {ranked[i].candidate.key for i in coarse}
     new = [i for i in drawn if ranked[i].candidate.key not in keys and _is_near(ranked, i)]
-    return [*before, *new[:1], *after]
+    return [*coarse, *new[:1], *order[len(coarse) :]]
 
 
 def _in_order(ranked: Sequence[Ranked], tries: int) -> list[int]:
@@ -131,22 +129,33 @@ def settled_at(
 ) -> float:
     """Scaled Jacobian of a mesh of structure `index` with which no later choice is tried.
 
-    It is higher where a structure of another family ranks close: a short registration does not
-    tell such two apart.  A sweep is always tried, and a drawn structure, or another after a sweep,
-    unless the mesh is nearly all bricks.
+    It is higher if a structure of another family has a similar score, because a short registration
+    does not distinguish two such structures. A sweep is always tried, and another structure after
+    a sweep unless the mesh is nearly all bricks. Overlays and drawn structures do not count.
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
-    families = [_family(entry) for entry in later if not is_overlay(entry)]
-    if SWEEP in families:
+    rivals = [each for each in later if not is_overlay(each) and _family(each) != DRAWN]
+    if any(_family(each) == SWEEP for each in rivals):
         return np.inf
-    if DRAWN in families or (families and _family(now) == SWEEP):
+    if rivals and _family(now) == SWEEP:
         return BRICKS
     is_close = any(
-        entry.score <= CLOSE * now.score and _family(entry) != _family(now)
-        for entry in later
-        if not is_overlay(entry)
+        each.score <= CLOSE * now.score and _family(each) != _family(now) for each in rivals
     )
     return acceptance.excellent if is_close else acceptance.acceptable
+
+
+def drawn_beside(
+    ranked: Sequence[Ranked], choices: Sequence[int], made: Sequence[Variants], found: Variants
+) -> list[int]:
+    """Numbers of the structures to mesh beside the one found: the drawn one, if it is not meshed.
+
+    None if the mesh found is nearly all bricks.
+    """
+    if found.reaches >= BRICKS and not found.taken().verdict.warnings:
+        return []
+    meshed = [each.start.chosen for each in made]
+    return [i for i in choices if _family(ranked[i]) == DRAWN and i not in meshed]
 
 
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:

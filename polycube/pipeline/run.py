@@ -21,6 +21,7 @@ from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Ranking
 from polycube.pipeline.choices import (
     choose,
+    drawn_beside,
     is_drawn,
     is_fine,
     is_needless,
@@ -38,7 +39,7 @@ from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet
 from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
-from polycube.pipeline.search import Variants, search
+from polycube.pipeline.search import Variants, compare, search
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.pipeline.state import RunState
@@ -241,6 +242,9 @@ class Run:
             has_rival=first > self.acceptance.acceptable,
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
+        for index in drawn_beside(ranked, choices, made, found):
+            made.append(self.variants(choose(state, index, self.primitives), stages))
+            found = compare(found, made[-1])
         keep_features(found)
         meet_creases(found, self.creases)
         meet_deviation(found, self.bundle.get("deviation"))

@@ -290,6 +290,17 @@ def search(
     return found if found.attempts else tried[0]
 
 
+def compare(found: Variants, other: Variants) -> Variants:
+    """The one with the better mesh of a structure found and another one.
+
+    All variants of the other structure are tried if the mesh found is not good.
+    """
+    other.run(0)
+    if found.reaches < found.acceptance.good:
+        other.run_others()
+    return _leader([found, other])
+
+
 def _leader(tried: Sequence[Variants]) -> Variants:
     return max(tried, key=lambda each: each.best)
 
