@@ -58,7 +58,7 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
 
     Raises
     ------
-    InputError : the command line is wrong, or a folder can not be written to
+    InputError : the command line is wrong, or a folder cannot be written to
     """
     arguments = sys.argv[1:] = quoted(sys.argv[1:])
     os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits

@@ -3,7 +3,8 @@
 `polycube-files.json` in the folder lists each of them with its size and SHA-256.  A file is
 replaced or removed only while it is unchanged since; every other file belongs to the user.  Files
 are written to a scratch folder, listed, and then moved to their places: a program that is killed at
-any moment leaves no file of its own that the list does not contain.
+any moment leaves no file of its own that the list does not contain, and a scratch folder that the
+next run removes.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ import os
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory, TemporaryFile
+from tempfile import TemporaryFile
 
 from polycube.errors import InputError
-from polycube.io.atomic import atomic_write
+from polycube.io.atomic import scratch_folder
 
 NAME = "polycube-files.json"
 REMEDY = "choose another output_dir, or move the file away"
@@ -109,14 +110,14 @@ def writing(folder: Path, remedy: str = REMEDY) -> Iterator[Path]:
     """
     with _writable(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix=".polycube-", dir=folder) as scratch:
-            yield Path(scratch)
-            _publish(Path(scratch), folder, remedy)
+        with scratch_folder(folder) as scratch:
+            yield scratch
+            _publish(scratch, folder, remedy)
 
 
 @contextmanager
 def _writable(folder: Path) -> Iterator[None]:
-    """A folder that can not be written to is an InputError."""
+    """A folder that cannot be written to is an InputError."""
     try:
         yield
     except OSError as error:
@@ -214,5 +215,6 @@ def _read(folder: Path) -> Entries:
 
 def _save(folder: Path, entries: Entries) -> None:
     text = json.dumps({"files": dict(sorted(entries.items()))}, indent=1)
-    with atomic_write(folder / NAME) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    with scratch_folder(folder) as scratch:
+        (scratch / NAME).write_text(text, encoding="utf-8")
+        os.replace(scratch / NAME, folder / NAME)

@@ -19,6 +19,7 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import check_requests, unmet
 from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Ranking
+from polycube.pipeline import memory
 from polycube.pipeline.choices import (
     choose,
     drawn_beside,
@@ -201,6 +202,8 @@ class Run:
             if self.is_kept(stage.kind):
                 value = self.load(stage.kind)
             else:
+                if stage.kind == "analysis" and state.spline is not None:
+                    memory.warn(len(state.spline.control))
                 value = self.clock.run(stage.kind, partial(stage, state))
             state = stage.put(state, value)
             if stage.kind == "spline" and state.spline is not None:

@@ -1,6 +1,5 @@
 """Disks that are full or read-only: one sentence, exit code 2, and no file is half."""
 
-import json
 import shutil
 import subprocess
 import sys
@@ -9,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from polycube import HOME
-from polycube.io import manifest
-from tests.fixtures.runs import FAST, tree
+from tests.fixtures.runs import FAST, check_whole, tree
 
 # a file system of a given size, seen by this one process; what is on it is copied out at the end
 ALONE = """
@@ -29,7 +27,7 @@ TRAIN += ["held_out=4", "schedule.steps=20", "+trainer.enable_progress_bar=false
 
 @pytest.fixture
 def on_disk(tmp_path: Path):
-    """Runs a program whose results go to a small disk: exit code, sentence, what was on it."""
+    """Runs a program with results on a small disk; exit code, message, copy of the disk."""
 
     def run(size: str, program: str, *arguments: str, prepare: str = "") -> tuple[int, str, Path]:
         disk, kept = tmp_path / "disk", tmp_path / "kept"
@@ -47,19 +45,6 @@ def on_disk(tmp_path: Path):
         return ended.returncode, ended.stderr, kept
 
     return run
-
-
-def check_whole(folder: Path) -> set[str]:
-    """Names of the results, each as the manifest has it, and no scratch file."""
-    found = {name for name in tree(folder) if not name.startswith((".hydra", "tensorboard"))}
-    found -= {"polycube-files.json", "run.log", "command.log"}
-    if not found:
-        return found
-    assert found <= set(manifest.files(folder))
-    listed = json.loads((folder / manifest.NAME).read_text())["files"]
-    for name in found:
-        assert manifest._is_ours(folder / name, listed[name]), name
-    return found
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -229,3 +230,17 @@ def test_in_any_history_no_file_of_the_user_is_lost(tmp_path_factory, steps):
                 except Killed:
                     assert step == "killed"
         assert all((folder / n).read_text() == text for n, text in mine.items())
+
+
+def test_a_scratch_folder_of_a_killed_process_is_removed_by_the_next_one(tmp_path):
+    with writing(tmp_path) as scratch:
+        own = scratch.name
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    left = own.replace(str(os.getpid()), str(ended.pid))
+    others = [f"{left}-elsewhere", ".polycube-mine"]  # of another machine, of the user
+    for name in (own, left, *others):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "half").write_text("half")
+    write(tmp_path, a="1")
+    assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME, own, *others}

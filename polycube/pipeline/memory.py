@@ -1,0 +1,55 @@
+"""Estimate the memory of the largest stage, the analysis, before it begins."""
+
+from __future__ import annotations
+
+import logging
+import re
+from pathlib import Path
+
+logger = logging.getLogger(__name__)
+
+EACH = 70e3  # bytes for each function: 63 to 73 kB for 50,000 to 155,000 functions of the space h2s
+MEMINFO = Path("/proc/meminfo")
+GROUP = Path("/sys/fs/cgroup")  # limits of a container
+
+
+def needed(functions: int) -> float:
+    """Bytes that an analysis with this number of functions needs, from measurements."""
+    return EACH * functions
+
+
+def available() -> float | None:
+    """Bytes that this process can still allocate; None if the system does not say."""
+    found = [room for room in (_of_machine(), _of_group()) if room is not None]
+    return min(found, default=None)
+
+
+def warn(functions: int) -> None:
+    """Log a warning if the analysis may need more memory than is available."""
+    room, wanted = available(), needed(functions)
+    if room is None or wanted <= room:
+        return
+    logger.warning(
+        "warning: the analysis of %d functions needs about %.2g GB of memory, and %.2g GB are "
+        "available; a larger meshing.size needs less",
+        functions,
+        wanted / 1e9,
+        room / 1e9,
+    )
+
+
+def _of_machine() -> float | None:
+    try:
+        found = re.search(r"MemAvailable:\s+(\d+) kB", MEMINFO.read_text())
+    except OSError:
+        return None
+    return 1024.0 * int(found[1]) if found else None
+
+
+def _of_group() -> float | None:
+    try:
+        limit = (GROUP / "memory.max").read_text().strip()
+        used = int((GROUP / "memory.current").read_text())
+    except OSError:
+        return None
+    return None if limit == "max" else float(max(int(limit) - used, 0))
