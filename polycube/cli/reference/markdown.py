@@ -59,7 +59,9 @@ def _plain(text: str) -> str:
 
 
 def _entries(body: str) -> str:
-    """The entries of a section; indented lines continue the preceding entry."""
+    """The entries of a section; indented lines continue the preceding entry, text is kept."""
+    if " : " not in body and "\n " not in body:
+        return " ".join(body.split())
     lines: list[str] = []
     for line in body.strip().splitlines():
         if line.startswith(" ") and lines:
