@@ -110,7 +110,7 @@ def faces_of_part(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _planes(face: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """Which faces have equal normals."""
+    """Whether the normals of each face are equal."""
     mean = _mean(face, normals, areas)
     low = np.ones(len(mean))
     np.minimum.at(low, face, np.einsum("fd,fd->f", normals, mean[face]))
