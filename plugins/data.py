@@ -1,4 +1,4 @@
-"""Training pairs: unlimited streams with a seed."""
+"""Training pairs: endless streams with a seed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from polycube.diffusion.pairs.pairs import Pairs
     from polycube.diffusion.pairs.templates import Context
 
-Grid = Sequence[int] | None  # none for any structure
+Grid = Sequence[int] | None  # none for arbitrary structures
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
 TYPES = ("all", "published")
@@ -65,7 +65,7 @@ class Paired(Deformation):
     cad: float = 0.6
     organic: float = 0.2
 
-    pads = False  # each geometry fills the image, whatever its context
+    pads = False  # the geometry fills the whole image, for any context
 
     def __post_init__(self) -> None:
         if self.types not in TYPES:

@@ -24,13 +24,13 @@ class PublishedUNet:
 
     width: int = 64
 
-    any_size = False  # of images: it is made for one
+    any_size = False  # for images of one size
 
     def __call__(
         self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
     ) -> nn.Module:
         """Untrained network for images of the given (height, width)."""
-        from polycube.diffusion.unet import UNet  # torch is heavy
+        from polycube.diffusion.unet import UNet  # torch takes long to import
 
         return UNet(channels, outputs, context_length, self.width, image)
 

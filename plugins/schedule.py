@@ -1,4 +1,4 @@
-"""Noise schedules: alpha_bar, the share of the signal that is left after each of T steps."""
+"""Noise schedules: alpha_bar, the remaining share of the signal after each of T steps."""
 
 from dataclasses import dataclass
 
@@ -78,7 +78,8 @@ class Sigmoid:
     def __post_init__(self) -> None:
         if not self.start < self.end:
             raise ValueError(f"start must be below end; got {self.start} and {self.end}")
-        least = max(abs(self.start), abs(self.end)) / 30  # below, the ends are flat in float64
+        # below it, the ends are constant in float64
+        least = max(abs(self.start), abs(self.end)) / 30
         if not self.tau >= least:
             raise ValueError(f"tau must be at least {least:g} with this range; got {self.tau}")
 

@@ -48,6 +48,6 @@ class BadOption(InputError, TypeError):
 
 
 def brief(error: Exception | str) -> str:
-    """What another program's error says, on one line of at most 100 characters."""
+    """The message of an error of another library, on one line of at most 100 characters."""
     text = " ".join(str(error).split()) or type(error).__name__
     return text if len(text) <= 100 else f"{text[:97]}..."

@@ -1,1 +1,1 @@
-"""Problems that are solved on the spline."""
+"""Analyses on the spline."""

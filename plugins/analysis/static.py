@@ -1,4 +1,4 @@
-"""Elastic solid at rest under load."""
+"""Linear elastic statics."""
 
 import logging
 from collections.abc import Mapping
@@ -100,7 +100,7 @@ class Static:
         return Statics(self.units, held, material(self.material), loads, self._acceleration)
 
     def __call__(self, spline: Spline) -> Deformation:
-        """The solid at rest; logs the resultant of the loads."""
+        """The deformed solid; logs the resultant of the loads."""
         from polycube.analysis.boundary_sets import faces_of
         from polycube.analysis.static import Load, deform
 

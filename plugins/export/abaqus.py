@@ -59,12 +59,12 @@ class Abaqus:
         return 20 if self.element.startswith("C3D20") else 8
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written.
+        """Write beside `path`, with the suffix of this format, and return the path of the file.
 
         Raises
         ------
         InputError
-            For a place of the problem that does not exist on the boundary of the mesh.
+            If a place of the problem does not exist on the boundary of the mesh.
         """
         from polycube.analysis.problem import Conduction
         from polycube.spline.second_order import hex_elements
@@ -91,5 +91,5 @@ class Abaqus:
 
 
 def _node(row: list[float]) -> str:
-    """Number and place; both programs take numbers of at most 20 characters."""
+    """Number and coordinates; both programs read numbers of at most 20 characters."""
     return ", ".join([f"{row[0]:.0f}", *map(narrow, row[1:])]) + "\n"

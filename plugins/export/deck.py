@@ -1,7 +1,7 @@
 """Material, section and step of a problem in the format of Abaqus and CalculiX.
 
-The units are consistent: the length unit L of the part, N and s. Therefore a stress is in N/L^2, a
-mass in N s^2/L (tonnes where L is mm) and a power in N L/s.
+The units are consistent: the length unit L of the part, N and s. A stress is in N/L^2, a mass in N
+s^2/L (tonnes if L is mm) and a power in N L/s.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from polycube.units import METRES
 from .nodal_forces import shares
 from .text import lines, narrow, wrapped
 
-SIDES = np.array([6, 4, 3, 5, 1, 2])  # Abaqus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
-MASSES = {"mm": "t", "m": "kg"}  # N s^2/L by its name
-STRESSES = {"mm": "MPa", "m": "Pa"}  # N/L^2 likewise
+SIDES = np.array([6, 4, 3, 5, 1, 2])  # numbers of the faces -xi +xi -eta +eta -zeta +zeta in Abaqus
+MASSES = {"mm": "t", "m": "kg"}  # name of N s^2/L
+STRESSES = {"mm": "MPa", "m": "Pa"}  # name of N/L^2
 TEMPERATURE = 11  # degree of freedom
-PRINTED = {  # what the files of results hold
+PRINTED = {  # content of the result files
     Statics: "*NODE FILE\nU, RF\n*EL FILE\nS, E\n",
     Vibration: "*NODE FILE\nU\n",
     Conduction: "*NODE FILE\nNT, RFL\n*EL FILE\nHFL\n",
@@ -59,14 +59,14 @@ def node_set(name: str, nodes: np.ndarray) -> str:
 
 
 def deck(problem: Problem, mesh: HexMesh, elements: HexElements, sides: np.ndarray) -> list[str]:
-    """All that follows the mesh and its sets: material, section, supports and a step with loads.
+    """Everything after the mesh and its sets: material, section, supports and a step with loads.
 
     sides : (Q, 2) of the boundary quads, see `sides_of`
 
     Raises
     ------
     InputError
-        For a place that does not exist on the boundary of the mesh.
+        If a place does not exist on the boundary of the mesh.
     """
     return _Deck(problem, mesh, elements, sides).parts()
 
@@ -80,7 +80,7 @@ class _Deck:
 
     @property
     def metre(self) -> float:
-        """Metres in the length unit."""
+        """Length unit in metres."""
         return METRES[self.problem.units]
 
     def parts(self) -> list[str]:
@@ -119,7 +119,7 @@ class _Deck:
         return ["*STATIC\n"]
 
     def _supports(self) -> tuple[list[str], list[str]]:
-        """Unnamed sets of nodes, and their prescribed values; the last support has precedence."""
+        """New sets of nodes, and their prescribed values; the last support has precedence."""
         supports = self.problem.supports
         nodes = [np.unique(self.elements.quads[self._quads(each.place)]) for each in supports]
         ruler = np.full((len(self.elements.points), 3), -1)
@@ -144,7 +144,7 @@ class _Deck:
         return np.unique(quads_of(self.mesh, place))
 
     def _loads(self) -> tuple[list[str], list[str]]:
-        """Surfaces that have no name yet, and the loads of the step."""
+        """New surfaces, and the loads of the step."""
         if isinstance(self.problem, Conduction):
             return [], self._heat(self.problem)
         if isinstance(self.problem, Statics):
@@ -191,6 +191,6 @@ class _Deck:
 
 
 def _number(value: float) -> str:
-    """Nine digits, with a point that makes it no whole number."""
+    """Nine digits with a decimal point."""
     text = f"{value:.9g}"
     return text if set(text) & set(".e") else f"{text}."

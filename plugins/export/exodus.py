@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
     from polycube.spline.second_order import HexElements
 
-SIDES = np.array([4, 2, 1, 3, 5, 6])  # Exodus' numbers of the faces -xi +xi -eta +eta -zeta +zeta
-# Exodus' order of the nodes of a hex: edges along zeta before those above, the middle before faces
+SIDES = np.array([4, 2, 1, 3, 5, 6])  # numbers of the faces -xi +xi -eta +eta -zeta +zeta in Exodus
+# order of the nodes in Exodus: edges along zeta before the upper ones, the centre before faces
 ORDER = np.array([*range(12), *range(16, 20), *range(12, 16), 26, 24, 25, 20, 21, 22, 23])
-NAME = 256  # longest name, with the zero at its end
+NAME = 256  # longest name, including the terminating zero
 
 
 @register("export", "exodus")
@@ -30,7 +30,7 @@ NAME = 256  # longest name, with the zero at its end
 class Exodus:
     """Exodus II (.exo): a block for each grid cell, named sets of nodes and sides.
 
-    The container is netCDF with 64-bit offsets.  Primitives are in the names of the blocks, because
+    The container is netCDF with 64-bit offsets. Primitives are in the names of the blocks, because
     VTK does not read element sets.
 
     Parameters
@@ -50,7 +50,7 @@ class Exodus:
     suffix: ClassVar[str] = ".exo"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
+        """Write beside `path`, with the suffix of this format, and return the path of the file."""
         from scipy.io import netcdf_file
 
         from polycube.spline.second_order import hex_elements
@@ -100,7 +100,7 @@ def _elements(file: netcdf_file, mesh: HexMesh, hexes: np.ndarray) -> None:
 
 
 def _sets(file: netcdf_file, mesh: HexMesh, elements: HexElements) -> None:
-    """Element numbers of sets are places in the order of the blocks."""
+    """Element numbers in sets are positions in the order of the blocks."""
     place = np.argsort(np.concatenate([*blocks(mesh).values()]))
     from polycube.hexmesh.connectivity import quad_sides
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from polycube.spline.second_order import HexElements
 
 VERSIONS = ("2.2", "4.1")
-KINDS = {8: (3, 5), 20: (16, 17), 27: (10, 12)}  # Gmsh's numbers of quads and hexahedra
-# Gmsh's order of the nodes of a hexahedron: those of edges and faces are not VTK's
+KINDS = {8: (3, 5), 20: (16, 17), 27: (10, 12)}  # element types of quads and hexahedra
+# order of the nodes of a hexahedron; edges and faces differ from VTK
 EDGES = np.array([0, 3, 8, 1, 9, 2, 10, 11, 4, 7, 5, 6]) + 8
 FACES = np.array([4, 2, 0, 1, 3, 5]) + 20
 ORDER = np.concatenate([np.arange(8), EDGES, FACES, [26]])
@@ -53,7 +53,7 @@ class Gmsh:
     suffix: ClassVar[str] = ".msh"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
+        """Write beside `path`, with the suffix of this format, and return the path of the file."""
         from polycube.spline.second_order import hex_elements
 
         own = hex_elements(hexes, self.spline, self.nodes)
@@ -63,7 +63,7 @@ class Gmsh:
 
 
 def _in_one_group(mesh: HexMesh, own: HexElements) -> list[str]:
-    """Format 2.2, after its first line."""
+    """Format 2.2 after its first line."""
     surfaces, of_quad = first_sets(mesh)
     volumes = blocks(mesh)
     of_hex = np.searchsorted(np.unique(mesh.cell), mesh.cell)
@@ -90,7 +90,7 @@ def _tagged(kind: int, group: np.ndarray, nodes: np.ndarray, first: int) -> np.n
 
 
 def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
-    """Format 4.1, after its first line: an entity for each combination of groups."""
+    """Format 4.1 after its first line: an entity for each combination of groups."""
     surfaces, volumes = side_sets(mesh), blocks(mesh) | primitive_sets(mesh)
     quads, of_quads = _entities(surfaces, len(mesh.quads))
     hexes, of_hexes = _entities(volumes, len(mesh.hexes))
@@ -132,7 +132,7 @@ def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
 def _entities(
     sets: Mapping[str, np.ndarray], number: int
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Elements that are in the same sets, and the numbers of these sets."""
+    """Elements with the same sets, and the numbers of these sets."""
     member = np.zeros((number, len(sets)), bool)
     for k, own in enumerate(sets.values()):
         member[own, k] = True

@@ -8,7 +8,7 @@ from polycube.types import HexMesh
 
 
 def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Numbers of boundary quads by name: x_min ..., hole_1 ..., cad_face_1 ..., patch_0 ..."""
+    """Numbers of boundary quads by name: x_min etc., hole_1 etc., cad_face_1 etc., patch_0 etc."""
     from polycube.hexmesh.named_sets import boundary_sets
 
     return dict(mesh.sets) or boundary_sets(mesh)
@@ -17,7 +17,7 @@ def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
 def node_sets(mesh: HexMesh, quads: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """Numbers of the nodes on the quads of each set, ascending.
 
-    quads : (Q, n) nodes of each quad, if they are not only the vertices of the mesh
+    quads : (Q, n) nodes of each quad, if there are more than the vertices of the mesh
     """
     nodes = mesh.quads if quads is None else quads
     return {name: np.unique(nodes[own]) for name, own in side_sets(mesh).items()}
@@ -41,7 +41,7 @@ def blocks(mesh: HexMesh) -> dict[str, np.ndarray]:
 
 
 def primitive_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Hexes of each primitive, such as primitive_hole_z; empty if primitives are not known."""
+    """Hexes of each primitive, such as primitive_hole_z; empty if primitives are unknown."""
     from polycube.io.vtk import numbered_primitives
 
     names, primitive = numbered_primitives(mesh.primitives)

@@ -31,7 +31,7 @@ class Jaxiga:
     suffix: ClassVar[str] = ".npz"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
+        """Write beside `path`, with the suffix of this format, and return the path of the file."""
         named = replace(hexes, sets=side_sets(hexes))
         space = _trilinear(named) if self.spline is None else _tricubic(self.spline, named)
         path = path.with_suffix(self.suffix)
@@ -64,7 +64,7 @@ def _trilinear(mesh: HexMesh) -> Arrays:
 
 
 def _space(dofs: np.ndarray, extraction: np.ndarray, points: np.ndarray, degree: int) -> Arrays:
-    """The fields of `FunctionSpace`; each element has a parameter cube of its own."""
+    """The fields of `FunctionSpace`; each element has its own parameter cube."""
     return {
         "elem_dofs": dofs,
         "extraction": extraction,

@@ -20,13 +20,13 @@ from .text import count, lines, wrapped, write
 class LsDyna:
     """LS-DYNA keywords (.k): a part for each grid cell, named sets of nodes, segments, parts.
 
-    Parts have no section and no material: they are for the file that includes this one.
+    Parts have no section and no material; these are defined in the file that includes this one.
     """
 
     suffix: ClassVar[str] = ".k"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
+        """Write beside `path`, with the suffix of this format, and return the path of the file."""
         elements = count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
         parts = ["*KEYWORD\n"]
         parts += [f"$ part {hexes.cell[own[0]] + 1}: {n}\n" for n, own in blocks(hexes).items()]

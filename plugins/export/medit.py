@@ -20,13 +20,13 @@ from .text import floats, integers, write
 class Medit:
     """Medit, ASCII (.mesh): references are patches and grid cells, with names as comments.
 
-    The comments stand after the end of the data, where no reader expects any.
+    The comments are after the end of the data, where they do not disturb readers.
     """
 
     suffix: ClassVar[str] = ".mesh"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
+        """Write beside `path`, with the suffix of this format, and return the path of the file."""
         flat = np.zeros((len(hexes.vertices), 1))
         return write(
             path.with_suffix(self.suffix),
@@ -42,7 +42,7 @@ class Medit:
 
 
 def _legend(mesh: HexMesh) -> list[str]:
-    """Sets that are whole patches by their references, others by their quads, from one."""
+    """Names of references for sets of whole patches; lists of quads, from one, for other sets."""
     rows = []
     for name, quads in side_sets(mesh).items():
         own = np.unique(mesh.patch[quads])

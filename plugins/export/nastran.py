@@ -24,15 +24,15 @@ PLOAD4 = "PLOAD4  %8d%8d      1." + 24 * " " + 2 * "%8d"
 class Nastran:
     """Nastran bulk data (.bdf): CHEXA; a property per grid cell, SET1 and PLOAD4 per boundary set.
 
-    Each set of the boundary is a SET1 of nodes and unit pressures PLOAD4 of the same number, each
-    primitive a SET1 of elements.  A comment before each gives its name.  Material 1 is left to the
-    user.
+    Each set of the boundary is a SET1 of nodes and unit pressures PLOAD4 with the same number; each
+    primitive is a SET1 of elements. A comment before each contains its name. Material 1 must be
+    added by the user.
     """
 
     suffix: ClassVar[str] = ".bdf"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
+        """Write beside `path`, with the suffix of this format, and return the path of the file."""
         from polycube.hexmesh.connectivity import quad_sides
 
         owner, _ = quad_sides(hexes)

@@ -1,4 +1,4 @@
-"""Forces on faces of elements as forces at their nodes: integrals of the functions of the nodes."""
+"""Nodal forces of forces on element faces: integrals of the nodal functions."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ from itertools import product
 
 import numpy as np
 
-# corners, edges and middle of a face, each the mean of some corners, in [-1, 1]^2
+# corners, edges and centre of a face, each the mean of some corners, in [-1, 1]^2
 CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 PLACES = np.vstack([CORNERS, (CORNERS + np.roll(CORNERS, -1, axis=0)) / 2, [[0, 0]]])
 ALL = [(i, j) for i in range(3) for j in range(3)]
-POWERS = {4: [(0, 0), (1, 0), (0, 1), (1, 1)], 8: ALL[:-1], 9: ALL}  # of x and y, by the nodes
+# exponents of x and y, by number of nodes
+POWERS = {4: [(0, 0), (1, 0), (0, 1), (1, 1)], 8: ALL[:-1], 9: ALL}
 DERIVATIVES = ((0, 0), (1, 0), (0, 1))
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def shares(faces: np.ndarray) -> np.ndarray:
-    """Integrals (Q, n) of the functions of the nodes over faces (Q, n, 3) of 4, 8 or 9 nodes.
+    """Integrals (Q, n) of the nodal functions over faces (Q, n, 3) of 4, 8 or 9 nodes.
 
-    Those of a face add up to its area.
+    The sum over a face is its area.
     """
     n = faces.shape[1]
     grid = np.array(list(product(POINTS, repeat=2)))

@@ -12,27 +12,27 @@ from polycube.io.atomic import atomic_write
 
 
 def count(rows: np.ndarray) -> np.ndarray:
-    """Rows with their number, from one, in front."""
+    """Rows with a first column of numbers, from one."""
     return np.column_stack([np.arange(1, len(rows) + 1), rows])
 
 
 def floats(values: np.ndarray) -> str:
-    """Rows of numbers that read back to the same bits."""
+    """Rows of numbers that are read as the same bits."""
     return lines(values, "%.17g")
 
 
 def integers(values: np.ndarray, between: str = " ") -> str:
-    """Rows of whole numbers."""
+    """Rows of integers."""
     return lines(values, "%d", between)
 
 
 def numbered(points: np.ndarray, between: str = ", ") -> str:
-    """Points that read back to the same bits, with their number from one."""
+    """Points that are read as the same bits, with their number from one."""
     return lines(count(points), ["%d"] + 3 * ["%.17g"], between)
 
 
 def narrow(value: float, width: int = 20) -> str:
-    """A number with as many digits, at most 17, as fit into a field."""
+    """A number with as many digits, at most 17, as a field permits."""
     texts = (f"{value:.{digits}g}" for digits in range(17, 0, -1))
     return next(text for text in texts if len(text) <= width)
 
@@ -45,14 +45,14 @@ def lines(values: np.ndarray, form: str | list[str], between: str = " ") -> str:
 
 
 def wrapped(numbers: Iterable[int], width: int, columns: str = "%d", between: str = "") -> str:
-    """Whole numbers, so many to a line."""
+    """Integers in lines of a given length."""
     numbers = list(numbers)
     rows = (numbers[i : i + width] for i in range(0, len(numbers), width))
     return "".join(between.join(columns % n for n in row) + "\n" for row in rows)
 
 
 def write(path: Path, *parts: str) -> Path:
-    """The file, whole or not at all."""
+    """Open the file for atomic writing."""
     with (
         atomic_write(path) as temporary,
         open(temporary, "w", encoding="ascii", newline="\n") as file,

@@ -13,16 +13,16 @@ from polycube.types import HexMesh, Spline
 
 from .text import floats, integers, write
 
-KINDS = {8: 12, 20: 25, 27: 29}  # VTK's numbers of hexahedra
+KINDS = {8: 12, 20: 25, 27: 29}  # cell types of hexahedra
 
 
 @register("export", "vtk")
 @dataclass(frozen=True)
 class LegacyVtk:
-    """Legacy VTK, ASCII (.vtk), the input of many research codes: an array per boundary set.
+    """Legacy VTK, ASCII (.vtk), read by many research codes: an array per boundary set.
 
-    An array per set: 1 at its nodes; at hexes the sum of 1, 2, 4, 8, 16, 32 for its sides -xi +xi
-    -eta +eta -zeta +zeta in the set.
+    The array of a set is 1 at its nodes, and at hexes the sum of 1, 2, 4, 8, 16, 32 for its sides
+    -xi +xi -eta +eta -zeta +zeta in the set.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class LegacyVtk:
     suffix: ClassVar[str] = ".vtk"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write next to `path`, with this format's suffix; returns the file written."""
+        """Write beside `path`, with the suffix of this format, and return the path of the file."""
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
         from polycube.io.vtk import numbered_primitives, set_arrays
         from polycube.spline.second_order import hex_elements

@@ -1,4 +1,4 @@
-"""Cure poor hexes one place at a time."""
+"""Local improvement of poor hexes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from polycube.types import HexMesh, TriMesh
 @register("meshing/cure", "sheets")
 @dataclass(frozen=True)
 class Sheets:
-    """Cure poor hexes one place at a time: put sheets of hexes there, and fit what is near anew.
+    """Improve poor hexes locally: insert sheets of hexes, and fit the neighbourhood again.
 
-    For exact features only; any other mesh stays as it is, and so does one that crosses itself in
-    many places.
+    It is used for exact features only; other meshes are unchanged, as are meshes that cross
+    themselves in many places.
 
     Parameters
     ----------
-    aim : scaled Jacobian below which a hex is poor; 0: nothing is cured
-    envelope : distance from the surface that the boundary near poor hexes may have, as a fraction
-        of the diagonal, where that cures them and no feature is lost; 0: none
+    aim : scaled Jacobian below which a hex is poor; 0: no hex is improved
+    envelope : permitted distance from the surface of the boundary near poor hexes, as a fraction of
+        the diagonal, if that improves them and no feature is lost; 0: none
     features : exact, soft, off or auto
     """
 
@@ -42,7 +42,7 @@ class Sheets:
             raise ValueError(f"envelope must be from 0 to {TOLERANCE}; got {self.envelope}")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The mesh with fewer poor hexes; the same object where nothing helps."""
+        """The mesh with fewer poor hexes; the same object if there is no improvement."""
         from polycube.fitting.cures.cure import cure
         from polycube.hexmesh.crossings import MANY, crossings
         from polycube.surface.fit_target import target

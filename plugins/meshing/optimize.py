@@ -1,4 +1,4 @@
-"""Raise the worst hex with the boundary on the surface."""
+"""Improve the worst hexes, with the boundary on the surface."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class Polish:
         check_features(self.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The same hexes, better; never with a worse score than before.
+        """The same hexes with improved positions; the score never decreases.
 
-        Where the boundary crosses itself at a few places, it is mended there.
+        If the boundary crosses itself at a few places, it is repaired there.
         """
         from polycube.fitting.polish import polish
         from polycube.fitting.uncrossing import without_crossings

@@ -54,7 +54,7 @@ class Selective:
             raise ValueError(f"sheets must be {', '.join(SHEETS)}; got {self.sheets!r}")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The hexes with the layer, or the same mesh where no patch wants one."""
+        """The hexes with the layer, or the same mesh if no patch needs one."""
         from polycube.fitting.flat_corners import without_flat_corners
         from polycube.fitting.pillow import layer
         from polycube.surface.fit_target import target
@@ -75,7 +75,7 @@ class Selective:
         return settled if cured is settled else self._settled(cured, goal, exact)
 
     def _settled(self, layered: HexMesh, goal: Target, exact: bool) -> HexMesh:
-        """A mesh with new layers, registered."""
+        """A mesh with new layers after a registration."""
         from polycube.fitting.registration import register_mesh
 
         return register_mesh(
@@ -92,7 +92,7 @@ class Selective:
     def _taken(
         self, surface: TriMesh, hexes: HexMesh, goal: Target
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Regions of the quads, and which quads get a layer."""
+        """Regions of the quads, and the quads that get a layer."""
         from polycube.fitting.creases.constraints import match
         from polycube.fitting.pillow import smooth_regions
         from polycube.fitting.problem import FitProblem

@@ -1,4 +1,4 @@
-"""Finer hexes, nearer to the surface."""
+"""Refine the hexes to fit the surface more closely."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Split:
         return hexes
 
     def _why_more(self, hexes: HexMesh, surface: TriMesh, wanted: float | None, done: int) -> str:
-        """What asks for another refinement; nothing where nothing does."""
+        """Reason for another refinement; empty if there is none."""
         from polycube.hexmesh.inspection import inspect
 
         if wanted is not None:

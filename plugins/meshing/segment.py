@@ -28,7 +28,7 @@ class Nearest:
     def __call__(
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
     ) -> Labels:
-        """Labels of the surface's faces."""
+        """Labels of the faces of the surface."""
         from polycube.structure.labels import nearest_labels
 
         return nearest_labels(surface, polycube, parametrization, self.alpha, self.rounds)
@@ -61,7 +61,7 @@ class Drawn:
     def __call__(
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
     ) -> Labels:
-        """Labels of the surface's faces."""
+        """Labels of the faces of the surface."""
         from polycube.charts.segmentation import segment
         from polycube.structure.labels import majority
 
@@ -69,5 +69,5 @@ class Drawn:
         drawn = segment(surface, polycube, guide, parametrization, self.longest).labels(surface)
         axis = np.zeros(drawn.patch.max() + 1, np.int64)
         axis[drawn.patch] = drawn.axis
-        patch = majority(drawn.patch, surface.faces, self.rounds)  # of faces wider than a patch
+        patch = majority(drawn.patch, surface.faces, self.rounds)  # for faces wider than a patch
         return Labels(axis[patch], patch)

@@ -1,4 +1,4 @@
-"""Untangle the hexes and bring their boundary onto the surface."""
+"""Untangle the hexes and fit their boundary to the surface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 
 QUICK = 15, 1500  # iterations and samples of the first rounds
-# how weak pulls are, and how much normals count, after the first rounds
+# weight of the springs and of the normals after the first rounds
 ALPHA, WEIGHT, SLACK = (0.07, 0.04), (3.0, 20.0), (0.2, 0.05)
 
 
@@ -19,21 +19,20 @@ ALPHA, WEIGHT, SLACK = (0.07, 0.04), (3.0, 20.0), (0.2, 0.05)
 class Register:
     """Untangle the mesh, keep its shape and fit it to the surface.
 
-    Descent of a foldover-free energy with attraction between mesh and surface, both ways.  A few
-    quick rounds make the attraction strong before the mesh slides out of its place, as it may in
-    many weak rounds; `rounds` of strong ones follow.  Exact features are held from the first quick
-    round on, or from the first strong one, whichever finds more paths for the curves.
+    Descent of a foldover-free energy with springs between mesh and surface in both directions. A
+    few quick rounds make the springs strong before the mesh slides along the surface, which may
+    happen in many weak rounds; `rounds` of strong ones follow. Exact features are used from the
+    first quick round on, or from the first strong one, whichever finds more paths for the curves.
 
     Parameters
     ----------
-    quick : rounds in which mesh and surface are matched with an attraction that grows from weak to
-        strong
-    rounds : further rounds with strong attraction; 0: the mesh stays as it is
+    quick : rounds in which mesh and surface are matched with springs that grow from weak to strong
+    rounds : further rounds with strong springs; 0: the mesh is unchanged
     iterations : steps of descent in each round
     samples : number of points of the surface that are matched with the mesh
-    coverage : weight of their attraction against that of the mesh's vertices
+    coverage : weight of their springs relative to those of the vertices of the mesh
     features : exact, soft, off or auto; exact: vertices are placed on the curves of the surface,
-        and those between curves on the CAD face that these enclose
+        and those between curves on the enclosed CAD face
     """
 
     references: ClassVar[tuple[str, ...]] = ("garanzha2021foldover",)
@@ -49,7 +48,7 @@ class Register:
         check_features(self.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The same hexes, near the surface; where they were with no rounds."""
+        """The same hexes, close to the surface; unchanged if `rounds` is 0."""
         from polycube.fitting.registration import matched_curves, register_mesh
         from polycube.surface.fit_target import target
 

@@ -1,4 +1,4 @@
-"""Hexes of the polycube, placed by its rough map."""
+"""Hexes of the polycube, positioned by its rough map."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-QUICK = 7, 15, 1500  # rounds, iterations, samples: to see where the surface curves
+QUICK = 7, 15, 1500  # rounds, iterations, samples: for the curvature of the surface
 NO_REGIONS = "meshing.regions has no effect on blocks; meshing.size makes all hexes smaller"
-DEEPEST = 10  # octree level: a thousand parts of every interval
+DEEPEST = 10  # octree level: about a thousand parts of every interval
 
 
 @register("meshing/subdivide", "template")
@@ -89,12 +89,12 @@ class Template:
         rough_map: RoughMap,
         blocks: HexMesh | None = None,
     ) -> HexMesh:
-        """Conforming hexes, still off the surface; `patch` names the polycube's faces.
+        """Conforming hexes, not yet on the surface; `patch` is the number of the polycube face.
 
-        Blocks are cut instead of the polycube, each into equal parts: `size`, `finer`,
-        `across_wall` and `level` say into how many, and nothing else does.
+        Blocks are divided instead of the polycube, each into equal parts; only `size`, `finer`,
+        `across_wall` and `level` are used for them.
 
-        Raises MeshingError where more than `max_hexes` are asked for.
+        Raises MeshingError if more than `max_hexes` are requested.
         """
         from polycube.fitting.cascade import cascade, registered_map
         from polycube.fitting.creases.chord_counts import finer_along
@@ -124,7 +124,7 @@ class Template:
         )
         coarse = sizing.length(self.coarse, unit)
         exact = features_of(self.features, surface) == "exact"
-        placed = rough_map  # a lattice that is not cut has nothing coarser
+        placed = rough_map  # an undivided lattice has no coarser one
         if self.level != 0:
             placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
         is_curved = self.curvature is not None and self.level is None
@@ -145,7 +145,7 @@ class Template:
         if not self.regions:
             return mesh(polycube, placed, parts)
         boxes = [sizing.box_of(region, unit) for region in self.regions]
-        if placed is rough_map:  # the boxes are in the model: the map must know where that is
+        if placed is rough_map:  # the boxes are in model coordinates, so a good map is needed
             few = self._counts(polycube, rough_map, coarse)
             placed = registered_map(polycube, rough_map, target(surface), few, exact)
         lines = sizing.graded(polycube, placed, parts, boxes)
@@ -156,17 +156,17 @@ class Template:
         return mesh_between(polycube, placed, lines)
 
     def finer_options(self, times: float) -> dict[str, object] | None:
-        """Options for a size so many times finer, and as many more hexes where it curves."""
+        """Options for hexes smaller by a factor, with a chord error reduced accordingly."""
         if self.level is not None:
             return None
         return {"finer": times * self.finer}
 
     def crease_options(self, distance: float) -> dict[str, object] | None:
-        """Options for chords within this share of the diagonal of the sharp edges."""
+        """Options for chords within a distance of the sharp edges, in diagonals."""
         return None if self.level is not None else {"creases": f"{100 * distance:.9g}%"}
 
     def count_options(self, missing: Sequence[int]) -> dict[str, object] | None:
-        """Options for so many hexes more, or fewer, at each entry of `at`."""
+        """Options for additional or fewer hexes at each entry of `at`."""
         if self.level == 0:
             return None
         before = self.more or [0] * len(missing)
@@ -174,7 +174,7 @@ class Template:
 
     @property
     def _asks(self) -> bool:
-        """Whether numbers of hexes are asked for that the least numbers of parts do not give."""
+        """Whether there are requests that the smallest numbers of parts do not meet."""
         is_more = self.across_wall > self.least or self.around_hole > 4 * self.least
         return self.level != 0 and (bool(self.at) or is_more)
 
@@ -186,7 +186,7 @@ class Template:
         near: HexMesh,
         few: sizing.Counts,
     ) -> sizing.Counts:
-        """Parts for the numbers of hexes that are asked for, within max_hexes."""
+        """Parts for the requested numbers of hexes, within max_hexes."""
         from polycube.hexmesh.generation import interval_counts as counts
 
         lattice, most = (polycube, near, few, surface), self.max_hexes
@@ -204,7 +204,7 @@ class Template:
         few: sizing.Counts,
         exact: bool,
     ) -> sizing.Counts:
-        """More parts where the surface curves, seen by a mesh of a few parts; within max_hexes."""
+        """More parts in curved regions, from a mesh of a few parts; within max_hexes."""
         from polycube.hexmesh.generation import curvature_sizing as chords
 
         gap = chords.gaps(polycube, near, few, goal)
@@ -230,7 +230,7 @@ class Template:
         return counts(polycube, rough_map, size, self.least, self.across)
 
     def _cut(self, given: HexMesh, size: float) -> HexMesh:
-        """Blocks in parts of the size, or 2^level."""
+        """Divide blocks into parts of the size, or into 2^level."""
         from polycube.hexmesh.generation import blocks
 
         def parts_of(size: float) -> np.ndarray:
@@ -247,13 +247,13 @@ class Template:
         return replace(found, warnings=(NO_REGIONS,)) if self.regions else found
 
     def _number(self, polycube: Polycube, rough_map: RoughMap) -> Callable[[float], float]:
-        """The number of hexes of a polycube, by size."""
+        """The number of hexes of a polycube as a function of the size."""
         return lambda size: sizing.number_of_hexes(
             polycube, self._counts(polycube, rough_map, size)
         )
 
     def _afford(self, number: float, size: float, number_at: Callable[[float], float]) -> None:
-        """Log what the mesh will be, or raise MeshingError with what would do instead."""
+        """Log the size of the mesh, or raise MeshingError with a size that is possible."""
         if number <= self.max_hexes:
             gigabytes = number * sizing.BYTES / 2**30
             logger.info("subdivide: %.0f hexes before pillowing, about %.1f GiB", number, gigabytes)
@@ -266,7 +266,7 @@ class Template:
         )
 
     def _instead(self, size: float, number_at: Callable[[float], float]) -> str:
-        """A size that is not too fine, rounded up."""
+        """A size that is possible, rounded up."""
 
         def fits(larger: float) -> bool:
             return number_at(larger) <= self.max_hexes
@@ -278,7 +278,7 @@ class Template:
 
     def __post_init__(self) -> None:
         check_features(self.features)
-        words = {"curvature": (None, "auto"), "creases": (None,)}  # that are no lengths
+        words = {"curvature": (None, "auto"), "creases": (None,)}  # values that are not lengths
         for name in ("size", "coarse", "curvature", "creases"):
             if getattr(self, name) not in words.get(name, ()):
                 sizing.check_length(name, getattr(self, name))

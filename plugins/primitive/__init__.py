@@ -1,1 +1,1 @@
-"""Unit cells that a polycube is put together from."""
+"""Unit cells of polycubes."""

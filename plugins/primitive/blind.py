@@ -1,4 +1,4 @@
-"""A cube with a blind hole: square, from the middle of one face, two thirds deep."""
+"""A cube with a square blind hole in the centre of one face, with a depth of two thirds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A cube with square through holes along two or three axes, which cross in its middle."""
+"""A cube with square through holes along two or three axes, which cross in its centre."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from polycube.registry import register
 
 @dataclass(frozen=True)
 class Cross:
-    """A cell with a through hole along each of `axes`: two make genus 3, three genus 5."""
+    """A cell with a through hole along each of `axes`: two have genus 3, three have genus 5."""
 
     axes: ClassVar[tuple[int, ...]] = (0, 1, 2)
 

@@ -1,4 +1,4 @@
-"""The paper's unit cells: a cube, and a cube with a square through hole along one axis."""
+"""The unit cells of the paper: a cube, and a cube with a square through hole along one axis."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Cube:
 
 
 def _hole(axis: int) -> np.ndarray:
-    """(3, 3, 3) bool voxels without the middle row along one axis."""
+    """(3, 3, 3) bool voxels without the central row along one axis."""
     voxels = np.ones((3, 3, 3), bool)
     np.moveaxis(voxels, axis, 2)[1, 1] = False
     return voxels

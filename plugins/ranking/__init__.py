@@ -1,4 +1,4 @@
-"""The order in which proposed structures are meshed.
+"""Ranking of proposed structures.
 
-Imports the core.
+Imports `polycube` only.
 """

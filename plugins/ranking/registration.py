@@ -1,4 +1,4 @@
-"""Rank proposed structures by how well a coarse mesh of each fits after a short registration."""
+"""Rank proposed structures by the fit of a coarse mesh after a short registration."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class Registration:
     distances in per cent of the diagonal (98th percentile, both directions), penalties for bad
     hexes and a wrong volume, for corners of the polycube, and for curves of a CAD part without a
     path of mesh edges, and the cost given by the proposal. Smaller scores are better. Overlays are
-    last and are not registered: they have many more hexes, and are meant for parts that no coarser
-    structure fits. Spare lattices, which have another genus, follow after them. A structure with
-    more boxes than an overlay has cells is not ranked, because it is no coarser.
+    last and are not registered: they have many more hexes, and are used for parts without a
+    suitable coarser structure. Substitute lattices with another genus follow them. A structure with
+    more boxes than an overlay has cells is not ranked, because it is not coarser.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Registration:
     limit: int = 12
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
-        """Candidates of the right genus, best first, then spares; the last for each rough map."""
+        """Candidates of the correct genus, best first, then substitutes; one per rough map."""
         from polycube.hexmesh.generation.blocks import genus_of
         from polycube.structure.lattice import is_manifold
         from polycube.surface import measures as surfaces

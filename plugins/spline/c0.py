@@ -1,4 +1,4 @@
-"""Cubic finite elements, to compare splines with."""
+"""Cubic finite elements, for comparison with splines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class C0(Volumetric):
     """The solid of h2s in the space of cubic finite elements, for comparison.
 
-    All Bezier points are free: tricubic on each hex, continuous between hexes.
+    All Bezier points are free: the functions are tricubic on each hex and continuous between hexes.
     """
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)

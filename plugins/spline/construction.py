@@ -1,4 +1,4 @@
-"""Make a spline on the hexes: what is sharp, which of several trials is best."""
+"""Make a spline on the hexes: choose the sharp features and the best of several trials."""
 
 from __future__ import annotations
 
@@ -63,8 +63,10 @@ def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spl
 
 
 def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
-    """The spline that costs least of those with all creases, the harmless ones, and all with
-    straight hexes; each is made only where those before are not good.
+    """The spline with the smallest cost.
+
+    Tried are splines with all creases, with the harmless ones, and with all creases and straight
+    hexes; each is only made if the earlier ones are not good.
     """
     creases, on = _creases(options, hexes, surface), kept_faces(hexes, surface)
     harmless = _sharp(options, hexes, creases)
@@ -101,17 +103,17 @@ def _solid(
 
 
 def sharpened(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None = None) -> Sharp:
-    """Sharp edges and corners, of creases the harmless ones.
+    """Sharp edges and corners; of the creases, the harmless ones.
 
-    surface : of a CAD model, whose creases these are; others are found by angle
+    surface : surface of a CAD model, which defines the creases; None: creases by angle
 
-    Raises InputError for edges that are given and are not on the boundary.
+    Raises InputError if given edges are not on the boundary.
     """
     return _sharp(options, hexes, _creases(options, hexes, surface))
 
 
 def _sharp(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:
-    """What the options ask for, of the creases found."""
+    """The sharp features of the options, among the given creases."""
     if options.sharp == "auto":
         return found.harmless()
     sharp = union(found.forced, found.borders)
@@ -133,10 +135,10 @@ def _creases(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) ->
 
 
 def _given(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
-    """(S, 2) the edges of the option or of its file, ends ascending, each once.
+    """(S, 2) the edges of the option or of its file, with ascending ends, without duplicates.
 
-    A file holds an edge a line; or a vertex a line, alone or with a 0 before it as for
-    TH-spline3D: then all boundary edges between them are sharp.
+    A file has one edge per line; or one vertex per line, alone or after a 0 as in TH-spline3D: then
+    all boundary edges between these vertices are sharp.
     """
     if not isinstance(options.sharp, str):
         table = np.reshape(np.asarray(options.sharp, np.int64), (-1, 2))

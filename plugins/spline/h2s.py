@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 class H2S(Volumetric):
     """Tricubic spline whose control points are the vertices of the hex mesh.
 
-    C2 across regular faces, C0 round extraordinary edges.  It approximates the vertices: smooth
-    boundary lies inside the mesh's, and there its second normal derivative is 0.
+    It is C2 across regular faces and C0 around extraordinary edges. It approximates the vertices: a
+    smooth boundary is inside that of the mesh, and its second normal derivative is 0 there.
     """
 
     references: ClassVar[tuple[str, ...]] = ("wei2017th", "yu2022hexgen", "borden2011extraction")

@@ -1,4 +1,4 @@
-"""Cubic splines of full order on an unstructured hex mesh."""
+"""Cubic splines of optimal order on an unstructured hex mesh."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ if TYPE_CHECKING:
 class Optimal(Volumetric):
     """The solid of h2s in a larger space of optimal order, clamped at the boundary.
 
-    The space holds all tricubics on each hex.
-
-    C2 but for faces at extraordinary edges and creases and the sides of the hexes there.  Halving
-    the hexes gives a space that contains it.
+    The space contains all tricubic polynomials on each hex. It is C2 except across faces at
+    extraordinary edges and creases and the adjacent sides of hexes. Dividing the hexes gives a
+    space that contains it.
     """
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)

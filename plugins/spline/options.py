@@ -1,4 +1,4 @@
-"""What the spline plugins share: what is sharp, where the spline is refined, how it is fitted."""
+"""Common options of the spline plugins: sharp features, local refinement, fit."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SplineOptions(ABC):
-    """A spline on the hexes, its solid that of the h2s construction.
+    """A spline on the hexes; its solid is that of the h2s construction.
 
-    There det J is 0 along a smooth boundary edge with a single hex and where a sharp curve follows
-    two edges of one face, so `single_hex_edges` makes the first sharp and the second corners.
-    `sharp: auto` keeps creases too, but for those that end in the smooth surface, whose free end
-    would stick out, and those that would spoil det J, mostly concave ones.  These are tried as
-    well where the spline is fitted, which may mend det J, and with the hexes round them straight
-    where it does not: the best of these splines is kept.  Edges that are given are all kept.
-    The border of what an analysis holds is sharp where possible: inside a smooth sheet, a support
-    would otherwise hold the slope and curvature of the functions there too.
+    In this construction, det J is 0 along a smooth boundary edge with a single hex, and where a
+    sharp curve follows two edges of one face. Therefore `single_hex_edges` makes the former sharp
+    and the latter corners. `sharp: auto` also keeps creases, except those that end in the smooth
+    surface, whose free end would protrude, and those that would make det J too small, mostly
+    concave ones. If the spline is fitted, which may improve det J, these are tried as well, if
+    necessary with straight hexes around them; the best of these splines is taken. Edges given by
+    the user are always sharp. The border of supports and loads of the analysis is sharp if
+    possible: inside a smooth surface, a support would also constrain the slope and curvature of the
+    functions there.
 
     Parameters
     ----------

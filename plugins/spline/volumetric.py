@@ -1,4 +1,4 @@
-"""What the spline plugins share: a spline from a surface and hexes."""
+"""Common base class of the spline plugins: a spline from a surface and hexes."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ class Volumetric(SplineOptions):
         return constructed(self, surface, hexes)
 
     def sharpened(self, hexes: HexMesh, surface: TriMesh | None = None) -> Sharp:
-        """Sharp edges and corners, of creases the harmless ones.
+        """Sharp edges and corners; of the creases, the harmless ones.
 
-        surface : of a CAD model, whose creases these are; others are found by angle
-        Raises InputError for edges that are given and are not on the boundary.
+        surface : surface of a CAD model, which defines the creases; None: creases by angle
+
+        Raises InputError if given edges are not on the boundary.
         """
         from .construction import sharpened
 

@@ -1,1 +1,1 @@
-"""Proposals of a polycube for a surface."""
+"""Proposals of polycubes for a surface."""

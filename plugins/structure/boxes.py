@@ -1,8 +1,8 @@
-"""Fit boxes to the voxels of a part: any context of any grid, empty cells and all.
+"""Fit boxes to the voxels of a part: all contexts of any grid, including empty cells.
 
-A polycube is placed with its bounding box on the part's and its inner knots where they fit best.
-The shapes that the grid can hold are tried in all their turns on few voxels; the best of these
-are fitted again, with care.
+The bounding box of a polycube is placed on that of the part, and its inner knots where they fit
+best. The shapes of the grid are first tried in all rotations with few voxels; the best of them are
+fitted again with more voxels.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-Way = tuple[Polycube, np.ndarray, int]  # shape, turn (3, 3) from the frame to its axes, frame
+Way = tuple[Polycube, np.ndarray, int]  # shape, rotation (3, 3) from the frame to its axes, frame
 
-STARTS = 9  # of a careful search for knots
+STARTS = 9  # starts of the final search for knots
 
 
 @register("structure", "boxes")
@@ -59,8 +59,8 @@ class BoxFitting(Structure):
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, cheapest first.
 
-        None when no context has the surface's genus, and beside earlier candidates of the grid:
-        a row that could be read is placed better by its slices.
+        The list is empty if no context has the genus of the surface, and if there are earlier
+        candidates for the grid, because slices give a better placement for a row of cells.
         """
         from polycube.surface import measures as surfaces
         from polycube.surface.frames import frames
@@ -90,7 +90,7 @@ class BoxFitting(Structure):
         return [candidate for candidate, _ in found[: self.kept]]
 
     def _shapes(self, wanted: int) -> list[Polycube]:
-        """Polycubes of a genus that differ in all turns, of fewest boxes, named by fewest cells."""
+        """Polycubes of a genus that differ in all rotations, those with the fewest boxes first."""
         from polycube.diffusion.pairs.templates import contexts
         from polycube.structure.lattice import collapse, genus, lattice
         from polycube.surface.frames import rotations
@@ -109,7 +109,7 @@ class BoxFitting(Structure):
     def _fitted(
         self, views: list[View], ways: list[Way], starts: int
     ) -> list[tuple[Candidate, Way]]:
-        """Candidates of the ways that are possible, cheapest first."""
+        """Candidates of the possible placements, cheapest first."""
         found = [
             (candidate, (shape, rotation, frame))
             for shape, rotation, frame in ways
@@ -129,11 +129,11 @@ def boxed(
     starts: int = STARTS,
     knot: float = 0.0,
 ) -> list[Candidate]:
-    """The polycube on the part in each turn (3, 3) from the view to its axes.
+    """The polycube on the part in each rotation (3, 3) from the view to its axes.
 
-    The cost is the volume that only one of the two fills, as a share of the part's, and `knot` for
-    each inner knot.  A turn in which the part has fewer voxels than the polycube has slabs is left
-    out.
+    The cost is the volume filled by only one of the two, as a share of the volume of the part, and
+    `knot` for each inner knot. Rotations in which the part has fewer voxels than the polycube has
+    slabs are omitted.
     """
     from polycube.surface.frames import turn
 

@@ -1,4 +1,4 @@
-"""Propose the context chosen by the user, in all frames and orientations."""
+"""Propose the context chosen by the user, in all frames and rotations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands: Hydra and Lightning live here and nowhere else."""
+"""The commands of the program, with Hydra and Lightning."""
 
 import sys
 from importlib import import_module

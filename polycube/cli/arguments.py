@@ -1,8 +1,8 @@
-"""Arguments of a command line, as Hydra's grammar reads them."""
+"""Arguments of a command line in the grammar of Hydra."""
 
 from __future__ import annotations
 
-from os.path import isdir, isfile  # unlike those of Path, they bear names that are too long
+from os.path import isdir, isfile  # unlike those of Path, they accept names that are too long
 
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -18,13 +18,13 @@ def with_input(arguments: list[str]) -> list[str]:
 
     Parameters
     ----------
-    arguments : of the command line, without the program's name
+    arguments : of the command line, without the name of the program
 
     Returns
     -------
-    All arguments.  A file, a folder, a pattern, `example:NAME` and a name that ends like a file of
-    a part get `mesh=` before them, a hex mesh gets `hex=`; unchanged where several are such names,
-    or where an input is given already.
+    All arguments. A file, a folder, a pattern, `example:NAME` and a name with the suffix of a part
+    get the prefix `mesh=`, a hex mesh gets `hex=`. The arguments are unchanged if there are several
+    such names, or if an input is given already.
     """
     from polycube.io.hex_meshes import FORMATS
     from polycube.io.surfaces import KNOWN
@@ -48,7 +48,7 @@ def _is_part(word: str, suffixes: tuple[str, ...]) -> bool:
 
 
 def in_full(arguments: list[str]) -> list[str]:
-    """All arguments, with the full names of options that have a short one, as `size=3`."""
+    """All arguments, with the full names of options for short ones such as `size=3`."""
     found = []
     for word in arguments:
         name, sign, value = word.partition("=")
@@ -57,7 +57,7 @@ def in_full(arguments: list[str]) -> list[str]:
 
 
 def quoted(arguments: list[str]) -> list[str]:
-    """The arguments; paths that Hydra's grammar cannot read, as with # or =, in quotes."""
+    """The arguments, with quotes around paths that Hydra's grammar cannot read, as with # or =."""
     return [_quoted(word) if word.partition("=")[0] in PATHS else word for word in arguments]
 
 

@@ -1,9 +1,9 @@
-"""Many parts: `infer.py mesh=folder`, `mesh='parts/*.stl'`, `-m mesh=a.stl,b.stl`.
+"""Batches of parts: `infer.py mesh=folder`, `mesh='parts/*.stl'`, `-m mesh=a.stl,b.stl`.
 
-Hydra makes a job of every part (and of every value of other lists).  The jobs run one after the
-other, by another of Hydra's launchers, or on a Dask cluster (`cluster`).  A job leaves `row.json`
-in its folder; one whose row is there, of the same settings and file, is not run again.  At the end
-the rows become a table, `summary.csv` and `summary.html`, failures beside successes.
+Hydra makes a job of every part (and of every value of other lists). The jobs are run in sequence,
+by another launcher of Hydra, or on a Dask cluster (`cluster`). A job writes `row.json` to its
+folder; a job with a row of the same settings and file is not run again. At the end, the rows become
+a table, `summary.csv` and `summary.html`, with successes and failures.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
 from glob import glob
-from os.path import exists, isdir  # unlike those of Path, they bear names that are too long
+from os.path import exists, isdir  # unlike those of Path, they accept names that are too long
 from pathlib import Path
 from typing import Any
 
@@ -40,18 +40,18 @@ from polycube.report.page.summary import summary_page
 ROW, FAILURE = "row.json", "failure.txt"
 TABLE = ("summary.csv", "summary.html")
 VERDICT = {0: "valid", 2: "refused", 3: "no valid result"}
-LAST = ["says", "folder", "identity", "exit"]  # columns of a row at the end, and those left out
+LAST = ["says", "folder", "identity", "exit"]  # last columns of a row, and those that are omitted
 MANY = {"-m", "--multirun"}
 PRESENTATION = ("output_dir", "quiet", "verbose")  # settings that do not change a result
 
-_waiting: list[cluster.Job] = []  # jobs that a cluster runs when all are composed
+_waiting: list[cluster.Job] = []  # jobs for a cluster, run after all are composed
 
 
 def expanded(arguments: list[str]) -> list[str]:
-    """The command line with a folder or pattern of `mesh=` as the list of its files, and `-m`.
+    """The command line with a folder or pattern of `mesh=` replaced by its files, and `-m`.
 
-    Folders of jobs are named after the part and after those settings of which there are several.
-    Raises InputError where there is no such file, or two parts have the same name.
+    Folders of jobs are named by the part and by the settings with several values. Raises InputError
+    if there is no such file, or if two parts have the same name.
     """
     result, several, single = [], bool(MANY & set(arguments)), []
     for argument in arguments:
@@ -74,17 +74,17 @@ def expanded(arguments: list[str]) -> list[str]:
 
 
 def _sweep(argument: str) -> list[str]:
-    """The values of a setting of which there are several."""
+    """The values of a setting with several values."""
     try:
         [override] = OverridesParser.create().parse_overrides([argument])
     except HydraException:
-        return []  # Hydra will say what is wrong with it
+        return []  # Hydra will report the error
     values = override.sweep_iterator() if override.is_sweep_override() else ()
     return [value.text if isinstance(value, QuotedString) else str(value) for value in values]
 
 
 def _files(value: str) -> list[str]:
-    """Surfaces that a folder, a pattern or a list names; empty for one file or example."""
+    """Surfaces of a folder, a pattern or a list; empty for one file or example."""
     if isdir(value):
         found = sorted(str(p) for p in Path(value).iterdir() if p.suffix.lower() in KNOWN)
         if not found:
@@ -101,7 +101,7 @@ def _files(value: str) -> list[str]:
 
 
 def check_names(paths: list[str]) -> None:
-    """Raise InputError where two parts have the same name, which is that of their folder."""
+    """Raise InputError if two parts have the same name, which is the name of their folder."""
     for name, count in Counter(map(part_name, paths)).items():
         if count > 1:
             same = [path for path in paths if part_name(path) == name]
@@ -112,12 +112,12 @@ def check_names(paths: list[str]) -> None:
 
 
 def part_name(path: str) -> str:
-    """Of a file or example, for folders and tables."""
+    """Name of a file or example, for folders and tables."""
     return Path(path.removeprefix("example:")).stem
 
 
 def _job_folder(values: str, *, _root_: DictConfig) -> str:
-    """Of one job: the part, and the settings of the batch."""
+    """Folder of one job: the part, and the settings of the batch."""
     name = part_name(OmegaConf.select(_root_, "mesh") or OmegaConf.select(_root_, "hex"))
     return f"{name},{values.replace('/', '_')}" if values else name
 
@@ -131,7 +131,7 @@ def begin_job(
     overrides: str,
     job: Callable[[dict[str, object]], tuple[int, str]],
 ) -> int:
-    """Run one job of a batch, see `run_job`; where a cluster is asked for, leave it to that."""
+    """Run one job of a batch, see `run_job`; with a cluster, only register it."""
     if not cluster.is_used(cfg["dask"]):
         return run_job(cfg, folder, overrides, job)
     alone = {**cfg, "dask": {**cfg["dask"], "workers": 0, "scheduler": None}}
@@ -145,10 +145,11 @@ def run_job(
     overrides: str,
     job: Callable[[dict[str, object]], tuple[int, str]],
 ) -> int:
-    """Exit code of one job of a batch, run now or kept; says it in one line.
+    """Exit code of one job of a batch, from a new or an earlier run; prints one line.
 
-    job : config -> exit code and, where it is not 0, the sentence why
-    Raises InputError where the row would overwrite a file of the user's.
+    job : config -> exit code and, if it is not 0, a sentence with the reason
+
+    Raises InputError if the row would overwrite a file of the user.
     """
     name = part_name(str(cfg["hex"] or cfg["mesh"]))
     identity = _identity(cfg)
@@ -164,7 +165,7 @@ def run_job(
             code, sentence = 1, f"{type(error).__name__}: {error}"
             with manifest.writing(folder) as scratch:
                 (scratch / FAILURE).write_text(traceback.format_exc())
-        if code == INTERRUPTED:  # no row: the next time it is run again
+        if code == INTERRUPTED:  # no row, so that it is run again the next time
             sys.stderr.write(f"{folder.name}: {sentence}\n")
             return code
         row = {"identity": identity, "exit": code, "part": name, "settings": overrides}
@@ -180,7 +181,7 @@ def run_job(
 
 
 def _identity(cfg: Mapping[str, object]) -> str:
-    """Of everything that a result depends on: settings, the bytes of the files, the version."""
+    """Hash of everything that determines a result: settings, contents of the files, version."""
     unrelated = (*PRESENTATION, "dask")
     settings = {name: value for name, value in cfg.items() if name not in unrelated}
     digest = hashlib.sha256(json.dumps([__version__, settings], sort_keys=True).encode())
@@ -191,7 +192,7 @@ def _identity(cfg: Mapping[str, object]) -> str:
 
 
 def _numbers(folder: Path) -> dict[str, object]:
-    """Columns of the table that the run's report has; lengths in per cent of the diagonal."""
+    """Columns of the table from the report of a run; lengths in per cent of the diagonal."""
     path = folder / "report.json"
     if not path.is_file():
         return {}
@@ -208,18 +209,18 @@ def _numbers(folder: Path) -> dict[str, object]:
 
 
 class Summary(Callback):
-    """Hydra's end of a batch: the table; the worst exit code of all."""
+    """End of a batch in Hydra: the table, and the largest exit code."""
 
     def on_multirun_start(self, config: DictConfig, **_: object) -> None:
-        """Refuse a folder where a file of the user's would be overwritten."""
+        """Refuse a folder in which a file of the user would be overwritten."""
         try:
             cluster.check(config.dask, config.hydra.launcher._target_)
         except InputError as error:
-            sys.exit(refused(error))  # of a callback Hydra catches all exceptions
+            sys.exit(refused(error))  # Hydra catches all exceptions of a callback
         begin_sweep(config, TABLE)
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
-        """Write `summary.csv` and `summary.html` beside the jobs' folders."""
+        """Write `summary.csv` and `summary.html` to the folder of the batch."""
         folder = Path(config.hydra.sweep.dir)
         codes = cluster.run_all(_waiting, config.dask) if _waiting else []
         rows = summarized(folder)
@@ -230,7 +231,7 @@ class Summary(Callback):
 
 
 def summarized(folder: Path) -> list[dict[str, Any]]:
-    """All rows under a folder, written as a table to `summary.csv` and `summary.html`."""
+    """All rows below a folder, written as tables `summary.csv` and `summary.html`."""
     rows = []
     for path in sorted(folder.glob(f"*/{ROW}")):
         rows.append({**json.loads(path.read_text()), "folder": path.parent.name})

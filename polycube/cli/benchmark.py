@@ -1,10 +1,10 @@
-"""A page that compares what a folder of CAD parts gave with published shares and earlier batches:
+"""A page that compares the results of a folder of CAD parts with published and earlier ones:
 
     python -m polycube.cli.benchmark outputs/bench/NEW outputs/bench/OLD --parts PARTS --subset 24
 
-meshes the parts as a batch (`batch`), as far as that is not done, then writes `benchmark.html` into
-the first folder.  The second folder, of an earlier batch, may be left out; without `--parts` the
-page is made of the parts that are there.
+meshes the parts as a batch (`batch`), except those with results, then writes `benchmark.html` to
+the first folder. The second folder, of an earlier batch, is optional; without `--parts` the page
+has the existing results.
 """
 
 from __future__ import annotations
@@ -33,24 +33,25 @@ from polycube.report.pictures.features import lost_on_mesh
 from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Scene
 
-PAGE, PICTURE = "benchmark.html", "benchmark.png"  # of the batch, of each part
-TILE = (560, 420)  # pixels of a picture at most
-SHADES = 64  # colours of a picture, which keeps it below some fifty kilobytes
+PAGE, PICTURE = "benchmark.html", "benchmark.png"  # of the batch, and of each part
+TILE = (560, 420)  # largest size of a picture in pixels
+SHADES = 64  # colours of a picture; limits its size to about 50 kilobytes
 
 logger = logging.getLogger(__name__)
 
 
 def benchmark(folder: Path, before: Path | None = None) -> Path:
-    """Write `benchmark.html` of a batch, finished or not; returns it.
+    """Write `benchmark.html` of a batch, complete or not, and return its path.
 
     Parameters
     ----------
-    folder : of the batch, with a folder per part
-    before : of another batch, to compare it with
+    folder : folder of the batch, with a folder per part
+    before : folder of another batch for comparison
 
     Raises
     ------
-    InputError : a folder holds no batch, or the page would overwrite a file of the user's.
+    InputError
+        If a folder is not a batch, or if the page would overwrite a file of the user.
     """
     for batch in filter(None, (folder, before)):
         check_batch(batch)
@@ -67,15 +68,15 @@ def benchmark(folder: Path, before: Path | None = None) -> Path:
 
 
 def check_batch(folder: Path) -> None:
-    """Raise InputError where no part of the folder has ended."""
+    """Raise InputError if no part of the folder is finished."""
     if not any(folder.glob(f"*/{ROW}")):
         raise InputError(f"{folder} contains no batch: no folder in it has a {ROW}")
 
 
 def picture(run: Path) -> bytes | None:
-    """PNG of a part with what its mesh loses in red; None where nothing could be drawn.
+    """PNG of a part with the lost features in red; None if it cannot be drawn.
 
-    It is kept in the folder of the part, and drawn again where the part was run again.
+    It is cached in the folder of the part until the part is run again.
     """
     path = run / PICTURE
     if path.is_file() and path.stat().st_mtime >= (run / ROW).stat().st_mtime:
@@ -84,7 +85,7 @@ def picture(run: Path) -> bytes | None:
         return None
     try:
         drawn = draw({"part": pictured(run)})
-    except Exception as error:  # a picture is never worth a page
+    except Exception as error:  # a failed picture must not prevent the page
         logger.warning("no picture of %s: %s", run.name, error)
         return None
     if "part" not in drawn:
@@ -96,7 +97,7 @@ def picture(run: Path) -> bytes | None:
 
 
 def pictured(run: Path) -> Scene:
-    """What is drawn of a part: its hex mesh, or its surface where it has none."""
+    """The picture of a part: its hex mesh, or its surface if there is no mesh."""
     surface = load_stage(run, "read")[0]
     for stage in ("meshing/refine", "meshing/cure", "meshing/optimize"):
         if has_stage(run, stage):
@@ -115,15 +116,16 @@ def _small(image: bytes) -> bytes:
 
 
 def parts_of(folder: Path, subset: int | None = None) -> list[str]:
-    """CAD files of a folder and the folders in it, by name.
+    """CAD files of a folder and its subfolders, by name.
 
     Parameters
     ----------
-    subset : take so many of them, spread evenly: always the same ones
+    subset : number of parts to select, evenly spaced; the selection is always the same
 
     Raises
     ------
-    InputError : there are none, two have the same name, or the number is below one.
+    InputError
+        If there are none, if two have the same name, or if the number is below one.
     """
     if subset is not None and subset < 1:
         raise InputError(f"a subset must have at least one part; got {subset}")
@@ -137,11 +139,12 @@ def parts_of(folder: Path, subset: int | None = None) -> list[str]:
 
 
 def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -> None:
-    """Mesh parts as a batch into `folder`; those that are done are kept.
+    """Mesh parts as a batch into `folder`; existing results are kept.
 
     Raises
     ------
-    SystemExit : the batch was interrupted.
+    SystemExit
+        If the batch was interrupted.
     """
     meshes = f"mesh={','.join(map(quote, parts))}"
     sys.argv[1:] = ["-m", meshes, f"output_dir={folder}", "order=[meshing]", *settings]
@@ -153,7 +156,7 @@ def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -
 
 
 def main() -> None:
-    """Command line: exit code 2, and one sentence, for what is refused."""
+    """Command line: exit code 2 and one sentence for an invalid argument."""
     parser = argparse.ArgumentParser(prog="python -m polycube.cli.benchmark")
     parser.add_argument(
         "folder", type=Path, help="folder of the batch, in which the page is written"
@@ -164,7 +167,7 @@ def main() -> None:
     parser.add_argument("--settings", nargs="*", default=(), help="further settings of infer.py")
     asked = parser.parse_args()
     try:
-        if asked.before is not None:  # now, not when hours have gone into the parts
+        if asked.before is not None:  # before the parts are meshed, which may take hours
             check_batch(asked.before)
         if asked.parts is not None:
             mesh_all(parts_of(asked.parts, asked.subset), asked.folder, asked.settings)

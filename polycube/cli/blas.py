@@ -1,8 +1,8 @@
-"""How many threads the dense products of numpy and scipy run on.
+"""Number of threads for the dense products of numpy and scipy.
 
-The OpenBLAS in each of their wheels asks the environment when it is loaded.  Its threads wait for
-each other in loops: on two busy cores, the fit of a spline took four times as long on two threads
-as on one, and a Cholesky factor three to eight times.
+The OpenBLAS in each of their wheels reads the environment when it is loaded. Its threads wait for
+each other in busy loops: on two busy cores, the fit of a spline took four times as long with two
+threads as with one, and a Cholesky factor three to eight times as long.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ NAME = "OPENBLAS_NUM_THREADS"
 
 
 def on_one_thread() -> None:
-    """Let what is loaded from now on have one thread, unless the environment says otherwise.
+    """Limit the libraries loaded from now on to one thread, unless the environment sets a number.
 
     Sums then do not depend on the number of cores.
     """

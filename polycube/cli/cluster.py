@@ -1,7 +1,7 @@
 """Jobs of a batch as tasks of Dask: `infer.py mesh=parts dask.workers=4`.
 
-A job whose worker dies is run by another; one that had ended is not run again, for its row is kept
-(`batch.run_job`).
+A job whose worker dies is run by another worker; a finished job is not run again, because its row
+exists (`batch.run_job`).
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from typing import Any
 
 from polycube.errors import InputError
 
-Job = tuple[Callable[..., int], tuple[Any, ...], str]  # what is called, with what; a name for it
+Job = tuple[Callable[..., int], tuple[Any, ...], str]  # function, arguments, name of the job
 
 
 def is_used(dask: Mapping[str, Any]) -> bool:
-    """Whether the settings `dask` ask for a cluster."""
+    """Whether the settings `dask` request a cluster."""
     return bool(dask["scheduler"] or dask["workers"])
 
 
 def check(dask: Mapping[str, Any], launcher: str) -> None:
-    """Raise InputError where a cluster is asked for, and cannot be used."""
+    """Raise InputError if a cluster is requested and cannot be used."""
     if not is_used(dask):
         return
     if not launcher.endswith(".BasicLauncher"):
@@ -34,12 +34,12 @@ def check(dask: Mapping[str, Any], launcher: str) -> None:
 
 
 def run_all(jobs: Sequence[Job], dask: Mapping[str, Any]) -> list[int]:
-    """Exit codes of all jobs; 1 for one that took too many workers with it.
+    """Exit codes of all jobs; 1 for a job that caused the death of too many workers.
 
     Parameters
     ----------
-    dask : settings: address of a running `scheduler`, or else a number of `workers`, processes of
-        this machine; `deaths`, the number of workers that a job may take with it
+    dask : settings: address of a running `scheduler`, or number of `workers`, processes on this
+        machine; `deaths`, the largest number of workers that may die with a job
     """
     from dask.config import set as configured
     from distributed import Client
@@ -55,7 +55,7 @@ def run_all(jobs: Sequence[Job], dask: Mapping[str, Any]) -> list[int]:
 
 
 def _code(task: Any, name: str) -> int:
-    """Exit code of a task when it has ended."""
+    """Exit code of a task after its end."""
     error = task.exception()
     if error is None:
         return int(task.result())

@@ -1,6 +1,6 @@
-"""What of this machine can be used: `python -m polycube.cli.doctor`, one line per item.
+"""Check what is usable on this machine: `python -m polycube.cli.doctor`, one line per item.
 
-Each probe that may crash runs in a process of its own.
+Each test that may crash is run in a separate process.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from shutil import which
 
-TIMEOUT = 120  # seconds for a probe
+TIMEOUT = 120  # seconds for a test
 PACKAGES = ("numpy", "scipy", "numba", "torch", "lightning", "hydra-core", "trimesh", "matplotlib")
-LIBRARIES = {  # shared library -> Debian package, what needs it
+LIBRARIES = {  # shared library: Debian package, and what needs it
     "usb-1.0": ("libusb-1.0-0", "FBX files"),
     "EGL": ("libegl1", "pictures"),
     "GL": ("libgl1", "pictures"),
@@ -48,7 +48,7 @@ GMSH_CURE = (
 )
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
-Item = tuple[str, bool, str]  # what, whether it works, more about it
+Item = tuple[str, bool, str]  # what, whether it works, details
 
 
 def examine() -> Iterator[Item]:
@@ -71,7 +71,7 @@ def examine() -> Iterator[Item]:
 
 
 def main() -> int:
-    """Write the report; 1 where something is missing."""
+    """Print the report; 1 if something is missing."""
     complete = True
     for name, works, more in examine():
         sys.stdout.write(f"{'ok     ' if works else 'MISSING'}  {name}: {more}\n")
@@ -88,7 +88,7 @@ def _package(name: str) -> Item:
 
 
 def _probe(name: str, code: str) -> Item:
-    """Run code in another process: what it prints, or the last line of its error."""
+    """Run code in another process: its output, or the last line of its error."""
     try:
         done = subprocess.run(
             [sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT

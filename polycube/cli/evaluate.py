@@ -1,6 +1,6 @@
-"""`python -m polycube.evaluate`: weights in, one table, JSON and TensorBoard out.
+"""`python -m polycube.evaluate`: evaluate weights; writes a table, JSON and TensorBoard files.
 
-Exit codes: 0, or 2 for an option that is refused.
+Exit codes: 0, or 2 for an invalid option.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ RESULT = "evaluation.json"
 Row = dict[str, Any]
 GRIDLESS: Json = {"grid": (1, 1, 1), "primitives": {}}  # for a plugin that uses neither
 
-TABLE = {  # head -> column of `diffusion.evaluation`, and its format
+TABLE = {  # heading: column of `diffusion.evaluation`, and its format
     "error": ("error", "{:.3f}"),
     "p95": ("error_p95", "{:.3f}"),
     "one step": ("error_one_step", "{:.3f}"),
@@ -59,7 +59,7 @@ TABLE = {  # head -> column of `diffusion.evaluation`, and its format
     "s": ("seconds", "{:.3g}"),
     "1/s": ("samples_per_second", "{:.3g}"),
 }
-WITHOUT_GRID = {  # the same of any structure; shown beside where there is such
+WITHOUT_GRID = {  # the same for arbitrary structures; shown beside it if there are any
     "axis": ("labelled_axis", "{:.1%}"),
     "knot": ("labelled_knot", "{:.1%}"),
     "nearest: axis": ("nearest_axis", "{:.1%}"),
@@ -74,7 +74,7 @@ WITHOUT_GRID = {  # the same of any structure; shown beside where there is such
 
 
 def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
-    """Measure all weights and write `folder`/evaluation.json and curves; returns what it holds."""
+    """Evaluate all weights, write `folder`/evaluation.json and curves, and return the content."""
     for name in ("pairs", "batch_size"):
         if isinstance(cfg[name], bool) or not isinstance(cfg[name], int) or cfg[name] < 1:
             raise InputError(f"{name} must be a whole number, 1 or more; got {cfg[name]!r}")
@@ -106,7 +106,7 @@ def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
 
 
 def table(rows: Sequence[Row]) -> str:
-    """Markdown: a line of every row's columns, empty where it has none, and one of every part."""
+    """Markdown table: a line for every row, with empty cells if columns are missing."""
     has_any = any("nearest_axis" in row["columns"] for row in rows)
     heads = TABLE | (WITHOUT_GRID if has_any else {})
     lines = [["weights", *heads], ["-"] * (1 + len(heads))]
@@ -128,7 +128,7 @@ def main() -> None:
 
 
 def _measured(denoiser: Denoiser, cfg: Json) -> Row:
-    """Columns of held-out pairs of the denoiser's grid, of all and of each kind of pair."""
+    """Columns of held-out pairs for the grid of the denoiser, of all and of each kind of pair."""
     primitives = voxels(denoiser.condition.cells)
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
     pairs = data(denoiser.condition.grid, primitives, cfg["seed"] + HELD_OUT)
@@ -143,7 +143,7 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
             lattices = evaluate_lattices(draw, pairs, cfg["lattices"], cfg["slabs"])
             found |= summary(lattices)
         return {"threads": threads(), "columns": found}
-    pairs.pads = denoiser.options.pads  # as many points as the network was trained to see
+    pairs.pads = denoiser.options.pads  # as many points as in the training
     made, columns = evaluate(
         denoiser, pairs, cfg["pairs"], primitives, sampler, cfg["batch_size"], cfg["seed"]
     )
@@ -162,7 +162,7 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
 
 
 def _slabs(given: Any) -> tuple[int, int]:
-    """Fewest and most slabs along an axis; raises InputError for anything else."""
+    """Smallest and largest number of slabs along an axis; raises InputError for anything else."""
     numbers = given if isinstance(given, list) and len(given) == 2 else [0, 0]
     if not all(isinstance(n, int) for n in numbers) or not 1 <= numbers[0] <= numbers[1]:
         raise InputError(
@@ -172,8 +172,11 @@ def _slabs(given: Any) -> tuple[int, int]:
 
 
 def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> list[Row]:
-    """What the structure plugin makes of surfaces with these weights; there is no truth, so its
-    least cost, and what a person wrote of the part where a manifest has it."""
+    """Results of the structure plugin for surfaces with these weights.
+
+    There is no truth, so the rows have the smallest cost, and a description of the part from a
+    manifest if there is one.
+    """
     config = {**cfg["structure"], "weights": path}
     known = {"grid": denoiser.condition.grid, "primitives": voxels(denoiser.condition.cells)}
     rows = []
@@ -198,7 +201,7 @@ def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> l
 
 
 def _hint(file: Path) -> str:
-    """What the manifest beside a part says of its polycube, if there is one."""
+    """Description of the polycube in the manifest beside a part, if there is one."""
     manifest = file.parent / "manifest.csv"
     if not manifest.is_file():
         return ""
@@ -208,7 +211,7 @@ def _hint(file: Path) -> str:
 
 
 def _files(patterns: Sequence[str]) -> list[Path]:
-    """Files that the patterns name; raises InputError for one that names none."""
+    """Files of the patterns; raises InputError for a pattern without files."""
     found: list[Path] = []
     for pattern in patterns:
         files = sorted(glob.glob(str(pattern)))
@@ -219,7 +222,7 @@ def _files(patterns: Sequence[str]) -> list[Path]:
 
 
 def _short(path: str) -> str:
-    """What tells weights apart in a table: their folder, without what all are called."""
+    """Distinguishing part of the path of weights, for tables."""
     parts = [
         p for p in Path(path).with_suffix("").parts if p not in ("weights", "checkpoints", "/")
     ]

@@ -1,9 +1,9 @@
-"""A page of results, drawn from the folders of runs:
+"""A page of results from the folders of runs:
 
     python -m polycube.cli.gallery docs outputs/gallery/*
 
-writes `docs/gallery.md`, with a strip of pictures per run below `docs/gallery/`, and the numbers
-of their `report.json`.
+writes `docs/gallery.md` with a strip of pictures per run in `docs/gallery/`, and the numbers of
+their `report.json`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Film, Scene
 from polycube.types import Json
 
-TILE = (250, 190)  # pixels of a picture
-SHADES = 64  # colours of a strip, which keeps eight of them below a few hundred kilobytes
+TILE = (250, 190)  # size of a picture in pixels
+SHADES = 64  # colours of a strip; limits eight strips to a few hundred kilobytes
 HEAD = """# Gallery
 
 Input, polycube, hex mesh, its cut, and the spline in its first elastic mode; all automatic. This
@@ -50,9 +50,9 @@ diagonal.
 
 
 def gallery(folder: Path, runs: Sequence[Path]) -> Path:
-    """Write the page of finished runs; returns it.  A run without a report is left out.
+    """Write the page of finished runs and return its path; runs without a report are omitted.
 
-    Raises InputError where that would overwrite a page that is no gallery, or a picture that the
+    Raises InputError if this would overwrite a page that is not a gallery, or a picture that the
     gallery does not show.
     """
     _check_place(folder, runs)
@@ -83,7 +83,7 @@ def _check_place(folder: Path, runs: Sequence[Path]) -> None:
 
 
 def strip(run: Path) -> bytes:
-    """PNG of a run's pictures side by side; where one could not be drawn there is a gap."""
+    """PNG of the pictures of a run side by side, with gaps for those that cannot be drawn."""
     from PIL import Image
 
     wanted = pictured(run)
@@ -101,7 +101,7 @@ def strip(run: Path) -> bytes:
 
 
 def pictured(run: Path) -> dict[str, Scene]:
-    """What is drawn of a run, of those stages that it reached."""
+    """The pictures of the stages that a run reached."""
     surface = load_stage(run, "read")[0]
     ranked, chosen = load_stage(run, "structure")
     candidate = ranked[chosen].candidate
@@ -121,7 +121,7 @@ def pictured(run: Path) -> dict[str, Scene]:
 
 
 def _still(shown: Scene | Film) -> Scene:
-    """A film at its widest swing."""
+    """A film at its largest amplitude."""
     if isinstance(shown, Film):
         return [replace(shown.layer, points=shown.layer.points + shown.shift)]
     return shown

@@ -1,7 +1,7 @@
-"""`--help`: how to begin, what can be chosen, and the options of a choice.
+"""`--help`: how to begin, the choices, and the options of a choice.
 
-Everything is read from what a run reads: the YAML files and the plugin classes on the search path,
-those of installed plugin packages too.
+The sources are those of a run: the YAML files and the plugin classes on the search path, including
+those of installed plugin packages.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from polycube import HOME
 from polycube.config import SHARED, compose, loader, options_of
 from polycube.registry import classes, default, options
 
-REFUSED = {("train", "grid", "auto")}  # choices of another program: a training needs one grid
-WIDTH = 100  # of a line on the terminal
+REFUSED = {("train", "grid", "auto")}  # choices of other programs: a training needs one grid
+WIDTH = 100  # width of a line in the terminal
 MORE = """All options of a choice: --help GROUP=OPTION.  All values: --cfg job.
 """
 PARAMETER = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
 
 
 def is_asked_for() -> bool:
-    """Whether the command line asks for help."""
+    """Whether the command line requests help."""
     return bool(get_args_parser().parse_known_args()[0].help)
 
 
 def show(config_name: str) -> None:
-    """Write the help of a program to the terminal, or that of the choices on the command line."""
+    """Print the help of a program, or that of the choices on the command line."""
     overrides = get_args_parser().parse_known_args()[0].overrides
     blocks = list(of_choices(config_name, overrides)) if overrides else []
     if not blocks:
@@ -55,7 +55,7 @@ def show(config_name: str) -> None:
 
 
 def choices(config_name: str) -> str:
-    """All groups that a command line may choose from, with a line for each option."""
+    """All groups of a command line, with a line for each choice."""
     own = (entry for entry in _file(config_name).defaults if isinstance(entry, DictConfig))
     lists = {str(group): "" for entry in own for group, value in entry.items() if value == []}
     search = loader()
@@ -86,7 +86,7 @@ def settings(name: str) -> str:
 
 
 def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
-    """Options, values and help of the choices among the overrides, and of what these consist of."""
+    """Options, values and help of the choices among the overrides, and of their parts."""
     config = compose(config_name, overrides)
     asked = set()
     for override in OverridesParser.create().parse_overrides(list(overrides)):
@@ -94,7 +94,7 @@ def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
         asked |= {f"{group}/{each}" for each in (value if isinstance(value, list) else [value])}
     parts = loader().compute_defaults_list(config_name, list(overrides), RunMode.RUN).defaults
     owners = set(asked)
-    for _ in parts:  # a part of a part is one too, in whatever order they come
+    for _ in parts:  # a part of a part is also one, in any order
         owners |= {str(part.config_path) for part in parts if part.parent in owners}
     known = {"/".join(key): (key[0], cls) for key, cls in {**SHARED, **classes()}.items()}
     for part in parts:
@@ -112,7 +112,7 @@ def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
 
 
 def summary(search: ConfigLoaderImpl, group: str, name: str) -> str:
-    """What an option of a group is, in one line; empty where nothing says it."""
+    """Description of a choice of a group in one line; empty if there is none."""
     cls = classes().get((group, name))
     if cls is not None:
         return _first_line(cls)
@@ -125,7 +125,7 @@ def summary(search: ConfigLoaderImpl, group: str, name: str) -> str:
 
 
 def described(kind: str, cls: type) -> dict[str, str]:
-    """Help of the options of a plugin class, of those inside of an option too."""
+    """Help of the options of a plugin class, including nested options."""
     texts = documented(cls)
     found: dict[str, str] = {}
     for name, option in options(kind, cls).items():
@@ -139,7 +139,7 @@ def described(kind: str, cls: type) -> dict[str, str]:
 
 
 def documented(cls: type) -> dict[str, str]:
-    """The `Parameters` sections of a class and those it inherits from, by name."""
+    """The `Parameters` sections of a class and its base classes, by name."""
     texts: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         section = inspect.cleandoc(base.__doc__ or "").partition("Parameters\n----------\n")[2]

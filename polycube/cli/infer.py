@@ -1,7 +1,6 @@
-"""`infer.py`: the config in, the results folder and an exit code out.
+"""`infer.py`: from a configuration to a results folder and an exit code.
 
-Exit codes: 0 a valid result, 2 an input or option that must be refused, 3 no valid result, 130
-interrupted.
+Exit codes: 0 a valid result, 2 an invalid input or option, 3 no valid result, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -42,10 +41,10 @@ def infer(
 
     Parameters
     ----------
-    cfg : as `conf/infer.yaml` composes it
-    level : of messages that go to the terminal; by default `quiet` and `verbose` say which
-    is_alone : the process does nothing else, see `terminal.logging_to`
-    placed : run of an identical solid to take the mesh of, see `api.execute`
+    cfg : configuration composed from `conf/infer.yaml`
+    level : level of messages on the terminal; default: from `quiet` and `verbose`
+    is_alone : whether the process does nothing else, see `terminal.logging_to`
+    placed : run of an identical solid whose mesh is taken, see `api.execute`
 
     Returns
     -------
@@ -54,9 +53,9 @@ def infer(
     Raises
     ------
     InputError
-        Before anything is written.
+        If the input or an option is invalid; no file is written then.
     KeyboardInterrupt
-        Where a signal came before there was a folder; later ones end in a report.
+        If a signal came before there was a folder; later ones end in a report.
     """
     from polycube.api import execute
     from polycube.io.manifest import append_to
@@ -82,9 +81,9 @@ def infer(
 
 
 def check(cfg: Json) -> tuple[int, str]:
-    """Print what is wrong with the surface: exit code 0 where it is usable, else 2, and why.
+    """Print the defects of the surface: exit code 0 if it is usable, else 2, and the reason.
 
-    The places are written only where `preflight` is the name of a file.
+    Their places are only written if `preflight` is the name of a file.
     """
     from polycube.io import manifest
     from polycube.io.preflight import preflight
@@ -112,11 +111,11 @@ def check(cfg: Json) -> tuple[int, str]:
 
 
 def main() -> None:
-    """Command line: Hydra composes the config, `infer` runs, the exit code says how it went."""
+    """Command line: Hydra composes the configuration, `infer` runs, and the exit code is set."""
     codes = []
 
     def task(cfg: DictConfig) -> None:
-        codes.append(1)  # of a bug, which Hydra prints
+        codes.append(1)  # for an error in the program, which Hydra prints
         codes[-1] = _command(cfg)
         if codes[-1] == INTERRUPTED:
             sys.exit(INTERRUPTED)
@@ -130,7 +129,7 @@ def main() -> None:
 
 
 def _command(cfg: DictConfig) -> int:
-    """Exit code of a run, or of a job of a batch; says on the terminal what is wrong."""
+    """Exit code of a run, or of a job of a batch; errors are printed on the terminal."""
     hydra_cfg = HydraConfig.get() if HydraConfig.initialized() else None
     try:
         given = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
@@ -164,7 +163,7 @@ def _attempt(
     is_alone: bool = False,
     placed: solids.Placed | None = None,
 ) -> tuple[int, str]:
-    """Exit code, and where it is not 0, the sentence why."""
+    """Exit code, and if it is not 0, a sentence with the reason."""
     try:
         if solids.is_asked_for(cfg):
             found = solids.solids_of(cfg)
@@ -192,7 +191,7 @@ def _attempt(
 
 
 def _say(report: Json, folder: Path, cfg: Json) -> None:
-    """The mesh, the results of the analysis and where all is; warnings, and what else to try."""
+    """Print the mesh, the results of the analysis and their folder; warnings and suggestions."""
     from polycube.report.numbers.words import cautions, sentences
 
     if "hex" in report:
@@ -226,7 +225,7 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
 
 
 def _fewer(counts: Json) -> Iterator[str]:
-    """Sentences about walls and holes with fewer hexes than there should be."""
+    """Sentences about walls and holes with fewer hexes than requested."""
     for kind, places, sentence in (
         ("around", "holes", "%d of %d holes have fewer edges than meshing.around_hole"),
         ("through", "walls", "%d of %d walls have fewer hexes than meshing.across_wall"),
@@ -241,7 +240,7 @@ def _not_valid(report: Json) -> str:
 
 
 def _folder(cfg: Json) -> Path:
-    """The results folder: as asked for, that of the run resumed, or a new one for this part."""
+    """The results folder: requested, of the resumed run, or a new one for this part."""
     if cfg["output_dir"] or cfg["resume"]:
         return Path(str(cfg["output_dir"] or cfg["resume"]))
     part = Path(str(cfg["hex"] or cfg["mesh"]).removeprefix("example:")).stem

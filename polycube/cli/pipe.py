@@ -1,4 +1,4 @@
-"""What a reader does who has seen enough: `infer.py --help | head`."""
+"""Output to a pipe that is closed early, as in `infer.py --help | head`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def to_a_reader() -> Iterator[None]:
-    """Ends quietly, with exit code 0, where nobody reads the output any more."""
+    """End the process with exit code 0 if the output is no longer read."""
     try:
         try:
             yield

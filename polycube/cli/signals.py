@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM end a run with the best mesh so far.
+"""End a run with the best mesh so far after Ctrl-C or SIGTERM.
 
-A signal raises where the main thread is.  Compiled code may turn that into a SystemError, which a
-stage reports as its failure; so the signal is also remembered, for the deadline to look at.
+A signal raises an exception in the main thread. Compiled code may convert it to a SystemError,
+which a stage reports as its failure, so the signal is also stored and checked by the deadline.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-INTERRUPTED = 130  # exit code, as shells say it
+INTERRUPTED = 130  # exit code, as in shells
 
 
 @contextmanager
 def terminable() -> Iterator[threading.Event]:
-    """SIGTERM is like Ctrl-C inside: KeyboardInterrupt, and again for each further signal.
+    """In the context, SIGTERM acts like Ctrl-C: KeyboardInterrupt for each signal.
 
-    Yields the event that a signal sets.  Where Ctrl-C was ignored before, as in the background of
-    a shell script, it stays so.
+    Yields the event that a signal sets. If Ctrl-C was ignored before, as in the background of a
+    shell script, it stays ignored.
     """
     asked = threading.Event()
 
@@ -42,7 +42,7 @@ def terminable() -> Iterator[threading.Event]:
 
 @contextmanager
 def _handled(number: int, handler: Callable[..., None] | signal.Handlers) -> Iterator[None]:
-    """A signal is handled so inside; nothing is done beside the main thread."""
+    """Install a handler of a signal in the context; nothing is done outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Several trainings, `train.py -m schedule=linear,cosine`: at the end a table and a figure."""
+"""Several trainings, `train.py -m schedule=linear,cosine`, with a table and a figure at the end."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ SHOWN = ("error", "error_p95", "error_one_step", "loss", "samples_per_second")
 
 
 class Trainings(Callback):
-    """Hydra's end of a sweep: `summary.csv`, `loss.png`, and the table on the terminal."""
+    """End of a sweep in Hydra: `summary.csv`, `loss.png`, and the table on the terminal."""
 
     def on_multirun_start(self, config: DictConfig, **_: object) -> None:
-        """Refuse a folder where a file of the user's would be overwritten."""
+        """Refuse a folder in which a file of the user would be overwritten."""
         begin_sweep(config, TABLE)
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
-        """Of all trainings in the sweep's folder."""
+        """Summarise all trainings in the folder of the sweep."""
         folder = Path(config.hydra.sweep.dir)
         rows = summarized(folder)
         sys.stderr.write(_table(rows) + f"{folder / 'summary.csv'}, {folder / 'loss.png'}\n")
 
 
 def summarized(folder: Path) -> list[dict[str, object]]:
-    """A row for each training below a folder, the smallest error first, those that failed last."""
+    """A row for each training below a folder, sorted by error, failed ones last."""
     rows, known = [], {}
     for run, chosen in _settings(folder).items():
         path = run / "weights" / "weights.json"
@@ -55,7 +55,7 @@ def summarized(folder: Path) -> list[dict[str, object]]:
 
 
 def _settings(folder: Path) -> dict[Path, str]:
-    """Folder of each training -> those of its settings that not all have."""
+    """Settings of each training folder that differ between trainings."""
     files = {path.parent.parent: path for path in sorted(folder.glob("*/.hydra/overrides.yaml"))}
     chosen = {run: yaml.safe_load(path.read_text()) for run, path in files.items()}
     return {
@@ -65,7 +65,7 @@ def _settings(folder: Path) -> dict[Path, str]:
 
 
 def _table(rows: list[dict[str, object]]) -> str:
-    """The columns of most interest, aligned."""
+    """The most important columns, aligned."""
     lines = [["settings", *SHOWN, "folder"]]
     for row in rows:
         told = [f"{row[name]:.3f}" if name in row else "failed" for name in SHOWN]

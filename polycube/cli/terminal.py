@@ -1,6 +1,6 @@
-"""What a run says: one line per stage on the terminal, everything in its log file.
+"""Output of a run: one line per stage on the terminal, everything in its log file.
 
-On a terminal a last line moves: what is done now, since when, the best scaled Jacobian so far.
+On a terminal, a status line shows the current stage, its time, and the best scaled Jacobian so far.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from typing import TextIO
 
 logger = logging.getLogger(__name__)
 
-STAGES = ("polycube.pipeline", "polycube.cli")  # what says a line per stage
-EVERY = 0.25  # seconds between two looks of the moving line
+STAGES = ("polycube.pipeline", "polycube.cli")  # loggers with a line per stage
+EVERY = 0.25  # seconds between two updates of the status line
 QUIET, PLAIN, VERBOSE = logging.WARNING, logging.INFO, logging.DEBUG
 
 
 class Terminal(logging.Handler):
-    """Messages, and on a terminal the moving line below them.
+    """Messages, and on a terminal the status line below them.
 
     shown : QUIET for warnings, PLAIN for a line per stage too, VERBOSE for all
     """
@@ -43,7 +43,7 @@ class Terminal(logging.Handler):
             self._mover.start()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a message that is to be shown; note a stage that begins, and the best so far."""
+        """Write a message of a sufficient level; update the current stage and the best value."""
         if hasattr(record, "stage"):
             self._stage, self._since = record.stage, time.monotonic()
         if hasattr(record, "best"):
@@ -73,18 +73,18 @@ class Terminal(logging.Handler):
             return ""
         now = time.monotonic()
         spent = f"{now - self._since:.0f} s{self._best}, {now - self._begin:.0f} s in all"
-        columns = os.get_terminal_size(self._stream.fileno()).columns or 80  # 0: it does not say
+        columns = os.get_terminal_size(self._stream.fileno()).columns or 80  # 0 if it is unknown
         return f"{self._stage} {spent}"[: columns - 1]
 
     def _write(self, text: str) -> None:
         try:
             self._stream.write(text)
             self._stream.flush()
-        except (OSError, ValueError):  # a terminal that was closed ends no run
+        except (OSError, ValueError):  # a closed terminal must not end a run
             self._shown = logging.CRITICAL + 1
 
     def close(self) -> None:
-        """Take the moving line away."""
+        """Remove the status line."""
         self._end.set()
         if self._mover is not None:
             self._mover.join()
@@ -94,7 +94,7 @@ class Terminal(logging.Handler):
 
 
 class _LogFile(logging.FileHandler):
-    """A log on a disk that is full is cut short; it does not end the run."""
+    """A log that is truncated if the disk is full, without ending the run."""
 
     def handleError(self, record: logging.LogRecord) -> None:
         pass
@@ -106,10 +106,10 @@ class _LogFile(logging.FileHandler):
 
 @contextmanager
 def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], None]]:
-    """Log to the terminal, and all to a file as soon as there is one; yields `log_to(path)`.
+    """Log to the terminal, and to a file as soon as there is one; yields `log_to(path)`.
 
-    is_alone : the process does nothing else, so that what libraries say past the log, on stdout,
-        stderr and as warnings, is caught and goes to the file
+    is_alone : whether the process does nothing else, so that other output of libraries on stdout,
+        stderr and as warnings is redirected to the file
     """
     root, heard = logging.getLogger("polycube"), logging.getLogger("py.warnings")
     before, opened = root.level, []
@@ -146,7 +146,7 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
 
 @contextmanager
 def _caught(is_alone: bool) -> Iterator[TextIO]:
-    """The stream for messages; where alone a copy, as stderr itself will be caught."""
+    """The stream for messages; a copy if stderr itself is redirected."""
     if not (is_alone and _has_descriptors()):
         yield sys.stderr
         return
@@ -156,7 +156,7 @@ def _caught(is_alone: bool) -> Iterator[TextIO]:
 
 @contextmanager
 def _heard(is_alone: bool) -> Iterator[None]:
-    """Keep what is written to the files 1 and 2, by any library in any language, for the log."""
+    """Redirect the output of all libraries to the file descriptors 1 and 2 to the log."""
     if not (is_alone and _has_descriptors()):
         yield
         return
@@ -178,7 +178,7 @@ def _heard(is_alone: bool) -> Iterator[None]:
 
 
 def _has_descriptors() -> bool:
-    """Whether stdout and stderr are the files 1 and 2: not in a notebook, nor in some tests."""
+    """Whether stdout and stderr are the descriptors 1 and 2: not in notebooks and some tests."""
     try:
         return (sys.stdout.fileno(), sys.stderr.fileno()) == (1, 2)
     except (OSError, ValueError, AttributeError):

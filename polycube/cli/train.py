@@ -1,6 +1,6 @@
-"""`train.py`: pairs, network, trainer, weights.
+"""`train.py`: train a network on pairs and write its weights.
 
-Exit codes: 0, or 2 for an option that is refused.
+Exit codes: 0, or 2 for an invalid option.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ Made = TypeVar("Made")
 
 WEIGHTS = tuple(f"weights/weights.{suffix}" for suffix in ("safetensors", "yaml", "json"))
 CHECKPOINTS = tuple(f"checkpoints/{name}.ckpt" for name in ("best", "last"))
-THIN = 3  # where the network sees points: a ninth of them, for 1.5 times the speed of a quarter
-HELD_OUT = 10**9  # added to the seed of the pairs that are measured and never trained on
+THIN = 3  # for networks on points: a ninth of the points, 1.5 times faster than a quarter
+HELD_OUT = 10**9  # added to the seed for the held-out pairs
 
 
 def train(cfg: Json, folder: Path) -> dict[str, float]:
@@ -91,7 +91,7 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     measured = trainer.callback_metrics.items()
     metrics = {name.replace("/", "_"): float(value) for name, value in measured}
     metrics |= {"steps": module.steps_done, "samples": module.pairs_done}
-    if trainer.is_global_zero:  # the others have the same weights and numbers
+    if trainer.is_global_zero:  # the other processes have the same weights and numbers
         _write(cfg, config, trainer, module, metrics, folder)
     return metrics
 
@@ -104,7 +104,7 @@ def _write(
     metrics: dict[str, float],
     folder: Path,
 ) -> None:
-    """Write the weights, the picture of the curves and the last line of TensorBoard's."""
+    """Write the weights, the picture of the curves and the last values for TensorBoard."""
     if isinstance(trainer.logger, TensorBoardLogger):
         final = {f"final/{name}": value for name, value in metrics.items()}
         trainer.logger.log_hyperparams(dict(cfg), final, module.steps_done)
@@ -117,7 +117,7 @@ def _write(
 
 
 def _learning(cfg: Json) -> Learning:
-    """How to train; raises InputError where the network does not allow it."""
+    """Options of the training; raises InputError if the network does not support them."""
     any_size = getattr(_build("model", cfg["model"]), "any_size", False)
     thin = cfg["learning"]["thin"] or (THIN if any_size and cfg["grid"]["shape"] else 1)
     learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
@@ -130,17 +130,18 @@ def _learning(cfg: Json) -> Learning:
 
 
 def main() -> None:
-    """Command line; what libraries say of themselves is left out."""
+    """Command line; warnings of libraries are suppressed."""
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
-    warnings.filterwarnings("ignore", ".*LeafSpec.*", FutureWarning)  # Lightning's use of torch
+    # from Lightning's use of torch
+    warnings.filterwarnings("ignore", ".*LeafSpec.*", FutureWarning)
     command("train", train)
 
 
 def _denoiser_config(cfg: Json, pads: bool) -> Recipe:
-    """What is needed to build the denoiser again, kept with checkpoints and weights."""
+    """Recipe of the denoiser, stored in checkpoints and weights."""
     grid = cfg["grid"]["shape"]
     options = {**cfg["denoiser"], "pads": pads}
-    if not grid:  # no contexts that could be classified
+    if not grid:  # there are no contexts to classify
         options["classifier"] = False
     return {
         "grid": list(grid) if grid else None,
@@ -152,17 +153,17 @@ def _denoiser_config(cfg: Json, pads: bool) -> Recipe:
 
 
 def _trainer(cfg: Json, folder: Path) -> L.Trainer:
-    """Lightning's trainer, with checkpoints, averaged weights, TensorBoard and pictures."""
+    """Trainer of Lightning, with checkpoints, averaged weights, TensorBoard and pictures."""
     keep = partial(ModelCheckpoint, folder / "checkpoints", enable_version_counter=False)
     best = keep(filename="best", monitor="error")
-    last = keep(filename="last", save_on_train_epoch_end=True)  # each epoch, measured or not
+    last = keep(filename="last", save_on_train_epoch_end=True)  # each epoch, validated or not
     logger = TensorBoardLogger(folder, name="tensorboard", version="", default_hp_metric=False)
     trainer = hydra.utils.instantiate(
         cfg["trainer"],
         callbacks=[best, last, Pictures()],
         logger=logger,
         plugins=[WholeCheckpoints(folder)],
-        use_distributed_sampler=False,  # ours know of other processes
+        use_distributed_sampler=False,  # the samplers of this program support several processes
         limit_train_batches=cfg["batches_per_epoch"],
         log_every_n_steps=min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),
         default_root_dir=str(folder),
@@ -170,7 +171,7 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
     )
     if cfg["fit"] and cfg["ema"]:
         average = _checked(moving_average, cfg["ema"])
-        device = trainer.strategy.root_device  # where the weights will be
+        device = trainer.strategy.root_device  # device of the weights
         trainer.callbacks.insert(0, WeightAveraging(device, avg_fn=average))
     if cfg["held_out"] % trainer.world_size:
         raise InputError(
@@ -181,9 +182,9 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
 
 
 def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
-    """Checkpoint to go on from: a path, or `last` of the newest other run beside `folder`.
+    """Checkpoint to resume: a path, or `last` of the newest other run beside `folder`.
 
-    config : of the denoiser; raises InputError where the checkpoint has another
+    config : recipe of the denoiser; raises InputError if the checkpoint has a different one
     """
     if ckpt is None:
         return None
@@ -207,7 +208,7 @@ def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
 
 
 def _build(kind: str, config: Mapping[str, object]) -> Any:
-    """The plugin a config names; raises InputError where the config is wrong."""
+    """The plugin of a configuration; raises InputError for an invalid configuration."""
     return _checked(registry.build, kind, config)
 
 

@@ -1,4 +1,4 @@
-"""The diffusion model: encoding, drift process, networks, weights; torch is imported here only.
+"""The diffusion model: encoding, drift process, networks, weights; only this layer imports torch.
 
-Imports structure, surface, io and below.
+Imports `structure`, `surface`, `io` and the layers below.
 """

@@ -1,8 +1,9 @@
-"""Which primitive fills which cell: a network that reads the context off a geometry.
+"""Classification of the primitives of the cells from a geometry.
 
-It looks at the geometry alone, in any of the 24 orientations of the grid's axes, and says for
-every cell what fills it, and whether the geometry lies along the grid as it is turned at all.
-Contexts of equal shape cannot be told apart; it says the canonical one (`shapes.turned_contexts`).
+The network sees only the geometry, in one of the 24 orientations of the axes of the grid. For every
+cell it predicts the primitive, and for the geometry whether it is aligned with the grid in this
+orientation. Contexts of equal shape cannot be distinguished; the canonical one is predicted
+(`shapes.turned_contexts`).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from polycube.diffusion.point_network import PointFeatures
 
 
 class ContextClassifier(nn.Module):
-    """Geometry (B, channels, h, w) -> logits (B, cells, primitives + 1) and of fitting, (B,).
+    """Geometry (B, channels, h, w) -> logits (B, cells, primitives + 1), and of alignment, (B,).
 
     The last class of a cell is empty.
     """
@@ -38,21 +39,21 @@ class ContextClassifier(nn.Module):
         )
 
     def forward(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
-        """Logits of the cells and of the geometry lying along the grid."""
+        """Logits of the cells, and of the alignment of the geometry with the grid."""
         seen = geometry[:, : self.channels]
         features = self.features(seen, geometry.new_ones(len(geometry), 1))
         said = self.leave(torch.cat([features.mean(dim=1), features.amax(dim=1)], dim=1))
         return said[:, :-1].reshape(-1, *self.shape), said[:, -1]
 
     def log_cells(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
-        """Log-probabilities (B, cells, primitives + 1) and, of lying along the grid, (B,)."""
+        """Log-probabilities (B, cells, primitives + 1), and that of alignment (B,)."""
         logits, fits = self(geometry)
         return logits.float().log_softmax(dim=2), nn.functional.logsigmoid(fits.float())
 
     def log_likelihood(self, geometry: Tensor, cells: Tensor) -> Tensor:
         """(B, C) log-probability of contexts, cells (C, n_cells) as numbers of classes.
 
-        That the geometry lies along the grid, and that its cells are filled like that.
+        It includes the probability that the geometry is aligned with the grid.
         """
         log_p, log_along = self.log_cells(geometry)
         each = torch.arange(cells.shape[1])

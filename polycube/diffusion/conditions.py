@@ -1,7 +1,6 @@
-"""What a denoiser knows of its structures: contexts on a grid of primitives, or any structure.
+"""Condition of a denoiser: contexts on a grid of primitives, or arbitrary structures.
 
-All of a denoiser that depends on it is here: what it is told of a part beside its points, what its
-labels are, and how many points it sees.
+The condition determines the additional input for a part, the labels, and the number of points.
 """
 
 from __future__ import annotations
@@ -19,20 +18,21 @@ from polycube.diffusion.pairs.lattices import MOST_HANDLES, MOST_SLABS
 from polycube.diffusion.pairs.pairs import Pair, n_sample_points
 from polycube.structure.primitives import Item, primitive_name
 
-AXES = 6  # directions of a face
+AXES = 6  # number of directions of a face
 
 
 class Condition(ABC):
-    """What all kinds of structures have in common; for structures without a grid it is empty.
+    """Common properties of the two conditions; without a grid it is empty.
 
     Attributes
     ----------
     grid : cells along x, y, z
-    cells, primitives : what may fill a cell, as configured and by name, in the order of the vector
-    length : of the vector that a network is told
+    cells, primitives : possible contents of a cell, as configured and by name, in the order of the
+        vector
+    length : length of the vector that is the input of a network
     labels : number of classes of each label of a point, by name
-    image : height and width of the points' image
-    origin : (3,) of a polycube, seen from the middle of the learning frame, with its sign changed
+    image : height and width of the image of the points
+    origin : (3,) offset from a polycube to the centre of the learning frame
     """
 
     grid: tuple[int, ...] = ()
@@ -45,21 +45,21 @@ class Condition(ABC):
 
     @abstractmethod
     def told(self, pair: Any) -> Any:
-        """What a network is told of a pair: something for `vector`."""
+        """The input for a network from a pair, as an argument of `vector`."""
 
     @abstractmethod
     def vector(self, told: Any) -> np.ndarray:
-        """(length,) float32."""
+        """(length,) float32 vector."""
 
     @abstractmethod
     def n_points(self, told: Any, pads: bool) -> int:
-        """Sample points of a geometry; pads : single cells have 512 points and zeros."""
+        """Number of sample points of a geometry; pads : single cells have 512 points and zeros."""
 
 
 class GridContexts(Condition):
-    """Fillings of a grid with primitives, each told as its context vector.
+    """Contexts on a grid of primitives, as context vectors.
 
-    A label is the axis of the polycube's face, its cell, and whether it is a hole's.
+    The labels of a point are the axis of its polycube face, the cell, and whether it is in a hole.
     """
 
     def __init__(self, grid: Sequence[int], primitives: Sequence[Item]) -> None:
@@ -71,22 +71,22 @@ class GridContexts(Condition):
         self.image, self.origin = image_size(grid), np.array(grid) / 2
 
     def told(self, pair: Pair) -> Sequence[str | None]:
-        """Its context."""
+        """The context of a pair."""
         return pair.context
 
     def vector(self, told: Sequence[str | None]) -> np.ndarray:
-        """The context vector; raises LookupError for a primitive that was not trained."""
+        """The context vector; raises LookupError for a primitive outside the training set."""
         return context_vector(told, self.primitives, int(np.prod(self.grid)))
 
     def n_points(self, told: Sequence[str | None], pads: bool) -> int:
-        """512 for each cell."""
+        """512 points for each cell."""
         return n_sample_points(tuple(told), pads)
 
 
 class AnyStructure(Condition):
-    """Any lattice, in the learning frame of its part; only the genus is told, or that none is.
+    """Arbitrary lattices in the learning frame of a part; the input is the genus, if it is known.
 
-    A label is the axis of the polycube's face and the number of its knot on that axis.
+    The labels of a point are the axis of its polycube face and the number of the knot on that axis.
     """
 
     length = MOST_HANDLES + 2
@@ -95,21 +95,21 @@ class AnyStructure(Condition):
     origin = np.zeros(3)
 
     def told(self, pair: LatticePair) -> int | None:
-        """Its genus, where it is known."""
+        """The genus of a pair, if it is known."""
         return pair.genus
 
     def vector(self, told: int | None) -> np.ndarray:
-        """1 at the genus; at the end where it is unknown, or larger than any that is trained."""
+        """1 at the genus; at the end if it is unknown, or larger than any in the training."""
         known = told is not None and 0 <= told <= MOST_HANDLES
         vector = np.zeros(self.length, np.float32)
         vector[told if known else -1] = 1
         return vector
 
     def n_points(self, told: int | None, pads: bool) -> int:
-        """As many as the image has pixels."""
+        """The number of pixels of the image."""
         return self.image[0] * self.image[1]
 
 
 def condition(grid: Sequence[int] | None, primitives: Sequence[Item]) -> Condition:
-    """That of a grid and its primitives, or of any structure where there is no grid."""
+    """The condition for a grid and its primitives, or for arbitrary structures without a grid."""
     return GridContexts(grid, primitives) if grid else AnyStructure()

@@ -1,4 +1,4 @@
-"""The trained half: network and process together, from geometry points to polycube points."""
+"""Denoiser: network and process together, from points of a geometry to points of a polycube."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from polycube.diffusion.encoding import to_pixels, to_points, x_order
 from polycube.diffusion.pairs.templates import Context
 from polycube.diffusion.process import DiffusionProcess, Predict
 
-# (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the kept states (S, B, 3, h, w)
+# (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the recorded states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
 
 TARGETS = ("x0", "noise", "v", "move")
@@ -25,9 +25,9 @@ TARGETS = ("x0", "noise", "v", "move")
 
 @contextmanager
 def _same_everywhere() -> Iterator[None]:
-    """Without gradients and on one thread: sums come in an order that depends on their number.
+    """Disable gradients and use one thread, because the order of sums depends on their number.
 
-    What differs by a millionth becomes another mesh.  Two threads would take 2.2 s for 2.4 s.
+    A difference of a millionth leads to a different mesh. Two threads would reduce 2.4 s to 2.2 s.
     """
     before = torch.get_num_threads()
     torch.set_num_threads(1)
@@ -40,14 +40,15 @@ def _same_everywhere() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class DenoiserOptions:
-    """What a network was trained to see and to say; the paper's has none of the additions."""
+    """Inputs and outputs of a network; the network of the paper has no additional ones."""
 
-    target: str = "x0"  # what the network predicts: x0, noise, v, or the move from geometry to x0
-    geometry_channels: bool = True  # the geometry's points beside x_t as three more channels
-    normals: bool = True  # and its unit normals as three more
-    labels: bool = True  # also says of each point its polycube face: axis, cell, wall
-    classifier: bool = True  # a second network says the context; needs a grid
-    noise_scale: float = 0.25  # s, in learning-frame units; the paper has 1
+    # output of the network: x0, noise, v, or the displacement from geometry to x0
+    target: str = "x0"
+    geometry_channels: bool = True  # points of the geometry as three additional channels beside x_t
+    normals: bool = True  # its unit normals as three more channels
+    labels: bool = True  # also predict the polycube face of each point: axis, cell, wall
+    classifier: bool = True  # a second network predicts the context; needs a grid
+    noise_scale: float = 0.25  # s, in units of the learning frame; 1 in the paper
     pads: bool = False  # single cells have 512 points and zeros, as published
 
     def __post_init__(self) -> None:
@@ -59,25 +60,25 @@ class DenoiserOptions:
 
 @dataclass(frozen=True, eq=False)
 class Denoised:
-    """Where points of geometries lie on their polycubes.
+    """Positions of points of geometries on their polycubes.
 
-    On a grid a cell has edge 1 and the origin is at the grid's corner; else this is the learning
-    frame.
+    With a grid, a cell has edge 1 and the origin is at the corner of the grid; otherwise
+    coordinates are those of the learning frame.
 
-    log_labels : log-probabilities (B, N, classes) of each of the labels of the condition; none if
-        the network says no labels
+    log_labels : log-probabilities (B, N, classes) of each label of the condition; empty if the
+        network predicts no labels
     """
 
     points: np.ndarray  # (B, N, 3)
-    trajectory: np.ndarray  # (S, B, N, 3) kept states from x_T to x_0
+    trajectory: np.ndarray  # (S, B, N, 3) recorded states from x_T to x_0
     log_labels: tuple[np.ndarray, ...] = ()
 
 
 class Denoiser(nn.Module):
-    """A network with its process and what it knows of structures.
+    """A network with its process and its condition.
 
-    network : (channels, outputs, context_length, image) -> module, as a model plugin makes it
-    condition : a grid and its contexts, or any structure
+    network : (channels, outputs, context_length, image) -> module, as made by a model plugin
+    condition : a grid and its contexts, or arbitrary structures
     """
 
     def __init__(
@@ -99,9 +100,9 @@ class Denoiser(nn.Module):
             self.classifier = ContextClassifier(3 * (1 + options.normals), n_cells, n_primitives)
 
     def forward(self, x_t: Tensor, geometry: Tensor, t: Tensor, context: Tensor) -> Tensor:
-        """What the network says about x_t (B, 3, h, w) at steps t (B,): target and label logits.
+        """Outputs of the network for x_t (B, 3, h, w) at steps t (B,): target and label logits.
 
-        geometry : (B, 6, h, w) points and normals of which it sees what it was trained to see
+        geometry : (B, 6, h, w) points and normals, from which the inputs of the network are taken
         """
         seen = [x_t]
         seen += [geometry[:, :3]] if self.options.geometry_channels else []
@@ -109,7 +110,7 @@ class Denoiser(nn.Module):
         return self.network(torch.cat(seen, dim=1), t.float() / self.process.steps, context)
 
     def predict(self, geometry: Tensor, context: Tensor) -> Predict:
-        """x_0 predicted from (x_t, t) for images of a geometry and their context vectors."""
+        """The prediction of x_0 from (x_t, t), for images of a geometry and context vectors."""
         q = self.process.adjustment(geometry[:, :3])
         read = {
             "x0": lambda x_t, said, steps: said,
@@ -135,11 +136,11 @@ class Denoiser(nn.Module):
         return tuple(logits.log_softmax(dim=1) for logits in said.split(self.classes, dim=1))
 
     def n_points(self, told: Any) -> int:
-        """Sample points of a geometry of which this is told."""
+        """Number of sample points of a geometry with this condition."""
         return self.condition.n_points(told, self.options.pads)
 
     def vectors(self, told: Sequence[Any]) -> Tensor:
-        """(B, K) vectors of what is told; raises LookupError for a primitive not trained."""
+        """(B, K) vectors of the conditions; raises LookupError for an unknown primitive."""
         return torch.from_numpy(np.stack([self.condition.vector(each) for each in told]))
 
     @_same_everywhere()
@@ -152,11 +153,12 @@ class Denoiser(nn.Module):
         seed: int,
         read: float = 1.0,
     ) -> Denoised:
-        """Polycube points for (B, N, 3) points and normals of geometries in the learning frame.
+        """Polycube points for points and normals (B, N, 3) of geometries in the learning frame.
 
-        told : of each geometry its context on the grid; without a grid its genus, or None
-        read : share of T at which labels are read: 1 sees the geometry only, a smaller one sees
-            the sample as well, with the noise of that step, so that labels are of that sample
+        told : for each geometry its context on the grid; without a grid its genus, or None
+        read : share of T at which labels are evaluated: 1 uses the geometry only; smaller values
+            also use the sample with the noise of that step, so that the labels belong to that
+            sample
         """
         self.eval()
         order = x_order(points)
@@ -183,10 +185,11 @@ class Denoiser(nn.Module):
     def log_likelihood(
         self, points: np.ndarray, normals: np.ndarray, contexts: Sequence[Context]
     ) -> np.ndarray:
-        """(B, C) log-probability that geometries lie along the grid and have these contexts.
+        """(B, C) log-probability that geometries are aligned with the grid and have these contexts.
 
-        points, normals : (B, N, 3) in the learning frame; needs options.classifier.
-        Of contexts of equal shape only the canonical one is likely (`shapes.turned_contexts`).
+        points, normals : (B, N, 3) in the learning frame; needs options.classifier
+
+        Of contexts of equal shape only the canonical one is probable (`shapes.turned_contexts`).
         """
         self.eval()
         geometry = self._images(points, normals, x_order(points))
@@ -194,10 +197,11 @@ class Denoiser(nn.Module):
 
     @_same_everywhere()
     def log_cells(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Log-probability of what fills each cell, and of the geometry lying along the grid.
+        """Log-probability of the contents of each cell, and of alignment with the grid.
 
-        points, normals : (B, N, 3) in the learning frame; needs options.classifier.
-        (B, n_cells, primitives + 1), empty last, and (B,); their sum is `log_likelihood`
+        points, normals : (B, N, 3) in the learning frame; needs options.classifier
+
+        Returns (B, n_cells, primitives + 1), empty last, and (B,); their sum is `log_likelihood`.
         """
         self.eval()
         geometry = self._images(points, normals, x_order(points))
@@ -205,11 +209,11 @@ class Denoiser(nn.Module):
         return log_p.numpy(), log_along.numpy()
 
     def classes_of(self, contexts: Sequence[Context]) -> Tensor:
-        """(C, n_cells) int64 number of each cell's primitive; that of empty comes last."""
+        """(C, n_cells) int64 number of the primitive of each cell; the last number is empty."""
         number = {name: i for i, name in enumerate((*self.condition.primitives, None))}
         return torch.tensor([[number[name] for name in context] for context in contexts])
 
     def _images(self, points: np.ndarray, normals: np.ndarray, order: np.ndarray) -> Tensor:
-        """(B, 6, h, w)"""
+        """(B, 6, h, w) images of points and normals."""
         both = [to_pixels(rows, order, self.condition.image) for rows in (points, normals)]
         return torch.from_numpy(np.concatenate(both, axis=1))

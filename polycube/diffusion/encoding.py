@@ -1,8 +1,8 @@
-"""Points as images and contexts as vectors: what the network sees (paper, section 3.2).
+"""Points as images and contexts as vectors, the inputs of the network (paper, section 3.2).
 
-Sample points in the learning frame, sorted, fill a 3-channel image row by row.  In the learning
-frame a geometry is centred and its longest bounding-box edge is 2; a polycube is centred on its
-grid with cell edge 1.  `order` undoes the sort, `frame` the normalising.
+Sample points in the learning frame are sorted and fill a 3-channel image row by row. In the
+learning frame a geometry is centred and the longest edge of its bounding box is 2; a polycube is
+centred on its grid with cell edge 1. `order` reverts the sorting, `frame` the normalisation.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ POINTS_PER_CELL = 512
 
 
 def learning_frame(points: np.ndarray, rotation: np.ndarray | None = None) -> Frame:
-    """Frame in which the (N, 3) points are centred and their longest box edge is 2."""
+    """Frame in which the points (N, 3) are centred and their longest box edge is 2."""
     rotation = np.eye(3) if rotation is None else rotation
     turned = points @ rotation.T
     low, high = turned.min(axis=0), turned.max(axis=0)
@@ -39,7 +39,8 @@ def context_vector(
 ) -> np.ndarray:
     """(4 (K - 1) + 1,) float32 for K = primitives x cells: 1 at 4 (n_cells p + cell) for each.
 
-    context : primitive of each cell, None where empty; primitives : the names, in the order p
+    context : primitive of each cell, None for an empty one
+    primitives : the names, in the order p
     """
     primitives = list(primitives)
     unknown = [name for name in context if name is not None and name not in primitives]
@@ -60,12 +61,12 @@ def context_length(n_primitives: int, n_cells: int) -> int:
 
 
 def x_order(geometry: np.ndarray) -> np.ndarray:
-    """(..., N) order of (..., N, 3) points by x, stable."""
+    """(..., N) order of points (..., N, 3) by x, stable."""
     return np.argsort(geometry[..., 0], axis=-1, kind="stable")
 
 
 def to_pixels(points: np.ndarray, order: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """(..., C, height, width) float32 image of (..., N, C) rows; pixels without a point are 0."""
+    """(..., C, height, width) float32 image of rows (..., N, C); pixels without a point are 0."""
     height, width = size
     n_points = order.shape[-1]
     if n_points > height * width:
@@ -76,7 +77,7 @@ def to_pixels(points: np.ndarray, order: np.ndarray, size: tuple[int, int]) -> n
 
 
 def to_points(pixels: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """(..., N, C) rows of (..., C, height, width) images, in the order before the sort."""
+    """(..., N, C) rows of images (..., C, height, width), in the order before sorting."""
     flat = np.moveaxis(pixels.reshape(*pixels.shape[:-2], -1), -1, -2)
     points = np.empty((*order.shape, flat.shape[-1]), pixels.dtype)
     np.put_along_axis(points, order[..., None], flat[..., : order.shape[-1], :], axis=-2)
@@ -86,7 +87,7 @@ def to_points(pixels: np.ndarray, order: np.ndarray) -> np.ndarray:
 def encode(
     points: np.ndarray, context: np.ndarray, frame: Frame, size: tuple[int, int]
 ) -> PointImage:
-    """Image of (N, 3) points of a model, brought to the learning frame and sorted by x."""
+    """Image of points (N, 3) of a model, transformed to the learning frame and sorted by x."""
     normalised = frame.apply(points)
     order = x_order(normalised)
     pixels = to_pixels(normalised, order, size)
@@ -95,5 +96,5 @@ def encode(
 
 
 def decode(image: PointImage) -> np.ndarray:
-    """(N, 3) points of the model that `encode` put into the image, to single precision."""
+    """(N, 3) points of the model from the image made by `encode`, in single precision."""
     return image.frame.invert(to_points(image.pixels, image.order[image.order >= 0]))

@@ -1,7 +1,7 @@
-"""What a point of a set sees of those next to it, before it knows of all others.
+"""Features of a point of a set from its neighbours.
 
-A perceptron looks at each of the k nearest points, at their places and normals as seen from the
-point; the largest of each feature is kept.  So fillets, edges and thin walls are seen as such.
+A perceptron is applied to each of the k nearest points, with positions and normals relative to the
+point; the maximum of each feature is taken. These features show fillets, edges and thin walls.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-SEEN = 9  # numbers of a neighbour: where it lies, its normal, and that of the point
+SEEN = 9  # numbers of a neighbour: its position, its normal, and that of the point
 
 
 class Neighbourhood(nn.Module):
-    """Features (B, N, width) of points (B, N, 3) and normals (B, N, 3) from those around them."""
+    """Features (B, N, width) of points (B, N, 3) and normals (B, N, 3) from their neighbours."""
 
     def __init__(self, width: int, neighbours: int) -> None:
         super().__init__()
@@ -24,7 +24,7 @@ class Neighbourhood(nn.Module):
         self.leave = nn.Linear(width // 2, width)
 
     def forward(self, points: Tensor, normals: Tensor) -> Tensor:
-        """Distances count in units of the mean distance of the farthest of the neighbours."""
+        """Distances are relative to the mean distance of the farthest of the neighbours."""
         near = nearest(points, self.neighbours)
         batch = torch.arange(len(points), device=points.device)[:, None, None]
         away = points[batch, near] - points[:, :, None]  # (B, N, k, 3)

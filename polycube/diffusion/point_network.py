@@ -1,10 +1,10 @@
-"""A network that sees points, not pictures: each pixel is a point of a set.
+"""A network on a set of points: each pixel is a point of a set.
 
-Blocks of a perceptron shared by all points; in between, what all points have in common (mean and
-maximum of the features) joins time and context, and scales and shifts the features of every point,
-and a few slots gather from the points that they are assigned to and give back to them: parts of
-the shape, such as the wall of a hole, are seen as one.  The order of the points in the image does
-not matter, and any number of points will do.
+It consists of blocks of a perceptron shared by all points. Between them, the mean and maximum of
+the features of all points are combined with time and context, and scale and shift the features of
+every point. A few slots also collect features of the points assigned to them and return them, so
+that parts of the shape, such as the wall of a hole, are treated together. The result does not
+depend on the order of the points, and their number is arbitrary.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from polycube.diffusion.neighbourhood import Neighbourhood
 
 
 class Slots(nn.Module):
-    """Points softly assigned to slots: the slots gather, mix among themselves and give back."""
+    """Soft assignment of points to slots, which collect, exchange and return features."""
 
     def __init__(self, width: int, slots: int) -> None:
         super().__init__()
@@ -27,7 +27,7 @@ class Slots(nn.Module):
         )
 
     def forward(self, x: Tensor, given: Tensor) -> Tensor:
-        """What each of the points x (B, N, width) takes back; given (B, width) joins each slot."""
+        """Features returned to points x (B, N, width); given (B, width) is added to each slot."""
         assigned = self.assign(x).float()  # (B, N, slots)
         gathered = assigned.softmax(dim=1).transpose(1, 2).to(x.dtype) @ x + given[:, None]
         gathered = gathered + self.mix(gathered.transpose(1, 2)).transpose(1, 2)
@@ -35,7 +35,7 @@ class Slots(nn.Module):
 
 
 class SharedBlock(nn.Module):
-    """Residual perceptron on every point, steered by a summary of all points."""
+    """Residual perceptron on every point, modulated by a summary of all points."""
 
     def __init__(self, width: int, slots: int) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class SharedBlock(nn.Module):
         )
 
     def forward(self, x: Tensor, given: Tensor) -> Tensor:
-        """x (B, N, width) and what is known of all points, given (B, width)."""
+        """x (B, N, width), and given (B, width), the common information of all points."""
         normed = self.norm(x)
         common = torch.cat([normed.mean(dim=1), normed.amax(dim=1), given], dim=1)
         scale, shift = self.steer(common)[:, None].chunk(2, dim=-1)  # (B, 1, width) each
@@ -59,10 +59,10 @@ class SharedBlock(nn.Module):
 class PointFeatures(nn.Module):
     """Features (B, N, width) of the points of images (B, channels, h, w) and a vector (B, given).
 
-    The first three channels are coordinates, which also enter as waves.
+    The first three channels are coordinates, which are also encoded as waves.
 
-    neighbours : points around each that it sees by themselves, in the last six channels, which are
-        then places and normals; 0: none
+    neighbours : number of neighbours of each point that are additional input, from the last six
+        channels, which are positions and normals then; 0: none
     """
 
     waves: Tensor  # (4,) wave numbers, a buffer
@@ -81,7 +81,7 @@ class PointFeatures(nn.Module):
         self.blocks = nn.ModuleList(SharedBlock(width, slots) for _ in range(blocks))
 
     def seen(self, x: Tensor) -> Tensor:
-        """What each point is by itself and beside its neighbours, before the blocks."""
+        """Features of each point and of its neighbours, before the blocks."""
         points = x.flatten(2).transpose(1, 2)  # (B, N, channels)
         phase = (points[..., :3, None] * self.waves).flatten(2)
         features = self.enter(torch.cat([points, phase.sin(), phase.cos()], dim=2))
@@ -116,7 +116,7 @@ class PointNetwork(nn.Module):
         self.leave = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, outputs))
 
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
-        """Whatever the network is trained for, per pixel."""
+        """The trained outputs, per pixel."""
         features = self.features(x, torch.cat([context, t[:, None].to(context)], dim=1))
         said = self.leave(features).transpose(1, 2)
         return said.reshape(len(x), -1, *x.shape[2:])

@@ -1,8 +1,8 @@
-"""A network in which every point of a set attends to every other.
+"""A network with attention between all points of a set.
 
-Queries and keys are turned by angles that grow with the coordinates of their points (rotary
-embedding: Su et al. 2021, here in space), so that attention sees how points lie to each other.  The
-order of the points in the image does not matter, and any number of points will do.
+Queries and keys are rotated by angles proportional to the coordinates of their points (rotary
+embedding: Su et al. 2021, here in space), so that attention depends on relative positions. The
+result does not depend on the order of the points, and their number is arbitrary.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from torch.nn.functional import pad
 
 from polycube.diffusion.point_network import PointFeatures
 
-LONGEST, SHORTEST = torch.pi / 2, 8 * torch.pi  # wave numbers of places in [-1, 1]
+LONGEST, SHORTEST = torch.pi / 2, 8 * torch.pi  # wave numbers of positions in [-1, 1]
 
 
 class Attention(nn.Module):
-    """Attention of points to points, in several heads."""
+    """Attention between points, with several heads."""
 
     def __init__(self, width: int, heads: int) -> None:
         super().__init__()
@@ -37,14 +37,14 @@ class Attention(nn.Module):
 
 
 def turned(x: Tensor, turn: Tensor) -> Tensor:
-    """Pairs of features, the first and second half of them, turned by angles."""
+    """Pairs of features, from the first and second half, rotated by angles."""
     first, second = x.chunk(2, dim=-1)
     cosine, sine = turn
     return torch.cat([first * cosine - second * sine, first * sine + second * cosine], dim=-1)
 
 
 class AttentionBlock(nn.Module):
-    """Attention, then a perceptron on every point; both steered by what is given."""
+    """Attention, then a perceptron on every point; both modulated by the given vector."""
 
     def __init__(self, width: int, heads: int) -> None:
         super().__init__()
@@ -56,7 +56,7 @@ class AttentionBlock(nn.Module):
         )
 
     def forward(self, x: Tensor, given: Tensor, turn: Tensor) -> Tensor:
-        """x (B, N, width), given (B, width) and turn as `Attention` takes it."""
+        """x (B, N, width), given (B, width), and turn as in `Attention`."""
         scale, shift, scale_2, shift_2 = self.steer(given)[:, None].chunk(4, dim=-1)
         x = x + self.attention(self.norms[0](x) * (1 + scale) + shift, turn)
         return x + self.perceptron(self.norms[1](x) * (1 + scale_2) + shift_2)
@@ -65,7 +65,7 @@ class AttentionBlock(nn.Module):
 class PointTransformer(nn.Module):
     """(x (B, channels, h, w), t in [0, 1] (B,), context (B, K)) -> (B, outputs, h, w)."""
 
-    waves: Tensor  # wave numbers of the turns, a buffer
+    waves: Tensor  # wave numbers of the rotations, a buffer
 
     def __init__(
         self,
@@ -88,12 +88,12 @@ class PointTransformer(nn.Module):
         self.register_buffer("waves", waves, persistent=False)
 
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
-        """Whatever the network is trained for, per pixel."""
+        """The trained outputs, per pixel."""
         given = self.features.given(torch.cat([context, t[:, None].to(context)], dim=1))
         features = self.features.seen(x)
-        places = x[:, -6:-3] if x.shape[1] >= 6 else x[:, :3]  # of the geometry, if it is seen
+        places = x[:, -6:-3] if x.shape[1] >= 6 else x[:, :3]  # of the geometry, if it is an input
         angle = (places.flatten(2).transpose(1, 2)[..., None] * self.waves).flatten(2)
-        angle = pad(angle, (0, self.n_turned - angle.shape[2]))  # the last ones are not turned
+        angle = pad(angle, (0, self.n_turned - angle.shape[2]))  # the last features are not rotated
         turn = torch.stack([angle.cos(), angle.sin()])[:, :, None].to(features.dtype)
         for block in self.blocks:
             features = block(features, given, turn)

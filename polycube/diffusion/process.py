@@ -1,9 +1,9 @@
-"""The diffusion process: polycube -> geometry, and one step back (paper, eqs. 1 to 5).
+"""The diffusion process from polycube to geometry, and one step back (paper, eqs. 1 to 5).
 
     x_t = sqrt(alpha_t) x_{t-1} + sqrt(1 - alpha_t) (s z + q),   z ~ N(0, I)        (1)
 
-The adjustment q makes the end of the process a geometry instead of pure noise; s scales the noise
-(1 in the paper).  A schedule gives alpha_bar; everything else is derived here and nowhere else.
+With the adjustment q, the process ends in a geometry instead of pure noise; s scales the noise (1
+in the paper). A schedule gives alpha_bar; all other coefficients are derived here.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-# (x_t, t) -> predicted x_0: a network with geometry and context already filled in
+# (x_t, t) -> predicted x_0: a network with given geometry and context
 Predict = Callable[[Tensor, int], Tensor]
 
 
 class DiffusionProcess:
-    """Coefficients of every step t = 0..T, with the paper's names.
+    """Coefficients of every step t = 0..T, with the names of the paper.
 
     alpha_bar, alpha, beta : (T + 1,), alpha_bar_0 = alpha_0 = 1
     drift : (T + 1,) c_t with Q_t = c_t q: c_t = sqrt(alpha_t) c_{t-1} + sqrt(1 - alpha_t), c_0 = 0
@@ -57,12 +57,12 @@ class DiffusionProcess:
         return signal * x_0 + noise * z + drift * q
 
     def noise(self, x_t: Tensor, x_0: Tensor, q: Tensor, t: Tensor) -> Tensor:
-        """The z with which `forward` gives x_t."""
+        """The z for which `forward` gives x_t."""
         signal, noise, drift = self._at(t, x_t)
         return (x_t - signal * x_0 - drift * q) / noise
 
     def origin(self, x_t: Tensor, z: Tensor, q: Tensor, t: Tensor) -> Tensor:
-        """The x_0 with which `forward` gives x_t."""
+        """The x_0 for which `forward` gives x_t."""
         signal, noise, drift = self._at(t, x_t)
         return (x_t - noise * z - drift * q) / signal
 
@@ -70,21 +70,21 @@ class DiffusionProcess:
         """v_t = sqrt(alpha_bar_t) s z - sqrt(1 - alpha_bar_t) x_0 (Salimans and Ho, 2022).
 
         Without its drift, x'_t = x_t - c_t q = sqrt(alpha_bar_t) x_0 + sqrt(1 - alpha_bar_t) s z
-        turns from x_0 to the noise s z by an angle; v_t is its derivative by that angle.  The
-        drift is known with the geometry, so it is no part of what a network has to say.
+        rotates from x_0 to the noise s z by an angle; v_t is its derivative with respect to that
+        angle. The drift is given by the geometry, so it is not part of the prediction.
         """
         signal, noise, _ = self._at(t, x_0)
         return signal * self.noise_scale * z - noise / self.noise_scale * x_0
 
     def origin_of_velocity(self, x_t: Tensor, v: Tensor, q: Tensor, t: Tensor) -> Tensor:
-        """x_0 = sqrt(alpha_bar_t) (x_t - c_t q) - sqrt(1 - alpha_bar_t) v_t, turned back."""
+        """x_0 = sqrt(alpha_bar_t) (x_t - c_t q) - sqrt(1 - alpha_bar_t) v_t, the inverse."""
         signal, noise, drift = self._at(t, x_t)
         return signal * (x_t - drift * q) - noise / self.noise_scale * v
 
     def reverse_mean(self, x_t: Tensor, z: Tensor, q: Tensor, t: int) -> Tensor:
         """mu'_t = (x'_t - beta_t / sqrt(1 - alpha_bar_t) (s z + q'_t)) / sqrt(alpha_t) (eq. 5).
 
-        q'_t = sqrt(1 - alpha_bar_t) / sqrt(1 - alpha_t) q takes back the drift of one step exactly.
+        q'_t = sqrt(1 - alpha_bar_t) / sqrt(1 - alpha_t) q reverts the drift of one step exactly.
         """
         alpha, alpha_bar = float(self.alpha[t]), float(self.alpha_bar[t])
         q_prime = ((1 - alpha_bar) / (1 - alpha)) ** 0.5 * q
@@ -92,21 +92,21 @@ class DiffusionProcess:
         return (x_t - share * (self.noise_scale * z + q_prime)) / alpha**0.5
 
     def posterior_variance(self, t: int) -> float:
-        """s^2 beta_t (1 - alpha_bar_{t-1}) / (1 - alpha_bar_t), of q(x_{t-1} | x_t, x_0).
+        """s^2 beta_t (1 - alpha_bar_{t-1}) / (1 - alpha_bar_t), variance of q(x_{t-1} | x_t, x_0).
 
-        `reverse_mean` with the z that x_0 implies is its mean: x'_t = x_t - c_t q takes the steps
-        of a process without drift, so q moves the mean only.
+        `reverse_mean` with the z implied by x_0 is its mean: x'_t = x_t - c_t q follows a process
+        without drift, so q changes the mean only.
         """
         share = (1 - self.alpha_bar[t - 1]) / (1 - self.alpha_bar[t])
         return self.noise_scale**2 * float(self.beta[t] * share)
 
     def renewed(self, t: int, after: int) -> float:
-        """Share of the variance left at step `after` < t that is new given x_t and x_0."""
+        """Share of the remaining variance at step `after` < t that is new, given x_t and x_0."""
         here, there = float(self.alpha_bar[t]), float(self.alpha_bar[after])
         return (1 - here / there) / (1 - here)
 
     def _at(self, t: Tensor, like: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Factors of x_0, z and q at steps t, shaped to multiply images like the given ones."""
+        """Factors of x_0, z and q at steps t, in the shape of the given images."""
         alpha_bar, drift = self.alpha_bar[t.cpu()], self.drift[t.cpu()]
         factors = (alpha_bar.sqrt(), (1 - alpha_bar).sqrt() * self.noise_scale, drift)
         shape = (-1, *[1] * (like.ndim - 1))
@@ -115,6 +115,6 @@ class DiffusionProcess:
 
 
 def kept_steps(steps: int) -> list[int]:
-    """Steps whose states are kept, descending: T, T - 1, T - 21, 19, 0 of the paper's figure."""
+    """Steps whose states are recorded, descending: T, T - 1, T - 21, 19, 0 as in the paper."""
     wanted = {steps, steps - 1, steps - 21, 19, 0}
     return sorted((t for t in wanted if 0 <= t <= steps), reverse=True)

@@ -1,7 +1,7 @@
 """The U-Net of the paper (section 3.3): residual blocks, two levels down, two up.
 
-Context and time are embedded by small fully connected layers and join on the way up:
-features -> context * features + time.
+Context and time are embedded by small fully connected layers and enter on the way up: features ->
+context * features + time.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Down(nn.Sequential):
 
 
 class Up(nn.Module):
-    """Transposed convolution with ReLU after joining the skip, and two residual blocks."""
+    """Transposed convolution with ReLU, the skip connection, and two residual blocks."""
 
     def __init__(self, inputs: int, outputs: int) -> None:
         super().__init__()
@@ -52,7 +52,7 @@ class Up(nn.Module):
         )
 
     def forward(self, x: Tensor, skip: Tensor) -> Tensor:
-        """Twice the height and width of x and skip, which have the same."""
+        """Doubles the height and width of x and skip, which are equal."""
         return self.blocks(torch.cat([x, skip], dim=1))
 
 
@@ -105,7 +105,7 @@ class UNet(nn.Module):
         )
 
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
-        """Whatever the network is trained for, per pixel."""
+        """The trained outputs, per pixel."""
         t = t[:, None].to(x)
         entered = self.enter(x)  # (B, width, h, w)
         down1 = self.down1(entered)  # (B, width, h / 2, w / 2)

@@ -1,7 +1,8 @@
-"""Trained denoisers as files anyone can read: safetensors, and a YAML that says what they are.
+"""Trained denoisers as safetensors files, with a YAML file that describes them.
 
-`weights.safetensors` holds the tensors, `weights.yaml` beside it the grid, primitives, schedule,
-model and options to build the network again, `weights.json` the measured errors.  No pickle.
+`weights.safetensors` holds the tensors; `weights.yaml` the grid, primitives, schedule, model and
+options that are needed to build the network; `weights.json` the measured errors. There is no
+pickle.
 """
 
 from __future__ import annotations
@@ -25,31 +26,31 @@ from polycube.errors import InputError, brief
 from polycube.io.atomic import atomic_write
 
 SHIPPED = HOME / "plugins" / "weights"  # a folder for each grid, such as 2x1, and any
-PAPERS = (2, 1, 1)  # the grid of the paper
+PAPERS = (2, 1, 1)  # grid of the paper
 
-# (kind, config) -> plugin: `polycube.registry.build`, handed in because it lies above this layer
+# (kind, config) -> plugin: `polycube.registry.build`, an argument because it is in a higher layer
 Build = Callable[[str, Mapping[str, object]], Callable]
 
 
 class Recipe(TypedDict):
-    """What is needed to build an untrained denoiser; plain values, as YAML has them."""
+    """Plain values, as in YAML, from which an untrained denoiser is built."""
 
-    grid: list[int] | None  # none for any structure
+    grid: list[int] | None  # none for arbitrary structures
     primitives: list[str]
     schedule: dict[str, object]
     model: dict[str, object]
-    options: dict[str, Any]  # of DenoiserOptions
+    options: dict[str, Any]  # options of DenoiserOptions
 
 
 def shipped_grids() -> list[tuple[int, ...]]:
-    """Grids whose weights ship, smallest first."""
+    """Grids with included weights, smallest first."""
     names = [path.parent.name for path in SHIPPED.glob("*x*/weights.safetensors")]
     grids = [tuple(map(int, (name + "x1").split("x")[:3])) for name in names]
     return sorted(grids, key=lambda grid: (math.prod(grid), grid))
 
 
 def shipped(grid: Sequence[int] = PAPERS) -> Path:
-    """Folder of the weights for a grid, () for any structure; raises InputError if none ship."""
+    """Folder of the weights for a grid, () for any structure; raises InputError."""
     folder = SHIPPED / _name(grid)
     if not (folder / "weights.safetensors").is_file():
         known = ", ".join(map(_name, shipped_grids())) or "none"
@@ -70,7 +71,7 @@ def _name(grid: Sequence[int]) -> str:
 def make_denoiser(config: Recipe, build: Build) -> Denoiser:
     """Untrained denoiser of a recipe; raises InputError for an order of points other than by x."""
     options = dict(config["options"])
-    order = options.pop("order", "x")  # written by versions that knew others
+    order = options.pop("order", "x")  # written by earlier versions
     if order != "x":
         raise InputError(f"points ordered by {order} are no longer supported, only by x")
     return Denoiser(
@@ -87,7 +88,7 @@ def save_denoiser(
     metrics: Mapping[str, float],
     folder: Path,
 ) -> Path:
-    """Write the three files, single precision halved; returns the safetensors file."""
+    """Write the three files, single precision as half; returns the safetensors file."""
     folder.mkdir(parents=True, exist_ok=True)
     tensors = {
         name: (tensor.half() if tensor.is_floating_point() else tensor).contiguous().cpu()
@@ -111,8 +112,8 @@ def load_denoiser(
 ) -> Denoiser:
     """Trained denoiser from a safetensors file or its folder; without one, that of a grid.
 
-    A checkpoint of a training (.ckpt) will do as well: its averaged weights; so will the folder of
-    a training.
+    A checkpoint of a training (.ckpt), with its averaged weights, and the folder of a training are
+    accepted as well.
     """
     path = Path(path or shipped(grid))
     path = path / "weights" if (path / "weights").is_dir() else path
@@ -124,13 +125,13 @@ def load_denoiser(
         config, tensors = _read_checkpoint(path) if path.suffix == ".ckpt" else _read(path)
         denoiser = make_denoiser(config, build)
         denoiser.load_state_dict(tensors)
-    except Exception as error:  # each library has its own exception for each way to be wrong
+    except Exception as error:  # each library has different errors for damaged files
         raise _unfit(path, error) from error
     return denoiser.eval()
 
 
 def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
-    """Take over the tensors of a trained denoiser that have the same name and shape: how many."""
+    """Copy the tensors of a trained denoiser with equal names and shapes; returns their number."""
     own = denoiser.state_dict()
     same = {
         name: tensor
@@ -142,7 +143,7 @@ def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
 
 
 def config_of(checkpoint: Path) -> Recipe:
-    """What is needed to build the denoiser of a checkpoint again; raises InputError."""
+    """Recipe of the denoiser of a checkpoint; raises InputError."""
     try:
         return _read_checkpoint(checkpoint)[0]
     except Exception as error:
@@ -161,7 +162,8 @@ def _read(path: Path) -> tuple[Recipe, dict[str, Tensor]]:
 
 
 def _read_checkpoint(path: Path) -> tuple[Recipe, dict[str, Tensor]]:
-    checkpoint = torch.load(path, map_location="cpu", weights_only=True)  # nothing is run
+    # no code of the file is executed
+    checkpoint = torch.load(path, map_location="cpu", weights_only=True)
     own = {n: t for n, t in checkpoint["state_dict"].items() if n.startswith("denoiser.")}
     tensors = {name.removeprefix("denoiser."): tensor for name, tensor in own.items()}
     return checkpoint["hyper_parameters"]["config"], tensors

@@ -1,4 +1,4 @@
 """The report of a run: numbers, pictures, page.
 
-Imports analysis, io and below; not the pipeline.
+Imports `analysis`, `io` and the layers below, but not `pipeline`.
 """

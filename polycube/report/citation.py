@@ -1,4 +1,4 @@
-"""What to cite for a run: the methods that made its result."""
+"""References to cite for a run: the methods that made its result."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from polycube.registry import classes
 from polycube.types import Json
 
 ENTRY = re.compile(r"^@\w+\{(\w+),.*?^\}$", re.DOTALL | re.MULTILINE)
-SOLUTIONS = {"modes", "static", "poisson"}  # of which a report has at most one
-PAPER = "yu2025ddpm"  # whose method the program implements
+SOLUTIONS = {"modes", "static", "poisson"}  # a report has at most one of them
+PAPER = "yu2025ddpm"  # paper of the implemented method
 SOFTWARE = f"""@software{{polycube,
   author = {{{{The DDPM-Polycube developers}}}},
   title = {{DDPM-Polycube}},
@@ -21,10 +21,9 @@ SOFTWARE = f"""@software{{polycube,
 
 
 def bibtex(report: Json, config: Json) -> str:
-    """BibTeX entries of the program, its paper and the plugins that a run used.
+    """BibTeX entries of the program, its paper and the plugins of a run.
 
-    A plugin class names what it implements in `references`: keys of `references.bib`, or whole
-    entries.
+    A plugin class gives its sources in `references`: keys of `references.bib`, or complete entries.
 
     Parameters
     ----------

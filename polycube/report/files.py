@@ -1,4 +1,4 @@
-"""The files of a run: meshes, spline, solution, `report.json` and the page for people."""
+"""The files of a run: meshes, spline, solution, `report.json` and the HTML page."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ from polycube.types import HexMesh, Json, Polycube, Spline, TriMesh
 
 REPAIRED = ("repaired.stl", "repaired.vtp")  # written before the results
 ALWAYS = ("config.json", "report.json", "polycube.vtu", "trajectory.npz")
-OF_HALF = {  # files that a half of the run may write
+OF_HALF = {  # files written by each part of a run
     "meshing": ("labels.vtp", "hex.vtu"),
     "spline": ("spline.bext", "spline.bxt", "spline.vtu", "spline.npz", "modal.k"),
     "analysis": ("modes.vtu", "modes.csv", "static.vtu", "poisson.vtu"),
     "report": ("report.html", "trajectory.png", "trajectory.gif"),
 }
 ARRAYS = ("control", "nodes", "element_hex", "level", "sides", "patch")  # in spline.npz
-CSR = ("data", "indices", "indptr")  # of the extraction matrix, there
+CSR = ("data", "indices", "indptr")  # arrays of the extraction matrix in it
 
 
 def check_folder(
     folder: Path, settings: Settings, stages: Sequence[str], exports: Sequence[Export]
 ) -> None:
-    """Check, before any work, that the run can write its files and overwrites none of the user's.
+    """Check before any work that the run can write its files without overwriting other files.
 
     Parameters
     ----------
-    stages : names of all stages whose results are kept
+    stages : names of all stages with stored results
 
     Raises
     ------
     InputError
-        Naming the first file that would be overwritten, or why nothing can be written.
+        With the first file that would be overwritten, or the reason why nothing can be written.
     """
     names = ["run.log", *ALWAYS, *(stage_name(kind) for kind in (*stages, "given"))]
     names += REPAIRED if settings.repair != "off" else ()
@@ -58,7 +58,7 @@ def check_folder(
 
 
 def start_folder(folder: Path, settings: Settings, state: RunState) -> None:
-    """Make the folder, without the results that an earlier run left there; write the repair."""
+    """Make the folder, remove the results of an earlier run, and write the repaired surface."""
     if not settings.resume:
         clear_results(folder, settings)
     with manifest.writing(folder) as scratch:
@@ -66,7 +66,7 @@ def start_folder(folder: Path, settings: Settings, state: RunState) -> None:
 
 
 def inputs(settings: Settings) -> list[Path]:
-    """Every file that an option names."""
+    """All files given by options."""
 
     def words(value: object) -> Iterator[str]:
         if isinstance(value, str):
@@ -80,7 +80,7 @@ def inputs(settings: Settings) -> list[Path]:
 
 
 def clear_results(folder: Path, settings: Settings, keeps_stages: bool = False) -> None:
-    """Remove the unchanged results of an earlier run, so that the folder holds one run only.
+    """Remove the unchanged results of an earlier run, so that the folder has only one run.
 
     Parameters
     ----------
@@ -99,10 +99,10 @@ def write_results(
     exports: Sequence[Export],
     settings: Settings,
 ) -> None:
-    """Write every file of the run; where `report.json` lies, all but the page lie too.
+    """Write all files of the run; `report.json` is the last one before the page.
 
-    Solvers see no mark of an invalid mesh, so one that is inverted or crosses itself is not
-    exported for them.
+    A mesh that is inverted or crosses itself is not exported for solvers, which cannot see that it
+    is invalid.
     """
     clear_results(folder, settings, keeps_stages=True)
     with manifest.writing(folder) as scratch:
@@ -122,7 +122,7 @@ def write_results(
 
 
 def write_hexes(path: Path, hexes: HexMesh, surface: TriMesh, polycube: Polycube | None) -> Path:
-    """Write the hex mesh with its measures, sets, primitives and distances from the surface."""
+    """Write the hex mesh with measures, sets, primitives and distances from the surface."""
     from polycube.io.vtk import write_hex_vtu
 
     context = polycube.context if polycube else ()
@@ -187,7 +187,7 @@ def _write_json(path: Path, value: Mapping[str, object]) -> None:
 
 
 def read_json(path: Path) -> Json:
-    """A file that `write_results` wrote; raises InputError where it is not there."""
+    """Read a file written by `write_results`; raises InputError if it does not exist."""
     if not path.is_file():
         raise InputError("there is no such file", str(path), "name the folder of a run")
     found: Json = json.loads(path.read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Fit:
-    """How a spline is fitted to the surface.
+    """Options of the fit of a spline to the surface.
 
     Parameters
     ----------

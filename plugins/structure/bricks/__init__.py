@@ -1,4 +1,4 @@
 """Build a lattice of bricks from a voxel solid.
 
-Imports the core and the slices.
+Imports `polycube` and `slices`.
 """

@@ -1,8 +1,8 @@
-"""Build a lattice of bricks from the part itself: no grid and no context is given.
+"""Build a lattice of bricks from the part, without grid and context.
 
-The knots come from where slices of the part change and from its holes, which bricks are full from
-a minimum cut, the topology from flipping the cheapest bricks.  Knots and bricks then take turns
-until they fit each other.
+The knots are where slices of the part change and at its holes. A minimum cut determines the full
+bricks, and the cheapest flips of bricks correct the topology. Knots and bricks are then improved
+alternately until they are consistent.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ logger = logging.getLogger(__name__)
 
 Entry = TypeVar("Entry")
 
-TRUST = 0.1  # share of the misfit that costs: registration mends the rest
-ROUNDS = 5  # of knots and bricks in turns, at most
+TRUST = 0.1  # weight of the misfit in the cost; registration corrects the rest
+ROUNDS = 5  # largest number of alternating rounds of knots and bricks
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +42,14 @@ class Bricks:
     misfit: float  # voxels in only one of bricks and solid, as a share of the solid
 
     def cost(self, corner: float) -> float:
-        """Misfit and corners, which cost `corner` each."""
+        """Cost of misfit and corners; a corner costs `corner`."""
         from .topology import corners
 
         return self.misfit + corner * corners(self.full)
 
     @property
     def name(self) -> tuple[tuple[int, ...], bytes]:
-        """Equal for equal bricks."""
+        """Key, equal for equal bricks."""
         return self.full.shape, self.full.tobytes()
 
 
@@ -92,7 +92,7 @@ class BrickLattice(Structure):
     kept: int = 2
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, cheapest first; none when no lattice of the surface's genus is found."""
+        """Candidates, cheapest first; empty if no lattice has the genus of the surface."""
         from polycube.surface import measures as surfaces
         from polycube.surface.frames import frames
 
@@ -110,7 +110,7 @@ class BrickLattice(Structure):
         return [self._candidate(*entry, brick) for entry in chosen]
 
     def _view(self, surface: TriMesh, frame: np.ndarray) -> View:
-        """The part in a frame (3, 3) whose short axes are stretched to half of the longest."""
+        """The part in a frame (3, 3), with short axes stretched to half of the longest."""
         from polycube.surface.voxels import voxels
 
         from ..slices.alignment import View
@@ -121,7 +121,7 @@ class BrickLattice(Structure):
         return View(frame / stretch, np.eye(3), solid)
 
     def lattices(self, solid: np.ndarray, genus: int) -> list[Bricks]:
-        """Lattices of bricks of a genus for voxels that reach the ends of their axes."""
+        """Lattices of bricks of a genus for voxels that touch both ends of each axis."""
         from ..slices.knots import cumulative
         from .cut import minimum_cut
         from .topology import mend
@@ -141,7 +141,7 @@ class BrickLattice(Structure):
     def _cheapest(
         self, entries: list[Entry], bricks: Callable[[Entry], Bricks], kept: int
     ) -> list[Entry]:
-        """The first `kept` of different bricks for each cost of a corner."""
+        """The first `kept` different bricks for each cost of a corner."""
         chosen: dict[object, Entry] = {}
         for corner in self.corners:
             names: set[object] = set()
@@ -155,9 +155,10 @@ class BrickLattice(Structure):
     def _cuttings(
         self, solid: np.ndarray, counts: np.ndarray, apart: int, genus: int
     ) -> list[Knots]:
-        """Knots of the three axes whose bricks, full or empty, could misfit least.
+        """Knots of the three axes with the smallest possible misfit of bricks.
 
-        Half of them have the sides of all holes: without the genus, a small hole pays for none.
+        Half of them contain the sides of all holes: without the genus, a small hole is not worth a
+        knot.
         """
         from .knots import hole_knots, segment_costs, segmentations
 
@@ -194,7 +195,7 @@ class BrickLattice(Structure):
         return [ways[number] for number in first]
 
     def _bricks(self, full: np.ndarray, knots: Knots, counts: np.ndarray) -> Bricks:
-        """Bricks without the knots that say nothing, and what they cost."""
+        """Bricks without superfluous knots, with their cost."""
         kept = []
         for axis in range(3):
             slabs = np.moveaxis(full, axis, 0)
@@ -206,7 +207,7 @@ class BrickLattice(Structure):
         return Bricks(full, kept, float(misfit))
 
     def _refined(self, bricks: Bricks, counts: np.ndarray, apart: int, genus: int) -> Bricks:
-        """Knots moved to where the bricks fit best and bricks flipped that fit better, in turns."""
+        """Alternately move knots to the best fit and flip bricks that fit better."""
         from ..slices.knots import descend
         from .topology import mend
 
@@ -221,7 +222,7 @@ class BrickLattice(Structure):
         return bricks
 
     def _candidate(self, bricks: Bricks, view: View, frame: int, brick: str) -> Candidate:
-        """The candidate of bricks in the frame of that number."""
+        """The candidate of bricks in the frame with the given number."""
         from polycube.structure.lattice import collapse, lattice
 
         from ..slices.candidates import structure_key

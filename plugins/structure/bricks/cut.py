@@ -1,8 +1,8 @@
-"""Which bricks of a lattice are full: a minimum cut between those that want to be and the others.
+"""Full bricks of a lattice by a minimum cut.
 
     energy = voxels that misfit + smoothness * area of the boundary
 
-The cut is the global minimum; it knows nothing of topology, which `bricks_topology` mends.
+The cut is the global minimum; its topology is corrected by `topology`.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
-UNIT = 1000  # of the cut's whole-number capacities, per mean brick
+UNIT = 1000  # integer capacities of the cut, per mean brick
 
 
 def minimum_cut(gain: np.ndarray, areas: tuple[np.ndarray, ...]) -> np.ndarray:
-    """(X, Y, Z) bool of least energy.
+    """(X, Y, Z) bool of minimum energy.
 
     gain : (X, Y, Z) energy of an empty brick minus that of a full one
-    areas : per axis, energy of a face across it between a full brick and an empty one;
-        (X + 1, Y, Z), (X, Y + 1, Z), (X, Y, Z + 1); outside is empty
+    areas : per axis, energy of a face between a full and an empty brick; (X + 1, Y, Z), (X, Y + 1,
+        Z), (X, Y, Z + 1); outside is empty
     """
     index = np.arange(gain.size).reshape(gain.shape)
     source, sink = gain.size, gain.size + 1

@@ -1,4 +1,4 @@
-"""Bricks between knots: how full they are, and the energy of filling them."""
+"""Bricks between knots: solid share of each, and the energy of filling them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Knots = list[np.ndarray]  # three vectors in voxels, ends included
 
 
 def room(knots: Sequence[np.ndarray]) -> int:
-    """About how many handles bricks between knots can have: a hole needs 3 x 3 of them."""
+    """Approximate number of handles that bricks between knots can have: a hole needs 3 x 3."""
     x, y, z = ((len(k) - 2) // 2 for k in knots)
     return 2 * (x * y + y * z + z * x)
 
@@ -20,7 +20,7 @@ def room(knots: Sequence[np.ndarray]) -> int:
 def filled_and_size(
     counts: np.ndarray, knots: Sequence[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(X, Y, Z) solid voxels in each brick, and all of its voxels."""
+    """(X, Y, Z) number of solid voxels in each brick, and number of all its voxels."""
     filled = counts[np.ix_(*knots)]
     for axis in range(3):
         filled = np.diff(filled, axis=axis)
@@ -31,7 +31,7 @@ def filled_and_size(
 def energies(
     counts: np.ndarray, knots: Knots, fill: float, smoothness: float
 ) -> tuple[np.ndarray, PerAxis]:
-    """Gains of full bricks and costs of faces, see `minimum_cut`, as shares of the volume."""
+    """Gains of full bricks and costs of faces for `minimum_cut`, as shares of the volume."""
     total = counts[-1, -1, -1]
     filled, size = filled_and_size(counts, knots)
     x, y, z = (np.diff(k) for k in knots)

@@ -1,8 +1,8 @@
-"""Where to cut a voxel solid into slabs: where its slices change, and where its holes are.
+"""Knots of the slabs of a voxel solid: where its slices change, and at its holes.
 
-Per axis the stack of slices is cut into k segments that differ least from their majority slice.
-Small holes change few pixels and would get no knots, so the sides and ends of those that a slice
-encloses are held, and the other knots chosen with them.
+For each axis, the stack of slices is divided into k segments with the smallest difference from
+their majority slice. Small holes change few pixels and would get no knots, so the sides and ends of
+enclosed holes are fixed, and the other knots are chosen in addition.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from scipy.sparse.csgraph import connected_components
 
 from ..slices.sections import PLANE
 
-ALIKE = 2.0  # ratio of the areas of one hole in two neighbouring slices, at most
+ALIKE = 2.0  # largest ratio of the areas of one hole in two neighbouring slices
 
 
 def segmentations(
     costs: np.ndarray, most: int, shortest: int, wanted: Iterable[int] = ()
 ) -> list[np.ndarray]:
-    """Best cuts into 1, 2 ... `most` segments and one more for each knot that is wanted.
+    """Best divisions into 1, 2 ... `most` segments, and one more for each wanted knot.
 
     costs : (X, X + 1) see `segment_costs`
-    shortest : slices of a segment, at least
-    wanted : knots that every cut has; not those too near to an end or to an earlier one
+    shortest : smallest number of slices of a segment
+    wanted : knots of every division, except those too close to an end or to an earlier one
 
-    The others are chosen with these, for where a hole ends its sides need no other knot.
+    The other knots are chosen after these, because the sides of a hole need no other knot at its
+    ends.
     """
     n = len(costs)
     kept: list[int] = []
@@ -80,10 +81,10 @@ def _segment_costs(slices: np.ndarray) -> np.ndarray:
 
 
 def hole_knots(solid: np.ndarray, least: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Per axis the sides of the holes that slices enclose, and their ends, in voxels.
+    """For each axis the sides of the holes enclosed by slices, and their ends, in voxels.
 
-    Enclosed background of slices in a row is one hole while its area changes little; it counts
-    when it reaches through at least `least` slices.
+    Enclosed background in consecutive slices is one hole while its area changes little; it needs at
+    least `least` slices.
     """
     sides: list[list[float]] = [[], [], []]
     ends: list[list[float]] = [[], [], []]
@@ -105,9 +106,9 @@ def hole_knots(solid: np.ndarray, least: int) -> tuple[list[np.ndarray], list[np
 
 
 def _holes(solid: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
-    """First slice, slice after the last, middle (2,) and sides (2,) of the holes along axis 0.
+    """First slice, slice after the last, centre (2,) and sides (2,) of the holes along axis 0.
 
-    The sides are those of a rectangle of the hole's area and proportions.
+    The sides are those of a rectangle with the area and proportions of the hole.
     """
     background = ndimage.label(~solid, PLANE)[0]
     regions = np.where(solid | (background == background[:, :1, :1]), 0, background)

@@ -12,24 +12,24 @@ from numba import njit
 from polycube.structure.windows import TABLE, flip, windows
 from polycube.types import PerAxis
 
-FLIPS = 400  # at most
+FLIPS = 400  # largest number of flips
 
 
 def defect(full: np.ndarray, genus: int) -> int:
-    """How far bricks are from one manifold solid of a genus; 0 where they are one."""
+    """Number of defects compared with one manifold solid of a genus; 0 if there are none."""
     solid = np.pad(full, 1)
     total, bad, _ = TABLE[windows(solid)].sum(axis=(0, 1, 2))
     return _defect(solid, genus, total, bad)
 
 
 def corners(full: np.ndarray) -> int:
-    """Lattice points where at least three faces of the bricks' boundary meet."""
+    """Number of lattice points with at least three faces of the boundary of the bricks."""
     return int(TABLE[windows(np.pad(full, 1)), 2].sum())
 
 
 @njit(cache=True)
 def _pieces(solid: np.ndarray, value: bool) -> int:
-    """Pieces of (X, Y, Z) voxels of a value that hang together by faces."""
+    """Number of face-connected components of voxels (X, Y, Z) with a value."""
     flat, (_, ny, nz) = solid.ravel(), solid.shape
     seen = flat != value
     stack = np.zeros(flat.size, np.int64)
@@ -60,7 +60,7 @@ def _pieces(solid: np.ndarray, value: bool) -> int:
 
 @njit(cache=True)
 def _defect(solid: np.ndarray, genus: int, total: int, bad: int) -> int:
-    """Pinched points, further pieces, voids, and handles too many or too few.
+    """Number of pinched points, additional components, voids, and wrong handles.
 
     total, bad : sums of the first two columns of `polycube.structure.windows.TABLE`
     """
@@ -80,7 +80,7 @@ def _change(
     j: int,
     k: int,
 ) -> float:
-    """Energy that flipping one brick adds; indices count the empty layer."""
+    """Change of the energy by flipping one brick; indices include the empty layer."""
     full = solid[i, j, k]
     x, y, z = i - 1, j - 1, k - 1
     change = gain[x, y, z] if full else -gain[x, y, z]
@@ -110,9 +110,9 @@ def _runs(
     areas: PerAxis,
     table: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Runs of equal bricks (N, 5): axis, start, length; what flipping each adds.
+    """Runs of equal bricks (N, 5): axis, start, length; and the changes by flipping each.
 
-    To the energy (N,), and to the sums of the table (N, 2).
+    The changes are those of the energy (N,) and of the sums of the table (N, 2).
     """
     shape = np.array(solid.shape)
     most = gain.size * (gain.shape[0] + gain.shape[1] + gain.shape[2])
@@ -132,7 +132,7 @@ def _runs(
                         total, bad = total + more[0], bad + more[1]
                         at[axis] += 1
                         length += 1
-                        if length > 1 or axis == 0:  # single bricks are looked at once
+                        if length > 1 or axis == 0:  # single bricks are considered once
                             runs[n, 0], runs[n, 1], runs[n, 2], runs[n, 3] = axis, i, j, k
                             runs[n, 4], changes[n] = length, change
                             effects[n, 0], effects[n, 1] = total, bad
@@ -153,11 +153,11 @@ def _mended(
     codes: np.ndarray,
     table: np.ndarray,
 ) -> bool:
-    """Flip runs of bricks in place; True when the topology is right in the end.
+    """Flip runs of bricks in place; True if the topology is correct in the end.
 
-    Each time the run that costs least per defect it mends, then those that lower the energy.  What
-    a run does to pinched points and the Euler number is local and bounds the defects it mends, so
-    the pieces are counted for few runs, the most promising first.
+    In each step, the run with the smallest cost per repaired defect is flipped; then those that
+    lower the energy. The change of pinched points and of the Euler number by a run is local and
+    bounds the number of repaired defects, so components are counted for a few promising runs only.
     """
     total, bad = 0, 0
     for code in codes.ravel():
@@ -198,9 +198,9 @@ def mend(
     genus: int,
     limit: float = np.inf,
 ) -> np.ndarray | None:
-    """The bricks flipped to one manifold solid of a genus at little energy; None if none is found.
+    """Bricks flipped to one manifold solid of a genus at low energy; None if none is found.
 
-    gain, areas : as for `minimum_cut`; limit : energy that flipping one run of bricks may add
+    gain, areas : as for `minimum_cut`; limit : largest energy added by flipping one run of bricks
     """
     solid = np.pad(full, 1)
     is_right = _mended(solid, gain, areas, genus, limit, windows(solid), TABLE)

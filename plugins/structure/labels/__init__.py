@@ -1,4 +1,4 @@
 """Propose polycubes from labels of the surface: one of six directions per face of the part.
 
-Imports the core, the bricks and the slices.
+Imports `polycube`, `bricks` and `slices`.
 """

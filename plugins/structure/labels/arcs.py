@@ -10,27 +10,27 @@ from polycube.surface.measures import connected, face_normals, half_edges, twins
 
 from .pieces import Pieces
 
-LEVEL = np.radians(0.5)  # turn of the normal below which an arc is neither convex nor concave
+LEVEL = np.radians(0.5)  # angle between normals below which an arc is neither convex nor concave
 CREASE = np.cos(np.radians(46))
 
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Arcs between pieces, numbered, and the fans of arcs around the points where arcs end.
+    """Arcs between pieces, numbered, and the fans of arcs around the end points of arcs.
 
-    Side 0 of an arc is its first piece, side 1 its second.  A fan lists the ends of arcs at one
-    point, counter-clockwise; between an entry and the next lies the sector of one piece.
+    Side 0 of an arc is its first piece, side 1 its second. A fan lists the ends of arcs at one
+    point, counter-clockwise; the sector of one piece is between an entry and the next.
     """
 
     pieces: np.ndarray  # (A, 2)
     length: np.ndarray  # (A,)
-    turn: np.ndarray  # (A,) 1 convex, -1 concave, 0 within a plane
-    cut: np.ndarray  # (A,) 2 face + 0 or 1 of the cut of a plane that the arc lies on, or -1
+    turn: np.ndarray  # (A,) 1 convex, -1 concave, 0 in a plane
+    cut: np.ndarray  # (A,) 2 face + 0 or 1 for the cut of a plane on which the arc lies, or -1
     is_crease: np.ndarray  # (A,) bool
     inside: np.ndarray  # (A,) mean angle of the solid
     start: np.ndarray  # (N + 1,) first entry of each fan
     arc: np.ndarray  # (M,) arc of each entry
-    side: np.ndarray  # (M,) side of the sector that follows the entry, and its piece
+    side: np.ndarray  # (M,) side of the sector after the entry, which gives its piece
 
 
 def arcs(pieces: Pieces) -> Arcs:
@@ -74,7 +74,7 @@ def arcs(pieces: Pieces) -> Arcs:
 
 
 def _chains(ends: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Arc (E,) of each border edge: edges joined at points where just two of them meet."""
+    """Arc (E,) of each border edge: edges connected at points with exactly two of them."""
     point, edge = ends.ravel(), np.repeat(np.arange(len(ends)), 2)
     order = np.argsort(point, kind="stable")
     point, edge = point[order], edge[order]
@@ -85,7 +85,7 @@ def _chains(ends: np.ndarray, count: np.ndarray) -> np.ndarray:
 def _fans(
     faces: np.ndarray, half_arc: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """First entry (N + 1,) of each point, and 2 arc + side of the border edges that leave it."""
+    """First entry (N + 1,) of each point, and 2 arc + side of the border edges that start there."""
     first, second = twins(faces)
     other = np.empty(faces.size, np.int64)
     other[first], other[second] = second, first
@@ -105,7 +105,7 @@ def _fans(
 
 
 def _cuts(pieces: Pieces, sides: np.ndarray) -> np.ndarray:
-    """Which cut of a plane each arc is of, or -1."""
+    """The cut of a plane to which each arc belongs, or -1."""
     face, side = pieces.face[sides], pieces.side[sides]
     apart = side[:, 0] * side[:, 1] < 0
     same = (face[:, 0] == face[:, 1]) & (apart.sum(axis=1) == 1)

@@ -1,8 +1,8 @@
-"""Charts of a labelled surface, the creases inside them, and which of them share a coordinate.
+"""Charts of a labelled surface, the creases inside them, and their common coordinates.
 
-A chart is a connected part with one label.  All points of a chart with label +x or -x have one
-value of x, all points of a crease across x inside another chart another one; charts and creases
-that share a vertex share the value.
+A chart is a connected part with one label. All points of a chart with label +x or -x have one value
+of x, and so have all points of a crease across x inside another chart; charts and creases with a
+common vertex have the same value.
 """
 
 from __future__ import annotations
@@ -15,22 +15,23 @@ from polycube.surface.measures import connected, face_normals, half_edges, twins
 
 from .pieces import Pieces
 
-CREASE = np.cos(np.radians(8))  # of two normals beside a crease, at most
-ACROSS = 0.4  # of a crease's direction along the axis that it is to be constant in, at most
+CREASE = np.cos(np.radians(8))  # largest cosine of two normals at a crease
+# largest component of the direction of a crease along the axis in which it is constant
+ACROSS = 0.4
 
 
 @dataclass(frozen=True, eq=False)
 class Charts:
-    """Charts of a surface, and per axis the groups of vertices that share a value."""
+    """Charts of a surface, and for each axis the groups of vertices with a common value."""
 
     label: np.ndarray  # (F,) 0..5
     chart: np.ndarray  # (F,) from 0
-    part: np.ndarray  # (F,) part of a chart, in one face of the part, that each triangle is in
+    part: np.ndarray  # (F,) part of a chart, in one face of the part, that contains each triangle
     chart_of_part: np.ndarray
     chart_label: np.ndarray  # (C,)
     group: np.ndarray  # (3, V) group of each vertex, or -1
     chart_group: np.ndarray  # (C,) group of each chart, along its own axis
-    number: list[int]  # of groups along each axis
+    number: list[int]  # number of groups along each axis
 
 
 def charts(pieces: Pieces, label: np.ndarray, with_creases: bool) -> Charts:
@@ -68,7 +69,7 @@ def charts(pieces: Pieces, label: np.ndarray, with_creases: bool) -> Charts:
 def _creases(
     pieces: Pieces, label: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> list[np.ndarray]:
-    """Per axis the edges (N, 2) between faces of the part that charts hold and that run across it.
+    """For each axis the edges (N, 2) inside charts between faces of the part that run across it.
 
     first, second : half-edges of the edges inside charts
     """
@@ -88,7 +89,7 @@ def _creases(
 
 
 def chart_ends(pieces: Pieces, charts: Charts) -> tuple[np.ndarray, np.ndarray]:
-    """Half-edges (E,) on borders of charts and on creases inside, and the ones across (E,)."""
+    """Half-edges (E,) on borders of charts and on inner creases, and the opposite ones (E,)."""
     first, second = twins(pieces.surface.faces)
     face = pieces.face[pieces.piece]
     border = charts.chart[first // 3] != charts.chart[second // 3]

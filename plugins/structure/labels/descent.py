@@ -1,4 +1,4 @@
-"""Descent to labels of less energy: groups of pieces take other labels, the best change first."""
+"""Descent to labels of lower energy: groups of pieces change their label, best change first."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ TINY = 1e-9
 
 
 class Groups(NamedTuple):
-    """Pieces that may take a label together: one, half a plane, a whole face."""
+    """Pieces that can change their label together: a single one, half a plane, a whole face."""
 
     start: np.ndarray  # (G + 1,)
-    piece: np.ndarray  # members of the groups, one after the other
-    cut: np.ndarray  # (G,) cut of a plane that bounds the group, or -1
-    pairs: np.ndarray  # (K, 2) groups side by side
-    fits: np.ndarray  # (G, 6) 2 where all members look the way of a label, 0 where one looks back
+    piece: np.ndarray  # members of the groups in sequence
+    cut: np.ndarray  # (G,) cut of a plane at the border of the group, or -1
+    pairs: np.ndarray  # (K, 2) adjacent groups
+    fits: np.ndarray  # (G, 6) 2 if all members face the direction of a label, 0 if one faces away
 
 
 @njit(cache=True)
 def suspects(p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray) -> np.ndarray:
-    """(G,) which groups have pieces with part in a fault, or pieces beside one; else all."""
+    """(G,) groups with pieces at a fault, or pieces beside one; else all groups."""
     blamed = np.zeros(len(label), np.bool_)
     _, faults = energy(p, label, sign, blamed)
     found = np.zeros(len(groups.cut), np.bool_)
@@ -44,7 +44,10 @@ def suspects(p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray) ->
 def descend(
     p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray, budget: int
 ) -> tuple[float, float, int]:
-    """Change labels and signs in place while the energy sinks; energy, faults and evaluations."""
+    """Change labels and signs in place while the energy decreases.
+
+    Returns energy, faults and number of evaluations.
+    """
     best, faults = energy(p, label, sign, np.zeros(0, np.bool_))
     used = 0
     while used < budget:
@@ -66,7 +69,7 @@ def descend(
 
 @njit(cache=True)
 def _put(groups: Groups, group: int, value: int, label: np.ndarray) -> None:
-    """Give a group a label."""
+    """Set the label of a group."""
     for k in range(groups.start[group], groups.start[group + 1]):
         label[groups.piece[k]] = value
 
@@ -108,7 +111,7 @@ def _single(
 def _flip(
     p: Problem, label: np.ndarray, sign: np.ndarray, best: float, faults: float
 ) -> tuple[float, float, int]:
-    """Flip the signs of cuts that help."""
+    """Flip the signs of cuts if the energy decreases."""
     for c in range(len(sign)):
         sign[c] = -sign[c]
         cost, count = energy(p, label, sign, np.zeros(0, np.bool_))
@@ -123,7 +126,7 @@ def _flip(
 def _pair(
     p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray, best: float, faults: float
 ) -> tuple[float, float, int]:
-    """The first labels that lower the energy for two groups side by side, one of them suspect."""
+    """The first labels that lower the energy for two adjacent groups, one of them suspect."""
     used = 0
     old = label.copy()
     near = suspects(p, groups, label, sign)

@@ -1,8 +1,8 @@
-"""What labels of pieces cost: misfit of normals, borders, and what no polycube allows.
+"""Energy of labels of pieces: misfit of normals, borders, and violations of polycube topology.
 
-The border of a chart turns by quarter turns.  All the way round an outer border they add up to four
-to the left, around a hole to four to the right; any other sum, two opposite labels side by side,
-or a border that turns back is a fault.
+The border of a chart consists of quarter turns. Their sum is four to the left along an outer border
+and four to the right around a hole. Any other sum, two adjacent opposite labels, and a border that
+reverses its direction are faults.
 """
 
 from __future__ import annotations
@@ -18,22 +18,23 @@ from .arcs import Arcs
 from .pieces import DIRECTIONS, Pieces
 
 FAULT = 0.03  # cost of a fault
-BACK = 0.1  # cost of a label that a piece does not look the way of
-PERPENDICULAR, BACKWARDS = 0.95, 1.05  # 1 - the cosine from which a piece does not, or looks back
+BACK = 0.1  # cost of a label whose direction is opposite to a piece
+# 1 - cosine from which a piece is perpendicular, or faces away
+PERPENDICULAR, BACKWARDS = 0.95, 1.05
 CUT = 0.004  # cost of a border across a plane
 ANGLE = 0.01  # cost of hexes with an angle of 0 or 180 degrees at a border
-WELL = 0.6  # sine of their angle from which it costs nothing
-CREASED = 0.1  # share of a border's cost that it costs on a crease
+WELL = 0.6  # sine of their angle from which there is no cost
+CREASED = 0.1  # factor on the cost of a border on a crease
 
 
 class Problem(NamedTuple):
     """Arrays of the energy.
 
-    `weight` is the cost of each arc between two labels, `joined` of each between equal ones.
+    `weight` is the cost of each arc between two labels, `joined` that between equal labels.
     """
 
     misfit: np.ndarray  # (P, 6)
-    lean: np.ndarray  # (P, 6) mean of 1 - the cosine between the normals and each label
+    lean: np.ndarray  # (P, 6) mean of 1 - cosine between the normals and each label
     pieces: np.ndarray  # (A, 2)
     weight: np.ndarray  # (A,)
     joined: np.ndarray  # (A,)
@@ -82,10 +83,10 @@ def _narrow(angle: np.ndarray) -> np.ndarray:
 def energy(
     p: Problem, label: np.ndarray, sign: np.ndarray, blamed: np.ndarray
 ) -> tuple[float, float]:
-    """Cost of labels (P,) and the number of faults in them.
+    """Energy of labels (P,), and their number of faults.
 
-    sign : (2 faces,) 1 or -1, whether a border on a cut of a plane is convex or concave
-    blamed : (P,) set to whether a piece has part in a fault; or empty where nobody asks
+    sign : (2 faces,) 1 or -1: whether a border on a cut of a plane is convex or concave
+    blamed : (P,) output: whether a piece is involved in a fault; empty if not needed
     """
     blamed[:] = False
     cost, faults = 0.0, 0.0
@@ -143,10 +144,10 @@ def _turns(
     loop: np.ndarray,
     total: np.ndarray,
 ) -> float:
-    """Join the borders that meet at points and add their turns; faults where one turns back.
+    """Connect the borders at points and add their turns; faults for reversed directions.
 
     outward : (2 A,) direction, as a label, in which a chart ends at a side of an arc, or -1
-    loop, total : (2 A,) changed in place: border that a side of an arc is of, and its turns
+    loop, total : (2 A,) changed in place: border of each side of an arc, and its turns
     """
     faults = 0.0
     for n in range(len(start) - 1):
@@ -174,7 +175,7 @@ def _turns(
 
 @njit(cache=True)
 def _turn(own: int, one: int, other: int) -> int:
-    """Quarter turns to the left of a border from one direction to another; 2 where it turns back.
+    """Quarter turns to the left of a border from one direction to another; 2 if it reverses.
 
     own : label of the chart; the directions are those in which it ends there
     """
@@ -197,7 +198,7 @@ def _loops(
     total: np.ndarray,
     blamed: np.ndarray,
 ) -> float:
-    """Faults of the turns of all borders: each chart has one outer border, the others are holes."""
+    """Faults in the turns of all borders: each chart has one outer border; the others are holes."""
     summed = np.zeros(len(loop))
     for h in range(len(loop)):
         summed[_root(loop, h)] += total[h]

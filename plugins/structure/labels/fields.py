@@ -1,6 +1,6 @@
 """Polycube coordinates of a surface: three Poisson problems with one unknown per group.
 
-The coordinate f along an axis has the gradient of the place x on the surface as nearly as it can,
+The coordinate f along an axis has a gradient as close as possible to that of the position x,
 
     integral |grad f - grad x|^2 -> min,
 
@@ -18,7 +18,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from polycube.surface.measures import area_vectors
 from polycube.types import TriMesh
 
-PULL = 1e-7  # to the place itself, which settles the constant
+PULL = 1e-7  # weight of the position itself, which determines the constant
 
 
 def stiffness(surface: TriMesh) -> csr_matrix:
@@ -35,10 +35,10 @@ def stiffness(surface: TriMesh) -> csr_matrix:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A Poisson problem along one axis, with the vertices outside the groups eliminated."""
+    """A Poisson problem along one axis after eliminating the vertices outside the groups."""
 
     group: np.ndarray  # (V,) or -1
-    free: np.ndarray  # (N,) vertices outside
+    free: np.ndarray  # (N,) vertices outside the groups
     solver: SuperLU
     coupling: csc_matrix  # (N, G)
     right: np.ndarray  # (N,)
@@ -53,7 +53,7 @@ class Field:
 
     @property
     def constants(self) -> np.ndarray:
-        """(G,) values of least energy."""
+        """(G,) values of minimum energy."""
         return np.linalg.solve(self.form, self.load)
 
 

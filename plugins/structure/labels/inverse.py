@@ -1,4 +1,4 @@
-"""A rough map from bricks to the part, fitted to where its surface lies on them."""
+"""A rough map from bricks to the part, fitted to the positions of its surface on them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from polycube.surface import closest
 from polycube.surface.measures import face_normals
 from polycube.types import PerAxis, RoughMap, TriMesh
 
-SPACING = 0.08  # of the control planes, in diagonals
-MOST = 4  # control intervals between two knots
-CONTROLS = 20_000  # control positions at most
-MIXED = 0.5  # weight of mixed differences against second ones
-ON = 1e-4  # distance from the surface, in bricks, of control positions that are on it
-EXACT = 100.0  # weight of these against the mean over the surface
-LEAST = 1e-10  # pull to the middle, which settles what no point and no neighbour sees
+SPACING = 0.08  # spacing of the control planes, in diagonals
+MOST = 4  # largest number of control intervals between two knots
+CONTROLS = 20_000  # largest number of control positions
+MIXED = 0.5  # weight of mixed differences relative to second ones
+ON = 1e-4  # largest distance from the surface, in bricks, of control positions on it
+EXACT = 100.0  # weight of these relative to the mean over the surface
+LEAST = 1e-10  # weight of the centre, which makes the problem definite
 
 
 def fitted(
@@ -26,10 +26,10 @@ def fitted(
     points: np.ndarray,
     smoothness: float,
 ) -> RoughMap:
-    """Least squares for the control positions, with second and mixed differences kept small.
+    """Least-squares fit of the control positions with small second and mixed differences.
 
-    knots : (K,) places along the axes, by whose distances differences are divided
-    placed : the surface in numbers of knots
+    knots : (K,) positions along the axes, whose distances divide the differences
+    placed : the surface in knot numbers
     points : (N, 3) its vertices in the part
     """
     u, v, w = controls(knots)
@@ -56,7 +56,7 @@ def fitted(
 def _on_surface(
     lattice: np.ndarray, placed: TriMesh, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (M,) of a lattice that lie on the placed surface, and where they are in the part."""
+    """Points (M,) of a lattice on the placed surface, and their positions in the part."""
     tree = closest.tree(placed.vertices[placed.faces], face_normals(placed))
     nearest, face, share = closest.closest(tree, lattice)
     on = np.linalg.norm(nearest - lattice, axis=1) < ON
@@ -64,7 +64,7 @@ def _on_surface(
 
 
 def controls(knots: list[np.ndarray]) -> PerAxis:
-    """Control planes of each axis in numbers of knots, as many as there may be."""
+    """Control planes of each axis in knot numbers, within the largest number."""
     for most in range(MOST, 0, -1):
         x, y, z = (_control(line, most) for line in knots)
         if len(x) * len(y) * len(z) <= CONTROLS:
@@ -73,7 +73,7 @@ def controls(knots: list[np.ndarray]) -> PerAxis:
 
 
 def _control(knots: np.ndarray, most: int) -> np.ndarray:
-    """Control planes: at each knot, and between those that are far apart."""
+    """Control planes: at each knot, and between distant knots."""
     parts = np.clip(np.round(np.diff(knots) / SPACING), 1, most).astype(int)
     inner = [k + np.arange(count) / count for k, count in enumerate(parts)]
     return np.append(np.concatenate(inner), float(len(parts)))

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MOST = 800  # pieces that are searched
-FEW = 150  # the same of a CAD part with few planes, whose lattices are large
+MOST = 800  # largest number of pieces for the search
+FEW = 150  # the same for a CAD part with few planes, whose lattices are large
 
 
 @register("structure", "labels")
@@ -30,8 +30,8 @@ FEW = 150  # the same of a CAD part with few planes, whose lattices are large
 class LabelLattice(Structure):
     """Label each face of the part with one of six directions and place its charts on a lattice.
 
-    Leaning planes stay one face or are cut in halves, so that slots, wedges and pockets with
-    slanted walls get bricks of their own.  Needs faces of a CAD file, or planes.
+    Slanted planes stay one face or are divided in halves, so that slots, wedges and pockets with
+    slanted walls have their own bricks. It needs faces of a CAD file, or planes.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ class LabelLattice(Structure):
     primitives : (3, 3, 3) bool voxels by name
     frames : largest number of coordinate frames that are tried
     compactness : values tried: cost of a border between labels, per diagonal of its length
-    planar : share of the area in planes below which nothing is proposed for triangles alone, nor
-        for a CAD part of many faces
+    planar : share of the area in planes below which nothing is proposed for triangle surfaces and
+        for CAD parts with many faces
     size : edge length of the triangles that carry the coordinates, as a share of the diagonal
     least : smallest distance of charts that face each other, as a share of the diagonal
     apart : knots closer than this share of the diagonal are merged if no feature is lost
@@ -48,7 +48,7 @@ class LabelLattice(Structure):
     kicks : number of restarts of the search after labels without faults were found
     budget : largest number of evaluations of the energy of labels, for each frame and compactness
     kept : largest number of candidates for each frame
-    bricks : largest number of bricks of a lattice, full or empty; one with more is not coarse
+    bricks : largest number of bricks of a lattice, full or empty; larger lattices are not coarse
     """
 
     any_grid = True
@@ -68,7 +68,7 @@ class LabelLattice(Structure):
     bricks: int = 15_000
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, cheapest first; none where no labels without faults are found."""
+        """Candidates, cheapest first; empty if no labels without faults are found."""
         from .lattices import views
         from .pieces import pieces
 

@@ -1,4 +1,4 @@
-"""From coordinates of charts to bricks: which are full, and which charts have faces of them."""
+"""Bricks from the coordinates of charts: full bricks, and charts with faces of bricks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from polycube.types import TriMesh
 from ..bricks.topology import defect
 from .charts import Charts
 
-OFF = np.array([1.3e-3, 2.1e-3, 1.7e-3])  # of the middles of bricks, in bricks
+OFF = np.array([1.3e-3, 2.1e-3, 1.7e-3])  # offset of the centres of bricks, in bricks
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,14 +22,14 @@ class Bricks:
 
     full: np.ndarray  # (X, Y, Z) bool
     knots: list[np.ndarray]
-    index: list[np.ndarray]  # per axis the knot of each group
-    lost: int  # charts that have no face of the bricks
-    hidden: int  # parts of charts, one to each face of the part, that have none
+    index: list[np.ndarray]  # for each axis the knot of each group
+    lost: int  # number of charts without a face of the bricks
+    hidden: int  # number of parts of charts, one for each face of the part, without one
     defect: int  # see `topology.defect`
 
     @property
     def faults(self) -> tuple[int, int, int]:
-        """Smaller is better."""
+        """Sort key; smaller is better."""
         return self.defect, self.lost, self.hidden
 
 
@@ -41,11 +41,11 @@ def bricks(
     index: list[np.ndarray],
     genus: int,
 ) -> Bricks | None:
-    """Bricks for coordinates of the vertices; None where an axis has one knot only.
+    """Bricks for coordinates of the vertices; None if an axis has only one knot.
 
     fields : (3, V), constant on groups
-    constants : per axis the value of each group
-    index : per axis the knot of each group
+    constants : for each axis the value of each group
+    index : for each axis the knot of each group
     """
     knots = [np.bincount(k, c) / np.bincount(k) for k, c in zip(index, constants, strict=True)]
     if any(len(k) < 2 or (np.diff(k) <= 1e-9).any() for k in knots):
@@ -72,7 +72,7 @@ def bricks(
 def positions(
     values: np.ndarray, group: np.ndarray, constants: np.ndarray, index: np.ndarray
 ) -> np.ndarray:
-    """(V,) coordinates in numbers of knots: whole on groups, monotone between."""
+    """(V,) coordinates in knot numbers: integers on groups, monotone between."""
     order = np.argsort(constants, kind="stable")
     inner = np.interp(values, constants[order], np.maximum.accumulate(index[order]).astype(float))
     return np.where(group >= 0, index[np.maximum(group, 0)], inner)
@@ -81,7 +81,7 @@ def positions(
 def _covered(
     full: np.ndarray, charts: Charts, placed: np.ndarray, faces: np.ndarray, index: list[np.ndarray]
 ) -> np.ndarray:
-    """Which parts of charts hold the middle of a face of the bricks."""
+    """The parts of charts that contain the centre of a face of the bricks."""
     covered = np.zeros(len(charts.chart_of_part), bool)
     padded = np.pad(full, 1)
     plane = np.array(
@@ -107,7 +107,7 @@ def _covered(
 def _cover(
     corners: np.ndarray, plane: np.ndarray, owner: np.ndarray, at: np.ndarray, covered: np.ndarray
 ) -> None:
-    """Mark owners of triangles (N, 3, 2) that hold the middle of a face (M, 3) in their plane."""
+    """Mark the owners of triangles (N, 3, 2) with the centre of a face (M, 3) in their plane."""
     for n in range(len(corners)):
         if covered[owner[n]]:
             continue

@@ -1,4 +1,4 @@
-"""A part in its frames, and candidates from bricks that its surface lies on."""
+"""A part in its frames, and candidates from bricks with the positions of its surface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .inverse import fitted
 class View(NamedTuple):
     """A part in one of its frames."""
 
-    number: int  # of the frame
+    number: int  # number of the frame
     surface: TriMesh  # in the frame, of diagonal 1
     place: np.ndarray  # (3, 3) from the frame to the part: row vectors times this
     genus: int
@@ -37,14 +37,14 @@ class OnBricks(NamedTuple):
     """A surface on a lattice of bricks."""
 
     full: np.ndarray  # (X, Y, Z) bool
-    knots: list[np.ndarray]  # their places along the axes, in the frame
+    knots: list[np.ndarray]  # their positions along the axes, in the frame
     surface: TriMesh  # in the frame
-    placed: np.ndarray  # (V, 3) where its vertices lie, in numbers of knots
+    placed: np.ndarray  # (V, 3) positions of its vertices in knot numbers
 
     def candidate(
         self, proposal: str, view: View, smoothness: float, cost: float, brick: str
     ) -> Candidate:
-        """The candidate of the bricks, each a primitive of that name."""
+        """The candidate of the bricks, each a primitive with the given name."""
         full = self.full
         x, y, z = (np.arange(n + 1.0) for n in full.shape)
         context = tuple(brick if is_full else None for is_full in full.ravel())

@@ -1,4 +1,4 @@
-"""Order of charts: which of them face each other along an axis, and values that keep distance."""
+"""Order of charts that face each other along an axis, and values that keep distances."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .charts import Charts, chart_ends
 from .pieces import Pieces
 from .rays import first_hit, strips
 
-RAYS = 6  # from each chart, each way
-STEEP = 0.3  # of a border's direction outwards along an axis, at least, to look along it
+RAYS = 6  # from each chart in each direction
+STEEP = 0.3  # smallest outward component of a border along an axis in which pairs are searched
 
 Seen = tuple[int, int, int, float]  # axis, lower group, upper group, distance between them
 
@@ -26,15 +26,15 @@ class Pair(NamedTuple):
     axis: int
     low: int
     high: int
-    distance: float  # the least between them
-    weight: float  # sum of the distances over which they were seen
+    distance: float  # smallest distance
+    weight: float  # sum of the distances of all sight lines
 
 
 def pairs(pieces: Pieces, charts: Charts) -> list[Pair]:
-    """Pairs of groups that face each other along a chart, through the solid or through the air.
+    """Pairs of groups that face each other along a chart, through the solid or through the outside.
 
-    Ragged borders see each other the wrong way round here and there: of the two orders of a pair
-    the one that is seen over the larger distances counts.
+    Irregular borders give the wrong order at some places; of the two orders of a pair, the one with
+    the larger sum of distances is used.
     """
     seen: dict[tuple[int, int, int], list[float]] = {}
     for axis, low, high, distance in [*_along(pieces, charts), *_through(pieces, charts)]:
@@ -48,7 +48,7 @@ def pairs(pieces: Pieces, charts: Charts) -> list[Pair]:
 
 
 def _along(pieces: Pieces, charts: Charts) -> list[Seen]:
-    """Pairs of borders and creases of one chart, seen along the axes of its plane."""
+    """Pairs of borders and creases of one chart, along the axes of its plane."""
     half, across = chart_ends(pieces, charts)
     vertices = pieces.surface.vertices
     ends = vertices[half_edges(pieces.surface.faces)[half]]
@@ -80,7 +80,7 @@ def _along(pieces: Pieces, charts: Charts) -> list[Seen]:
 def _facing(
     ends: np.ndarray, inward: np.ndarray, group: np.ndarray
 ) -> list[tuple[int, int, float]]:
-    """Lower group, upper group and distance of the segments (N, 2, 2) that see each other."""
+    """Lower group, upper group and distance of the segments (N, 2, 2) that face each other."""
     found = [(0, 0, 0.0) for _ in range(0)]
     for i in range(len(ends)):
         if group[i] < 0 or abs(inward[i]) < STEEP:
@@ -105,7 +105,7 @@ def _facing(
 
 
 def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
-    """Pairs of charts with opposite labels, through the solid and through the air."""
+    """Pairs of charts with opposite labels, through the solid and through the outside."""
     surface = pieces.surface
     corners = surface.vertices[surface.faces]
     middle, areas = corners.mean(axis=1), face_areas(surface)
@@ -131,10 +131,10 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
 def spaced(
     form: np.ndarray, constants: np.ndarray, low: np.ndarray, high: np.ndarray, least: np.ndarray
 ) -> np.ndarray | None:
-    """Values nearest to some constants in a quadratic form, with upper - lower >= least.
+    """Values closest to some constants in a quadratic form, with upper - lower >= least.
 
-    Solved as a problem of least distance (Lawson and Hanson, chapter 23); None where no values
-    keep all distances.
+    Solved as a least-distance problem (Lawson and Hanson, chapter 23); None if the distances are
+    not compatible.
     """
     if not len(low):
         return constants

@@ -1,6 +1,6 @@
-"""Pieces of a surface that take one label each: planes, parts of slanted planes, parts of bends.
+"""Pieces of a surface with one label each: planes, parts of slanted planes, parts of bends.
 
-Lengths are in diagonals of the bounding box, coordinates those of a frame.
+Lengths are in diagonals of the bounding box, coordinates in a frame.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from polycube.types import TriMesh
 
 from .refinement import cut, refined
 
-FLAT = np.cos(np.radians(1))  # of two normals in one plane
-BENT = np.cos(np.radians(3))  # of a normal and the mean normal of a plane
-SMOOTH = np.cos(np.radians(35))  # of two facets of one bend
+FLAT = np.cos(np.radians(1))  # for two normals in one plane
+BENT = np.cos(np.radians(3))  # for a normal and the mean normal of a plane
+SMOOTH = np.cos(np.radians(35))  # for two facets of one bend
 SMALL, LARGE = 1e-3, 0.06  # share of the area of a plane, and of one that may be a facet of a bend
-SHARP = np.cos(np.radians(46))  # beyond which two bends are different faces
-SLANTED = np.cos(np.radians(8))  # of a plane's normal and the nearest axis
+SHARP = np.cos(np.radians(46))  # larger angles separate two bends
+SLANTED = np.cos(np.radians(8))  # for the normal of a plane and the nearest axis
 DIRECTIONS = np.repeat(np.eye(3), 2, axis=0) * np.tile([1, -1], 3)[:, None]  # (6, 3) by label
 
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """A refined surface in a frame, and which piece each of its triangles is of."""
+    """A refined surface in a frame, and the piece of each of its triangles."""
 
     surface: TriMesh  # in the frame, of diagonal 1; its regions are the faces of the part, from 0
     piece: np.ndarray  # (F,) from 0
     face: np.ndarray  # (P,) region of each piece
-    side: np.ndarray  # (P, 2) on which side of the two cuts of its face a piece lies; 0 where uncut
-    planar: float  # share of the area that is planes
+    side: np.ndarray  # (P, 2) side of a piece with respect to the two cuts of its face; 0 if uncut
+    planar: float  # share of the area in planes
 
     @property
     def normals(self) -> np.ndarray:
@@ -40,12 +40,12 @@ class Pieces:
 
 
 def pieces(surface: TriMesh, size: float) -> Pieces:
-    """Pieces of a surface that is in its frame already.
+    """Pieces of a surface in its frame.
 
-    A plane is one piece; a plane that leans is cut into four, along and across the way it leans.
-    A bend is cut where its nearest axis changes.
+    A plane is one piece; a slanted plane is divided into four, along and across its slope. A bend
+    is divided where its nearest axis changes.
 
-    size : of the longest edges
+    size : longest edge
     """
     part, is_plane = faces_of_part(surface)
     vertices, faces, origin = refined(surface.vertices, surface.faces, size)
@@ -77,7 +77,7 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
 
 
 def _ways(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors in a leaning plane: along the slope, and across it."""
+    """Two unit vectors in a slanted plane: along the slope, and across it."""
     flat = np.eye(3)[np.abs(normal).argmin()]
     across = flat - flat @ normal * normal
     across /= np.linalg.norm(across)
@@ -87,8 +87,8 @@ def _ways(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def faces_of_part(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
     """Face of the part (F,) of each triangle, from 0, and which of them are planes.
 
-    The faces are those of the CAD file where there are any.  Else triangles of one plane are one
-    face, and the others, where they join smoothly.
+    The faces are those of the CAD file if there are any. Otherwise the triangles of one plane are a
+    face, and the others are connected across smooth edges.
     """
     normals, areas = face_normals(surface), face_areas(surface)
     first, second = twins(surface.faces)
@@ -110,7 +110,7 @@ def faces_of_part(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _planes(face: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """Which faces have normals that are all alike."""
+    """Whether the normals of each face are equal."""
     mean = _mean(face, normals, areas)
     low = np.ones(len(mean))
     np.minimum.at(low, face, np.einsum("fd,fd->f", normals, mean[face]))

@@ -1,4 +1,4 @@
-"""Where a labelled surface lies on a lattice of bricks: fields, their order, knots."""
+"""Positions of a labelled surface on a lattice of bricks: fields, their order, knots."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from .quantization import quantized
 
 logger = logging.getLogger(__name__)
 
-SEEN = 0.1  # sum of the distances, in diagonals, below which a pair of charts is hardly seen
+SEEN = 0.1  # sum of the distances, in diagonals, below which a pair of charts may be ignored
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Bricks of a labelled surface, and where its vertices lie on them."""
+    """Bricks of a labelled surface, and the positions of its vertices on them."""
 
     bricks: Bricks
-    placed: np.ndarray  # (V, 3) in numbers of knots
+    placed: np.ndarray  # (V, 3) in knot numbers
 
 
 def placement(
     pieces: Pieces, label: np.ndarray, genus: int, least: float, apart: float
 ) -> Placement | None:
-    """Bricks for labels (P,) in which no chart is lost, with knots at creases where that works.
+    """Bricks for labels (P,) without lost charts, with knots at creases if possible.
 
-    least : distance that charts facing each other keep, or half of what they have
-    apart : knots nearer than this fall together where nothing is lost
+    least : smallest distance of charts that face each other, or half of their distance
+    apart : closer knots are merged if nothing is lost
     """
     best: Placement | None = None
     for with_creases in (True, False):
@@ -48,7 +48,7 @@ def placement(
 def _placed(
     pieces: Pieces, charts: Charts, genus: int, least: float, apart: float
 ) -> Placement | None:
-    """Bricks for charts; None where the charts cannot keep their order or one is lost."""
+    """Bricks for charts; None if the charts cannot keep their order or one is lost."""
     order = pairs(pieces, charts)
     matrix = stiffness(pieces.surface)
     fields: list[Field] = []
@@ -77,9 +77,9 @@ def _placed(
 
 
 def _constants(field: Field, order: list[Pair], least: float) -> np.ndarray | None:
-    """Values of the groups that keep their order, nearest to those of least energy; else None.
+    """Values of the groups in their order, closest to those of minimum energy; else None.
 
-    Where not all pairs can be kept, those that are hardly seen are given up.
+    If not all pairs can be in order, those with a small weight are ignored.
     """
     for weight in (0.0, SEEN, 5 * SEEN):
         kept = [pair for pair in order if pair.weight >= weight]

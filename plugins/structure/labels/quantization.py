@@ -1,4 +1,4 @@
-"""Which charts share a knot: values along the axes become numbers of knots."""
+"""Charts with a common knot: values along the axes become knot numbers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from .charts import Charts
 from .lattice import Bricks, bricks
 from .order import Pair
 
-LEAST, WORK = 4, 400_000  # trials at most: the first, and triangles placed for those beyond
-HOPELESS = 20  # defect with which no knots are tried
-SAME = 1e-4  # values nearer than this are one knot from the start
+# number of trials: the first ones, and the placed triangles for later ones
+LEAST, WORK = 4, 400_000
+HOPELESS = 20  # number of defects above which no knots are tried
+SAME = 1e-4  # closer values are one knot from the start
 
 
 def quantized(
@@ -26,10 +27,10 @@ def quantized(
     apart: float,
     genus: int,
 ) -> Bricks | None:
-    """Bricks with few knots: neighbours nearer than `apart` fall together where nothing is lost.
+    """Bricks with few knots: neighbours closer than `apart` are merged if nothing is lost.
 
-    Pairs of groups that face each other keep two knots.  The trials are limited by the number of
-    triangles.
+    Pairs of groups that face each other have two different knots. The number of trials is limited
+    by the number of triangles.
     """
     held = {(pair.axis, pair.low, pair.high) for pair in pairs}
     index = [_ranks(values, SAME) for values in constants]
@@ -56,7 +57,7 @@ def quantized(
 def _merges(
     best: Bricks, apart: float, held: set[tuple[int, int, int]], tried: set[tuple[int, bytes]]
 ) -> Iterator[list[np.ndarray]]:
-    """Knots of the groups with two neighbours in one, the nearest first; each way once."""
+    """Knots of the groups after merging two neighbours, the closest first, without repetitions."""
     gaps = sorted(
         (float(gap), axis, k)
         for axis in range(3)
@@ -72,7 +73,7 @@ def _merges(
 
 
 def _ranks(values: np.ndarray, near: float) -> np.ndarray:
-    """Number of each value in ascending order; values nearer than `near` to the next are one."""
+    """Rank of each value; values closer than `near` to the next one have the same rank."""
     order = np.argsort(values, kind="stable")
     rank = np.zeros(len(values), int)
     rank[order] = np.cumsum(np.append(0, np.diff(values[order]) > near))
@@ -82,7 +83,7 @@ def _ranks(values: np.ndarray, near: float) -> np.ndarray:
 def _clusters(
     values: np.ndarray, axis: int, near: float, held: set[tuple[int, int, int]]
 ) -> np.ndarray:
-    """Number of the knot of each value: neighbours within `near` are one where no pair is held."""
+    """Knot number of each value: neighbours within `near` are merged unless they are a pair."""
     index, knot = np.zeros(len(values), int), 0
     members: list[int] = []
     for group in np.argsort(values, kind="stable").tolist():

@@ -1,11 +1,11 @@
-"""Rays along the axes against triangles sorted into strips."""
+"""Rays along the axes and triangles sorted into strips."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-STRIPS = 256  # of the triangles, among which a ray meets one
+STRIPS = 256  # number of strips of the triangles, of which a ray needs one
 
 
 def strips(places: np.ndarray) -> tuple[float, float, np.ndarray, np.ndarray]:
@@ -13,8 +13,8 @@ def strips(places: np.ndarray) -> tuple[float, float, np.ndarray, np.ndarray]:
 
     Returns
     -------
-    where the first strip begins, the width of a strip, the triangles of one strip after the other
-    and where those of each strip begin (STRIPS + 1,)
+    Start of the first strip, width of a strip, triangles of the strips in sequence, and start of
+    each strip (STRIPS + 1,)
     """
     start = float(places.min())
     width = float(np.ptp(places)) / STRIPS + 1e-30
@@ -39,7 +39,7 @@ def first_hit(
     way: float,
     skip: int,
 ) -> tuple[int, float]:
-    """First triangle along an axis from a point, and how far it is; -1 where there is none.
+    """First triangle along an axis from a point, and its distance; -1 if there is none.
 
     start, width, triangles, begin : see `strips`, of the axis after this one
     """

@@ -6,14 +6,14 @@ import numpy as np
 
 from polycube.surface.measures import edges
 
-ROUNDS = 8  # of halving, at most
-MOST = 40000  # faces after which no edge is split any more
+ROUNDS = 8  # largest number of rounds of halving
+MOST = 40000  # faces above which no edge is split
 
 
 def refined(
     vertices: np.ndarray, faces: np.ndarray, size: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Vertices and faces with no edge longer than a size, and the old face of each new one."""
+    """Vertices and faces without edges longer than a size, and the old face of each new one."""
     origin = np.arange(len(faces))
     for _ in range(ROUNDS):
         ends, _, edge = edges(faces)
@@ -32,12 +32,12 @@ def refined(
 def cut(
     vertices: np.ndarray, faces: np.ndarray, chosen: np.ndarray, level: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cut the chosen faces where a linear function of the vertices is zero.
+    """Divide the chosen faces at the zeros of a linear function of the vertices.
 
     Parameters
     ----------
     chosen : (F,) bool
-    level : (V,) the function; values of exactly zero are vertices on the cut
+    level : (V,) the function; vertices with exactly zero are on the cut
 
     Returns
     -------
@@ -55,9 +55,9 @@ def cut(
 def split(
     vertices: np.ndarray, faces: np.ndarray, share: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Insert a vertex on each edge with a share: of the way from its first end to its second.
+    """Insert a vertex on some edges, at a share of the way from the first end to the second.
 
-    share : (E,) as `edges` numbers them; nan where an edge stays whole
+    share : (E,) as numbered by `edges`; nan for an edge that is not split
     """
     ends, _, edge = edges(faces)
     is_split = np.isfinite(share)
@@ -85,13 +85,13 @@ def _faces(*corners: np.ndarray) -> np.ndarray:
 
 
 def _one(vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray) -> list[np.ndarray]:
-    """Faces a, b, c that are split between a and b."""
+    """Faces a, b, c with a split edge between a and b."""
     (a, b, c), m = corner.T, middle[:, 0]
     return [_faces(a, m, c), _faces(m, b, c)]
 
 
 def _two(vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray) -> list[np.ndarray]:
-    """Faces a, b, c that are split except between a and b; the quad by its shorter diagonal."""
+    """Faces a, b, c with split edges except between a and b; shorter diagonal of the quad."""
     (a, b, c), (_, p, q) = corner.T, middle.T
     to_p = np.linalg.norm(vertices[a] - vertices[p], axis=1)
     to_q = np.linalg.norm(vertices[b] - vertices[q], axis=1)
@@ -102,6 +102,6 @@ def _two(vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray) -> list[n
 
 
 def _three(vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray) -> list[np.ndarray]:
-    """Faces that are split on all sides."""
+    """Faces with three split edges."""
     (a, b, c), (m, n, o) = corner.T, middle.T
     return [_faces(a, m, o), _faces(m, b, n), _faces(o, n, c), _faces(m, n, o)]

@@ -1,4 +1,4 @@
-"""Search for labels of least energy by descent from several starts."""
+"""Search for labels of minimum energy by descent from several starts."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .energy import BACKWARDS, PERPENDICULAR, Problem
 from .pieces import Pieces
 
 TINY = 1e-9
-USUAL = 200  # arcs
-KICKED = 3  # groups
+USUAL = 200  # number of arcs for the full budget
+KICKED = 3  # number of groups changed at random
 
 
 @dataclass(frozen=True, eq=False)
 class Labelling:
-    """Labels of pieces, and what they cost."""
+    """Labels of pieces, and their cost."""
 
     label: np.ndarray  # (P,) 0..5
     cost: float
@@ -25,7 +25,7 @@ class Labelling:
 
 
 def groups(pieces: Pieces, problem: Problem) -> Groups:
-    """The groups of pieces; pairs of neighbours are those that no other group holds both of."""
+    """The groups of pieces; pairs of neighbours are those that are in no common group."""
     members: list[tuple[tuple[int, ...], int]] = []
     for k in range(len(pieces.face)):
         members.append(((k,), -1))
@@ -64,7 +64,7 @@ def labellings(
     """Different labellings without faults, the cheapest first; else the best one found.
 
     kicks : random changes of a labelling without faults from which the search starts again
-    budget : evaluations of the energy at most; fewer where there are many arcs
+    budget : largest number of evaluations of the energy; smaller if there are many arcs
     """
     found: dict[bytes, Labelling] = {}
     own = groups(pieces, problem)
@@ -92,7 +92,7 @@ def _kicked(
     sign: np.ndarray,
     generator: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Labels and signs with random ones on some groups, near faults where there are any."""
+    """Labels and signs with random changes in some groups, near faults if there are any."""
     label, sign = label.copy(), sign.copy()
     near = suspects(problem, groups, label, sign)
     for group in generator.choice(np.flatnonzero(near), KICKED):

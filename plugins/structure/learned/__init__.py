@@ -1,4 +1,4 @@
 """Propose polycubes with a trained network.
 
-Imports the core, the slices and the labels.
+Imports `polycube`, `slices` and `labels`.
 """

@@ -83,7 +83,7 @@ class Classify(Structure):
 
 
 def _stretched(guess: Guess, surface: TriMesh) -> Candidate:
-    """The polycube of a guess with its box on the part's, in the guess's orientation."""
+    """The polycube of a guess with its box on that of the part, in the rotation of the guess."""
     from polycube.structure.rough_map import affine_map
 
     from .hypotheses import UNLIKELY

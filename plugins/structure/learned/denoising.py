@@ -1,4 +1,4 @@
-"""Denoise the part in the frames of likely contexts, and rank what comes out."""
+"""Denoise the part in the frames of probable contexts, and rank the results."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-N_COMPARED = 2000  # points of a part by which two rough maps are compared
-SMOOTH, OUTLIER = 3e-4, 0.2  # of the rough map's fit
-LOOK = 0.3  # cells that a face looking square to the surface counts for in the residual
+N_COMPARED = 2000  # points of a part at which two rough maps are compared
+SMOOTH, OUTLIER = 3e-4, 0.2  # parameters of the fit of the rough map
+LOOK = 0.3  # cells in the residual equivalent to a face perpendicular to the surface
 
 
 def proposed(
     options: DenoisingOptions, surface: TriMesh, candidates: tuple[Candidate, ...]
 ) -> list[Candidate]:
-    """The candidates of the plugin `diffusion`, see there."""
+    """The candidates of the plugin `diffusion`, see its documentation."""
     denoiser = known_denoiser(options.weights, options.grid, options.primitives)
     if denoiser is None:
         return []
@@ -64,7 +64,7 @@ def proposed(
 
 
 def _worth_a_try(options: DenoisingOptions, likely: list[Guess]) -> list[Guess]:
-    """Those not so unlikely that their cost is above the margin if all residuals are equal."""
+    """Guesses whose cost is within the margin if all residuals are equal."""
     least = likely[0].log_likelihood - options.margin / UNLIKELY if likely else 0.0
     return [guess for guess in likely[: options.tried] if guess.log_likelihood >= least]
 
@@ -72,7 +72,7 @@ def _worth_a_try(options: DenoisingOptions, likely: list[Guess]) -> list[Guess]:
 def _denoised(
     options: DenoisingOptions, denoiser: Denoiser, surface: TriMesh, batch: list[Guess]
 ) -> list[Candidate]:
-    """A candidate of every guess; those with equally many sample points go together."""
+    """A candidate of every guess; those with equal numbers of sample points are batched."""
     from polycube.diffusion.process import kept_steps
 
     sampler = build("sampler", options.sampler)
@@ -107,7 +107,7 @@ def _candidate(
     trajectory: np.ndarray,
     log_labels: list[np.ndarray],
 ) -> Candidate:
-    """Candidate from (N, 3) points of the model and their way (S, N, 3) to the polycube."""
+    """Candidate from points (N, 3) of the model and their trajectory (S, N, 3) to the polycube."""
     solid = lattice(options.grid, guess.polycube.context, options.primitives)
     regular, axis = project(solid, trajectory[-1].astype(np.float64), log_labels)
     fitted = _fit(regular, points, guess.polycube, *guess.box(surface))
@@ -129,19 +129,19 @@ def best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
 
 
 def _again(earlier: list[Candidate], likely: list[Guess]) -> list[Guess]:
-    """Earlier candidates as guesses; as unlikely as any where their frame was not looked at."""
+    """Earlier candidates as guesses; with the lowest probability if their frame was not used."""
     said = {guess.key: (guess.log_likelihood, guess.probability) for guess in likely}
     unsaid = min((guess.log_likelihood for guess in likely), default=0.0), None
     return [Guess(c.polycube, _rotation(c), c.key, *said.get(c.key, unsaid)) for c in earlier]
 
 
 def _told(old: Candidate, new: Candidate) -> Candidate:
-    """The earlier candidate, with what was learned of its structure."""
+    """The earlier candidate with the new information about its structure."""
     return replace(old, trajectory=new.trajectory, steps=new.steps, probability=new.probability)
 
 
 def _is_nearer(new: Candidate, old: Candidate, points: np.ndarray) -> bool:
-    """Whether the one rough map lies nearer to (N, 3) points of the part than the other."""
+    """Whether the new rough map is closer to points (N, 3) of the part than the old one."""
     near = [
         cKDTree(points).query(placed)[0].mean() + cKDTree(placed).query(points)[0].mean()
         for placed in (_placed(c.polycube, c.rough_map, 2 * len(points)) for c in (new, old))
@@ -156,9 +156,10 @@ def _fit(
     linear: np.ndarray,
     offset: np.ndarray,
 ) -> RoughMap:
-    """Rough map from (N, 3) places on the polycube to points of the part, fitted in cells.
+    """Rough map from positions (N, 3) on the polycube to points of the part, fitted in cells.
 
-    linear, offset : from the polycube's box to the part's; in its terms thin sides count like long
+    linear, offset : from the box of the polycube to that of the part, so that all sides have equal
+        weight
     """
     cells = np.linalg.solve(linear, (points - offset).T).T
     fitted = rough_map.fit(regular, cells, polycube, smoothness=SMOOTH, outlier=OUTLIER)
@@ -166,9 +167,9 @@ def _fit(
 
 
 def _miss(polycube: Polycube, fitted: RoughMap, regular: np.ndarray, points: np.ndarray) -> float:
-    """Mean distance from points of the part to where they land, and back from anywhere, in cells.
+    """Mean distance between points of the part and their images, in both directions, in cells.
 
-    regular : (N, 3) where the (N, 3) points of the part lie on the polycube
+    regular : (N, 3) positions on the polycube of the points (N, 3) of the part
     """
     there = np.linalg.norm(rough_map.evaluate(fitted, regular) - points, axis=1).mean()
     back = cKDTree(points).query(_placed(polycube, fitted, len(points)))[0].mean()
@@ -178,14 +179,14 @@ def _miss(polycube: Polycube, fitted: RoughMap, regular: np.ndarray, points: np.
 
 
 def _placed(polycube: Polycube, rough: RoughMap, n_points: int) -> np.ndarray:
-    """Points (N, 3) anywhere on the polycube's boundary, placed on the part."""
+    """Points (N, 3) on the boundary of the polycube, mapped to the part."""
     faces = boundary(polycube)
     surface = TriMesh(faces.vertices, faces.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
     return rough_map.evaluate(rough, sample(surface, n_points, np.random.default_rng(0))[0])
 
 
 def _rotation(candidate: Candidate) -> np.ndarray:
-    """Rotation (3, 3) from the model to the polycube: of the rough map's best affine fit."""
+    """Rotation (3, 3) from the model to the polycube, of the affine fit of the rough map."""
     rough = candidate.rough_map
     corners = np.stack(np.meshgrid(rough.x, rough.y, rough.z, indexing="ij"), axis=-1)
     corners = corners.reshape(-1, 3) - corners.reshape(-1, 3).mean(axis=0)

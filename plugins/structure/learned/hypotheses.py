@@ -1,9 +1,10 @@
-"""The structures that a trained classifier finds likely, in all orientations of a few frames.
+"""Probable structures according to a trained classifier, in all orientations of a few frames.
 
-The points of the part are seen in every orientation at once.  For each the classifier says what
-fills each cell of the grid, and whether the part lies along it at all; the likeliest fillings that
-are solids of the part's genus are the guesses, whatever the size of the grid.  A structure can be
-named in several orientations, a box in all 24: the mean over them is surer than any one.
+The classifier receives the points of the part in every orientation. For each orientation it
+predicts the primitive of each cell of the grid, and whether the part is aligned with the grid. The
+guesses are the most probable contexts that are solids with the genus of the part. A structure can
+have contexts in several orientations, a box in all 24; the mean over them is more reliable than a
+single one.
 """
 
 from __future__ import annotations
@@ -33,23 +34,23 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-UNLIKELY = 0.07  # cost of a structure e times less likely
+UNLIKELY = 0.07  # cost of a structure with a probability lower by a factor e
 ELSE = "the weights %s are for %s; proposals %s use the included weights"
-FILLINGS = 64  # of the grid that are looked at in each orientation, the likeliest
+FILLINGS = 64  # number of the most probable contexts considered in each orientation
 
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """A structure as it lies in a frame, in the proportions of one of its names."""
+    """A structure in a frame, in the proportions of one of its contexts."""
 
     polycube: Polycube  # collapsed
     rotation: np.ndarray  # (3, 3) from the model to the axes of the polycube
     key: str
-    log_likelihood: float  # of the structure: mean over the orientations in which it has a name
+    log_likelihood: float  # of the structure: mean over the orientations in which it has a context
     probability: float | None  # of the structure among all of its genus in the frame
 
     def box(self, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
-        """Linear map (3, 3) and offset (3,) that bring the polycube's box to the part's box."""
+        """Linear map (3, 3) and offset (3,) from the box of the polycube to that of the part."""
         turned = surface.vertices @ self.rotation.T
         low, high = np.transpose([knots[[0, -1]] for knots in self.polycube.knots])
         scale = np.ptp(turned, axis=0) / (high - low)
@@ -64,7 +65,8 @@ def known_denoiser(
     The included weights of the grid are used if none are given, or if those given are for any
     structure. None if there are none, or if the network has another grid or other primitives.
     """
-    from polycube.diffusion.weights import load_denoiser, shipped_grids  # torch is heavy
+    # torch takes long to import
+    from polycube.diffusion.weights import load_denoiser, shipped_grids
 
     if weights is None and tuple(grid) not in shipped_grids():
         logger.info(
@@ -95,7 +97,7 @@ def denoiser_of_any(weights: str | None) -> Denoiser:
 
     The included weights are used if none are given, or if those given are for a grid.
     """
-    from polycube.diffusion.weights import load_denoiser  # torch is heavy
+    from polycube.diffusion.weights import load_denoiser  # torch takes long to import
 
     denoiser = load_denoiser(build, weights, ())
     if not denoiser.condition.grid:
@@ -111,16 +113,17 @@ def guesses(
     n_frames: int,
     seed: int,
 ) -> list[Guess]:
-    """Structures of the surface's genus, likeliest first, each in all its proportions.
+    """Structures with the genus of the surface, most probable first, each in all proportions.
 
-    The proportions most like the part's come first.  Without a classifier all structures are
-    equally likely.  Of names that give the same solid in the same place, as hole_y and hole_z do
-    a quarter turn apart, the likeliest is kept.
+    The proportions closest to those of the part come first. Without a classifier all structures
+    have equal probability. Of contexts that give the same solid in the same place, such as hole_y
+    and hole_z a quarter turn apart, the most probable one is used.
     """
     solid = _solids(denoiser, primitives, surface_genus(surface))
     turns = rotations()
     placed = [turn @ frame for frame in frames(surface, n_frames) for turn in turns]
-    log_ps: dict[tuple[int, str], dict[int, float]] = defaultdict(dict)  # likeliest name of a turn
+    # most probable context of a rotation
+    log_ps: dict[tuple[int, str], dict[int, float]] = defaultdict(dict)
     named: dict[tuple[int, str, str], tuple[float, int, Polycube]] = {}  # and of each solid
     for index, filling, log_p in _fillings(denoiser, surface, placed, seed):
         if polycube := solid(filling):
@@ -153,7 +156,7 @@ def _shares(log_p: Mapping[tuple[int, str], float]) -> dict[tuple[int, str], flo
 def _solids(
     denoiser: Denoiser, primitives: Mapping[str, np.ndarray], wanted: int
 ) -> Callable[[tuple[int, ...]], Polycube | None]:
-    """The solid of a filling, None where it is not one of the wanted genus or starts elsewhere."""
+    """The solid of a context; None if it has another genus or does not start at the corner."""
     names = (*denoiser.condition.primitives, None)
 
     @cache
@@ -162,7 +165,8 @@ def _solids(
         if not any(context) or not set(context) <= {*primitives, None}:
             return None
         polycube = collapse(lattice(denoiser.condition.grid, context, primitives))
-        at_corner = all(knots[0] == 0 for knots in polycube.knots)  # others are the same, moved
+        # others are translations of the same solid
+        at_corner = all(knots[0] == 0 for knots in polycube.knots)
         fits = at_corner and genus(polycube) == wanted and is_manifold(polycube)
         return polycube if fits else None
 
@@ -170,7 +174,7 @@ def _solids(
 
 
 def _widths(polycube: Polycube, view: np.ndarray) -> str:
-    """Widths of the slabs of a polycube as they lie in a frame; view : (3, 3) frame to polycube."""
+    """Widths of the slabs of a polycube in a frame; view : (3, 3) frame to polycube."""
     axes, signs = np.abs(view).argmax(axis=0), view.sum(axis=0).astype(int)
     lying = [np.diff(polycube.knots[axis])[::sign] for axis, sign in zip(axes, signs, strict=True)]
     return " ".join(f"{width:.3f}" for width in np.concatenate(lying))
@@ -179,7 +183,7 @@ def _widths(polycube: Polycube, view: np.ndarray) -> str:
 def _fillings(
     denoiser: Denoiser, surface: TriMesh, placed: list[np.ndarray], seed: int
 ) -> Iterator[tuple[int, tuple[int, ...], float]]:
-    """Orientation, filling as numbers of primitives, log-probability; likeliest first in each."""
+    """Orientation, context as numbers of primitives, log-probability; most probable first."""
     n_points = int(np.prod(denoiser.condition.image))
     points, normals = sample(surface, n_points, np.random.default_rng(seed))
     seen = np.stack([learning_frame(surface.vertices, r).apply(points) for r in placed])
@@ -196,7 +200,7 @@ def _fillings(
         )
         log_along = np.zeros(len(placed))
     cells = np.empty((len(placed), 1, 0), int)
-    total = log_along[:, None]  # (B, K) of the K likeliest fillings of the first cells
+    total = log_along[:, None]  # (B, K) of the K most probable contexts of the first cells
     for log_p in np.moveaxis(log_cells, 1, 0):  # (B, classes)
         longer = (total[:, :, None] + log_p[:, None]).reshape(len(placed), -1)
         best = np.argsort(-longer, axis=1, kind="stable")[:, :FILLINGS]
@@ -211,7 +215,7 @@ def _fillings(
 def sample(
     surface: TriMesh, n_points: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Random points (N, 3) of the surface, uniform by area, and its normals (N, 3) there."""
+    """Random points (N, 3) of the surface, uniform by area, with normals (N, 3)."""
     face, weights = sample_faces(surface.faces, surface.vertices, n_points, rng)
     points = np.einsum("nk,nkd->nd", weights, surface.vertices[surface.faces[face]])
     return points, face_normals(surface)[face]

@@ -1,15 +1,16 @@
 """From a draw of the network to a lattice: charts of equal labels, their knots, full bricks.
 
-A chart is a connected part of the surface with one label.  On the polycube it lies in a plane,
-whose place is the mean of what was drawn for its points, so that errors of single points cancel.
-Charts along an axis that are near each other share a knot, and a brick is full where the surface,
-with its vertices where they were drawn, winds around it.  A few distances are tried for what is
-near, until the bricks are one solid of the part's genus.  Labels that are wrong here and there make
-small charts, which have no say; no harm is done where no polycube allows the labels drawn.
+A chart is a connected part of the surface with one label. On the polycube it lies in a plane, whose
+position is the mean of the drawn positions of its points, so that errors of single points cancel.
+Charts along an axis that are close to each other have a common knot, and a brick is full if the
+surface, with its vertices at the drawn positions, winds around it. A few tolerances for close
+charts are tried until the bricks are one solid with the genus of the part. Isolated wrong labels
+make small charts, which are ignored; there is no result if the labels do not correspond to a
+polycube.
 
-Charts may be flattened first, which straightens what is bent: they and the vertices then lie where
-the gradients of the coordinates are as nearly as they can those of the places drawn, with one value
-for each chart.
+Charts can be flattened first, which straightens bent parts: charts and vertices are then placed
+such that the gradients of the coordinates are as close as possible to those of the drawn positions,
+with one value for each chart.
 """
 
 from __future__ import annotations
@@ -28,16 +29,16 @@ from ..labels.fields import field, stiffness
 from ..labels.lattices import OnBricks
 from .reading import Reading
 
-NEAR = (0.035, 0.025, 0.05, 0.015)  # distances of charts that share a knot, in diagonals
-LIGHT = 0.001  # share of the area below which charts have no say
-OFF = np.array([1.3e-5, 2.1e-5, 1.7e-5])  # of the middles of bricks
-MOST_FULL = 0.5  # winding number from which a brick is full
+NEAR = (0.035, 0.025, 0.05, 0.015)  # tolerances for charts with a common knot, in diagonals
+LIGHT = 0.001  # share of the area below which charts are ignored
+OFF = np.array([1.3e-5, 2.1e-5, 1.7e-5])  # offset of the centres of bricks
+MOST_FULL = 0.5  # winding number above which a brick is full
 
 
 class Charts(NamedTuple):
-    """Charts of a surface, those with little area left out, and where they were drawn."""
+    """Charts of a surface, without small ones, and their drawn positions."""
 
-    chart: np.ndarray  # (F,) of each triangle; -1 where it has no say
+    chart: np.ndarray  # (F,) of each triangle; -1 if it is ignored
     axis: np.ndarray  # (C,) 0..2
     value: np.ndarray  # (C,) along its axis
     area: np.ndarray  # (C,) share of the surface
@@ -48,12 +49,12 @@ class Lattice(NamedTuple):
 
     polycube: Polycube  # collapsed, in the frame
     charts: Charts
-    places: np.ndarray  # (V, 3) of the vertices, as drawn
-    near: float  # distance of charts that share a knot
+    places: np.ndarray  # (V, 3) drawn positions of the vertices
+    near: float  # tolerance for charts with a common knot
 
 
 def lattice(surface: TriMesh, reading: Reading, genus: int, flat: bool = False) -> Lattice | None:
-    """That of a draw for a fine surface; None where no distance makes one of the part's genus.
+    """The lattice of a draw for a fine surface; None if no tolerance gives the genus of the part.
 
     flat : whether charts are flattened first
     """
@@ -78,7 +79,7 @@ def lattice(surface: TriMesh, reading: Reading, genus: int, flat: bool = False) 
 
 
 def charts(surface: TriMesh, label: np.ndarray, places: np.ndarray) -> Charts:
-    """Charts of labels (F,) with the places (V, 3) of the vertices."""
+    """Charts of labels (F,) with the positions (V, 3) of the vertices."""
     first, second = twins(surface.faces)
     same = label[first // 3] == label[second // 3]
     chart = connected(first[same] // 3, second[same] // 3, len(label))
@@ -94,7 +95,7 @@ def charts(surface: TriMesh, label: np.ndarray, places: np.ndarray) -> Charts:
 
 
 def flattened(surface: TriMesh, charts: Charts, places: np.ndarray) -> tuple[Charts, np.ndarray]:
-    """Charts and places (V, 3) with one value of its axis all over each chart."""
+    """Charts and positions (V, 3) with one value on its axis for each chart."""
     matrix, flat, value = stiffness(surface), np.empty_like(places), charts.value.copy()
     for axis in range(3):
         numbers, group = np.unique(_on(surface, charts, charts.axis == axis), return_inverse=True)
@@ -107,7 +108,7 @@ def flattened(surface: TriMesh, charts: Charts, places: np.ndarray) -> tuple[Cha
 
 
 def _on(surface: TriMesh, charts: Charts, chosen: np.ndarray) -> np.ndarray:
-    """(V,) the chart of those chosen (C,) that each vertex is on, or -1."""
+    """(V,) the chart, among the chosen ones (C,), of each vertex, or -1."""
     own = np.full(len(surface.vertices), -1)
     mine = (charts.chart >= 0) & chosen[charts.chart]
     own[surface.faces[mine]] = charts.chart[mine, None]
@@ -115,7 +116,7 @@ def _on(surface: TriMesh, charts: Charts, chosen: np.ndarray) -> np.ndarray:
 
 
 def clusters(values: np.ndarray, weights: np.ndarray, near: float) -> np.ndarray:
-    """Weighted means of values: the nearest two are merged until none are nearer than `near`."""
+    """Weighted means of values: the closest two are merged until all distances exceed `near`."""
     order = np.argsort(values, kind="stable")
     mean, weight = list(values[order]), list(weights[order])
     while len(mean) > 1 and (gap := np.diff(mean)).min() < near:
@@ -127,7 +128,7 @@ def clusters(values: np.ndarray, weights: np.ndarray, near: float) -> np.ndarray
 
 
 def filled(surface: TriMesh, knots: list[np.ndarray]) -> np.ndarray:
-    """(X, Y, Z) bool: bricks between knots around which a surface winds."""
+    """(X, Y, Z) bool: bricks between knots inside a surface, by winding numbers."""
     middles = [(line[1:] + line[:-1]) / 2 for line in knots]
     points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
     winding = winding_numbers(surface, points.reshape(-1, 3) + OFF)
@@ -135,9 +136,10 @@ def filled(surface: TriMesh, knots: list[np.ndarray]) -> np.ndarray:
 
 
 def on_bricks(surface: TriMesh, drawn: Lattice) -> OnBricks:
-    """The surface on the lattice: charts lie on their knots.
+    """The surface on the lattice, with charts at their knots.
 
-    Between charts the gradient of the coordinates is that of the places as nearly as it can be.
+    Between charts, the gradient of the coordinates is as close as possible to that of the
+    positions.
     """
     _, charts, places, near = drawn
     matrix, found = stiffness(surface), np.empty_like(places)

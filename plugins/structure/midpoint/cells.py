@@ -15,22 +15,22 @@ from polycube.types import TriMesh
 
 from .polyhedron import NotPolyhedralError, Polyhedron
 
-SAME = 1e-7  # of the diagonal: points nearer than this are one, and on a plane
-ALIKE = 1e-6  # difference of unit normals of one plane
-EXACT = 1e-6  # of the volume of the part: what cells may miss or have twice
+SAME = 1e-7  # of the diagonal: tolerance for equal points, and for points on a plane
+ALIKE = 1e-6  # largest difference of unit normals of one plane
+EXACT = 1e-6  # of the volume of the part: permitted error of the sum of the cells
 
-Face = tuple[int, ...]  # points round a convex polygon
+Face = tuple[int, ...]  # points around a convex polygon
 Cell = tuple[Face, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Convex cells that meet in whole faces.
+    """Convex cells that share whole faces.
 
     Parameters
     ----------
     points : (N, 3)
-    cells : the faces of each
+    cells : the faces of each cell
     """
 
     points: np.ndarray
@@ -43,20 +43,20 @@ def sides(face: Face) -> list[tuple[int, int]]:
 
 
 def convex_cells(solid: Polyhedron, most: int) -> Cells:
-    """Cells of a polyhedron: itself where it is convex, else cut by planes at its reflex edges.
+    """Cells of a polyhedron: itself if it is convex, else divided by planes at its reflex edges.
 
-    The plane that halves the angle of the solid at a reflex edge goes through the whole solid, so
-    that cells meet in whole faces.
+    The plane that bisects the angle of the solid at a reflex edge divides the whole solid, so that
+    cells share whole faces.
 
     Parameters
     ----------
     solid : Polyhedron
-    most : planes at most
+    most : largest number of planes
 
     Raises
     ------
     NotPolyhedralError
-        Where more planes are needed, or what is between them is not convex.
+        If more planes are needed, or if the result is not convex.
     """
     near = SAME * diagonal(solid.surface)
     planes = _distinct(solid.reflex, near)
@@ -72,7 +72,7 @@ def convex_cells(solid: Polyhedron, most: int) -> Cells:
         inside = np.flatnonzero((side * signs >= 0).all(axis=1))
         try:
             hull = ConvexHull(points[inside])
-        except (QhullError, ValueError):  # fewer than four points, or all in one plane
+        except (QhullError, ValueError):  # fewer than four points, or coplanar points
             continue
         total += hull.volume
         found.append(_faces(points, inside, hull.equations, near))
@@ -86,9 +86,9 @@ def convex_cells(solid: Polyhedron, most: int) -> Cells:
 
 
 def joined(cells: Cells) -> Cells:
-    """The same with every two cells in one whose union is convex and meets others in whole faces.
+    """Merge pairs of cells whose union is convex and shares whole faces with others.
 
-    Planes cut on beyond the place where they are needed; this takes the needless cuts back.
+    Planes extend beyond the place where they are needed; this removes the superfluous cuts.
     """
     points, left = cells.points, list(cells.cells)
     near = SAME * float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -100,7 +100,7 @@ def joined(cells: Cells) -> Cells:
 
 
 def _unions(points: np.ndarray, cells: list[Cell], near: float) -> Iterator[tuple[int, int, Cell]]:
-    """Numbers of two cells, ascending, that may be joined, and their union."""
+    """Numbers of two cells, ascending, that can be merged, and their union."""
     faces = [{frozenset(face) for face in cell} for cell in cells]
     for first, second in combinations(range(len(cells)), 2):
         if not faces[first] & faces[second]:
@@ -118,7 +118,7 @@ def _unions(points: np.ndarray, cells: list[Cell], near: float) -> Iterator[tupl
 
 
 def _distinct(planes: np.ndarray, near: float) -> np.ndarray:
-    """Planes (P, 2, 3), a point and a normal, without those that are the same either way round."""
+    """Planes (P, 2, 3), a point and a normal, without duplicates of either orientation."""
     kept: list[np.ndarray] = []
     for point, normal in planes:
         if not any(
@@ -130,7 +130,7 @@ def _distinct(planes: np.ndarray, near: float) -> np.ndarray:
 
 
 def _points(solid: Polyhedron, planes: np.ndarray, near: float) -> Iterator[np.ndarray]:
-    """Corners of the cells, some of them several times: (N, 3) each."""
+    """Corners of the cells, with duplicates: (N, 3) each."""
     yield solid.corners
     for point, normal in planes:
         yield _on_edges(solid.edges, point, normal, near)
@@ -144,7 +144,7 @@ def _points(solid: Polyhedron, planes: np.ndarray, near: float) -> Iterator[np.n
 
 
 def _on_edges(edges: np.ndarray, point: np.ndarray, normal: np.ndarray, near: float) -> np.ndarray:
-    """(N, 3) places where a plane crosses edges (E, 2, 3)."""
+    """(N, 3) intersections of a plane with edges (E, 2, 3)."""
     height = (edges - point) @ normal
     crosses = (height[:, 0] * height[:, 1] < 0) & (abs(height).min(axis=1) > near)
     share = height[crosses, 0] / (height[crosses, 0] - height[crosses, 1])
@@ -152,7 +152,7 @@ def _on_edges(edges: np.ndarray, point: np.ndarray, normal: np.ndarray, near: fl
 
 
 def _on_faces(surface: TriMesh, one: np.ndarray, other: np.ndarray, near: float) -> np.ndarray:
-    """(N, 3) places where the line of two planes crosses triangles, or their sides."""
+    """(N, 3) intersections of the line of two planes with triangles or their sides."""
     way = np.cross(one[1], other[1])
     if np.linalg.norm(way) < ALIKE:
         return np.zeros((0, 3))
@@ -174,7 +174,7 @@ def _on_faces(surface: TriMesh, one: np.ndarray, other: np.ndarray, near: float)
 
 
 def _apart(points: np.ndarray, near: float) -> np.ndarray:
-    """Points (N, 3) without those that are another's, within some distance."""
+    """Points (N, 3) without duplicates within a distance."""
     first, second = cKDTree(points).query_pairs(near, output_type="ndarray").T
     return points[np.unique(connected(first, second, len(points)), return_index=True)[1]]
 
@@ -182,7 +182,7 @@ def _apart(points: np.ndarray, near: float) -> np.ndarray:
 def _faces(points: np.ndarray, inside: np.ndarray, equations: np.ndarray, near: float) -> Cell:
     """Faces of a convex cell, each counter-clockwise from outside.
 
-    inside : points of the cell; those that are no corners are left out
+    inside : points of the cell; those that are not corners are ignored
     equations : (T, 4) planes of the triangles of its hull
     """
     normals, distance = equations[:, :3], equations[:, 3]
@@ -197,7 +197,7 @@ def _faces(points: np.ndarray, inside: np.ndarray, equations: np.ndarray, near: 
 
 
 def _is_closed(cell: Cell) -> bool:
-    """Whether each side of each face is that of one other face, the other way round."""
+    """Whether each side of each face is that of one other face in the opposite direction."""
     found = [side for face in cell for side in sides(face)]
     return sorted(found) == sorted({(b, a) for a, b in found})
 

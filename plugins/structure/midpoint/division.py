@@ -1,8 +1,8 @@
 """Hexes of convex cells: one at each corner with three edges (Li, McKeag and Armstrong 1995).
 
-The hex at a corner of a cell has that corner, the middles of its three edges, the centres of its
-three faces and the centre of the cell.  A cell with another corner is divided into tetrahedra
-first.
+The corners of the hex are the corner of the cell, the midpoints of its three edges, the centres of
+its three faces and the centre of the cell. A cell with another kind of corner is first divided into
+tetrahedra.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from .cells import Cell, Cells, Face, joined, sides
 
 
 def divided(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) and hexes (H, 8) of the division with the largest least scaled Jacobian.
+    """Vertices (V, 3) and hexes (H, 8) of the division with the largest minimum scaled Jacobian.
 
-    Tried are tetrahedra round the centres of the cells that need them, the same with cells joined,
-    and for a single cell tetrahedra round each of its corners.
+    The divisions are: tetrahedra around the centres of cells that need them; the same after merging
+    cells; and for a single cell, tetrahedra around each of its corners.
     """
     found = [_hexes(each) for each in _divisions(cells)]
     return max(found, key=lambda mesh: scaled_jacobian(*mesh).min().round(6))
 
 
 def _divisions(cells: Cells) -> Iterator[Cells]:
-    """Cells of which all corners have three edges."""
+    """Divisions into cells all of whose corners have three edges."""
     yield _coned(cells)
     if len(cells.cells) > 1:
         yield _coned(joined(cells))
@@ -44,10 +44,10 @@ def _is_simple(cell: Cell) -> bool:
 
 
 def _coned(cells: Cells) -> Cells:
-    """Tetrahedra round the centre of every cell with a corner that has not three edges.
+    """Tetrahedra around the centre of every cell with a corner that does not have three edges.
 
-    Faces of such cells get a centre unless they are triangles, and so the cells beyond them are
-    divided as well.
+    Faces of such cells get a centre unless they are triangles, so the adjacent cells are divided as
+    well.
     """
     whole = {number for number, cell in enumerate(cells.cells) if _is_simple(cell)}
     while True:
@@ -78,7 +78,7 @@ def _coned(cells: Cells) -> Cells:
 
 
 def _round_corner(points: np.ndarray, cell: Cell, tip: int) -> Cells:
-    """Tetrahedra from a corner of a cell to all faces that it is not on."""
+    """Tetrahedra from a corner of a cell to all faces that do not contain it."""
     added, found = list(points), []
     for face in cell:
         if tip not in face:
@@ -93,12 +93,12 @@ def _add(points: list[np.ndarray], place: np.ndarray) -> int:
 
 
 def _triangles(face: Face, centre: int | None) -> list[Face]:
-    """A face as triangles round its centre, or itself where it has none."""
+    """A face as triangles around its centre, or the face itself without one."""
     return [face] if centre is None else [(a, b, centre) for a, b in sides(face)]
 
 
 def _tetrahedron(triangle: Face, tip: int) -> Cell:
-    """Of a triangle, counter-clockwise from outside, and the corner beneath it."""
+    """A tetrahedron from a triangle, counter-clockwise from outside, and the opposite corner."""
     return (triangle, *((b, a, tip) for a, b in sides(triangle)))
 
 
@@ -109,7 +109,7 @@ def _hexes(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
     hexes = []
 
     def vertex(*corners: int) -> int:
-        """In the middle of corners: itself a corner, or of an edge, face or cell."""
+        """A new vertex at the centre of corners: of an edge, face or cell, or a corner itself."""
         key = frozenset(corners)
         if key not in number:
             number[key] = _add(places, cells.points[list(corners)].mean(axis=0))

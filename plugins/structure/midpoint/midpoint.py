@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-LEAST = 0.05  # scaled Jacobian of blocks that polishing may make good
-TURN = 0.1  # of the diagonal: what a whole turn of the normal is worth
+LEAST = 0.05  # smallest scaled Jacobian of blocks that polishing can improve sufficiently
+TURN = 0.1  # of the diagonal: weight of the difference of unit normals
 
 
 @register("structure", "midpoint")
@@ -28,15 +28,16 @@ TURN = 0.1  # of the diagonal: what a whole turn of the normal is worth
 class Midpoint(Structure):
     """Divide a polyhedron into convex cells, and each cell into one hex for each of its corners.
 
-    For parts of planar faces only, of genus 0 and with few corners; these may have more than three
-    edges, as no corner of a polycube has.  Corners, edges and faces are kept exactly.
+    For parts with planar faces only, of genus 0 and with few corners; these may have more than
+    three edges, which is not possible for corners of a polycube. Corners, edges and faces are
+    exact.
 
     Parameters
     ----------
     grid : cells of the polycube; not used
     primitives : (3, 3, 3) bool voxels by name
     corners : largest number of corners of the part
-    planes : largest number of planes that cut a part that is not convex
+    planes : largest number of planes that divide a non-convex part
     """
 
     references: ClassVar[tuple[str, ...]] = ("li1995midpoint",)
@@ -49,7 +50,7 @@ class Midpoint(Structure):
     planes: int = 6
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """One candidate with blocks, or none where the part is no such polyhedron."""
+        """One candidate with blocks, or none if the part is not such a polyhedron."""
         from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
@@ -92,7 +93,7 @@ def _conforming(vertices: np.ndarray, hexes: np.ndarray) -> HexMesh:
 
 
 def _with_faces(blocks: HexMesh, solid: Polyhedron) -> HexMesh:
-    """Blocks whose boundary quads name the planar faces that they are on."""
+    """Blocks whose boundary quads have the numbers of their planar faces."""
     from polycube.surface.fit_target import target
 
     goal = target(solid.surface)

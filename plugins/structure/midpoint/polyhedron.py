@@ -1,4 +1,4 @@
-"""Planes, corners and reflex edges of a surface of planar faces."""
+"""Planes, corners and reflex edges of a surface with planar faces."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from polycube.surface.measures import (
 )
 from polycube.types import TriMesh
 
-FLAT = np.radians(0.01)  # between the normals of triangles in one plane, at most
-NEAR = 1e-5  # of the diagonal: distance of a face's points from its plane, at most
-THIRD = 1e-6  # least singular value of the normals at a corner
+FLAT = np.radians(0.01)  # largest angle between the normals of triangles in one plane
+NEAR = 1e-5  # of the diagonal: largest distance of the points of a face from its plane
+THIRD = 1e-6  # smallest singular value of the normals at a corner
 
 
 class NotPolyhedralError(Exception):
-    """Says in one clause why a surface is no polyhedron of a few planes."""
+    """The surface is not a polyhedron with few planes; the message is a clause with the reason."""
 
 
 @dataclass(frozen=True, eq=False)
 class Polyhedron:
-    """A solid of planar faces.
+    """A solid with planar faces.
 
     Parameters
     ----------
     surface : its triangles
-    face : (F,) number of the planar face of each
+    face : (F,) number of the planar face of each triangle
     corners : (C, 3)
     edges : (E, 2, 3) ends of the edges of triangles between two faces
-    reflex : (R, 2, 3) a point and the normal of the plane that halves the angle of the solid at
+    reflex : (R, 2, 3) a point and the normal of the plane that bisects the angle of the solid at
         each edge of more than 180 degrees
     """
 
@@ -49,20 +49,20 @@ class Polyhedron:
 
 
 def polyhedron(surface: TriMesh, most: int) -> Polyhedron:
-    """The polyhedron that a closed surface is.
+    """The polyhedron of a closed surface.
 
     Its faces are those of the CAD file, or the connected coplanar sets of triangles.
 
     Parameters
     ----------
-    surface : closed
-    most : corners at most
+    surface : closed surface
+    most : largest number of corners
 
     Raises
     ------
     NotPolyhedralError
-        Where the surface has handles or several shells, a face is not planar, two CAD faces that
-        meet lie in one plane, or there are more corners.
+        If the surface has handles or several shells, if a face is not planar, if two adjacent CAD
+        faces are coplanar, or if there are more corners.
     """
     if components(surface.faces).any() or genus(surface) != 0:
         raise NotPolyhedralError("the part has holes or voids")
@@ -96,7 +96,7 @@ def polyhedron(surface: TriMesh, most: int) -> Polyhedron:
 
 
 def _corners(surface: TriMesh, plane: np.ndarray, normals: np.ndarray, most: int) -> np.ndarray:
-    """(C, 3) vertices where the normals of the planes span all directions."""
+    """(C, 3) vertices at which the normals of the planes span all directions."""
     touching = np.unique(np.stack([surface.faces.ravel(), np.repeat(plane, 3)], axis=1), axis=0)
     by_plane = normals[touching[:, 1]]
     spread = np.zeros((len(surface.vertices), 3, 3))

@@ -1,1 +1,1 @@
-"""Lattices as fine as the hexes, overlaid on the part."""
+"""Lattices with cells of the size of the hexes."""

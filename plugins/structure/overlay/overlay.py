@@ -1,4 +1,4 @@
-"""A lattice as fine as the hexes, overlaid on the part."""
+"""A lattice with cells of the size of the hexes, laid over the part."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from polycube.types import OVERLAY, SPARE, Candidate, Polycube, RoughMap, TriMes
 
 logger = logging.getLogger(__name__)
 
-ROOM = 1.05  # times the least cells that `max_hexes` allows
-SMALLER = 0.87  # ratio of cells that makes one more candidate worth while
+ROOM = 1.05  # factor on the smallest cells that `max_hexes` permits
+SMALLER = 0.87  # largest ratio of cells for another candidate
 SAMPLES = 4  # of a cell along each axis
-COVERED = 0.8  # of the solid that a lattice must hold; one with less misses parts of it
-MOST_CELLS = 2_000_000  # full or not: their samples take 130 MB
+COVERED = 0.8  # of the solid: smallest share that a lattice must contain
+MOST_CELLS = 2_000_000  # full or empty: their samples take 130 MB
 Wrong = tuple[bool, int]  # whether parts are missing, and the difference of the genus
 
 
 @register("structure", "overlay")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Overlay(Structure):
-    """Fill the cells of a lattice that lie in the part.
+    """Fill the cells of a lattice inside the part.
 
-    Topology is that of the part: cells are flipped, or the lattice is finer.  Where no lattice has
-    it, the one whose genus is nearest is a spare.  Hexes are as large as the cells: many more than
-    on a coarse polycube, and room for more features.
+    The topology is that of the part: cells are flipped, or the lattice is refined. If no lattice
+    has it, the one with the closest genus is a substitute. Hexes have the size of the cells: there
+    are many more than on a coarse polycube, with room for more features.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ class Overlay(Structure):
     most : largest number of full cells, of all candidates but the coarsest; sheets add to the hexes
     across_wall, around_hole : smallest number of hexes through a wall, and of edges round a hole
     at : numbers of hexes at faces of the part, as `meshing.at`; the cells of the first candidate
-        are as small as these want, where `max_hexes` allows
-    steps : by which they are smaller yet until the topology is right
+        are as small as these require, where `max_hexes` allows
+    steps : factors by which they are reduced further until the topology is correct
     least : shares of a cell that must be solid for it to be full, tried in this order
     thin : the same where none of these gives the right topology; a thin sheet fills no cell
     max_hexes : largest number of full cells; a lattice that needs more is not proposed
@@ -74,8 +74,9 @@ class Overlay(Structure):
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, the coarsest first, or as fine as `at` wants; one spare where no lattice has
-        the right topology.
+        """Candidates, the coarsest first, or as fine as `at` requires.
+
+        If no lattice has the correct topology, there is one substitute.
         """
         from polycube.hexmesh.generation import sizing
         from polycube.surface.frames import frames
@@ -108,8 +109,8 @@ class Overlay(Structure):
     def _sizes(self, surface: TriMesh, size: float) -> list[float]:
         """Sizes of the cells of the candidates.
 
-        With entries of `at`, first those that are as small as these want, but no smaller than
-        `max_hexes` allows; then larger ones, for where these make no good mesh.
+        With entries of `at`, first those that are as small as these require, within `max_hexes`;
+        then larger ones, in case these give no good mesh.
         """
         from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
         from polycube.surface.measures import diagonal, volume
@@ -139,9 +140,9 @@ class Overlay(Structure):
     def _lattices(
         self, surface: TriMesh, frame: np.ndarray, size: float, cell: float, brick: str
     ) -> Iterator[tuple[Wrong, Candidate]]:
-        """Lattices of cells of about that size, each after what is wrong with it.
+        """Lattices with cells of about that size, each after its defects.
 
-        size : of the largest hexes that they may be joined to
+        size : size of the largest hexes into which they may be merged
         """
         from polycube.hexmesh.generation import sizing
         from polycube.structure.lattice import genus
@@ -185,7 +186,7 @@ class Overlay(Structure):
 
 
 def _first(lattices: Iterator[tuple[Wrong, Candidate]]) -> tuple[Wrong, Candidate] | None:
-    """The first lattice with nothing wrong, else the first with the least."""
+    """The first lattice without defects, else the first with the fewest."""
     best = None
     for each in lattices:
         if best is None or each[0] < best[0]:
@@ -196,7 +197,7 @@ def _first(lattices: Iterator[tuple[Wrong, Candidate]]) -> tuple[Wrong, Candidat
 
 
 def _solid_shares(surface: TriMesh, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) share of each cell between lattice planes that is solid, by samples."""
+    """(X, Y, Z) solid share of each cell between lattice planes, by samples."""
     from polycube.surface.inside import inside
 
     solid = inside(surface.vertices[surface.faces], *map(_samples, (x, y, z)))
@@ -205,13 +206,13 @@ def _solid_shares(surface: TriMesh, x: np.ndarray, y: np.ndarray, z: np.ndarray)
 
 
 def _samples(planes: np.ndarray) -> np.ndarray:
-    """Of every interval, evenly."""
+    """Evenly spaced samples of every interval."""
     inner = (np.arange(SAMPLES) + 0.5) / SAMPLES
     return (planes[:-1, None] + np.diff(planes)[:, None] * inner).ravel()
 
 
 def _polycube(full: np.ndarray, brick: str) -> Polycube:
-    """Of the full cells, each a grid cell."""
+    """Polycube of the full cells, each a grid cell."""
     x, y, z = (np.arange(n + 1.0) for n in full.shape)
     context = tuple(brick if is_full else None for is_full in full.ravel().tolist())
     return Polycube(full, x, y, z, full.shape, context)

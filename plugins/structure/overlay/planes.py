@@ -9,25 +9,25 @@ import numpy as np
 from polycube.surface.measures import face_areas, face_normals
 from polycube.types import TriMesh
 
-ALONG = np.cos(np.radians(2))  # of a normal and the axis that its plane is perpendicular to
-SAME = 0.05  # of a cell: planes nearer than this are one
-NEAREST = 0.6  # of a block: the least distance of two planes
-MIDDLE = 0.2  # of a block: how far the plane between two may be from the middle
-LEAST = 0.25  # of the area of a cell's side that a plane has at least
+ALONG = np.cos(np.radians(2))  # for a normal and the axis of its plane
+SAME = 0.05  # of a cell: closer planes are merged
+NEAREST = 0.6  # of a block: smallest distance of two planes
+MIDDLE = 0.2  # of a block: largest distance of an inner plane from the centre
+LEAST = 0.25  # of the area of a side of a cell: smallest area of a plane
 
 
 def planes(surface: TriMesh, axis: int, size: float, doublings: int = 1) -> np.ndarray:
     """Coordinates of the lattice planes perpendicular to an axis.
 
-    Every second plane bounds blocks of two cells, every fourth blocks of four, and so on.  Planar
-    faces have a plane between the largest blocks each, the larger first, where no other is near,
-    or else one between smaller blocks.
+    Every second plane bounds blocks of two cells, every fourth blocks of four, and so on. Each
+    planar face has a plane between the largest blocks, the larger faces first, if no other is
+    close, or else one between smaller blocks.
 
     Parameters
     ----------
-    surface : in the frame of the lattice
+    surface : surface in the frame of the lattice
     size : wanted distance of two planes
-    doublings : the largest blocks have so many levels of smaller ones and cells
+    doublings : number of levels of smaller blocks and cells within the largest blocks
 
     Returns
     -------
@@ -53,7 +53,7 @@ def planes(surface: TriMesh, axis: int, size: float, doublings: int = 1) -> np.n
 
 
 def _halved(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Lines (N,) with one more between two each: in the middle, or on the first place near that."""
+    """Lines (N,) with one more in each interval: at the centre, or at the first place near it."""
     between = (lines[1:] + lines[:-1]) / 2
     for place in places[::-1]:
         block = np.searchsorted(lines, place) - 1

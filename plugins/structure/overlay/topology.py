@@ -1,4 +1,4 @@
-"""Full cells of a lattice, flipped until they make one manifold solid without voids."""
+"""Full cells of a lattice, flipped until they are one manifold solid without voids."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from scipy.ndimage import binary_dilation, label
 from polycube.structure.windows import TABLE, flip, windows
 
 ROUNDS = 20
-THIN = 0.15  # share of a cell that a wall has at least where it is to fill cells
+THIN = 0.15  # smallest share of a cell in a wall that fills cells
 AROUND = np.ones((3, 3, 3), bool)
 
 
 def manifold(share: np.ndarray, least: float) -> np.ndarray:
-    """Cells of which a least share is solid, with as few others as make them one manifold solid.
+    """Cells with a smallest solid share, and as few changes as needed for a manifold solid.
 
     Parameters
     ----------
-    share : (X, Y, Z) of each cell that is solid
-    least : share from which a cell is full
+    share : (X, Y, Z) solid share of each cell
+    least : share above which a cell is full
 
     Returns
     -------
@@ -28,7 +28,7 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
     share = _with_walls(share, least)
     full = share >= least
     for _ in range(ROUNDS):
-        # first the pinches, so that blocks that touch along an edge grow together
+        # first the pinched points, so that blocks that touch along an edge are connected
         solid, weight = np.pad(full, 1), np.pad(np.abs(share - least), 1, constant_values=2.0)
         _mend(solid, windows(solid), weight, TABLE)
         mended = solid[1:-1, 1:-1, 1:-1]
@@ -39,9 +39,10 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
 
 
 def _with_walls(share: np.ndarray, least: float) -> np.ndarray:
-    """The shares, with those of walls that fill no cell raised above the least.
+    """The shares, with those of walls without full cells raised above the limit.
 
-    A wall is where solid cells have no full cell around; two cells of it overlap what is full.
+    A wall consists of solid cells without full cells around them; two of its cells overlap full
+    ones.
     """
     solid = (share >= THIN) & (share < least)
     apart = solid & ~binary_dilation(share >= least, AROUND)
@@ -63,9 +64,8 @@ def _without_voids(full: np.ndarray) -> np.ndarray:
 def _mend(solid: np.ndarray, codes: np.ndarray, weight: np.ndarray, table: np.ndarray) -> None:
     """Flip cells in place until no lattice point is pinched.
 
-    The cell that mends most pinched points for its weight is flipped; where none mends any, all
-    cells round a pinched point are filled for good.  A weight above 1 is that of a cell that stays
-    as it is.
+    The cell that repairs the most pinched points for its weight is flipped; if none repairs any,
+    all cells around a pinched point are filled permanently. A weight above 1 marks a fixed cell.
     """
     while True:
         bad = np.argwhere(table[codes.ravel(), 1].reshape(codes.shape) > 0)

@@ -1,4 +1,4 @@
-"""Read a polycube off the slices of a voxel solid.
+"""Polycubes from the slices of a voxel solid.
 
-Imports the core and this folder.
+Imports `polycube` and this folder.
 """

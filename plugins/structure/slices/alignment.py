@@ -1,8 +1,8 @@
-"""Read a part as a word: the cheapest way to cut its slices into the letters of the word.
+"""Align the slices of a part with a pattern: the cheapest division into its letters.
 
-The cost of reading a slice as a letter is the area that would have to be added or removed to make
-it so, plus penalties for features that are missing or unlike; a dynamic programme finds the best
-monotone cut for every word.
+The cost of a slice with a letter is the area that would have to be added or removed, plus penalties
+for features that are missing or different; dynamic programming finds the best monotone division for
+every pattern.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ Letter = TypeVar("Letter", bound=Hashable)
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A part seen in a frame, turned by one of the rotations of the cube."""
+    """A part in a frame after one of the rotations of the cube."""
 
-    frame: np.ndarray  # (3, 3) model coordinates -> frame
-    turn: np.ndarray  # (3, 3) frame -> view
+    frame: np.ndarray  # (3, 3) rotation from model coordinates to the frame
+    turn: np.ndarray  # (3, 3) rotation from the frame to the view
     voxels: Voxels  # in the axes of the view
 
     def turned(self, turn: np.ndarray) -> View:
-        """The view turned once more."""
+        """The view after another rotation."""
         return View(self.frame, turn @ self.turn, self.voxels.turned(turn))
 
     def to_model(self, points: np.ndarray) -> np.ndarray:
@@ -41,7 +41,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A word read along the first axis of a view."""
+    """An alignment with a pattern along the first axis of a view."""
 
     word: Word
     cost: float
@@ -51,7 +51,7 @@ class Reading:
 
 
 def read(view: View, words: Sequence[Word], costs: Costs) -> list[Reading]:
-    """Readings of all words along the first axis that are possible; none without solid voxels."""
+    """All possible alignments along the first axis; empty without solid voxels."""
     slices = measure(view.voxels.solid)
     used = np.flatnonzero(slices.area)
     if len(used) == 0:
@@ -76,7 +76,7 @@ def read(view: View, words: Sequence[Word], costs: Costs) -> list[Reading]:
 
 
 def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
-    """(X,) cost in voxels of reading each slice as each letter; 0 where there is no solid."""
+    """(X,) cost in voxels of each slice with each letter; 0 for a slice without solid."""
     area, holes = slices.area, slices.hole_total
     first, second = slices.piece_area.T
     hole = slices.hole_area
@@ -85,7 +85,7 @@ def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
     missing = costs.missing * (area + holes)
     boxes = _box_area(slices.piece_box)
     ragged = costs.ragged * np.maximum(0, boxes[:, 0] - first - hole)
-    one = rest + holes + hidden  # as if one full piece
+    one = rest + holes + hidden  # as for one full piece
     no_ring = rest + area * np.where(second > 0, 0.3, 0.5) + hidden / 2
     ring = rest + holes - hole + hidden + np.maximum(0, missing - hole) + ragged
     letters = {"F": one + ragged, "R": np.where(hole > 0, ring, no_ring)}
@@ -93,7 +93,7 @@ def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
     bars = rest - second + holes + np.maximum(0, missing - second)
     bars = bars + costs.ragged * (boxes.sum(axis=1) - first - second)
     apart, askew = _arrangement(slices.piece_box)
-    for letter, gap in (("Y", 1), ("Z", 0)):  # the bars of Y lie apart in z
+    for letter, gap in (("Y", 1), ("Z", 0)):  # the bars of Y are separated in z
         cost = np.minimum(one - slices.gain[:, gap] + missing / 2, blunt)
         extra = np.where(apart[:, gap], 0, costs.overlap) + costs.direction * askew[:, gap]
         inside = np.maximum(0, slices.between[:, 1 - gap] - holes) * apart[:, gap]
@@ -103,12 +103,12 @@ def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
 
 
 def _box_area(boxes: np.ndarray) -> np.ndarray:
-    """(...,) of (..., 4) boxes."""
+    """(...,) areas of boxes (..., 4)."""
     return (boxes[..., 1] - boxes[..., 0]) * (boxes[..., 3] - boxes[..., 2])
 
 
 def _arrangement(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whether two boxes (X, 2, 4) are apart in y, z; share of their offset across y, z; (X, 2)."""
+    """Whether two boxes (X, 2, 4) are separated in y, z; relative offset across y, z; (X, 2)."""
     low, high = boxes[..., ::2], boxes[..., 1::2]  # (X, 2 boxes, y z)
     apart = low.max(axis=1) >= high.min(axis=1)
     offset = ((low + high)[:, 0] - (low + high)[:, 1]) ** 2
@@ -118,9 +118,9 @@ def _arrangement(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def cut(
     letters: Sequence[Letter], emission: Mapping[Letter, np.ndarray], shortest: int
 ) -> tuple[float, np.ndarray]:
-    """Least cost of cutting X slices into the letters in order, and where each one begins.
+    """Smallest cost of dividing X slices into the letters in order, and the start of each one.
 
-    A full letter at an end may be a single slice; infinite when there are too few slices.
+    A full letter at an end may be a single slice; the cost is infinite if there are too few slices.
     """
     n = len(emission[letters[0]])
     best, origin = np.where(np.arange(n + 1) == 0, 0.0, np.inf), []
@@ -128,7 +128,7 @@ def cut(
         is_cap = letter == "F" and index in (0, len(letters) - 1) and len(letters) > 1
         wide = 1 if is_cap else shortest
         total = np.append(0, np.cumsum(emission[letter]))
-        start = best - total  # of beginning the letter at each slice
+        start = best - total  # cost of starting the letter at each slice
         least = np.minimum.accumulate(start)
         new = np.append(True, least[1:] < least[:-1])
         begin = np.maximum.accumulate(np.where(new, np.arange(n + 1), 0))

@@ -1,4 +1,4 @@
-"""Readings of a part in several frames and along their axes, as candidates."""
+"""Alignments of a part in several frames and along their axes, as candidates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .options import Costs, Reader
 from .patterns import Word
 from .placement import misfit, place
 
-TIE = 0.01  # weight of the lengths among equally good readings
+TIE = 0.01  # weight of the lengths among equally good alignments
 
 
 def views(options: Reader, surface: TriMesh) -> list[View]:
@@ -29,13 +29,13 @@ def views(options: Reader, surface: TriMesh) -> list[View]:
 def readings(
     costs: Costs, view: View, turns: Iterable[np.ndarray], words: Sequence[Word]
 ) -> list[Reading]:
-    """Readings of the words along the first axis of each turn (3, 3) of a view, best first."""
+    """Alignments along the first axis of each rotation (3, 3) of a view, best first."""
     found = [reading for t in turns for reading in read(view.turned(t), words, costs)]
     return sorted(found, key=lambda reading: reading.cost)
 
 
 def as_candidate(reading: Reading, proposal: str, frame: int) -> Candidate:
-    """The candidate of a reading in the frame of that number, named as its lengths suggest."""
+    """The candidate of an alignment in a frame; its context follows from its lengths."""
     unlike, index = min((misfit(reading, p), i) for i, p in enumerate(reading.word.polycubes))
     polycube = reading.word.polycubes[index]
     cost = reading.cost + TIE * unlike
@@ -44,9 +44,9 @@ def as_candidate(reading: Reading, proposal: str, frame: int) -> Candidate:
 
 
 def structure_key(polycube: Polycube, view: np.ndarray, frame: int) -> str:
-    """The boxes of a polycube as they lie in a frame; equal for equal solids in it.
+    """Key of the boxes of a polycube in a frame; equal for equal solids.
 
-    view : (3, 3) turn from the frame to the axes of the polycube
+    view : (3, 3) rotation from the frame to the axes of the polycube
     """
     boxes = turn(polycube.occupancy, view.T)
     bits = "".join("01"[int(full)] for full in boxes.ravel())
@@ -54,7 +54,7 @@ def structure_key(polycube: Polycube, view: np.ndarray, frame: int) -> str:
 
 
 def distinct_turns(polycube: Polycube, of_row: bool = False) -> list[np.ndarray]:
-    """Turns (3, 3) in which a polycube lies differently; of a row also those that move its axis."""
+    """Rotations (3, 3) with different results for a polycube, or for a row with another axis."""
     found: dict[tuple[int, str], np.ndarray] = {}
     for rotation in rotations():
         axis = int(np.abs(rotation[0]).argmax()) if of_row else 0

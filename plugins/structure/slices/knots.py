@@ -1,8 +1,9 @@
-"""Knots of boxes that fit a voxel solid best.
+"""Knots of boxes with the best fit to a voxel solid.
 
-How many voxels a solid and a placed polycube do not share is, with the knots of two axes held, a
-sum over slices along the third; the best knots there are the cheapest cut of the slices into the
-polycube's slabs, by dynamic programme.  The axes take turns until nothing changes.
+The number of voxels that belong to only one of a solid and a placed polycube is, for fixed knots of
+two axes, a sum over slices along the third. The best knots of this axis are the cheapest division
+of the slices into the slabs of the polycube, by dynamic programming. The axes are optimised in turn
+until nothing changes.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy as np
 
 from .alignment import cut
 
-ROUNDS = 10  # of all three axes at most; two or three are the rule
+ROUNDS = 10  # largest number of rounds of all three axes; usually two or three are needed
 
 
 def cumulative(solid: np.ndarray) -> np.ndarray:
@@ -23,12 +24,13 @@ def cumulative(solid: np.ndarray) -> np.ndarray:
 
 
 def fit_knots(slabs: np.ndarray, counts: np.ndarray, starts: int) -> tuple[list[np.ndarray], int]:
-    """Voxels at which the knots of (I, J, K) boxes fit best, and how many voxels then misfit.
+    """Voxel numbers of the knots with the best fit of (I, J, K) boxes, and the misfit in voxels.
 
     counts : `cumulative` voxels, which the boxes fill from end to end
-    starts : of the descent; the first has equal slabs, the others random ones
+    starts : number of starts of the descent; the first has equal slabs, the others random ones
 
-    A descent that starts with a hole beside the part's loses the hole, hence several.
+    Several starts are used, because a descent that starts with a hole beside that of the part loses
+    the hole.
     """
     rng = np.random.default_rng(0)
     widths = [[np.full(n, 1 / n) for n in slabs.shape]]
@@ -50,7 +52,7 @@ def fit_knots(slabs: np.ndarray, counts: np.ndarray, starts: int) -> tuple[list[
 def descend(
     slabs: np.ndarray, counts: np.ndarray, knots: list[np.ndarray], shortest: int = 1
 ) -> tuple[list[np.ndarray], int]:
-    """Knots and misfit, from knots that are given; slabs get at least `shortest` voxels."""
+    """Knots and misfit from given knots; slabs have at least `shortest` voxels."""
     knots = list(knots)
     before = misfit = counts[-1, -1, -1] + 1
     for _ in range(ROUNDS):
@@ -65,7 +67,7 @@ def descend(
 
 
 def _slice_costs(slabs: np.ndarray, counts: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(I, X) voxels of each slice along the first axis that misfit each slab."""
+    """(I, X) misfit in voxels of each slice along the first axis with each slab."""
     filled = np.diff(np.diff(np.diff(counts[:, y][:, :, z], axis=0), axis=1), axis=2)  # (X, J, K)
     area = np.diff(y)[:, None] * np.diff(z)
     if_empty = filled.reshape(len(filled), -1)

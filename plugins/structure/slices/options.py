@@ -36,7 +36,7 @@ class Costs:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reader(Costs):
-    """Options that the plugins of this package share.
+    """Common options of the plugins of this package.
 
     Parameters
     ----------

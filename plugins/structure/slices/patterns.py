@@ -1,9 +1,9 @@
-"""Contexts of a row of cells as words over slab patterns.
+"""Contexts of a row of cells as patterns of slabs.
 
-Along the row, a polycube is a sequence of slabs: F full, R a ring (the middle removed), Y and Z
-two bars (the middle z column removed, a hole along y; the middle y row removed, a hole along z).
-Repeated letters say nothing new: cube + hole_y = FFF FYF = FYF.  So a few words stand for all
-contexts, and a part is read by finding the word that its slices spell.
+Along the row, a polycube is a sequence of slabs: F full, R a ring (the centre removed), Y and Z two
+bars (the central z column removed, a hole along y; the central y row removed, a hole along z).
+Repeated letters are redundant: cube + hole_y = FFF FYF = FYF. A few patterns thus represent all
+contexts, and the structure of a part is found by aligning its slices with each pattern.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ PATTERNS["Z"][1, :] = False
 
 @dataclass(frozen=True, eq=False)
 class Word:
-    """A word and the (collapsed) polycubes of all contexts that spell it."""
+    """A pattern and the (collapsed) polycubes of all its contexts."""
 
     letters: str
     polycubes: tuple[Polycube, ...]
 
     def without_ring(self) -> set[str]:
-        """The words with one R left out."""
+        """The patterns with one R removed."""
         return {
             _merge(self.letters[:i] + self.letters[i + 1 :])
             for i, letter in enumerate(self.letters)
@@ -41,9 +41,9 @@ class Word:
 
 
 def words(grid: tuple[int, int, int], primitives: Mapping[str, np.ndarray]) -> list[Word]:
-    """Words of the contexts of an n x 1 x 1 grid, short ones first; the last cells may be empty.
+    """Patterns of the contexts of an n x 1 x 1 grid, short ones first; the last cells may be empty.
 
-    Primitives with another slab pattern than F, R, Y, Z spell no word.
+    Primitives with a slab other than F, R, Y, Z have no pattern.
     """
     readable = {name: s for name, voxels in primitives.items() if (s := _spell_cell(voxels))}
     spelled: dict[str, list[Polycube]] = {}
@@ -59,13 +59,13 @@ def words(grid: tuple[int, int, int], primitives: Mapping[str, np.ndarray]) -> l
 
 
 def spell(context: Sequence[str | None], primitives: Mapping[str, np.ndarray]) -> str:
-    """Word of a context of a row of cells; "" when a cell has a pattern that is no letter."""
+    """Pattern of a context of a row of cells; "" if a cell has another slab."""
     letters = [_spell_cell(primitives[name]) for name in context if name is not None]
     return _merge("".join(letters)) if all(letters) else ""
 
 
 def _spell_cell(voxels: np.ndarray) -> str:
-    """Three letters of a cell, or "" when a slab is none of the patterns."""
+    """Three letters of a cell, or "" if a slab is none of the patterns."""
     letters = [
         next((name for name, p in PATTERNS.items() if np.array_equal(p, slab)), "")
         for slab in voxels

@@ -1,4 +1,4 @@
-"""The rough map of a reading: every slice keeps its own lines, so bends and tapers are followed."""
+"""The rough map of an alignment: every slice has its own lines, which follow bends and tapers."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ THIRDS = np.array([0, 1 / 3, 2 / 3, 1])
 
 
 def place(reading: Reading, polycube: Polycube) -> RoughMap:
-    """Rough map of the (collapsed) polycube onto the slices of a reading, in model units.
+    """Rough map of the (collapsed) polycube onto the slices of an alignment, in model units.
 
-    Control planes lie at the ends of every slice; on each, 4 x 4 lines at thirds of the cell.
+    Control planes are at the ends of every slice, each with 4 x 4 lines at thirds of the cell.
     """
     bounds = reading.bounds
     planes = np.arange(bounds[0], bounds[-1] + 1)
@@ -46,7 +46,7 @@ def _lines(reading: Reading) -> np.ndarray:
 
 
 def _seen(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
-    """Outer lines in voxels and inner lines as fractions (X, 2 axes, 2 ends); nan where unseen."""
+    """Outer lines in voxels and inner lines as fractions (X, 2 axes, 2 ends); nan if missing."""
     bounds, letters = reading.bounds, np.array(list(reading.word.letters))
     here = slice(bounds[0], bounds[-1])
     letter = np.repeat(letters, np.diff(bounds))
@@ -75,7 +75,7 @@ def _seen(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _shrunk(boxes: np.ndarray, area: np.ndarray) -> np.ndarray:
-    """(X, 2 axes, 2 ends) boxes about as large as what they hold, at most 30 % narrower."""
+    """(X, 2 axes, 2 ends) boxes with about the area of their content, at most 30 % narrower."""
     ends = boxes.reshape(-1, 2, 2).astype(float)
     centre, size = ends.mean(axis=2, keepdims=True), ends[..., 1] - ends[..., 0]
     fill = np.sqrt(area / np.maximum(size.prod(axis=1), 1)).clip(0.7, 1)
@@ -88,7 +88,7 @@ def _fractions(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
 
 
 def _fill(values: np.ndarray) -> np.ndarray:
-    """Interpolate the nan of (X, 2, 2) along the first axis; thirds where nothing was seen."""
+    """Interpolate the nan of (X, 2, 2) along the first axis; thirds if there are no values."""
     x, filled = np.arange(len(values)), values.copy()
     for i, j in np.ndindex(values.shape[1:]):
         column = filled[:, i, j]
@@ -99,9 +99,9 @@ def _fill(values: np.ndarray) -> np.ndarray:
 
 
 def misfit(reading: Reading, polycube: Polycube) -> float:
-    """How unlike the letters and the slabs of a polycube of the word are in length.
+    """Difference in length between the letters and the slabs of a polycube of the pattern.
 
-    Letters are compared as shares of the row, and the aspect of a cell with a cube.
+    Letters are compared as shares of the row, and the aspect ratio of a cell with that of a cube.
     """
     bounds, span = reading.bounds, np.ptp(polycube.x)
     shares = (bounds - bounds[0]) / (bounds[-1] - bounds[0])

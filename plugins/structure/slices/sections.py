@@ -1,7 +1,7 @@
-"""What each slice of a voxel solid looks like: its pieces, its holes, its concavity.
+"""Measures of each slice of a voxel solid: its components, its holes, its concavity.
 
-Slices are taken along the first axis; within a slice, rows run along y and z.  Areas are in
-voxels, boxes are (y low, y high, z low, z high) in voxels, high exclusive.
+Slices are perpendicular to the first axis; within a slice, rows are parallel to y and z. Areas are
+in voxels, boxes are (y low, y high, z low, z high) in voxels, with exclusive upper ends.
 """
 
 from __future__ import annotations
@@ -12,28 +12,28 @@ import numpy as np
 from numba import njit
 from scipy import ndimage
 
-PLANE = np.zeros((3, 3, 3), bool)  # neighbours within a slice
+PLANE = np.zeros((3, 3, 3), bool)  # neighbours in a slice
 PLANE[1] = True
-CROSS = ndimage.generate_binary_structure(3, 1) & PLANE  # those that share an edge of a pixel
+CROSS = ndimage.generate_binary_structure(3, 1) & PLANE  # pixels with a common edge
 
 
 @dataclass(frozen=True, eq=False)
 class Slices:
-    """Measures of X slices; a missing piece or hole has area 0 and box 0."""
+    """Measures of X slices; a missing component or hole has area 0 and box 0."""
 
     area: np.ndarray  # (X,) solid
-    piece_area: np.ndarray  # (X, 2) of the two largest solid pieces
+    piece_area: np.ndarray  # (X, 2) of the two largest solid components
     piece_box: np.ndarray  # (X, 2, 4)
-    hole_total: np.ndarray  # (X,) of all holes: background that the slice encloses
+    hole_total: np.ndarray  # (X,) of all holes: background enclosed by the slice
     hole_area: np.ndarray  # (X,) of the largest hole
     hole_box: np.ndarray  # (X, 4)
     between: np.ndarray  # (X, 3) background with solid on both sides: in y, in z, in either
-    gain: np.ndarray  # (X, 2) best gain of removing a middle band of y rows, of z rows
+    gain: np.ndarray  # (X, 2) best gain by removing a central band of y rows, of z rows
     span: np.ndarray  # (X, 2) extent of the solid in y, in z
 
 
 def measure(solid: np.ndarray) -> Slices:
-    """Measure every slice of (X, Y, Z) voxels whose outer layer is empty."""
+    """Measure every slice of voxels (X, Y, Z) with an empty outer layer."""
     piece_area, piece_box, _ = _largest(ndimage.label(solid, CROSS)[0], 2)
     background = ndimage.label(~solid, PLANE)[0]
     background[background == background[:, :1, :1]] = 0
@@ -79,7 +79,7 @@ def _between(solid: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _extent(used: np.ndarray) -> np.ndarray:
-    """(X,) rows from the first used to the last used of (X, N)."""
+    """(X,) number of rows from the first used to the last used of (X, N)."""
     last = used.shape[1] - used[:, ::-1].argmax(axis=1)
     return np.where(used.any(axis=1), last - used.argmax(axis=1), 0)
 
@@ -88,8 +88,8 @@ def _extent(used: np.ndarray) -> np.ndarray:
 def _band_gain(rows: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     """(X,) largest sum of gaps / 2 - rows over a band of rows inside the solid.
 
-    rows, gaps : (X, N) solid and enclosed background per row.  The band leaves the outermost rows
-    and is at least 12 % of the extent wide; -inf where there is no room for one.
+    rows, gaps : (X, N) solid and enclosed background per row. The band does not include the
+        outermost rows and is at least 12 % of the extent wide; -inf if there is no room for one.
     """
     gain = np.full(len(rows), -np.inf)
     for x in range(len(rows)):

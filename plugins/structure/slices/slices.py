@@ -1,7 +1,7 @@
-"""Find the structure from slices: every word of the right genus, in every frame, along every axis.
+"""Find the structure from slices: every pattern of the correct genus, in every frame and axis.
 
-The context that spells the cheapest reading is the proposal; the readings close to it are kept
-for a short registration to decide.
+The context of the cheapest alignment is proposed; alignments with a similar cost are also returned,
+and a short registration decides between them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .options import Reader
 
 logger = logging.getLogger(__name__)
 
-AXES = np.array([np.roll(np.eye(3), -axis, axis=0) for axis in range(3)])  # x, y or z first
+AXES = np.array([np.roll(np.eye(3), -axis, axis=0) for axis in range(3)])  # with x, y or z first
 
 
 @register("structure", "slices")
@@ -39,7 +39,7 @@ class SliceReading(Reader, Structure):
     kept_elsewhere: int = 3
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """Candidates, cheapest first; none when the grid is no row or no context has the genus."""
+        """Candidates, cheapest first; empty if the grid is no row or no context has the genus."""
         from polycube.structure.lattice import genus as genus_of
         from polycube.surface.measures import genus
 
@@ -69,7 +69,7 @@ class SliceReading(Reader, Structure):
         return found
 
     def _close(self, candidates: list[Candidate], limit: int) -> list[Candidate]:
-        """The first `limit` within the margin of the first, and all that show its structure."""
+        """The first `limit` within the margin of the first, and all with its structure."""
         return [
             candidate
             for rank, candidate in enumerate(candidates)

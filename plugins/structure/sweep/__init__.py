@@ -1,1 +1,1 @@
-"""Quads of a section, swept along an axis."""
+"""Sweep quads of a section along an axis."""

@@ -1,4 +1,4 @@
-"""Lines in the plane as one planar graph: lines that coincide are one, and cross in points."""
+"""Planar graph of lines: coincident lines are merged, and crossings become points."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from polycube.surface.measures import connected
 from .plane import cross
 from .walls import NotSweptError
 
-SMOOTH = np.radians(30)  # turn of a polyline that stands for a curve, at most
-SAG = 1.2  # times the distance of a chord from its arc: two polylines of one curve
-ROUNDS = 4  # of joining what coincides
-MOST = 6000  # lines
+SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
+SAG = 1.2  # relative to the distance of a chord from its arc: for two polylines of one curve
+ROUNDS = 4  # rounds of merging
+MOST = 6000  # largest number of lines
 
 
 def arrangement(
     points: np.ndarray, lines: np.ndarray, near: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (N, 2) and edges (E, 2), ends ascending, of the planar graph that lines make.
+    """Points (N, 2) and edges (E, 2), with ascending ends, of the planar graph of lines.
 
     Parameters
     ----------
     points : (P, 2)
-    lines : (S, 2) into points
-    near : distance of points that are one
+    lines : (S, 2) indices of points
+    near : distance below which points are merged
 
     Raises
     ------
     NotSweptError
-        Where there are too many lines.
+        If there are too many lines.
     """
     if len(lines) > MOST:
         raise NotSweptError(f"its section has {len(lines)} lines, more than {MOST}")
@@ -55,7 +55,7 @@ def arrangement(
 
 
 def _names(points: np.ndarray, near: float) -> np.ndarray:
-    """(P,) equal for points that are one."""
+    """(P,) number that is equal for merged points."""
     pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
     return connected(pairs[:, 0], pairs[:, 1], len(points))
 
@@ -66,15 +66,15 @@ def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:
 
 
 def _distinct(lines: np.ndarray) -> np.ndarray:
-    """Lines between different points, once each."""
+    """Lines between different points, without duplicates."""
     lines = np.sort(lines[lines[:, 0] != lines[:, 1]], axis=1)
     return np.unique(lines, axis=0)
 
 
 def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    """(S,) how far each line may be from the curve that it is a chord of; 0 for straight curves.
+    """(S,) largest distance of each line from the curve of which it is a chord; 0 if straight.
 
-    A polyline of a curve turns by little at both ends of a chord, and its chords are alike.
+    A polyline of a curve has small turns at both ends of a chord, and similar chords.
     """
     step = points[lines[:, 1]] - points[lines[:, 0]]
     length = np.linalg.norm(step, axis=1)
@@ -97,7 +97,7 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
 def _points_on(
     points: np.ndarray, lines: np.ndarray, within: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lines (N,) and points (N,) that lie on them between their ends, within (S,) distances."""
+    """Lines (N,) and points (N,) on them between their ends, within distances (S,)."""
     start, step = points[lines[:, 0]], np.diff(points[lines], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
     near = cKDTree(points).query_ball_point(start + step / 2, length / 2 + within)
@@ -115,7 +115,7 @@ def _points_on(
 def _split(
     points: np.ndarray, lines: np.ndarray, owner: np.ndarray, point: np.ndarray
 ) -> np.ndarray:
-    """Lines cut at points (N,) on the lines `owner` (N,), once each."""
+    """Divide lines at points (N,) on the lines `owner` (N,), without duplicates."""
     ends = lines.ravel()
     owner = np.concatenate([np.repeat(np.arange(len(lines)), 2), owner])
     point = np.concatenate([ends, point])
@@ -132,7 +132,7 @@ def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.n
     start, step = points[lines[:, 0]], np.diff(points[lines], axis=1)[:, 0]
     low, high = points[lines].min(axis=1), points[lines].max(axis=1)
     order = np.argsort(low[:, 0], kind="stable")
-    # a line may cross those that begin, from left to right, before it ends
+    # from left to right, a line can cross those that begin before it ends
     last = np.searchsorted(low[order, 0], high[order, 0], side="right")
     number = last - np.arange(len(order)) - 1
     one = np.repeat(np.arange(len(order)), number)
@@ -155,7 +155,7 @@ def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.n
 
 
 def _without_ends(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The graph without lines that end at nothing, and the points that are left."""
+    """The graph without lines that have a loose end, and the remaining points."""
     while (loose := (np.bincount(lines.ravel())[lines] == 1).any(axis=1)).any():
         lines = lines[~loose]
     used, number = np.unique(lines, return_inverse=True)

@@ -12,21 +12,21 @@ from polycube.types import TriMesh
 
 from .walls import FLAT, NotSweptError, Triangles, caps, check_walls, triangles, wall_of
 
-NEAR = 1e-5  # of the diagonal: points nearer than this are one, heights one level
-ALIKE = 500  # steps of a coordinate of unit normals by which planes are told apart
-AXES = 6  # directions looked at, those of the largest planes
+NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
+ALIKE = 500  # steps of a coordinate of unit normals that distinguish planes
+AXES = 6  # number of directions tried, those of the largest planes
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """A part whose faces are caps, perpendicular to an axis, and walls along it.
+    """A part with faces perpendicular to an axis (caps) and along it (walls).
 
     Parameters
     ----------
-    frame : (3, 3) two directions across the axis and the axis; its rows are right-handed
+    frame : (3, 3) two directions across the axis and the axis; right-handed rows
     levels : (L,) heights of the caps along the axis, and of curves on walls, ascending
     points : (P, 2) projected along the axis
-    lines : (S, 2) into points: borders of the faces that are caps
+    lines : (S, 2) indices of points: borders of the caps
     marks : (M, 2) projected curves between two walls
     """
 
@@ -38,12 +38,12 @@ class Stack:
 
 
 def stack(surface: TriMesh) -> Stack:
-    """The stack with the fewest levels that a part is.
+    """The stack with the fewest levels.
 
     Raises
     ------
     NotSweptError
-        Where no axis has all faces along it or across it.
+        If for no axis all faces are along it or perpendicular to it.
     """
     found, reasons = [], []
     known = triangles(surface, NEAR * diagonal(surface))
@@ -72,7 +72,7 @@ def _axes(known: Triangles) -> Iterator[np.ndarray]:
 
 
 def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Stack:
-    """The part seen along an axis; raises NotSweptError where it is no stack."""
+    """The part along an axis; raises NotSweptError if it is not a stack."""
     near = NEAR * diagonal(surface)
     frame = _frame(axis)
     across, height = surface.vertices @ frame[:2].T, surface.vertices @ axis
@@ -106,7 +106,7 @@ def _frame(axis: np.ndarray) -> np.ndarray:
 
 
 def _levels(heights: np.ndarray, near: float) -> np.ndarray:
-    """(L,) means of heights that are near each other, ascending."""
+    """(L,) means of close heights, ascending."""
     heights = np.sort(heights)
     group = np.append(0, np.cumsum(np.diff(heights) > 10 * near))
     return np.bincount(group, heights) / np.bincount(group)

@@ -1,4 +1,4 @@
-"""Borders of the cells of a section: points along them, rings of quads, grids of four sides."""
+"""Borders of the cells of a section: points along them, rings of quads, structured grids."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ import numpy as np
 
 from .curves import Curve, Sizes, divided, number_of_edges, placed
 
-SQUARE = np.radians((50, 130))  # corner of a cell of four sides
-STRAIGHT = np.radians((150, 210))  # and what is none
-ROUNDS = 20  # of making opposite sides of such cells equal
-UNEVEN = 1.5  # ratio of opposite sides of a grid, at most
-WIDER = 3.0  # the same of the borders of an annulus
-CENTRAL = 0.05  # of its inner diameter: distance of their middles
-EQUAL = 1e-3  # of their length: round curves that are equal
-DEPTH = 0.4  # times the edges: depth of a ring before it is smoothed
+SQUARE = np.radians((50, 130))  # angles of a corner of a cell with four sides
+STRAIGHT = np.radians((150, 210))  # angles without a corner
+ROUNDS = 20  # rounds of equalising opposite sides of such cells
+UNEVEN = 1.5  # largest ratio of opposite sides of a grid
+WIDER = 3.0  # the same for the borders of an annulus
+CENTRAL = 0.05  # of its inner diameter: largest distance of their centres
+EQUAL = 1e-3  # relative difference of the lengths of equal round curves
+DEPTH = 0.4  # of the edge length: depth of a ring before smoothing
 
-Side = list[int]  # curves by number from 1, negative where run back
-Numbers = np.ndarray  # (N,) of edges along the curves
+Side = list[int]  # curves by number from 1, negative for the opposite direction
+Numbers = np.ndarray  # (N,) numbers of edges along the curves
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """What is given of the quads of a cell.
+    """Given data of the quads of a cell.
 
     Parameters
     ----------
-    quads : (Q, 4) those in rings
+    quads : (Q, 4) quads in rings
     inner : points of them that may move
-    loops : points round what is left, whose every second one lies between quads of twice the size
-    corners : four of them, where it is to become a grid
+    loops : points around the rest, with every second one between quads of twice the size
+    corners : its four corners if it becomes a grid
     """
 
     quads: np.ndarray = field(default_factory=lambda: np.zeros((0, 4), np.int64))
@@ -48,8 +48,9 @@ def borders(
     Parameters
     ----------
     chains : curves of the section
-    loops : of each cell, its outer loop first: curves by number from 1, negative where run back
-    has_rings : whether cells begin with a ring of quads along smooth loops
+    loops : for each cell its loops, the outer one first: curves by number from 1, negative for the
+        opposite direction
+    has_rings : whether cells have a ring of quads along smooth loops
     """
     wanted = divided(chains, loops, sizes)
     number = np.array([number_of_edges(c, *w, sizes) for c, w in zip(chains, wanted, strict=True)])
@@ -83,7 +84,7 @@ def borders(
 
 
 def alike(chains: list[Curve], number: Numbers) -> Numbers:
-    """Numbers of edges, raised to the largest of those of round curves that are equally long."""
+    """Numbers of edges, increased to the largest of those of equally long round curves."""
     is_round = np.flatnonzero([chain.is_round for chain in chains])
     length = np.array([chains[n].arc[-1] for n in is_round])
     order = np.argsort(length, kind="stable")
@@ -125,7 +126,7 @@ def _between(
     size: float,
     start: int,
 ) -> tuple[Cell, np.ndarray]:
-    """An annulus in rings; its inner loop runs the other way round."""
+    """An annulus in rings; its inner loop has the opposite direction."""
     outer, inner = loops[0], loops[1][::-1]
     middle = points[inner].mean(axis=0)
     turn = [np.arctan2(*(points[loop] - middle).T[::-1]) for loop in (outer, inner)]
@@ -143,7 +144,7 @@ def _between(
 
 
 def _is_smooth(chains: list[Curve], loop: Side) -> bool:
-    """Whether a loop turns nowhere sharply."""
+    """Whether a loop has no sharp corner."""
     angle = _angles(chains, loop)
     is_closed = len(loop) == 1 and chains[abs(loop[0]) - 1].is_round
     return is_closed or bool(((angle > STRAIGHT[0]) & (angle < STRAIGHT[1])).all())
@@ -158,7 +159,7 @@ def _angles(chains: list[Curve], loop: Side) -> np.ndarray:
 
 
 def _annulus(chains: list[Curve], cell: list[Side]) -> list[Side]:
-    """The outer and the inner curve of a cell between two round ones, or nothing."""
+    """The outer and the inner curve of a cell between two round ones; else empty."""
     if [len(loop) for loop in cell] != [1, 1]:
         return []
     outer, inner = (chains[abs(loop[0]) - 1] for loop in cell)
@@ -169,7 +170,7 @@ def _annulus(chains: list[Curve], cell: list[Side]) -> list[Side]:
 
 
 def _four_sides(chains: list[Curve], cell: list[Side]) -> list[Side]:
-    """The curves of each side of a cell with four corners and no hole, or nothing."""
+    """The curves of each side of a cell with four corners and no hole; else empty."""
     if len(cell) > 1:
         return []
     angle = _angles(chains, cell[0])
@@ -194,7 +195,7 @@ def _pairs(sides: list[Side]) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _even(number: Numbers, cells: list[list[Side]]) -> Numbers:
-    """Numbers of edges, raised until opposite sides of cells have as many, where that ends."""
+    """Numbers of edges, increased until opposite sides of cells are equal, if this ends."""
     number = number.copy()
     for _ in range(ROUNDS):
         for one, two in (pair for sides in cells for pair in _pairs(sides)):
@@ -207,5 +208,5 @@ def _even(number: Numbers, cells: list[list[Side]]) -> Numbers:
 
 
 def _is_grid(number: Numbers, sides: list[Side]) -> bool:
-    """Whether opposite sides have equally many edges."""
+    """Whether opposite sides have equal numbers of edges."""
     return all(number[one].sum() == number[two].sum() for one, two in _pairs(sides))

@@ -1,4 +1,4 @@
-"""Cells that a planar graph divides the plane into, and in which slabs each is full."""
+"""Cells of a planar graph, and the slabs in which each is full."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from .axis import Stack
 from .plane import cross
 from .walls import NotSweptError
 
-PROBES = 5  # points of each cell that are looked at
-UNSURE = 0.3  # winding numbers nearer to a half than this tell nothing
-INWARD = 0.02  # times the length of an edge: distance of such a point from it
+PROBES = 5  # number of sample points of each cell
+UNSURE = 0.3  # winding numbers closer to a half than this are undecided
+INWARD = 0.02  # distance of a sample point from an edge, relative to its length
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Cells of a planar graph that are full somewhere.
+    """Cells of a planar graph that are full in at least one slab.
 
-    Half-edge 2 e runs from the lower to the higher end of edge e, 2 e + 1 back.
+    Half-edge 2 e runs from the lower to the higher end of edge e, 2 e + 1 in the opposite
+    direction.
 
     Parameters
     ----------
@@ -36,12 +37,12 @@ class Cells:
 
 
 def cells(surface: TriMesh, stack: Stack, points: np.ndarray, edges: np.ndarray) -> Cells:
-    """The cells of a part's section.
+    """The cells of the section of a part.
 
     Raises
     ------
     NotSweptError
-        Where it cannot be told whether a cell is full.
+        If it is undecided whether a cell is full.
     """
     loops = loops_of(points, edges)
     area = np.array([loop_area(points, edges, loop) for loop in loops])
@@ -66,12 +67,12 @@ def ends(edges: np.ndarray, half: np.ndarray) -> np.ndarray:
 
 
 def loops_of(points: np.ndarray, edges: np.ndarray) -> list[np.ndarray]:
-    """Half-edges round the left side of each, in their order."""
+    """Half-edges around the left side of each, in their order."""
     half = np.arange(2 * len(edges))
     tail = ends(edges, half)
     step = np.diff(points[tail], axis=1)[:, 0]
     order = np.lexsort([np.arctan2(step[:, 1], step[:, 0]), tail[:, 0]])
-    # the half-edge before, counter-clockwise round the same point, and so the next to the left
+    # the previous half-edge around the same point is the next one to the left
     first = np.searchsorted(tail[order, 0], tail[order, 0], side="left")
     last = np.searchsorted(tail[order, 0], tail[order, 0], side="right") - 1
     place = np.arange(len(order))
@@ -100,7 +101,7 @@ def _home(
     outer: np.ndarray,
     loop: np.ndarray,
 ) -> int | None:
-    """The first of the outer loops that another loop lies in and shares no edge with."""
+    """The first outer loop that contains another loop and shares no edge with it."""
     place = points[ends(edges, loop[:1])].mean(axis=1)[0]
     for number in outer.tolist():
         if not np.isin(loop // 2, loops[number] // 2).any():
@@ -118,7 +119,7 @@ def _shares(
     edges: np.ndarray,
     loops: list[np.ndarray],
 ) -> np.ndarray:
-    """(C, K) winding numbers of cells in slabs: medians over points inside their longest edges."""
+    """(C, K) winding numbers of cells in slabs: medians over points near their longest edges."""
     middle = (stack.levels[1:] + stack.levels[:-1]) / 2
     flat = np.zeros((len(loops), PROBES, 2))
     for number, loop in enumerate(loops):

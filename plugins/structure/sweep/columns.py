@@ -1,4 +1,4 @@
-"""Hexes of the columns above quads of a section."""
+"""Hexes of the columns above the quads of a section."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from .section import Section
 
 
 def layers(levels: np.ndarray, full: np.ndarray, size: float, across_wall: float) -> np.ndarray:
-    """(K,) layers of hexes in each slab.
+    """(K,) number of layers of hexes in each slab.
 
     Parameters
     ----------
     levels : (K + 1,) heights of the caps
     full : (C, K) whether each cell of the section is full in each slab
-    size : of hexes along the axis, at most 1.5 times that
-    across_wall : layers between any two caps, at least
+    size : wanted size of hexes along the axis; at most 1.5 times as large
+    across_wall : smallest number of layers between any two caps
     """
     thickness = np.diff(levels)
     number = np.maximum(1, np.round(thickness / size)).astype(int)
@@ -36,7 +36,7 @@ def columns(flat: Section, levels: np.ndarray, full: np.ndarray, number: np.ndar
 
     Parameters
     ----------
-    levels, full : as above
+    levels, full : as in `layers`
     number : (K,) layers in each slab
     """
     parts = [

@@ -1,4 +1,4 @@
-"""Curves of a planar graph: chains of its edges between corners, and edges of quads along them."""
+"""Curves of a planar graph: chains of its edges between corners, and quad edges along them."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from scipy.spatial import cKDTree
 
 from .cells import Cells
 
-CORNER = np.radians(20)  # turn of a polyline where one curve ends and another begins
-EVEN = 2.0  # ratio of curvatures of an arc, as it is seen from a polyline
-SAMPLES = 6  # of a curve for an edge of the size wanted, at least that many of each curve
-FACING = 0.8  # cosine of the angle from the normals of two curves to the way between them
-STRETCH = 2.0  # times the width of a quad between near curves that it may be long
-GROWTH = 0.3  # of the size, for a way of 1 from where it is small
-ROOM = 0.6  # of the distance that an edge may be from its curve: later stages move its ends
-SHORT = 0.05  # of an edge of twice the size, by which a curve may be too long for their number
-FINEST = 4  # times by which edges may be smaller than wanted between near curves
+CORNER = np.radians(20)  # turn of a polyline that separates two curves
+EVEN = 2.0  # largest ratio of curvatures of an arc, computed from a polyline
+SAMPLES = 6  # samples of a curve per wanted edge, and at least for each curve
+FACING = 0.8  # cosine between the normals of two curves and the direction between them
+STRETCH = 2.0  # largest length of a quad between close curves, relative to its width
+GROWTH = 0.3  # increase of the size per distance from a small one
+# share of the permitted distance of an edge from its curve, because later stages move its ends
+ROOM = 0.6
+SHORT = 0.05  # of an edge of twice the size: permitted excess length of a curve
+FINEST = 4  # largest factor by which edges between close curves are smaller than wanted
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +28,7 @@ class Curve:
     Parameters
     ----------
     half : (N,) half-edges in their order
-    points : (N + 1, 2) along them; the last is the first where the chain is closed
+    points : (N + 1, 2) along them; the last is the first if the chain is closed
     """
 
     half: np.ndarray
@@ -47,7 +48,7 @@ class Curve:
 
     @property
     def turns(self) -> np.ndarray:
-        """(N + 1,) angle by which it turns at each point; 0 at its ends unless it is round."""
+        """(N + 1,) turn at each point; 0 at its ends unless it is round."""
         step = np.diff(self.points, axis=0)
         if self.is_round:
             step = np.concatenate([step[-1:], step, step[:1]])
@@ -57,13 +58,13 @@ class Curve:
 
     @property
     def turn(self) -> float:
-        """Sum of the angles by which it turns."""
+        """Sum of the turns."""
         found = self.turns
         return float(found.sum() - self.is_round * found[-1])
 
     @property
     def bend(self) -> np.ndarray:
-        """(N + 1,) curvature, by the turns at three points in a row and the edges round them."""
+        """(N + 1,) curvature, from the turns at three consecutive points and the edges there."""
         length = np.diff(self.arc)
         around = (np.append(length, length[-1]) + np.append(length[0], length)) / 2
         three = np.ones(3)
@@ -72,20 +73,20 @@ class Curve:
 
     @property
     def is_even(self) -> bool:
-        """Whether its edges are to be equally long: an arc, or a circle."""
+        """Whether its edges have equal lengths: an arc, or a circle."""
         inner = self.bend[2:-2]
         return bool(self.turn > CORNER and len(inner) and inner.max() < EVEN * inner.min())
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """How long the edges of quads are to be.
+    """Wanted lengths of the edges of quads.
 
     Parameters
     ----------
-    size : at most
-    chord : distance of an edge from its curve at most
-    across_wall, around_hole : edges across a strip and round a full turn, at least
+    size : largest length
+    chord : largest distance of an edge from its curve
+    across_wall, around_hole : smallest number of edges across a strip and around a full turn
     """
 
     size: float
@@ -100,7 +101,7 @@ def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float
     They end where three edges meet, at sharp turns and at marks (M, 2).
     """
     start = edges.ravel()  # of each half-edge
-    out = np.argsort(start, kind="stable")  # half-edges by where they start
+    out = np.argsort(start, kind="stable")  # half-edges sorted by their starts
     degree = np.bincount(start, minlength=len(points))
     first = np.cumsum(degree) - degree
     inner = np.flatnonzero(degree == 2)
@@ -112,7 +113,7 @@ def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float
     if len(marks):
         off, at = cKDTree(points).query(marks)
         is_end[at[off < near]] = True
-    after = np.full(2 * len(edges), -1)  # the half-edge with which the same curve goes on
+    after = np.full(2 * len(edges), -1)  # the half-edge that continues the same curve
     goes_on = ~is_end[start[one]]
     after[one[goes_on] ^ 1], after[two[goes_on] ^ 1] = two[goes_on], one[goes_on]
     found, seen = [], np.zeros(len(edges), bool)
@@ -129,7 +130,7 @@ def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float
 
 
 def curves_round(chains: list[Curve], cells: Cells) -> list[list[list[int]]]:
-    """Of each cell and loop the curves round it, by number from 1, negative where run back."""
+    """For each cell and loop the curves around it, by number from 1, negative if reversed."""
     begins = {int(chain.half[0]): n + 1 for n, chain in enumerate(chains)}
     begins |= {int(chain.half[-1]) ^ 1: -(n + 1) for n, chain in enumerate(chains)}
     return [
@@ -141,8 +142,8 @@ def curves_round(chains: list[Curve], cells: Cells) -> list[list[list[int]]]:
 def divided(
     chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Arc lengths (S,) of samples of each curve, and the size of edges wanted there (S,)."""
-    sides = np.zeros((len(chains), 2), bool)  # whether there is a cell on the left, on the right
+    """Arc lengths (S,) of samples of each curve, and the wanted edge size there (S,)."""
+    sides = np.zeros((len(chains), 2), bool)  # whether there is a cell on the left and on the right
     for signed in (number for cell in loops for loop in cell for number in loop):
         sides[abs(signed) - 1, int(signed < 0)] = True
     arcs, wanted = [], []
@@ -160,7 +161,7 @@ def divided(
     one, two = cKDTree(places).query_pairs(sizes.size / strip, output_type="ndarray").T
     way = places[two] - places[one]
     gap = np.linalg.norm(way, axis=1)
-    for side, sign in ((0, 1), (1, -1)):  # the strip is on the left of the one, or on its right
+    for side, sign in ((0, 1), (1, -1)):  # the strip is on the left of one curve, or on its right
         here = sign * np.einsum("nd,nd->n", way, normals[one]) > FACING * gap
         there = np.einsum("nd,nd->n", way, normals[two])
         for end in (one, two):
@@ -172,7 +173,7 @@ def divided(
 
 
 def _own_sizes(chain: Curve, arc: np.ndarray, sizes: Sizes) -> np.ndarray:
-    """(S,) sizes of edges along a curve at arc lengths, by its length and its curvature."""
+    """(S,) edge sizes along a curve at arc lengths, from its length and its curvature."""
     bend = np.maximum(np.interp(arc, chain.arc, chain.bend), 1e-9 / sizes.size)
     round_ = np.minimum(
         2 * np.pi / bend / sizes.around_hole, np.sqrt(8 * ROOM * sizes.chord / bend)
@@ -190,7 +191,7 @@ def _at(chain: Curve, arc: np.ndarray) -> np.ndarray:
 
 
 def _graded(places: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Sizes that grow no faster than GROWTH from any sample to any other."""
+    """Sizes that grow by at most GROWTH per distance between any two samples."""
     small = np.flatnonzero(size < size.max())
     found = size.copy()
     for some in np.array_split(small, len(small) // 256 + 1):
@@ -200,7 +201,7 @@ def _graded(places: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 
 def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Sizes) -> int:
-    """Of quads along a curve: even, and enough for its turn."""
+    """Number of quad edges along a curve: even, and sufficient for its turn."""
     total = float(chain.arc[-1])
     parts = total / (float(size.min()) if chain.is_even else len(arc) / float((1 / size).sum()))
     half = np.round(parts / 2) if chain.turn < CORNER else np.ceil(parts / 2 - SHORT)
@@ -210,7 +211,7 @@ def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Size
 
 
 def placed(chain: Curve, arc: np.ndarray, size: np.ndarray, number: int) -> np.ndarray:
-    """(number + 1, 2) points along a curve: even on an arc, else as dense as wanted."""
+    """(number + 1, 2) points along a curve: evenly spaced on an arc, else by wanted size."""
     total = float(chain.arc[-1])
     so_far = np.append(0, np.cumsum(np.ones(len(arc)) if chain.is_even else 1 / size))
     knots = np.arange(len(arc) + 1) / len(arc) * total

@@ -17,10 +17,10 @@ from .smoothing import sines, smoothed
 
 logger = logging.getLogger(__name__)
 
-SCALES = (1.0, 0.8)  # times the size wanted that are tried
-STEP = 0.05  # of the least sine of an angle: what is nearer is compared by size and mean
-ENOUGH = 0.7  # least sine beyond which these alone count
-SAME = 1e-6  # of the extent: vertices nearer than this are one
+SCALES = (1.0, 0.8)  # factors on the wanted size that are tried
+STEP = 0.05  # of the smallest sine of an angle: smaller differences are decided by size and mean
+ENOUGH = 0.7  # smallest sine above which only size and mean count
+SAME = 1e-6  # of the extent: closer vertices are merged
 NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 
 
@@ -32,7 +32,7 @@ class Section:
     ----------
     vertices : (V, 2)
     quads : (Q, 4) counter-clockwise
-    cell : (Q,) the cell that each is in
+    cell : (Q,) the cell of each quad
     """
 
     vertices: np.ndarray
@@ -41,20 +41,21 @@ class Section:
 
 
 def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> Section:
-    """Quads of all cells of a planar graph, the best of several ways.
+    """Quads of all cells of a planar graph, the best of several results.
 
-    These are some sizes, with and without rings along smooth borders, and the methods of
-    `polycube.hexmesh.generation.quads`.
+    These are made with different sizes, with and without rings along smooth borders, and with the
+    methods of `polycube.hexmesh.generation.quads`.
 
     Parameters
     ----------
     chains : its curves
-    loops : of each cell, its outer loop first: curves by number from 1, negative where run back
+    loops : for each cell its loops, the outer one first: curves by number from 1, negative for the
+        opposite direction
 
     Raises
     ------
     NoQuadsError
-        Where Gmsh ends without quads, or all have folds.
+        If Gmsh returns no quads, or if all results have folds.
     """
     ways = list(product(SCALES, (True, False)))
     drafts = []
@@ -84,15 +85,15 @@ def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> 
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """Borders of cells, and what is to be filled in.
+    """Borders of cells, and the regions to fill.
 
     Parameters
     ----------
     points : (P, 2) on the borders and in rings
     quads : (Q, 4) in rings, of the cells `own` (Q,)
-    is_fixed : (P,) whether a point stays
-    plane : what is left of the cells `open_`
-    known : (K,) points of which the places (K, 2) are found again in the quads
+    is_fixed : (P,) whether a point is fixed
+    plane : the remaining regions of the cells `open_`
+    known : (K,) points whose positions (K, 2) are searched in the quads
     """
 
     points: np.ndarray
@@ -106,7 +107,7 @@ class Draft:
 
 
 def _draft(points: np.ndarray, cells: list[Cell], size: float) -> Draft:
-    """What is known of the quads of cells, and what is to be filled in."""
+    """The given quads of cells, and the regions to fill."""
     open_ = [cell for cell in cells if cell.loops]
     every = [loop for cell in open_ for loop in cell.loops]
     coarse = np.unique(np.concatenate([np.zeros(0, np.int64), *(loop[::2] for loop in every)]))
@@ -133,7 +134,7 @@ def _draft(points: np.ndarray, cells: list[Cell], size: float) -> Draft:
 def _smooth(
     draft: Draft, vertices: np.ndarray, faces: np.ndarray, region: np.ndarray
 ) -> Section | None:
-    """Quads of rings and of what was filled in, smoothed; None where a border point is missing."""
+    """Quads of rings and regions after smoothing; None if a border point is missing."""
     near = SAME * np.ptp(draft.points, axis=0).max()
     name = np.full(len(vertices), -1)
     if len(vertices):

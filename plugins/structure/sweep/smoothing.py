@@ -1,8 +1,7 @@
-"""Plane quads smoothed, so that folded ones unfold and corners are nearly square.
+"""Smoothing of plane quads: unfolds them and makes their corners nearly square.
 
 The shape energy of a corner with edges a and b and area d = a x b is (|a|^2 + |b|^2) / (2 d), which
-is 1 for a square.  Where d is small or negative it is replaced by a small positive area (Escobar
-et al. 2003).
+is 1 for a square. A small or negative d is replaced by a small positive area (Escobar et al. 2003).
 """
 
 from __future__ import annotations
@@ -13,18 +12,18 @@ from polycube.numerics.lbfgs import descend
 
 from .plane import cross
 
-ROUNDS = ((0.3, 30), (0.03, 40), (0.003, 60))  # area that stands for none, of the mean; iterations
-POWER = 2  # of the energies before they are summed: the worse a corner, the more it counts
+ROUNDS = ((0.3, 30), (0.03, 40), (0.003, 60))  # smallest area relative to the mean; iterations
+POWER = 2  # exponent of the energies before summation: increases the weight of bad corners
 
 
 def smoothed(vertices: np.ndarray, quads: np.ndarray, is_free: np.ndarray) -> np.ndarray:
-    """(V, 2) places of vertices with a smaller sum of shape energies.
+    """(V, 2) positions of vertices with a smaller sum of shape energies.
 
     Parameters
     ----------
     vertices : (V, 2)
     quads : (Q, 4) counter-clockwise
-    is_free : (V,) whether a vertex may move
+    is_free : (V,) whether a vertex can move
     """
     if not is_free.any():
         return vertices
@@ -45,14 +44,14 @@ def smoothed(vertices: np.ndarray, quads: np.ndarray, is_free: np.ndarray) -> np
 
 
 def sines(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(Q,) least sine of the angles of each quad; negative where it is folded."""
+    """(Q,) smallest sine of the angles of each quad; negative if it is folded."""
     a, b = _edges(vertices, _corners(quads))
     length = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
     return (cross(a, b) / np.maximum(length, 1e-300)).reshape(-1, 4).min(axis=1)
 
 
 def _corners(quads: np.ndarray) -> np.ndarray:
-    """(4 Q, 3) vertices of corners, the one after and the one before."""
+    """(4 Q, 3) vertices of corners, the next one and the previous one."""
     corner = np.stack([quads, np.roll(quads, -1, axis=1), np.roll(quads, 1, axis=1)], axis=2)
     return corner.reshape(-1, 3)
 

@@ -25,9 +25,9 @@ NONE = "sweep: nothing is proposed, because %s"
 class Sweep(Structure):
     """Mesh the section of a part with quads, and sweep them along its axis.
 
-    For parts whose faces are perpendicular to an axis or along it: plates with holes, profiles,
-    gears, flanges, with bosses, pockets and steps.  All curves of the section are on edges of
-    quads, holes are even polygons.  It needs Gmsh, which makes the quads.
+    For parts whose faces are perpendicular or parallel to an axis: plates with holes, profiles,
+    gears, flanges, with bosses, pockets and steps. All curves of the section are on edges of quads,
+    and holes are regular polygons. It needs Gmsh for the quads.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Sweep(Structure):
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """One candidate with hexes, or none where the part is no such stack."""
+        """One candidate with hexes, or none if the part is not such a stack."""
         from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.generation.quads import NoQuadsError
 

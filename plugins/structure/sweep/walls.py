@@ -1,4 +1,4 @@
-"""Faces of a surface that are perpendicular to an axis, and walls along it."""
+"""Faces of a surface perpendicular to an axis (caps), and along it (walls)."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from polycube.types import TriMesh
 
 from .plane import cross
 
-FLAT = 1e-3  # sine of an angle: faces along the axis or across it, taken as a whole
-FACET = 0.2  # the same of the triangles of a round wall
-SAG = 1 / 40  # of a chord: its distance from an arc that it turns by FACET
-SHARP = np.radians(20)  # between the triangles of two walls, where there are no CAD faces
+FLAT = 1e-3  # sine of an angle: tolerance for whole faces along the axis or perpendicular to it
+FACET = 0.2  # the same for the triangles of a round wall
+SAG = 1 / 40  # of a chord: its distance from an arc with a turn of FACET
+SHARP = np.radians(20)  # angle between the triangles of two walls without CAD faces
 
 
 class NotSweptError(Exception):
-    """Says in one clause why a part is not made of columns along an axis."""
+    """The part does not consist of columns along an axis; the message is a clause."""
 
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """What is asked again and again of the triangles of a surface.
+    """Cached measures of the triangles of a surface.
 
     Parameters
     ----------
     area : (F,)
-    normals : (F, 3) unit
-    is_sliver : (F,) whether a triangle is so thin that it has no normal
+    normals : (F, 3) unit vectors
+    is_sliver : (F,) whether a triangle is too thin for a normal
     """
 
     area: np.ndarray
@@ -39,7 +39,7 @@ class Triangles:
 
 
 def triangles(surface: TriMesh, near: float) -> Triangles:
-    """Areas and normals; slivers are not much higher than `near`."""
+    """Areas and normals; slivers have a height of about `near` or less."""
     vectors = area_vectors(surface)
     area = np.linalg.norm(vectors, axis=1)
     corners = surface.vertices[surface.faces]
@@ -51,14 +51,15 @@ def triangles(surface: TriMesh, near: float) -> Triangles:
 def caps(
     surface: TriMesh, known: Triangles, axis: np.ndarray, near: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Whether each triangle is perpendicular to an axis (F,), and whether it leans a little (F,).
+    """Whether each triangle is perpendicular to an axis (F,), and whether it is slightly inclined
+    (F,).
 
-    Slivers are caps where they lie at one height.
+    Slivers are caps if they are at one height.
 
     Raises
     ------
     NotSweptError
-        Where a triangle leans so much that it is on no wall.
+        If a triangle is too inclined for a wall.
     """
     lean = np.where(known.is_sliver, 0, abs(known.normals @ axis))
     if (wrong := (lean > FACET) & (lean < 1 - FLAT)).any():
@@ -78,7 +79,7 @@ def _refuse(surface: TriMesh, face: np.intp) -> NoReturn:
 def wall_of(
     surface: TriMesh, known: Triangles, is_cap: np.ndarray, beside: np.ndarray
 ) -> np.ndarray:
-    """(F,) number of the face that each triangle is on.
+    """(F,) number of the face of each triangle.
 
     These are the faces of the CAD model, or pieces between sharp edges.
 
@@ -101,13 +102,13 @@ def check_walls(
     borders: tuple[np.ndarray, np.ndarray],
     near: float,
 ) -> None:
-    """Raise NotSweptError unless walls with triangles that lean are lines, seen along the axis.
+    """Raise NotSweptError unless walls with inclined triangles are lines in projection.
 
     Parameters
     ----------
-    across : (V, 2) vertices, seen along the axis
+    across : (V, 2) vertices, projected along the axis
     wall : (F,) number of the face of each triangle
-    leans : (F,) whether it leans
+    leans : (F,) whether it is inclined
     borders : triangles (E, 2) and ends (E, 2) of the edges at the top and bottom of walls
     """
     beside, ends = borders
@@ -125,7 +126,7 @@ def check_walls(
 
 
 def _distance(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    """(P,) distances of points (P, 2) from the nearest of lines (S, 2, 2)."""
+    """(P,) distances of points (P, 2) from the closest of lines (S, 2, 2)."""
     if not len(lines):
         return np.full(len(points), np.inf)
     start, step = lines[:, 0], lines[:, 1] - lines[:, 0]

@@ -1,1 +1,1 @@
-"""Pairs that a diffusion model is trained on: made of parts that are meshed, and shown."""
+"""Training pairs of a diffusion model from meshed parts, and pictures of them."""

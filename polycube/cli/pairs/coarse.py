@@ -1,4 +1,4 @@
-"""Mesh a part on a coarse polycube: the meshing half of a run, with few slabs to an axis."""
+"""Mesh a part on a coarse polycube: the meshing stages of a run, with few slabs per axis."""
 
 from __future__ import annotations
 
@@ -22,16 +22,19 @@ NAMES = {"size": "meshing.size"} | {n: n for n in ("tries", "seconds", "repair",
 
 
 def mesh_coarsely(path: str, cfg: Json, interrupt: Event | None = None) -> RunState:
-    """The last state of a run that ended in a valid mesh.
+    """The last state of a run that ended with a valid mesh.
 
-    path : of the part
-    cfg : size, tries, seconds, repair and seed, as of a run
+    path : path of the part
+    cfg : size, tries, seconds, repair and seed, as in a run
 
     Raises
     ------
-    InputError : the part is refused, or no structure of it has few slabs
-    MeshingError : no mesh is valid
-    KeyboardInterrupt : a user ended the run
+    InputError
+        If the part is invalid, or if it has no structure with few slabs.
+    MeshingError
+        If no mesh is valid.
+    KeyboardInterrupt
+        If the user ended the run.
     """
     settings = replace(_settings(cfg), mesh=path)
     run = Run(settings, read_part, interrupt)
@@ -51,7 +54,7 @@ def mesh_coarsely(path: str, cfg: Json, interrupt: Event | None = None) -> RunSt
 
 
 def check(cfg: Json) -> None:
-    """Raise InputError for a setting that no part can be meshed with."""
+    """Raise InputError for an invalid setting."""
     Run(_settings(cfg), read_part)
 
 

@@ -1,6 +1,6 @@
-"""`python -m polycube.make_pairs`: parts in, a file of training pairs for each part out.
+"""`python -m polycube.make_pairs`: write a file of training pairs for each part.
 
-Exit codes: 0 where at least one part gave pairs, 2 where none did or an option is refused, 130
+Exit codes: 0 if at least one part gave pairs, 2 if none did or an option is invalid, 130
 interrupted.
 """
 
@@ -36,10 +36,12 @@ Row = dict[str, Any]
 
 
 def make_pairs(cfg: Json, folder: Path | None = None) -> list[Row]:
-    """Mesh all parts, keep those that have a coarse polycube; returns the rows of the summary.
+    """Mesh all parts, write those with a coarse polycube, and return the rows of the summary.
 
-    folder : for the files, by default `output_dir`
-    Raises InputError for a wrong option, for a file in the way, and where no part gave pairs.
+    folder : folder of the files; default: `output_dir`
+
+    Raises InputError for an invalid option, if a file would be overwritten, and if no part gave
+    pairs.
     """
     folder = folder or Path(str(cfg["output_dir"]))
     parts = _files(cfg["parts"])
@@ -69,7 +71,7 @@ def main() -> None:
 
 
 def _row(path: Path, cfg: Json, folder: Path, interrupt: Event) -> Row:
-    """Mesh one part and write its file; the row says what came of it."""
+    """Mesh one part and write its file; the row describes the result."""
     row: Row = {"part": path.stem, "result": NONE, "path": str(path)}
     began = time.perf_counter()
     try:
@@ -80,7 +82,7 @@ def _row(path: Path, cfg: Json, folder: Path, interrupt: Event) -> Row:
         with manifest.writing(folder) as scratch:
             write_part(scratch / f"{path.stem}{SUFFIX}", part)
         row |= {"result": MADE, **_numbers(part)}
-    except Exception as error:  # a part that is a bug's must not end the others
+    except Exception as error:  # an error in the program must not end the other parts
         is_said = isinstance(error, InputError | MeshingError | ValueError)
         row["says"] = " ".join(f"{'' if is_said else f'{type(error).__name__}: '}{error}".split())
     return row | {"seconds": round(time.perf_counter() - began, 1)}
@@ -110,7 +112,7 @@ def _write_table(rows: Sequence[Row], folder: Path) -> None:
 
 
 def _files(patterns: object) -> list[Path]:
-    """Files that the patterns name; raises InputError for none, and for two of the same name."""
+    """Files of the patterns; raises InputError if there are none, or two with the same name."""
     if not isinstance(patterns, list) or not patterns:
         raise InputError("no parts given", "parts", 'use "parts=[cad/*.step,scans/*.stl]"')
     found: list[Path] = []

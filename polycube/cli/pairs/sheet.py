@@ -1,9 +1,9 @@
-"""A sheet of random parts, each beside its polycube, as a diffusion model is trained on them:
+"""A picture of random parts with their polycubes, as used to train a diffusion model:
 
     python -m polycube.cli.pairs.sheet sheet.png         # the first 24 pairs of seed 0
     python -m polycube.cli.pairs.sheet sheet.png 7 48    # pairs 48 to 71 of seed 7
 
-Colours are of the axes, lines between faces of the polycube.
+Colours show the axes, lines separate faces of the polycube.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from polycube.report.pictures.scenes import labelled, polycube_faces
 from polycube.types import Labels, TriMesh
 
 COLUMNS, ROWS = 4, 6
-TILE = (480, 250)  # pixels of a part and its polycube
-GAP = 0.15  # between them, in units of the learning frame
+TILE = (480, 250)  # size of a part and its polycube in pixels
+GAP = 0.15  # gap between them, in units of the learning frame
 
 
 def sheet(path: Path, seed: int = 0, first: int = 0) -> None:
-    """Write a PNG of COLUMNS * ROWS pairs, from number `first` on."""
+    """Write a PNG of COLUMNS * ROWS pairs, starting with number `first`."""
     from PIL import Image
 
     pairs = LatticePairs(seed, n_points=0)
@@ -43,7 +43,7 @@ def sheet(path: Path, seed: int = 0, first: int = 0) -> None:
 
 
 def beside(part: Part) -> Scene:
-    """A part and, on its right, its polycube."""
+    """A part with its polycube on its right."""
     surface = part.surface
     plane = 8 * surface.axis + surface.knot  # faces of one plane never touch
     labels = Labels(surface.axis, plane)

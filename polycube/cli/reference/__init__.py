@@ -1,1 +1,1 @@
-"""Pages of docs/reference that are made from the code: `python -m polycube.cli.reference docs`."""
+"""Pages of docs/reference generated from the code: `python -m polycube.cli.reference docs`."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.MULTILINE)
 ENTRY = re.compile(r"^(\S.*?)(?: : (.*))?$")
-WIDTH = 90  # of a call on one line
+WIDTH = 90  # largest width of a call on one line
 MADE = "<!-- Made by `python -m polycube.cli.reference docs`; change the code, not this page. -->"
 
 
@@ -19,7 +19,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def cell(text: str) -> str:
-    """A text in one line of a table; what looks like a tag of HTML is escaped outside of code."""
+    """A text in one line of a table; HTML tags outside of code are escaped."""
     line = " ".join(text.split()).replace("|", "\\|")
     return line if line.startswith("`") else line.replace("<", "\\<")
 
@@ -59,7 +59,9 @@ def _plain(text: str) -> str:
 
 
 def _entries(body: str) -> str:
-    """The entries of a section; an indented line continues the one before."""
+    """The entries of a section; indented lines continue the preceding entry, text is kept."""
+    if " : " not in body and "\n " not in body:
+        return " ".join(body.split())
     lines: list[str] = []
     for line in body.strip().splitlines():
         if line.startswith(" ") and lines:

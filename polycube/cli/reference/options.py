@@ -49,7 +49,7 @@ def page() -> str:
 
 
 def _settings(program: str) -> Iterator[tuple[str, str, str]]:
-    """Name, default and meaning of the settings of a program, from its YAML file."""
+    """Name, default and description of the settings of a program, from its YAML file."""
     group = ""
     for line in settings(program).splitlines():
         found = SETTING.match(line)
@@ -75,7 +75,7 @@ def _groups(program: str) -> Iterator[tuple[str, str, str]]:
 
 
 def _kind(kind: str) -> Iterator[str]:
-    """Sections of the plugins of a kind that have options; one table of those that have none."""
+    """Sections of the plugins of a kind with options; one table of those without."""
     plain = []
     yield f"### {kind}"
     yield KINDS[kind].does + "."
@@ -105,7 +105,7 @@ def _plugin(address: str, cls: type, kind: str = "") -> str:
 
 
 def _default(option: Field, value: object) -> str:
-    """A default as it is written on the command line, or the setting that it follows."""
+    """A default as written on the command line, or the setting from which it is taken."""
     if "choice" in option.metadata:
         return f"`{option.metadata['choice'][1]}`"
     if "setting" in option.metadata and value != "???":

@@ -40,7 +40,7 @@ def _overview() -> str:
 
 
 def _ours(kind: str) -> list[str]:
-    """Plugins of this program; those of installed packages are left out."""
+    """Plugins of this program, without those of installed packages."""
     known = {name: cls for (of, name), cls in classes().items() if of == kind}
     return sorted(name for name, cls in known.items() if cls.__module__.startswith("polycube."))
 
@@ -66,7 +66,7 @@ def _stage(kind: Kind) -> str:
 
 
 def _members(protocol: type) -> Iterator[str]:
-    """What the program uses besides the call."""
+    """Members that the program uses besides the call."""
     annotated = inspect.get_annotations(protocol)
     rows = [(f"`{name}`", str(kind), _comment(protocol, name)) for name, kind in annotated.items()]
     for name, value in vars(protocol).items():

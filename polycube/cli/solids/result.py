@@ -1,4 +1,4 @@
-"""What the solids of an assembly are together: one mesh, one `report.json`, one page."""
+"""The combined results of an assembly: one mesh, one `report.json`, one page."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from polycube.report.page.assembly import assembly_page
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json, TriMesh
 
-MADE = (0, 3)  # exit codes of runs that wrote results; other ones leave those of an earlier run
+MADE = (0, 3)  # exit codes of runs with results; other runs leave those of an earlier run
 PAGE = ("report.html", "report.json", "hex.vtu")
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """What the run of a solid gave."""
+    """The result of the run of a solid."""
 
     solid: Solid
     row: Json  # of `row.json`
-    report: Json  # empty where the run did not come so far
+    report: Json  # empty if the run did not reach it
     surface: TriMesh | None
     mesh: HexMesh | None
 
@@ -51,11 +51,11 @@ def write_assembly(
     codes: Mapping[int, int],
     exports: list[Export],
 ) -> Json:
-    """Write `hex.vtu`, the formats asked for, `report.json` and `report.html` of all solids.
+    """Write `hex.vtu`, the requested formats, `report.json` and `report.html` of all solids.
 
     Parameters
     ----------
-    folder : with the folders of the runs
+    folder : folder with the folders of the runs
     codes : exit codes by the number of the solid
 
     Returns
@@ -103,7 +103,7 @@ def _part(folder: Path, solid: Solid, code: int, cfg: Json) -> _Part:
 
 
 def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | None]]:
-    """The contacts of two solids, and how their meshes agree there, where both have one."""
+    """The contacts of two solids, and the agreement of their meshes there, if both have one."""
     a, b = first.surface, second.surface
     if a is None or b is None:
         return []
@@ -118,7 +118,7 @@ def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | Non
 
 
 def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | None) -> Json:
-    """A contact as `report.json` has it."""
+    """A contact as written to `report.json`."""
     faces = [(first, contact.first), (second, contact.second)]
     found: dict[str, Any] = {
         "solids": [part.solid.name for part, _ in faces],
@@ -169,7 +169,7 @@ def _report(
 
 
 def _row(part: _Part, names: Mapping[int, str], path: str) -> dict[str, Any]:
-    """What `report.json` and the page say of a solid."""
+    """Data of a solid for `report.json` and the page."""
     numbers, solid = part.report.get("hex", {}), part.solid
     row: dict[str, Any] = {"name": solid.name, "number": solid.number, "volume": solid.volume}
     if solid.motion is not None:
@@ -183,7 +183,7 @@ def _row(part: _Part, names: Mapping[int, str], path: str) -> dict[str, Any]:
 
 
 def _counts(found: Sequence[Json | None]) -> Json | None:
-    """How many points, curves and faces there are on solids, and are lost; None without any."""
+    """Numbers of points, curves and faces of the solids, total and lost; None without any."""
     known = [each for each in found if each]
     if not known:
         return None
@@ -209,7 +209,7 @@ def _numbers(parts: Sequence[_Part], mesh: HexMesh) -> dict[str, Any]:
 
 
 def _write_vtu(path: Path, mesh: HexMesh) -> None:
-    """The mesh with its measures, and the number of the solid of each hex, from 1."""
+    """Write the mesh with its measures, and the number of the solid of each hex, from 1."""
     arrays = {**metrics(mesh.vertices, mesh.hexes), "solid": mesh.cell + 1}
     legend = ", ".join(f"{k} {name}" for k, name in enumerate(mesh.primitives, start=1))
     comment = f"<!-- solid: {legend} -->\n"

@@ -1,6 +1,6 @@
-"""Every solid of a CAD file is a job, as those of a batch; the results become one mesh and page.
+"""Run every solid of a CAD file as a job of a batch; combine the results in one mesh and page.
 
-Identical solids are meshed once.  The jobs of the others begin when the first ones have ended, and
+Identical solids are meshed once. The jobs of the others start after the first ones have ended, and
 move their meshes.
 """
 
@@ -27,11 +27,12 @@ from polycube.pipeline.placement import is_meshed
 from polycube.registry import build
 from polycube.types import Json
 
-ALL = "all"  # of `cad.solid`
+ALL = "all"  # value of `cad.solid`
 ALONE = {"resume": "resume the run of one solid, in its own folder", "hex": "hex= is for one solid"}
 
 Placed = tuple[Path, Motion]  # folder of the run of an identical solid, and its motion to this one
-Attempt = Callable[..., tuple[int, str]]  # settings, placed=None -> exit code, why it is not 0
+# settings, placed=None -> exit code, reason if it is not 0
+Attempt = Callable[..., tuple[int, str]]
 
 
 def is_asked_for(cfg: Json) -> bool:
@@ -40,11 +41,12 @@ def is_asked_for(cfg: Json) -> bool:
 
 
 def solids_of(cfg: Json) -> list[Solid]:
-    """The solids that are to be meshed, one by one; empty where the file holds one only.
+    """The solids to mesh separately; empty if the file has only one.
 
     Raises
     ------
-    InputError : the file can not be read, or a setting is for one solid
+    InputError
+        If the file cannot be read, or if a setting is for a single solid.
     """
     for name, remedy in ALONE.items():
         if cfg[name]:
@@ -66,11 +68,12 @@ def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
 
 
 def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[int, str]:
-    """Look at every solid, without a run: the worst exit code, and the first sentence why.
+    """Check every solid without a run: the largest exit code, and the first reason.
 
     Raises
     ------
-    InputError : the places are to be written to a file, which would hold those of one solid
+    InputError
+        If the places are to be written to a file, which would contain those of one solid.
     """
     if cfg["preflight"] is not True:
         what = f"a file of the places is for one solid, not for cad.solid={ALL}"
@@ -92,27 +95,30 @@ def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[
 def run_solids(
     cfg: Json, solids: Sequence[Solid], folder: Path, attempt: Attempt
 ) -> tuple[int, str]:
-    """Mesh every solid in a folder of its own, then write what they are together.
+    """Mesh every solid in its own folder, then write the combined results.
 
     Parameters
     ----------
-    folder : of the results
+    folder : folder of the results
     attempt : does the run of one solid
 
     Returns
     -------
-    The worst exit code of the solids, and why it is not 0; 3 where their meshes are valid, but not
-    joined.
+    The largest exit code of the solids, and the reason if it is not 0; 3 if their meshes are valid
+    but cannot be joined.
 
     Raises
     ------
-    InputError : before any work, where nothing can be written
-    KeyboardInterrupt : a signal ended the run of a solid; those that had ended are kept
+    InputError
+        Before any work, if nothing can be written.
+    KeyboardInterrupt
+        If a signal ended the run of a solid; finished ones are kept.
     """
     cluster.check(cfg["dask"], ".BasicLauncher")
     exports = [build("export", config) for config in cfg.get("export", {}).values()]
     manifest.check(folder, [*PAGE, *(f"hex{export.suffix}" for export in exports)])
-    shared = not cfg["meshing"].get("regions")  # these lie somewhere: identical solids differ there
+    # regions have a position, which differs for identical solids
+    shared = not cfg["meshing"].get("regions")
     names = {solid.number: solid.name for solid in solids}
     alone: list[tuple[Solid, Attempt]] = []
     moved: list[tuple[Solid, Attempt]] = []
@@ -147,19 +153,19 @@ def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dic
 
 
 def _placed(attempt: Attempt, source: Placed, order: Sequence[str], cfg: Json) -> tuple[int, str]:
-    """Exit code, and why it is not 0, of a solid that is identical to that of another run."""
+    """Exit code, and reason if it is not 0, of a solid identical to that of another run."""
     folder, _ = source
     row = json.loads((folder / ROW).read_text(encoding="utf-8")) if (folder / ROW).is_file() else {}
     code = row.get("exit", 1)
     if code in MADE and is_meshed(folder, order):
         return attempt(cfg, placed=source)
-    if code == 0:  # it was not to be meshed
+    if code == 0:  # meshing is not requested
         return attempt(cfg)
     return code, f"as {folder.name}: {row.get('says', 'failed')}"
 
 
 def summary(report: Json) -> str:
-    """What became of the solids, and of the contacts between them, in a line."""
+    """A line about the results of the solids and of the contacts between them."""
     results = Counter(solid["result"] for solid in report["solids"])
     agreeing = sum(each["agree"] is True for each in report["contacts"])
     told = [f"{count} {result}" for result, count in results.items()]

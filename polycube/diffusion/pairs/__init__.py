@@ -1,4 +1,4 @@
-"""Training pairs: random polycubes, deformed as real parts are.
+"""Training pairs: random polycubes, deformed to resemble real parts.
 
-Imports diffusion and below.
+Imports `diffusion` and the layers below.
 """

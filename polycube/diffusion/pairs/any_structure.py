@@ -1,4 +1,4 @@
-"""Pairs of any structure: random lattices as parts look, and given parts; no grid, no primitives.
+"""Pairs of arbitrary structures: random lattices that resemble parts, and given parts.
 
 Pair i of a stream depends on (seed, i) only.
 """
@@ -22,22 +22,22 @@ from polycube.surface.frames import rotations, turn
 from polycube.types import Polycube, freeze
 
 STYLES = ("cad", "organic", "both")
-UNTOLD = 0.1  # share of pairs whose genus is not told, as that of a noisy scan is not known
+UNTOLD = 0.1  # share of pairs without a given genus, as it is unknown for a noisy scan
 OUTWARD = np.kron(np.eye(3), [[1], [-1]])  # (6, 3) by axis label
-CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # the box of the learning frame
+CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # corners of the box of the learning frame
 
 
 @dataclass(frozen=True)
 class LatticeShapes:
-    """How the geometries of random lattices vary.
+    """Variation of the geometries of random lattices.
 
     Parameters
     ----------
-    cad, organic : shares of parts that are only as CAD makes them, and only deformed; the others
-        are both
-    smoothing : largest number of smoothing steps of the deformed ones
-    shapes : what CAD gives a part
-    deformation : what deforms a part; its rounding, warp and stretch are not used, for the
+    cad, organic : share of parts with CAD features only, and share of deformed parts only; the
+        others have both
+    smoothing : largest number of smoothing steps of the deformed parts
+    shapes : CAD features of a part
+    deformation : deformation of a part; its rounding, warp and stretch are not used, because the
         polycube has the widths of the part, and `smoothing` rounds it
     """
 
@@ -52,16 +52,17 @@ class LatticeShapes:
     )
 
     def style(self, rng: np.random.Generator) -> str:
-        """One of STYLES."""
+        """A random one of STYLES."""
         return str(rng.choice(STYLES, p=[self.cad, self.organic, 1 - self.cad - self.organic]))
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A geometry and its polycube, triangle by triangle, both in the learning frame."""
+    """A geometry and its polycube with common triangles, both in the learning frame."""
 
     geometry: np.ndarray  # (V, 3)
-    surface: Tessellation  # of the polycube; its triangles are those of the geometry too
+    # surface of the polycube; its triangles are those of the geometry as well
+    surface: Tessellation
     polycube: Polycube
     genus: int
     style: str
@@ -74,9 +75,9 @@ class LatticePair:
     geometry: np.ndarray  # (N, 3)
     normals: np.ndarray  # (N, 3) outward unit normals of the geometry
     polycube: np.ndarray  # (N, 3)
-    labels: np.ndarray  # (N, 2) of its face there: outward axis 0..5, knot number on that axis
+    labels: np.ndarray  # (N, 2) labels of its face: outward axis 0..5, knot number on that axis
     solid: Polycube  # collapsed
-    genus: int | None  # as it is told; UNTOLD of the pairs say none
+    genus: int | None  # genus as input of the network; None for a share UNTOLD of the pairs
 
     def __post_init__(self) -> None:
         freeze(
@@ -89,10 +90,10 @@ class LatticePair:
 
 
 class LatticePairs:
-    """Random lattices, formed at random: an endless stream of pairs with n_points each.
+    """Random lattices with random shapes: an endless stream of pairs with n_points each.
 
-    views : pairs in a row that are of one part, which takes most of the time to make; all but the
-        first are turned by a random rotation of the cube, and each has points of its own
+    views : number of consecutive pairs of one part, because a part takes most of the time; all but
+        the first are rotated by a random rotation of the cube, and each has its own points
     """
 
     def __init__(
@@ -103,7 +104,7 @@ class LatticePairs:
         self._kept: tuple[int, Part] | None = None
 
     def __call__(self, index: int) -> LatticePair:
-        """Pair number `index` >= 0: equal numbers of points per area of the geometry."""
+        """Pair number `index` >= 0: points distributed evenly by the area of the geometry."""
         number, view = divmod(index, self.views)
         if self._kept is None or self._kept[0] != number:
             self._kept = number, self.part(number)
@@ -140,17 +141,18 @@ class LatticePairs:
             x = options.shapes.shaped(x, lattice, knots, rounds, rng)
         if style != "cad":
             x = smoothed(x, surface.quads, int(rng.integers(options.smoothing + 1)))
-            in_cube = np.concatenate([x, CUBE])  # so that a thin part bends as a thick one does
+            # so that thin and thick parts are bent in the same way
+            in_cube = np.concatenate([x, CUBE])
             x = options.deformation.bent(in_cube, rng)[: -len(CUBE)]
         polycube = Polycube(lattice.occupancy, *knots, (1, 1, 1), ("lattice",))
         return Part(learning_frame(x).apply(x), surface, polycube, lattice.genus, style)
 
 
 class PartPairs(LatticePairs):
-    """Given parts, each time turned by a random rotation of the cube, among random lattices.
+    """Given parts, with a random rotation of the cube, mixed with random lattices.
 
-    parts : at least one, each as likely as the others
-    share : of the parts in the stream that are of these
+    parts : at least one, all with equal probability
+    share : share of these parts in the stream
     """
 
     def __init__(self, seed: int, n_points: int, parts: Sequence[Part], share: float) -> None:
@@ -158,8 +160,9 @@ class PartPairs(LatticePairs):
         self.parts, self.share = parts, share
 
     def part(self, index: int) -> Part:
-        """Part number `index`; where it is a lattice, that of `LatticePairs`."""
-        rng = np.random.default_rng([self.seed, index, 0, 1])  # the last sets it apart from theirs
+        """Part number `index`; if it is a lattice, that of `LatticePairs`."""
+        # the last number makes the stream independent of theirs
+        rng = np.random.default_rng([self.seed, index, 0, 1])
         if rng.random() >= self.share:
             return super().part(index)
         part = self.parts[int(rng.integers(len(self.parts)))]
@@ -167,7 +170,7 @@ class PartPairs(LatticePairs):
 
 
 def turned(part: Part, rotation: np.ndarray) -> Part:
-    """A part after one of the rotations (3, 3) of the cube."""
+    """A part rotated by one of the rotations (3, 3) of the cube."""
     old, surface = part.polycube, part.surface
     axis = (OUTWARD @ rotation.T @ OUTWARD.T).argmax(axis=1)[surface.axis]
     last = np.array(old.occupancy.shape)[surface.axis // 2]

@@ -1,4 +1,4 @@
-"""Lattices as parts from CAD look: round holes, fillets, chamfers, slanted faces, draft."""
+"""CAD features of lattices: round holes, fillets, chamfers, slanted faces, draft."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from polycube.diffusion.pairs.round_sections import with_round_section
 from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, Fillets, largest_radii, rounded
 from polycube.types import PerAxis
 
-DISCS = ("hole", "blind hole", "boss")  # round in a square; slots get round ends
-FLAT = 0.6  # share of parts whose main axis is the one along which they are shortest
-FULL = 0.8  # of the largest radius: what a fillet that is no disc may have
+DISCS = ("hole", "blind hole", "boss")  # a circle in a square; slots get round ends
+FLAT = 0.6  # share of parts whose main axis is their shortest axis
+FULL = 0.8  # of the largest radius: limit for a fillet that does not form a circle
 
 
 @dataclass(frozen=True)
 class CadShapes:
-    """How often parts have what CAD gives them; all are shares, 0 to 1, unless said otherwise.
+    """Frequencies of CAD features; shares between 0 and 1 unless described otherwise.
 
     Parameters
     ----------
-    rounds : of the holes, blind holes and bosses: those that are round
-    turned : of the parts: those whose whole section is round
-    corners : of the parts: those with round corners, seen along their main axis
+    rounds : share of the holes, blind holes and bosses that are round
+    turned : share of the parts whose whole section is round
+    corners : share of the parts with round corners, seen along their main axis
     radius : largest radius of such corners, in units of the learning frame
-    edges : of the kinds of other edges of a part: those that have a fillet or a chamfer
+    edges : share of the kinds of other edges of a part that have a fillet or a chamfer
     edge_radius : their largest size, in units of the learning frame
-    chamfers : of the fillets and chamfers: those that are chamfers
-    slants : of the parts: those with one or two slanted planes
-    slant : largest slant at an end of a plane, of the way to the next knot; below 0.5
-    drafts : of the parts: those with a draft along their main axis
-    draft : its largest share of the section, at each end
+    chamfers : share of chamfers among the fillets and chamfers
+    slants : share of the parts with one or two slanted planes
+    slant : largest slant at an end of a plane, relative to the distance of the next knot; below 0.5
+    drafts : share of the parts with a draft along their main axis
+    draft : largest draft, as a share of the section, at each end
     """
 
     rounds: float = 0.8
@@ -50,7 +50,7 @@ class CadShapes:
     draft: float = 0.12
 
     def round_features(self, lattice: Lattice, rng: np.random.Generator) -> list[Feature]:
-        """Those that become round where there is room; all of one kind and size alike.
+        """The features that become round if there is room; equal for the same kind and size.
 
         The part as a whole may be one of them.
         """
@@ -73,7 +73,7 @@ class CadShapes:
         rounds: Sequence[Feature],
         rng: np.random.Generator,
     ) -> np.ndarray:
-        """(V, 3) points of the surface of the lattice between the knots, made a part of CAD."""
+        """(V, 3) points of the surface of the lattice between the knots, with CAD features."""
         edges = edge_runs(lattice.occupancy, knots)
         lengths = [each[-1] - each[0] for each in knots]
         main = int(np.argmin(lengths) if rng.random() < FLAT else rng.integers(3))
@@ -86,7 +86,7 @@ class CadShapes:
         return self._drafted(x, main, rng) if rng.random() < self.drafts else x
 
     def _fillets(self, edges: EdgeRuns, main: int, rng: np.random.Generator) -> Fillets:
-        """Fillets and chamfers, alike for all edges of a kind."""
+        """Fillets and chamfers, equal for all edges of a kind."""
         radius, norm = np.zeros(len(edges.axis)), np.full(len(edges.axis), FILLET)
         is_along = edges.axis == main
         for is_kind, share, largest in (
@@ -101,7 +101,7 @@ class CadShapes:
         return Fillets(edges, np.minimum(radius, FULL * largest_radii(edges)), norm)
 
     def _slanted(self, x: np.ndarray, knots: PerAxis, rng: np.random.Generator) -> np.ndarray:
-        """One or two knot planes moved by a linear function of the place in them."""
+        """One or two knot planes displaced by a linear function of the position in them."""
         places = x / [max(abs(each[0]), abs(each[-1])) for each in knots]  # -1 to 1
         moved = x.copy()
         for _ in range(rng.integers(1, 3)):
@@ -115,7 +115,7 @@ class CadShapes:
         return moved
 
     def _drafted(self, x: np.ndarray, main: int, rng: np.random.Generator) -> np.ndarray:
-        """Sections along the main axis scaled, linearly from end to end."""
+        """Sections along the main axis scaled linearly from end to end."""
         x, place = x.copy(), x[:, main] / np.abs(x[:, main]).max()
         x[:, np.arange(3) != main] *= 1 + self.draft * rng.uniform(-1, 1) * place[:, None]
         return x

@@ -1,4 +1,4 @@
-"""Pairs as torch images, in an endless order that a resumed training continues."""
+"""Pairs as torch images, in an endless order in which a resumed training continues."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from polycube.diffusion.pairs.pairs import Pair
 
 
 class Batch(NamedTuple):
-    """Pairs as images, pixel by pixel; a single pair lacks the first dimension."""
+    """Pairs as images, pixel by pixel; a single pair has no first dimension."""
 
-    geometry: Tensor  # (B, 6, h, w) points and outward unit normals, 0 where padded
+    geometry: Tensor  # (B, 6, h, w) points and outward unit normals, 0 in padding
     polycube: Tensor  # (B, 3, h, w) x_0
-    context: Tensor  # (B, K) vectors of what is told
-    labels: Tensor  # (B, L, h, w) int64: the labels of the condition, -1 where padded
+    context: Tensor  # (B, K) condition vectors
+    labels: Tensor  # (B, L, h, w) int64: the labels of the condition, -1 in padding
     number: Tensor  # (B,) int64 number of the pair in its stream
 
 
@@ -38,7 +38,7 @@ class PairImages(Dataset):
 
 
 class Kept(Dataset):
-    """Items of another dataset, each made once."""
+    """Cached items of another dataset."""
 
     def __init__(self, dataset: Dataset) -> None:
         self.made = cache(dataset.__getitem__)
@@ -48,7 +48,7 @@ class Kept(Dataset):
 
 
 def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Geometry (6, h, w), polycube (3, h, w), what is told (K,) and labels (L, h, w)."""
+    """Geometry (6, h, w), polycube (3, h, w), condition vector (K,) and labels (L, h, w)."""
     order, size = x_order(pair.geometry), condition.image
     points, normals, polycube, labels = (
         to_pixels(rows, order, size)
@@ -63,18 +63,18 @@ def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tens
 
 
 def place() -> tuple[int, int]:
-    """Rank of this process among those that train together, and how many they are."""
+    """Rank of this process in the training, and the number of processes."""
     if distributed.is_available() and distributed.is_initialized():
         return distributed.get_rank(), distributed.get_world_size()
     return 0, 1
 
 
 class Onwards(Sampler):
-    """n numbers an epoch, from that of the pairs that are done: none twice, however interrupted.
+    """Sampler of n numbers per epoch, starting after the finished pairs, without repetitions.
 
-    Of several processes each takes its n in turn: together, batch k is what a single process would
-    have as its batch k, were it as large as all of theirs.  (Lightning's epoch will not do: where a
-    training is resumed it is told to a sampler after its first numbers are with the workers.)
+    Several processes share the numbers: together, their batches k are the batch k of a single
+    process with the sum of their batch sizes. (The epoch of Lightning cannot be used: in a resumed
+    training, the sampler receives it after the workers have the first numbers.)
     """
 
     def __init__(self, n: int, done: Callable[[], int]) -> None:
@@ -89,7 +89,7 @@ class Onwards(Sampler):
 
 
 class HeldOut(Sampler):
-    """The first n numbers, shared out among the processes."""
+    """The first n numbers, divided among the processes."""
 
     def __init__(self, n: int) -> None:
         self.n = n
@@ -112,7 +112,7 @@ def training_loader(
     workers: int,
     done: Callable[[], int],
 ) -> DataLoader:
-    """Batches of one epoch after the other; done says how many pairs all processes have seen."""
+    """Batches of consecutive epochs; done : number of pairs that all processes have finished."""
     return DataLoader(
         dataset,
         batch_size=batch_size,
@@ -123,5 +123,5 @@ def training_loader(
 
 
 def validation_loader(dataset: PairImages, n_pairs: int, batch_size: int) -> DataLoader:
-    """The first pairs of a stream, made once and kept."""
+    """The first pairs of a stream, computed once and cached."""
     return DataLoader(Kept(dataset), batch_size=batch_size, sampler=HeldOut(n_pairs))

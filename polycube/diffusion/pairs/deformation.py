@@ -51,7 +51,7 @@ class Deformation:
         return self.bent(self._warped(x, template, rng), rng)
 
     def bent(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """(V, 3) points after all steps but rounding and warp, which need a template."""
+        """(V, 3) points after all steps except rounding and warp, which need a template."""
         from scipy.spatial.transform import Rotation
 
         x = self._disc(x, rng)
@@ -62,14 +62,14 @@ class Deformation:
         return x @ Rotation.from_rotvec(rng.normal(0, self.rotation, 3)).as_matrix().T
 
     def _rounded(self, template: Template, rng: np.random.Generator) -> np.ndarray:
-        """Between two of the precomputed amounts of smoothing."""
+        """Interpolation between two of the precomputed amounts of smoothing."""
         level = self.rounding * rng.uniform(0, len(template.rounded) - 1)
         lower = min(int(level), len(template.rounded) - 2)
         share = level - lower
         return (1 - share) * template.rounded[lower] + share * template.rounded[lower + 1]
 
     def _warped(self, x: np.ndarray, template: Template, rng: np.random.Generator) -> np.ndarray:
-        """Slabs made wider or narrower, smoothly: resizes holes and what lies beside them."""
+        """Slabs made wider or narrower smoothly, which resizes holes and the walls beside them."""
         from scipy.interpolate import PchipInterpolator
 
         warped = np.empty_like(x)
@@ -82,17 +82,17 @@ class Deformation:
         return warped
 
     def _disc(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Sections across a random axis towards discs: (u, v) sqrt(1 - (v, u)^2 / 2)."""
+        """Sections across a random axis deformed towards discs: (u, v) sqrt(1 - (v, u)^2 / 2)."""
         u = _unit(x)
         across = np.delete(np.arange(3), rng.integers(3))
-        share = max(0.0, self.disc * rng.uniform(-1, 1))  # half of the shapes stay as they are
+        share = max(0.0, self.disc * rng.uniform(-1, 1))  # half of the shapes stay unchanged
         other = u[:, across[::-1]]
         x = x - (x.max(axis=0) + x.min(axis=0)) / 2
         x[:, across] *= 1 - share + share * np.sqrt(1 - other**2 / 2)
         return x
 
     def _profiled(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Sections scaled by exp of a smooth random function along an axis, for some axes."""
+        """Sections scaled by exp of a smooth random function along some of the axes."""
         u = _unit(x)
         for axis in np.flatnonzero(rng.random(3) < 0.6):
             a, b, c = rng.normal(0, self.profile, 3)
@@ -102,7 +102,7 @@ class Deformation:
         return x
 
     def _waved(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Six plane waves of random direction, phase and amplitude."""
+        """Six plane waves with random directions, phases and amplitudes."""
         phase = _unit(x) @ rng.normal(0, 2, (3, 6)) + rng.uniform(0, 2 * np.pi, 6)
         amplitude = rng.normal(0, self.waves, (6, 3)) * rng.uniform(0, 1)
         return x + np.ptp(x, axis=0).max() / 2 * np.sin(phase) @ amplitude
@@ -122,6 +122,6 @@ class Deformation:
 
 
 def _unit(x: np.ndarray) -> np.ndarray:
-    """Points with their bounding box brought to [-1, 1]^3."""
+    """Points with their bounding box scaled to [-1, 1]^3."""
     low, high = x.min(axis=0), x.max(axis=0)
     return 2 * (x - low) / (high - low) - 1

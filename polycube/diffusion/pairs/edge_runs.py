@@ -1,7 +1,7 @@
-"""Straight edges of a lattice, with the room that there is to round them.
+"""Straight edges of a lattice, with the space that is available to round them.
 
-Across an edge one of the four boxes about it differs from the other three: the odd one is full at a
-convex edge and empty at a concave one.  Both are rounded within the odd box and its like beside it.
+At an edge, one of the four boxes around it differs from the other three: it is full at a convex
+edge and empty at a concave one. Both are rounded within this odd box and similar boxes beside it.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from polycube.types import PerAxis
 
 
 class EdgeRuns(NamedTuple):
-    """Edges along an axis, each from one end to the other; (u, v) are the two axes after it."""
+    """Edges along an axis, each from one end to the other; (u, v) are the next two axes."""
 
     axis: np.ndarray  # (E,) 0..2
     line: np.ndarray  # (E, 2) knot numbers in u and v
-    span: np.ndarray  # (E, 2) knot numbers of its ends along the axis
-    outward: np.ndarray  # (E, 2) +1 or -1: away from the odd box, in u and v
+    span: np.ndarray  # (E, 2) knot numbers of their ends along the axis
+    outward: np.ndarray  # (E, 2) +1 or -1: direction away from the odd box, in u and v
     is_convex: np.ndarray  # (E,)
-    is_free: np.ndarray  # (E, 2) whether the four boxes beyond each end are alike
+    is_free: np.ndarray  # (E, 2) whether the four boxes beyond each end are equal
     at: np.ndarray  # (E, 2) coordinates u and v
     ends: np.ndarray  # (E, 2) coordinates of the ends along the axis
-    side: np.ndarray  # (E, 2) lengths of the flat sides that meet there
+    side: np.ndarray  # (E, 2) lengths of the adjacent flat sides
     beyond: np.ndarray  # (E, 2) widths of the next slabs outwards in u and v
-    after: np.ndarray  # (E, 2) widths of the next slabs after the ends
-    depth: np.ndarray  # (E,) how far into the odd box nothing else comes
+    after: np.ndarray  # (E, 2) widths of the next slabs beyond the ends
+    depth: np.ndarray  # (E,) depth into the odd box without other features
 
 
 def edge_runs(occupancy: np.ndarray, knots: PerAxis) -> EdgeRuns:
-    """All edges of a manifold union of (X, Y, Z) boxes."""
+    """All edges of a manifold union of boxes (X, Y, Z)."""
     far = sum(each[-1] - each[0] for each in knots)
     numbers, lengths = [], []
     for axis in range(3):
@@ -63,7 +63,7 @@ def edge_runs(occupancy: np.ndarray, knots: PerAxis) -> EdgeRuns:
 def _scan(
     full: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Edges along the last axis of boxes padded by one: (E, 9) numbers and (E, 11) lengths."""
+    """Edges along the last axis of padded boxes: (E, 9) numbers and (E, 11) lengths."""
     n_x, n_y, n_z = full.shape
     across = full.transpose(1, 0, 2)
     numbers, lengths = np.zeros((n_x * n_y * n_z, 9), np.int64), np.zeros((n_x * n_y * n_z, 11))
@@ -101,7 +101,7 @@ def _scan(
 
 @njit(cache=True)
 def _odd(full: np.ndarray, i: int, j: int, k: int) -> int:
-    """The one of four boxes that differs from the others: 4 a + 2 b + full; -1 where none does."""
+    """The box that differs from the three others: 4 a + 2 b + full; -1 if there is none."""
     n_full = full[i, j, k] + full[i, j + 1, k] + full[i + 1, j, k] + full[i + 1, j + 1, k]
     if n_full != 1 and n_full != 3:
         return -1
@@ -127,7 +127,7 @@ def _side(
     run: tuple[int, int],
     x: np.ndarray,
 ) -> tuple[float, int]:
-    """Length of the flat side from the edge inwards, and of how many boxes."""
+    """Length of the flat side from the edge inwards, and its number of boxes."""
     (at, step), (inside, outside) = inwards, rows
     width, n, kind = 0.0, 0, full[at, inside, run[0]]
     while 0 <= at < full.shape[0]:
@@ -148,7 +148,7 @@ def _deep(
     run: tuple[int, int],
     y: np.ndarray,
 ) -> float:
-    """Depth below a flat side of n boxes to which all boxes are as those at the side."""
+    """Depth below a flat side of n boxes to which all boxes equal those at the side."""
     (first, along, n), (at, step) = side, inwards
     depth, kind = 0.0, full[first, at, run[0]]
     while 0 <= at < full.shape[1]:

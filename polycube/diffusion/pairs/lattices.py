@@ -1,14 +1,14 @@
 """Random lattices with the shapes of machined parts: a profile, then holes, slots, bosses and ribs.
 
-Every feature is a box in lattice indices.  Along each axis it goes from end to end (all), from an
-end to somewhere (end), or lies between the ends (mid), which is what tells the features apart:
+Every feature is a box in lattice indices. Along each axis it extends from end to end (all), from an
+end to an inner knot (end), or between inner knots (mid), which defines the kind of feature:
 
-    all all mid : a gap, which would part the solid  |  all end end : step
-    all mid mid : hole                               |  all end mid : slot
-    end mid mid : blind hole or pocket               |  end end end : notch, a corner cut off
+    all all mid : a gap, which would divide the solid  |  all end end : step
+    all mid mid : hole                                 |  all end mid : slot
+    end mid mid : blind hole or pocket                 |  end end end : notch, a corner cut off
 
-Bosses and ribs are what is left of a slab at an end: boss end mid mid, rib end mid all.  What would
-not be one manifold solid without voids is not made.
+Bosses and ribs are the remaining parts of a slab at an end: boss end mid mid, rib end mid all.
+Features after which the solid is not one manifold without voids are rejected.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from polycube.structure.lattice import collapse
 from polycube.structure.neighbourhoods import solid_genus
 from polycube.types import Polycube
 
-MOST_SLABS = 6  # along an axis
+MOST_SLABS = 6  # largest number of slabs along an axis
 MOST_HANDLES = 8
-SLABS = (0.03, 0.06, 0.11, 0.14, 0.2, 0.46)  # share of axes that begin with 1 .. 6 slabs
-MIRRORED = 0.4  # share of axes across which features come in pairs
-FEATURES = 16  # tried at most, besides the profile
-LEFT = 0.4  # share of the full boxes that a feature leaves, at least
-NARROW = 0.6  # share of intervals that are one slab wide
-KINDS = {  # along its own axis and the two others; the share among those tried
+SLABS = (0.03, 0.06, 0.11, 0.14, 0.2, 0.46)  # share of axes that start with 1 .. 6 slabs
+MIRRORED = 0.4  # share of axes across which features are mirrored
+FEATURES = 16  # largest number of tried features, in addition to the profile
+LEFT = 0.4  # smallest share of the full boxes that remains after a feature
+NARROW = 0.6  # share of intervals with a width of one slab
+KINDS = {  # extent along the own axis and the two others, and share among the tried features
     "hole": (("all", "mid", "mid"), 0.42),
     "blind hole": (("end", "mid", "mid"), 0.16),
     "slot": (("all", "end", "mid"), 0.12),
@@ -37,8 +37,9 @@ KINDS = {  # along its own axis and the two others; the share among those tried
     "boss": (("end", "mid", "mid"), 0.1),
     "rib": (("end", "mid", "all"), 0.08),
 }
-STAYS = ("boss", "rib")  # the box stays, the rest of its slabs goes
-PROFILES = {  # what begins the part, in how many of its two directions twofold; their share
+STAYS = ("boss", "rib")  # the box remains, the rest of its slabs is removed
+# initial profiles, in how many of the two directions they are doubled, and their share
+PROFILES = {
     "block": ("", (), 0.34),
     "L": ("step", (), 0.18),
     "T": ("step", (1,), 0.12),
@@ -50,24 +51,24 @@ PROFILES = {  # what begins the part, in how many of its two directions twofold;
 
 
 class Feature(NamedTuple):
-    """A box of the lattice that was cut away, or left standing."""
+    """A box of the lattice that was removed, or that remained."""
 
     kind: str
-    low: tuple[int, ...]  # its first knot along each axis
-    high: tuple[int, ...]  # its last knot
-    axis: int  # 0..2, its own direction
+    low: tuple[int, ...]  # first knot along each axis
+    high: tuple[int, ...]  # last knot along each axis
+    axis: int  # 0..2, the direction of the feature
 
 
 class Lattice(NamedTuple):
-    """Full and empty boxes, and the features that can be seen in them."""
+    """Full and empty boxes, and the features of the lattice."""
 
-    occupancy: np.ndarray  # (X, Y, Z) bool, no two equal slabs in a row, no empty end
+    occupancy: np.ndarray  # (X, Y, Z) bool, without equal consecutive slabs and empty ends
     features: list[Feature]
     genus: int
 
 
 def random_lattice(rng: np.random.Generator) -> Lattice:
-    """One manifold solid without voids, of 1 to 6 slabs per axis and genus 0 to 8."""
+    """One manifold solid without voids, with 1 to 6 slabs per axis and genus 0 to 8."""
     full = np.ones(rng.choice(MOST_SLABS, 3, p=SLABS) + 1, bool)
     mirrored = np.flatnonzero(rng.random(3) < MIRRORED)
     full, made, genus = _profile(full, rng)
@@ -84,7 +85,7 @@ def random_lattice(rng: np.random.Generator) -> Lattice:
 
 
 def _profile(full: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, list[Feature], int]:
-    """The block, cut to a random profile along a random axis; what was cut; its genus."""
+    """The block, cut to a random profile along a random axis; the removed features; the genus."""
     names = list(PROFILES)
     kind, twofold, _ = PROFILES[rng.choice(names, p=[share for _, _, share in PROFILES.values()])]
     order = rng.permutation(3)
@@ -98,7 +99,7 @@ def _profile(full: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, li
 def _feature(
     kind: str, shape: tuple[int, ...], order: np.ndarray, rng: np.random.Generator
 ) -> Feature | None:
-    """A feature at a random place, its own axis first in `order`; None where there is no room."""
+    """A feature at a random place, its own axis first in `order`; None if there is no room."""
     low, high = [0, 0, 0], [0, 0, 0]
     for axis, extent in zip(order, KINDS[kind][0], strict=True):
         n = shape[axis]
@@ -118,7 +119,7 @@ def _interval(extent: str, n: int, rng: np.random.Generator) -> tuple[int, int]:
 
 
 def _images(feature: Feature, shape: tuple[int, ...], mirrored: np.ndarray) -> list[Feature]:
-    """The feature and its mirror images across the middle of the lattice."""
+    """The feature and its mirror images with respect to the centre of the lattice."""
     images = [feature]
     for axis in mirrored:
         for each in list(images):
@@ -130,7 +131,7 @@ def _images(feature: Feature, shape: tuple[int, ...], mirrored: np.ndarray) -> l
 
 
 def _apply(full: np.ndarray, features: list[Feature]) -> np.ndarray:
-    """The boxes without what the features, all of one kind, cut away."""
+    """The boxes after removing some features, all of one kind."""
     after = full.copy()
     stays = bool(features) and features[0].kind in STAYS
     for feature in features:
@@ -145,16 +146,16 @@ def _box(feature: Feature) -> tuple[slice, ...]:
 
 
 def _slabs(feature: Feature) -> tuple[slice, ...]:
-    """All boxes that lie beside the feature and in it."""
+    """All boxes of the slabs of the feature."""
     box = _box(feature)
     return tuple(box[axis] if axis == feature.axis else slice(None) for axis in range(3))
 
 
 def _collapsed(full: np.ndarray, made: list[Feature], genus: int) -> Lattice:
-    """Without knots that hold nothing, and without features that others have cut away."""
+    """The lattice without superfluous knots and without features removed by later ones."""
     x, y, z = (np.arange(n + 1.0) for n in full.shape)
     kept = collapse(Polycube(full, x, y, z, (1, 1, 1), ("lattice",)))
-    number = [  # of each knot, or of the next one that is kept
+    number = [  # of each knot, or of the next one that remains
         np.searchsorted(knots[:-1], np.arange(n + 1)).tolist()
         for knots, n in zip(kept.knots, full.shape, strict=True)
     ]

@@ -1,9 +1,9 @@
-"""A part and its polycube, read off a hex mesh that was made from the polycube.
+"""A part and its polycube, from a hex mesh that was made from the polycube.
 
-Every boundary quad says which face of the polycube it came from, and that says enough: corners of
-the polycube are where faces of three axes meet, between them an edge is laid out by its length,
-and inside its borders a face is laid out by mean values (Floater 2003), which do not leave it.
-Where the part is the polycube, all of this is the identity.
+Every boundary quad has the number of its polycube face. Corners of the polycube are vertices where
+faces of three axes meet. The edges between them are parametrised by length, and the interior of a
+face by mean-value coordinates (Floater 2003), which do not leave the face. If the part is the
+polycube itself, this is the identity.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from polycube.structure.projection import project_onto
 from polycube.types import HexMesh, PerAxis, Polycube
 
 STYLE = "meshed"
-NARROWEST = 0.06  # slab, in the learning frame
-MOST_FOLDED = 0.01  # of the area of the polycube that the surface covers, and again uncovers
-TILTED = 60  # degrees between a normal and the axis of its label
+NARROWEST = 0.06  # smallest width of a slab, in the learning frame
+MOST_FOLDED = 0.01  # of the area of the polycube: largest area that is covered more than once
+TILTED = 60  # largest angle in degrees between a normal and the axis of its label
 
 
 class _Faces(NamedTuple):
-    """Boundary quads and the faces of the collapsed polycube that they came from."""
+    """Boundary quads and their faces of the collapsed polycube."""
 
     quads: np.ndarray  # (Q, 4)
     axis: np.ndarray  # (Q,) 0..5
@@ -39,18 +39,19 @@ class _Faces(NamedTuple):
 
     @property
     def triangles(self) -> np.ndarray:
-        """(2 Q, 3) the halves of each quad."""
+        """(2 Q, 3) the two triangles of each quad."""
         return self.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
 
 
 def meshed_part(hexes: HexMesh, polycube: Polycube) -> Part:
-    """The boundary of a hex mesh beside its polycube, both in the learning frame.
+    """The boundary of a hex mesh with its polycube, both in the learning frame.
 
-    The part is turned so that its normals are along the axes of their labels as nearly as can be.
-    A knot is the mean coordinate of what lies on its plane, by area.
+    The part is rotated so that its normals are aligned with the axes of their labels as closely as
+    possible. A knot is the mean coordinate of the surface on its plane, weighted by area.
 
-    hexes : a valid mesh, whose `patch` numbers the faces of the polycube
-    Raises ValueError, with the reason, where the learner could not use it.
+    hexes : a valid mesh, whose `patch` is the number of the polycube face
+
+    Raises ValueError with the reason if the pair is not suitable for training.
     """
     solid = collapse(polycube)
     if max(solid.occupancy.shape) > MOST_SLABS:
@@ -70,7 +71,7 @@ def meshed_part(hexes: HexMesh, polycube: Polycube) -> Part:
 
 
 def tilted(part: Part, degrees: float = TILTED) -> float:
-    """Share of the area of a part whose normal is further than that off the axis of its label."""
+    """Share of the area of a part whose angle to the axis of its label is larger."""
     vectors = _area_vectors(part.geometry[part.surface.faces])
     area = np.linalg.norm(vectors, axis=1)
     along = np.einsum("fk,fk->f", vectors, OUTWARD[part.surface.axis])
@@ -78,7 +79,7 @@ def tilted(part: Part, degrees: float = TILTED) -> float:
 
 
 def _labels(patch: np.ndarray, given: Polycube, solid: Polycube) -> tuple[np.ndarray, np.ndarray]:
-    """Axis (Q,) and number of the knot (Q,) on the collapsed polycube, for patches of the given."""
+    """Axis (Q,) and knot number (Q,) on the collapsed polycube, for patches of the given one."""
     outside = boundary(given)
     _, first = np.unique(outside.patch, return_index=True)
     axis = outside.axis[first][patch]
@@ -91,14 +92,14 @@ def _labels(patch: np.ndarray, given: Polycube, solid: Polycube) -> tuple[np.nda
 
 
 def _rotation(x: np.ndarray, faces: _Faces) -> np.ndarray:
-    """(3, 3) after which area vectors and axes of labels have the largest sum of products."""
+    """(3, 3) rotation that maximises the sum of products of area vectors and axes of labels."""
     vectors = _area_vectors(x[faces.triangles])
     u, _, vt = np.linalg.svd(OUTWARD[faces.axis.repeat(2)].T @ vectors)
     return u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
 
 
 def _knots(x: np.ndarray, faces: _Faces, solid: Polycube) -> PerAxis:
-    """Knots of the slabs, centred, the longest edge 2: the means of the planes, made to ascend."""
+    """Knots of the slabs, centred, the longest edge 2: the means of the planes, made ascending."""
     corners = x[faces.triangles]
     area = np.linalg.norm(_area_vectors(corners), axis=1)
     axis, knot = faces.axis.repeat(2) // 2, faces.knot.repeat(2)
@@ -117,7 +118,7 @@ def _knots(x: np.ndarray, faces: _Faces, solid: Polycube) -> PerAxis:
 
 
 def _places(x: np.ndarray, faces: _Faces, solid: Polycube) -> np.ndarray:
-    """(V, 3) places of the vertices on the polycube."""
+    """(V, 3) positions of the vertices on the polycube."""
     given, known = _planes(len(x), faces, solid)
     ends, sides = quad_edges(faces.quads)
     plane = faces.axis * (MOST_SLABS + 1) + faces.knot
@@ -138,7 +139,7 @@ def _places(x: np.ndarray, faces: _Faces, solid: Polycube) -> np.ndarray:
 
 
 def _planes(n: int, faces: _Faces, solid: Polycube) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates (n, 3) of the planes that vertices lie on, 0 where on none; whether on one."""
+    """Coordinates (n, 3) of the planes of vertices, 0 if there is none; whether there is one."""
     low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
     for a, knots in enumerate(solid.knots):
         own = faces.axis // 2 == a
@@ -154,8 +155,9 @@ def _planes(n: int, faces: _Faces, solid: Polycube) -> tuple[np.ndarray, np.ndar
 def _on_own_face(
     places: np.ndarray, given: np.ndarray, known: np.ndarray, solid: Polycube
 ) -> np.ndarray:
-    """The nearest places (N, 3) on the faces in the one plane that each of them is known to be in;
-    a face may have notches, into which means reach.
+    """Closest positions (N, 3) on the faces in the single known plane of each point.
+
+    A face may have notches, so that a mean of its points can lie outside.
     """
     outside = boundary(solid)
     normal, own = outside.axis // 2, known.argmax(axis=1)
@@ -184,5 +186,5 @@ def check_cover(surface: Tessellation, solid: Polycube) -> None:
 
 
 def _area_vectors(corners: np.ndarray) -> np.ndarray:
-    """(F, 3) normals of triangles (F, 3, 3), as long as their areas."""
+    """(F, 3) normals of triangles (F, 3, 3) with the length of their areas."""
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2

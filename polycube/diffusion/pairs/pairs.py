@@ -1,7 +1,7 @@
-"""Pairs of a geometry and its polycube, point by point: endless, seeded, each by its number.
+"""Pairs of a geometry and its polycube, point by point: an endless stream with a seed.
 
-Pair i of a stream depends on (seed, i) only, so that any number of workers makes the same pairs
-and an interrupted training goes on with the pair that comes next.
+Pair i of a stream depends on (seed, i) only, so the pairs do not depend on the number of workers,
+and an interrupted training continues with the next pair.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Pair:
     geometry: np.ndarray  # (N, 3)
     normals: np.ndarray  # (N, 3) outward unit normals of the geometry
     polycube: np.ndarray  # (N, 3)
-    labels: np.ndarray  # (N, 3) of the polycube's face there: outward axis, cell, 1 in a hole
+    labels: np.ndarray  # (N, 3) labels of the polycube face: outward axis, cell, 1 in a hole
     context: Context
 
     def __post_init__(self) -> None:
@@ -39,7 +39,7 @@ class Pair:
 
 
 class Pairs:
-    """Templates of the given contexts, taken in turn and deformed at random."""
+    """Templates of the given contexts, in rotation and with random deformations."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Pairs:
         self._template = cache(lambda context: template(grid, context, primitives))
 
     def __call__(self, index: int) -> Pair:
-        """Pair number `index` >= 0: equal numbers of points per area of the geometry."""
+        """Pair number `index` >= 0: points distributed evenly by the area of the geometry."""
         rng = np.random.default_rng([self.seed, index])
         context = self.contexts[index % len(self.contexts)]
         shape = self._template(context)
@@ -85,7 +85,7 @@ def n_sample_points(context: Context, pads: bool) -> int:
 def sample(
     faces: np.ndarray, vertices: np.ndarray, n_points: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Random points of triangles, uniform by area: face (N,) and barycentric weights (N, 3)."""
+    """Random points on triangles, uniform by area: face (N,) and barycentric weights (N, 3)."""
     a, b, c = vertices[faces].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1).cumsum()
     face = np.searchsorted(area, rng.uniform(0, area[-1], n_points))

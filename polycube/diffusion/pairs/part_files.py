@@ -17,7 +17,7 @@ from polycube.types import Polycube
 
 SUFFIX = ".npz"
 REMEDY = "python -m polycube.make_pairs makes such files"
-SHAPES = {  # equal letters are equal lengths; kinds of numpy
+SHAPES = {  # equal letters are equal lengths; kinds of numpy types
     "geometry": ("V 3", "f"),
     "places": ("V 3", "f"),
     "quads": ("Q 4", "i"),
@@ -28,11 +28,11 @@ SHAPES = {  # equal letters are equal lengths; kinds of numpy
     "y": ("Y+1", "f"),
     "z": ("Z+1", "f"),
 }
-OFF = 1e-6  # of the learning frame, that a place may be off the plane of its label
+OFF = 1e-6  # of the learning frame: permitted distance of a position from the plane of its label
 
 
 def write_part(path: Path, part: Part) -> None:
-    """Write a part with its polycube; labels are of quads, which are two triangles each."""
+    """Write a part with its polycube; labels belong to quads of two triangles each."""
     surface, solid = part.surface, part.polycube
     np.savez_compressed(
         path,
@@ -49,11 +49,11 @@ def write_part(path: Path, part: Part) -> None:
 
 
 def read_part(path: Path) -> Part:
-    """A part as `write_part` wrote it; raises InputError, one sentence, for any other file."""
+    """Read a part written by `write_part`; raises InputError with one sentence otherwise."""
     try:
         with np.load(path, allow_pickle=False) as file:
             found = {name: file[name] for name in SHAPES}
-    except Exception:  # zip, zlib and numpy each have exceptions of their own
+    except Exception:  # zip, zlib and numpy raise different errors
         raise InputError("this is not a file of a part", str(path), REMEDY) from None
     try:
         return _part(found)
@@ -62,7 +62,7 @@ def read_part(path: Path) -> Part:
 
 
 def read_parts(folder: Path) -> list[Part]:
-    """All parts of a folder, by name; raises InputError where there is none, or a broken file."""
+    """All parts of a folder, by name; raises InputError if there is none or one is damaged."""
     files = sorted(folder.glob(f"*{SUFFIX}"))
     if not files:
         raise InputError(f"there is no part (*{SUFFIX}) in the folder", str(folder), REMEDY)
@@ -70,7 +70,7 @@ def read_parts(folder: Path) -> list[Part]:
 
 
 def _part(found: Mapping[str, np.ndarray]) -> Part:
-    """The part that arrays hold; raises ValueError for what does not fit together."""
+    """The part in some arrays; raises ValueError if they are inconsistent."""
     _check_shapes(found)
     quads, axis, knot = found["quads"], found["axis"], found["knot"]
     knots = found["x"], found["y"], found["z"]
@@ -95,7 +95,7 @@ def _part(found: Mapping[str, np.ndarray]) -> Part:
 
 
 def _check_shapes(found: Mapping[str, np.ndarray]) -> None:
-    """Raise ValueError for an array of another shape or kind, or with numbers that are none."""
+    """Raise ValueError for an array of another shape or type, or with non-finite numbers."""
     sizes: dict[str, int] = {}
     for name, (dims, kind) in SHAPES.items():
         array, letters = found[name], dims.split()

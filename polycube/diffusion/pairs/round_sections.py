@@ -1,4 +1,4 @@
-"""Round sections of features: discs, and slots with round ends, also where others cross them."""
+"""Round sections of features: circles, and slots with round ends, also if others cross them."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from polycube.diffusion.pairs.lattices import STAYS, Feature
 from polycube.diffusion.pairs.rounding import FILLET, Fillets, largest_radii
 from polycube.types import PerAxis
 
-BRIDGED = 0.6  # of the length of an edge that others cross: what must be there for it to be round
+BRIDGED = 0.6  # share of the length of an interrupted edge that must exist for it to be rounded
 
 
 def with_round_section(fillets: Fillets, feature: Feature, knots: PerAxis) -> Fillets:
-    """The fillets, the section of a feature round: a disc where it is a square, else a slot.
+    """The fillets with those of a round section: a circle for a square section, else a slot.
 
-    Where the section is open all along, as at the mouth of a slot, the edges that it has become
-    round.  Where others cut much of it away, it is round between them.
+    If the section is open along the feature, as at the mouth of a slot, its existing edges are
+    rounded. If other features remove much of it, the parts between them are rounded.
     """
     edges, radius, norm = fillets
     own = corners(edges, feature)
@@ -39,7 +39,7 @@ def with_round_section(fillets: Fillets, feature: Feature, knots: PerAxis) -> Fi
 
 
 def _pieces(feature: Feature, knots: PerAxis, there: np.ndarray, own: EdgeRuns) -> list[EdgeRuns]:
-    """Sections of a feature, one for each row of slabs in which all four edges are there."""
+    """Sections of a feature, one for each run of slabs with all four edges."""
     axis = feature.axis
     steps = np.diff(np.concatenate([[0], there.all(axis=0), [0]]))
     found = []
@@ -64,7 +64,7 @@ def corners(edges: EdgeRuns, feature: Feature) -> np.ndarray:
 
 
 def _slabs(edges: EdgeRuns, own: np.ndarray, feature: Feature) -> np.ndarray:
-    """(4, n) in which slabs of a feature each edge of its section is there, among its own edges."""
+    """(4, n) slabs of a feature in which each edge of its section exists, among its own edges."""
     axis = feature.axis
     u, v = (axis + 1) % 3, (axis + 2) % 3
     slabs = np.arange(feature.low[axis], feature.high[axis])
@@ -75,7 +75,7 @@ def _slabs(edges: EdgeRuns, own: np.ndarray, feature: Feature) -> np.ndarray:
 
 
 def section(feature: Feature, knots: PerAxis) -> EdgeRuns:
-    """The four edges along the axis of a feature, as if nothing crossed them or came inside."""
+    """The four edges along the axis of a feature, as if there were no other features."""
     low, high, axis = feature.low, feature.high, feature.axis
     far = sum(each[-1] - each[0] for each in knots)
     u, v = (axis + 1) % 3, (axis + 2) % 3

@@ -1,14 +1,14 @@
 """Fillets and chamfers of lattice edges as a map of space, exact on the sides of an edge.
 
-Across an edge of radius r let y be the distances from the centre of the arc over r: the sides of
-the edge are where |y|_inf = 1, the edge is at (1, 1).  The square ring |y|_inf = m is taken to the
-ring |y|_2 = m of a fillet, or |y|_1 = m of a chamfer:
+For an edge of radius r, let y be the distances from the centre of the arc divided by r: the sides
+of the edge are |y|_inf = 1, the edge is (1, 1). The square ring |y|_inf = m is mapped to the ring
+|y|_2 = m of a fillet, or |y|_1 = m of a chamfer:
 
     y -> y m / |y|_p
 
-Four edges of a square section with the largest radius thus make a disc.  Outside, the map
-fades between a third of the way to the next knot and that knot; inside, up to the depth at which
-something else begins; along the edge, beyond its ends.  So the planes of other knots stay.
+Four edges of a square section with the largest radius thus form a circle. Outside, the map fades
+out between a third of the distance to the next knot and that knot; inside, up to the depth of the
+next feature; along the edge, beyond its ends. The planes of other knots are therefore unchanged.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from numba import njit
 from polycube.diffusion.pairs.edge_runs import EdgeRuns
 
 FILLET, CHAMFER = 2, 1  # the norm p
-KEPT = 1 / 3  # of the way to the next knot, where rings are still round
-DEEPEST = 0.6  # of a radius: where something else begins inside, at most
+KEPT = 1 / 3  # of the distance to the next knot: extent of the rings
+DEEPEST = 0.6  # of a radius: largest depth of the next feature inside
 
 
 class Fillets(NamedTuple):
     """Edges that are rounded."""
 
     edges: EdgeRuns
-    radius: np.ndarray  # (E,) 0: left sharp
+    radius: np.ndarray  # (E,) 0: sharp
     norm: np.ndarray  # (E,) FILLET or CHAMFER
 
 
 def largest_radii(edges: EdgeRuns) -> np.ndarray:
-    """(E,) radius of each edge at which it meets its neighbours, half-way along a side."""
+    """(E,) radius of each edge at which it meets its neighbours in the middle of a side."""
     return np.minimum(edges.side.min(axis=1) / 2, edges.depth / (1 - DEEPEST))
 
 
 def rounded(vertices: np.ndarray, fillets: Fillets) -> np.ndarray:
-    """(V, 3) points of a lattice moved as its edges become round.
+    """(V, 3) points of a lattice after rounding its edges.
 
-    The axis with the most of rounding comes last, so that a chamfered hole or boss becomes round.
+    The axis with the largest roundings is last, so that a chamfered hole or boss becomes round.
     """
     edges, radius, _ = fillets
     much = [radius[edges.axis == axis].sum() for axis in range(3)]
@@ -54,7 +54,7 @@ def rounded(vertices: np.ndarray, fillets: Fillets) -> np.ndarray:
 
 
 def _move_along(axis: int, x: np.ndarray, fillets: Fillets, used: np.ndarray) -> None:
-    """What the used edges, all along one axis, do to the points x."""
+    """Move the points x by the used edges, all along one axis."""
     edges, radius = fillets.edges, fillets.radius[used]
     run_out = np.where(edges.is_free[used], np.inf, radius[:, None])
     after = np.minimum(edges.after[used], run_out)
@@ -76,7 +76,7 @@ def _move(
     after: np.ndarray,
     sizes: np.ndarray,
 ) -> None:
-    """Add up what all edges along one axis do to each point."""
+    """Sum of the displacements of each point by all edges along one axis."""
     for v in range(len(x)):
         u, w, along = x[v, order[0]], x[v, order[1]], x[v, order[2]]
         for e in range(len(at)):

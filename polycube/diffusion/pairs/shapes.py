@@ -1,7 +1,7 @@
-"""Contexts of equal shape: one name for them all, also after a turn by the cube's rotations.
+"""Contexts of equal shape: one canonical context for each shape, also after rotations.
 
-cube + nothing and cube + cube are one shape, a box; a cell with a hole along x is the shape of one
-with a hole along y, turned.  A network can only be asked for the shape, not for its spelling.
+cube + nothing and cube + cube have the same shape, a box; a cell with a hole along x has the shape
+of one with a hole along y, rotated. A network can only recognise the shape, not the context.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ UNTURNED = 0  # index of the identity in frames.rotations()
 
 
 def shape_key(polycube: Polycube) -> bytes:
-    """Which boxes are solid, equal for equal structures whatever their proportions and place."""
+    """Key of the solid boxes, equal for equal structures with any proportions and position."""
     return _key(collapse(polycube).occupancy)
 
 
@@ -30,14 +30,15 @@ def _key(boxes: np.ndarray) -> bytes:
 def turned_contexts(
     contexts: Sequence[Context], grid: Sequence[int], primitives: Mapping[str, np.ndarray]
 ) -> np.ndarray:
-    """The canonical context of the shape of each context, turned by each of frames.rotations().
+    """The canonical context of the shape of each context, rotated by each of frames.rotations().
 
-    Canonical is the fullest context of a shape, of these the first.
+    The canonical context of a shape has the most occupied cells; of several, the first is taken.
 
     Returns
     -------
-    (C, 24, n_cells) int64 into the primitives, len(primitives) where empty; -1 in all cells where
-    none of the contexts has the turned shape.  [:, UNTURNED] are the contexts' own shapes.
+    (C, 24, n_cells) int64 numbers of the primitives, len(primitives) for an empty cell; -1 in all
+    cells if no context has the rotated shape. [:, UNTURNED] are the shapes of the contexts
+    themselves.
     """
     index = {name: i for i, name in enumerate((*primitives, None))}
     cells = np.array([[index[name] for name in context] for context in contexts])
@@ -46,7 +47,7 @@ def turned_contexts(
     canonical: dict[bytes, int] = {}
     for number in np.argsort((cells == index[None]).sum(axis=1), kind="stable"):
         canonical.setdefault(keys[number], number)
-    cells = np.vstack([cells, np.full(cells.shape[1], -1)])  # the last is no context
+    cells = np.vstack([cells, np.full(cells.shape[1], -1)])  # the last one is no context
     turned = {
         key: [canonical.get(_key(turn(boxes[number], r)), -1) for r in rotations()]
         for key, number in canonical.items()

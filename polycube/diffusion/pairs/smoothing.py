@@ -1,22 +1,23 @@
-"""A closed surface rounded by a few steps of smoothing, in the box that it had."""
+"""Round a closed surface by a few smoothing steps, with its bounding box unchanged."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-SHORT = 1e-3  # of the longest edge of the box: shorter edges count as this long
+SHORT = 1e-3  # of the longest edge of the box: lower bound of the length of an edge
 
 
 def smoothed(vertices: np.ndarray, quads: np.ndarray, steps: int) -> np.ndarray:
-    """(V, 3) vertices, each moved `steps` times half-way to the mean of its neighbours.
+    """(V, 3) vertices after `steps` moves halfway to the mean of their neighbours.
 
-    A neighbour is at the other end of an edge of a quad (Q, 4), each edge being of two quads, and
-    counts as one over the length of the edge: so points hardly move along a flat face.
+    Neighbours are the other ends of the edges of the quads (Q, 4), where each edge belongs to two
+    quads, with the inverse length of the edge as weight. Points on a flat face hardly move along
+    it.
     """
     low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0)
     n = len(vertices)
-    a, b = quads.ravel(), np.roll(quads, -1, axis=1).ravel()  # each edge once in each sense
+    a, b = quads.ravel(), np.roll(quads, -1, axis=1).ravel()  # each edge once in each direction
     lengths = np.linalg.norm(vertices[a] - vertices[b], axis=1)
     weights = 1 / np.maximum(lengths, SHORT * extent.max())
     near, total = csr_matrix((weights, (a, b)), shape=(n, n)), np.bincount(a, weights, n)

@@ -15,7 +15,7 @@ from polycube.types import Polycube, freeze
 
 Context = tuple[str | None, ...]
 
-ENUMERATED = 5000  # fillings of a grid that are all looked at; of more, some are drawn
+ENUMERATED = 5000  # largest number of contexts that are enumerated; above, some are drawn at random
 STEPS_PER_VOXEL = 4
 SMOOTHING = (
     0.0,
@@ -34,13 +34,13 @@ SMOOTHING = (
 class Template:
     """Surface of a polycube, centred on its grid, cell edge 1."""
 
-    polycube: Polycube  # collapsed: it has knots only where there is something to see
+    polycube: Polycube  # collapsed, without superfluous knots
     vertices: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3) into vertices
     rounded: np.ndarray  # (L, V, 3) float32 after each amount of smoothing, same bounding box
-    axis: np.ndarray  # (F,) 0..5, outward, of the polycube face it lies in, see types.AXES
-    cell: np.ndarray  # (F,) grid cell it belongs to, x slowest
-    wall: np.ndarray  # (F,) 1: of a hole, which lies in an occupied cell; 0: outer wall
+    axis: np.ndarray  # (F,) 0..5, outward, of its polycube face, see types.AXES
+    cell: np.ndarray  # (F,) its grid cell, x slowest
+    wall: np.ndarray  # (F,) 1: face of a hole, in an occupied cell; 0: outer face
 
     def __post_init__(self) -> None:
         freeze(
@@ -57,9 +57,9 @@ class Template:
 def contexts(
     grid: Sequence[int], primitives: Mapping[str, np.ndarray], limit: int = 2000
 ) -> list[Context]:
-    """Fillings of the grid that are one manifold solid without voids: 24 for the paper's 2x1.
+    """Contexts of the grid that are one manifold solid without voids: 24 for 2x1 in the paper.
 
-    All of them if the grid has few fillings, else at most `limit`, the same ones every time.
+    All of them if there are few, else at most `limit`, always the same ones.
     """
     names = (*primitives, None)
     n_cells = int(np.prod(grid))
@@ -70,7 +70,7 @@ def contexts(
 
 
 def _fillings(names: Sequence[str | None], n_cells: int) -> Iterator[Context]:
-    """Random fillings without end, each of few kinds of cells, as those of parts are."""
+    """Endless random contexts, each with few different cells, as those of parts."""
     rng = np.random.default_rng(0)
     while True:
         share = rng.dirichlet(np.full(len(names), 0.2))
@@ -96,7 +96,7 @@ def template(
 
 
 def _refine(polycube: Polycube, n: int) -> Polycube:
-    """The same solid with every box split n times along each axis."""
+    """The same solid with every box divided n times along each axis."""
     occupancy = polycube.occupancy
     for axis in range(3):
         occupancy = occupancy.repeat(n, axis=axis)
@@ -107,7 +107,7 @@ def _refine(polycube: Polycube, n: int) -> Polycube:
 
 
 def _round(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(L, V, 3) vertices after (I + a L)^-1 for each amount a, stretched back to their box."""
+    """(L, V, 3) vertices after (I + a L)^-1 for each amount a, scaled back to their box."""
     n = len(vertices)
     a, b = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
     graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)).tocsr()

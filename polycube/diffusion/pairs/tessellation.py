@@ -1,4 +1,4 @@
-"""The surface of a lattice as small triangles that know which knot plane they lie in."""
+"""The surface of a lattice as small triangles with the numbers of their knot planes."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from polycube.structure.lattice import CORNERS
 from polycube.types import PerAxis
 
-TRIANGLES = 8000  # at most; two pieces are always few enough
-PIECES = (8, 6, 4, 3, 2)  # into which a slab may be cut
-GRADING = 0.5  # 0: equal pieces; towards 1: those at the knots smaller, for fillets
+TRIANGLES = 8000  # largest number; two pieces are always few enough
+PIECES = (8, 6, 4, 3, 2)  # numbers of pieces of a slab that are tried
+GRADING = 0.5  # 0: equal pieces; towards 1: smaller ones at the knots, for fillets
 
 
 class Tessellation(NamedTuple):
@@ -19,15 +19,15 @@ class Tessellation(NamedTuple):
 
     vertices: np.ndarray  # (V, 3)
     quads: np.ndarray  # (Q, 4) into vertices, counter-clockwise from outside
-    faces: np.ndarray  # (2 Q, 3) into vertices: the halves of each quad
+    faces: np.ndarray  # (2 Q, 3) indices of vertices: the two triangles of each quad
     axis: np.ndarray  # (2 Q,) 0..5, outward, see types.AXES
     knot: np.ndarray  # (2 Q,) number of the knot on that axis
 
 
 def tessellate(occupancy: np.ndarray, knots: PerAxis, pieces: int | None = None) -> Tessellation:
-    """Surface of (X, Y, Z) boxes between knots, each slab cut into as many pieces.
+    """Surface of boxes (X, Y, Z) between knots, each slab divided into pieces.
 
-    pieces : by default the most of PIECES that make at most TRIANGLES triangles.
+    pieces : default: the largest of PIECES with at most TRIANGLES triangles
     """
     axis, box = exposed(occupancy)
     pieces = pieces or next((n for n in PIECES if 2 * len(axis) * n**2 <= TRIANGLES), PIECES[-1])
@@ -62,7 +62,7 @@ def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cut(knots: np.ndarray, pieces: int) -> np.ndarray:
-    """Knots with the slabs between them cut, into pieces that are smaller near the knots."""
+    """Knots after dividing the slabs between them into pieces that are smaller near the knots."""
     t = np.arange(pieces) / pieces
     t = t - GRADING * np.sin(2 * np.pi * t) / (2 * np.pi)
     return np.append(knots[:-1, None] + np.diff(knots)[:, None] * t, knots[-1])
@@ -71,7 +71,7 @@ def cut(knots: np.ndarray, pieces: int) -> np.ndarray:
 def _corners(axis: np.ndarray, box: np.ndarray, pieces: int) -> np.ndarray:
     """(Q, n, n, 4, 3) indices of the corners of the n x n pieces of box faces."""
     corner = np.broadcast_to(CORNERS[axis][:, None, None], (len(axis), pieces, pieces, 4, 3))
-    piece = np.zeros((3, pieces, pieces, 3), np.int64)  # place of a piece, for each axis
+    piece = np.zeros((3, pieces, pieces, 3), np.int64)  # position of a piece, for each axis
     for normal in range(3):
         across = np.delete(np.arange(3), normal)
         piece[normal][..., across] = np.moveaxis(np.indices((pieces, pieces)), 0, -1)

@@ -1,4 +1,4 @@
-"""Random widths for the slabs of a lattice: the proportions of a part."""
+"""Random widths of the slabs of a lattice: the proportions of a part."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from polycube.diffusion.pairs.lattices import Feature, Lattice
 from polycube.types import PerAxis
 
 SPREAD = 0.5  # standard deviation of the logarithm of the width of a slab
-EXTENT = 0.4  # of the logarithm of the length of the part along an axis
-CROWDED = 0.5  # a part of n slabs is as long as n^CROWDED slabs, before it is made random
-THIN = 0.4, 0.35  # share of axes' parts that are plates or bars, and how much shorter they are
-LEAST = 0.06  # width of a slab, of the longest edge of the part
-SHRINKS = 0.4  # what must be left of a slab's width where sections become square
+EXTENT = 0.4  # standard deviation of the logarithm of the length of the part along an axis
+CROWDED = 0.5  # the mean length of a part of n slabs is that of n^CROWDED slabs
+THIN = 0.4, 0.35  # share of axes along which parts are plates or bars, and their relative length
+LEAST = 0.06  # smallest width of a slab, relative to the longest edge of the part
+SHRINKS = 0.4  # smallest relative width of a slab after sections become square
 
 
 def random_knots(lattice: Lattice, square: Sequence[Feature], rng: np.random.Generator) -> PerAxis:
     """Knots of the slabs, centred, the longest edge 2: as in the learning frame.
 
-    A part that is its own mirror image remains so.  The features in `square` get square sections
-    across their axes, one after the other, where no slab becomes too narrow by it.
+    A symmetric part stays symmetric. The features in `square` get square sections across their
+    axes, in sequence, unless a slab becomes too narrow.
     """
     lengths = np.exp(rng.normal(0, EXTENT, 3))
     if rng.random() < THIN[0]:
@@ -38,7 +38,7 @@ def random_knots(lattice: Lattice, square: Sequence[Feature], rng: np.random.Gen
 
 
 def _widths(occupancy: np.ndarray, axis: int, rng: np.random.Generator) -> np.ndarray:
-    """(n,) widths of the slabs across an axis, together n^CROWDED."""
+    """(n,) widths of the slabs across an axis, with the sum n^CROWDED."""
     n = occupancy.shape[axis]
     widths = np.exp(rng.normal(0, SPREAD, n))
     if np.array_equal(occupancy, np.flip(occupancy, axis)):
@@ -47,7 +47,7 @@ def _widths(occupancy: np.ndarray, axis: int, rng: np.random.Generator) -> np.nd
 
 
 def _difference(feature: Feature, shape: tuple[int, ...]) -> np.ndarray:
-    """Weights of all widths, which add up to the one side of a section less the other."""
+    """Weights of all widths whose sum is the difference of the two sides of a section."""
     rows = [np.zeros(n) for n in shape]
     for axis, sign in (((feature.axis + 1) % 3, 1), ((feature.axis + 2) % 3, -1)):
         rows[axis][feature.low[axis] : feature.high[axis]] = sign
@@ -55,7 +55,7 @@ def _difference(feature: Feature, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _with_squares(widths: np.ndarray, rows: Sequence[np.ndarray]) -> np.ndarray:
-    """Nearest widths, relative to what they were, of which the rows add up to nothing."""
+    """Closest widths, relative to the given ones, for which the products with the rows are zero."""
     kept: list[np.ndarray] = []
     found = widths
     for row in rows:

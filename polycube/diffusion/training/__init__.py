@@ -1,4 +1,4 @@
-"""Train a denoiser, follow the training, and evaluate what it learned.
+"""Train a denoiser, monitor the training, and evaluate the result.
 
-Imports diffusion and below; Lightning is imported here and in cli only.
+Imports `diffusion` and the layers below; Lightning is imported only here and in `cli`.
 """

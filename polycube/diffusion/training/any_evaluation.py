@@ -1,4 +1,4 @@
-"""How much of any structure is read rightly, on pairs that were never trained on.
+"""Accuracy for arbitrary structures, on pairs that are not in the training set.
 
 Distances are in units of the learning frame, in which the longest edge of a part is 2.
 """
@@ -27,9 +27,9 @@ def evaluate_any(
 
     error, error_one_step, error_untouched : distance of x_0, of the first prediction and of the
         geometry from the truth
-    labelled_axis, labelled_knot : whether the likeliest label is right
-    nearest_axis : whether the axis nearest to the normal is right, which needs no network
-    seconds_in_batch : clock time of sampling, per pair
+    labelled_axis, labelled_knot : whether the most probable label is correct
+    nearest_axis : whether the axis closest to the normal is correct, which needs no network
+    seconds_in_batch : time of sampling, per pair
     """
     columns: list[Columns] = []
     for first in range(0, n_pairs, batch_size):
@@ -57,7 +57,7 @@ def evaluate_any(
 
 
 def nearest_axis(normals: np.ndarray) -> np.ndarray:
-    """(N,) 0..5, the direction of types.AXES nearest to each normal (N, 3)."""
+    """(N,) 0..5, the direction of types.AXES closest to each normal (N, 3)."""
     axis = np.abs(normals).argmax(axis=1)
     return 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
 

@@ -1,4 +1,4 @@
-"""Checkpoints that a training can go on from, whenever it was killed."""
+"""Checkpoints from which a training can be resumed after any interruption."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from polycube.io.manifest import writing
 
 
 class WholeCheckpoints(TorchCheckpointIO):
-    """Checkpoints that appear whole or not at all.
+    """Checkpoints written atomically.
 
-    Lightning's own are written to the folder for temporary files and moved into place.  Where that
-    is another file system the move is a copy, and a kill leaves half a file.
+    Those of Lightning are written to the folder for temporary files and moved to their place. On
+    another file system the move is a copy, and an interruption leaves an incomplete file.
 
-    folder : of the training, which lists its files
+    folder : folder of the training, which lists its files
     """
 
     def __init__(self, folder: Path) -> None:
@@ -27,15 +27,15 @@ class WholeCheckpoints(TorchCheckpointIO):
     def load_checkpoint(
         self, path: str | Path, map_location: object = None, weights_only: bool | None = True
     ) -> dict[str, object]:
-        """Tensors and plain values only: nothing that a file holds is run."""
+        """Load tensors and plain values only: no code of a file is executed."""
         return super().load_checkpoint(path, weights_only=True)
 
     def save_checkpoint(
         self, checkpoint: dict[str, object], path: str | Path, storage_options: object = None
     ) -> None:
-        """Write beside the path, then replace what an earlier epoch or training wrote there."""
+        """Write beside the path, then replace the file of an earlier epoch or training."""
         inside = Path(path).resolve().relative_to(self.folder.resolve())
-        whole = BytesIO()  # torch's own writer does not say that a disk is full
+        whole = BytesIO()  # the writer of torch does not report a full disk
         torch.save(checkpoint, whole)
         with writing(self.folder) as scratch:
             (scratch / inside).parent.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,8 @@
-"""How far sampled points are from where they should be, on pairs that were never trained on.
+"""Distance of sampled points from the truth, on pairs that are not in the training set.
 
-Each pair gives columns of numbers; columns that a network has nothing to say for are not there.
-Two readings of which face of the polycube a point belongs to: the face nearest to it, and the one
-that its labels speak for as well (`geometry.projection`).  Distances are in cells.
+Each pair gives columns of numbers; columns without a prediction are omitted. The polycube face of a
+point is determined in two ways: the closest face, and the closest face with the labels of the
+network taken into account (`structure.projection`). Distances are in cells.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from polycube.surface.frames import rotations
 from polycube.types import Polycube
 
 Key = TypeVar("Key")
-Columns = dict[str, np.ndarray]  # (N,) of the points of a pair, or (1,) of the pair
+Columns = dict[str, np.ndarray]  # (N,) for the points of a pair, or (1,) for the pair
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
-ALONE = 3  # pairs that are sampled once more, one at a time, for the clock
+ALONE = 3  # number of pairs that are sampled again separately, to measure the time
 
 
 def evaluate(
@@ -45,14 +45,14 @@ def evaluate(
     """The first pairs of a stream and the columns of each.
 
     error, error_one_step, error_untouched : distance of x_0, of the first prediction and of the
-        geometry from the truth, centred grid, cells
+        geometry from the truth, on the centred grid, in cells
     off_polycube : distance of x_0 from the polycube
-    patch, cell, wall : whether the nearest face is in the right patch and cell, and rightly a
-        hole's or outer; labelled_patch and so on: with the labels that the network says
-    context_top1, _top3 : whether the classifier puts the right shape first, or among the first
-        three, of those of its genus; context_top1_any_genus; turned_*: a random one of the
-        rotations after which a context has the shape
-    seconds_in_batch, seconds : clock time of sampling, per pair
+    patch, cell, wall : whether the closest face is in the correct patch and cell, and correctly a
+        hole's or an outer one; labelled_patch etc.: with the labels of the network
+    context_top1, _top3 : whether the classifier ranks the correct shape first, or among the first
+        three, of those with its genus; context_top1_any_genus; turned_*: for a random rotation
+        after which a context has the shape
+    seconds_in_batch, seconds : time of sampling, per pair
     """
     made = [pairs(index) for index in range(n_pairs)]
     columns: list[Columns] = [{} for _ in made]
@@ -84,7 +84,7 @@ def evaluate(
 
 
 def summary(columns: Sequence[Columns]) -> dict[str, float]:
-    """Means over pairs of their means; error_p95, which 95 % of all points stay under; speed."""
+    """Means over pairs of their means; error_p95, the 95th percentile of all points; speed."""
     values = defaultdict(list)
     for found in columns:
         for name, numbers in found.items():
@@ -105,10 +105,10 @@ def by_context(made: Sequence[Pair], columns: Sequence[Columns]) -> dict[Context
 def by_tilt(
     made: Sequence[Pair], columns: Sequence[Columns], parts: int = 4
 ) -> dict[tuple[float, float], dict[str, float]]:
-    """`summary` of equally many pairs each, from boxes to balls.
+    """`summary` of groups of equally many pairs, from boxes to balls.
 
-    By the mean angle, degrees, between the geometry and the polycube's face it belongs to: that of
-    a box is 0, that of a ball turned like its cube 32.
+    The groups are sorted by the mean angle, in degrees, between the geometry and its polycube face:
+    0 for a box, 32 for a ball aligned with its cube.
     """
     tilt = np.array([_tilt(pair) for pair in made])
     edges = np.quantile(tilt, np.linspace(0, 1, parts + 1)).round(1)
@@ -123,9 +123,9 @@ def point_columns(
     first: np.ndarray,
     log_labels: Sequence[np.ndarray],
 ) -> Columns:
-    """Columns of the points of one pair; x_0, first : (N, 3) with the origin at the grid's corner.
+    """Columns of the points of one pair; x_0, first : (N, 3), origin at the corner of the grid.
 
-    polycube : with all the knots of `lattice`; log_labels : as of `Denoised`, of this pair
+    polycube : with all knots of `lattice`; log_labels : as in `Denoised`, of this pair
     """
     surface = boundary(polycube)
     labels = np.stack([surface.axis, *cell_and_wall(polycube, surface)], axis=1)  # (Q, 3)
@@ -152,13 +152,13 @@ def point_columns(
 def one_step(
     predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: torch.Generator
 ) -> tuple[Tensor, Tensor]:
-    """The sampler that takes the first prediction of x_0 for it: plain regression."""
+    """Sampler that returns the first prediction of x_0: plain regression."""
     x_0 = predict(x_T, process.steps)
     return x_0, torch.stack([x_T, x_0])
 
 
 def threads() -> int:
-    """Threads that a network runs on."""
+    """Number of threads of a network."""
     return torch.get_num_threads()
 
 
@@ -169,10 +169,10 @@ def _context_columns(
     primitives: Primitives,
     batch_size: int,
 ) -> list[Columns]:
-    """Where the right shape stands among those the classifier finds likely, of each pair."""
+    """Rank of the correct shape among those of the classifier, for each pair."""
     turned = turned_contexts(pairs.contexts, pairs.grid, primitives)  # (C, 24, cells)
     shapes, number = np.unique(turned.reshape(-1, turned.shape[2]), axis=0, return_inverse=True)
-    number = number.reshape(turned.shape[:2])  # (C, 24) into the shapes
+    number = number.reshape(turned.shape[:2])  # (C, 24) numbers of the shapes
     known = np.flatnonzero(shapes[:, 0] >= 0)
     names = (*primitives, None)
     canonical = [tuple(names[cell] for cell in shapes[shape]) for shape in known]
@@ -213,7 +213,7 @@ def _tilt(pair: Pair) -> float:
 
 
 def _batches(made: Sequence[Pair], size: int) -> Iterator[list[int]]:
-    """Numbers of pairs with equally many points, at most `size` together."""
+    """Numbers of pairs with equal numbers of points, at most `size` together."""
     groups = defaultdict(list)
     for i, pair in enumerate(made):
         groups[len(pair.geometry)].append(i)

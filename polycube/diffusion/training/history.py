@@ -1,7 +1,6 @@
-"""The course of a training: its curves, read back from TensorBoard's files, and drawn.
+"""The curves of a training, read from the files of TensorBoard, and a picture of them.
 
-The loss by the step is the paper's figure of its training; beside it what is measured on held-out
-pairs.
+The picture has the loss by step, as in the paper, and the measures of held-out pairs.
 """
 
 from __future__ import annotations
@@ -19,10 +18,10 @@ BESIDE = {"error/one_step": "in one step", "error/untouched": "untouched geometr
 
 
 def curves(folder: Path) -> dict[str, np.ndarray]:
-    """Scalars that a training wrote to its folder, each (n, 2): step and value."""
+    """Scalars written by a training, each (n, 2): step and value."""
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-    logging.getLogger("tensorboard").setLevel(logging.WARNING)  # it says which files it opens
+    logging.getLogger("tensorboard").setLevel(logging.WARNING)  # it logs the opened files
     events = EventAccumulator(str(folder / "tensorboard"), size_guidance={"scalars": 0}).Reload()
     return {
         name: np.array([(event.step, event.value) for event in events.Scalars(name)])
@@ -31,7 +30,7 @@ def curves(folder: Path) -> dict[str, np.ndarray]:
 
 
 def draw(trainings: Mapping[str, Curves], path: Path) -> Path:
-    """Write a PNG: the loss and the held-out error of one training or several, by the step."""
+    """Write a PNG: the loss and the held-out error of one or several trainings by step."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -58,7 +57,7 @@ def draw(trainings: Mapping[str, Curves], path: Path) -> Path:
 
 
 def smoothed(curve: np.ndarray, share: float = 0.05) -> np.ndarray:
-    """Running mean (n, 2) of a curve (n, 2) over a share of its points, from both sides alike."""
+    """Running mean (n, 2) of a curve (n, 2) over a share of its points, symmetric."""
     reach = int(share * len(curve) / 2)
     sums = np.concatenate([[0.0], np.cumsum(curve[:, 1])])
     here = np.arange(len(curve))

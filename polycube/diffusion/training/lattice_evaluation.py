@@ -1,4 +1,4 @@
-"""How many lattices are drawn rightly, on parts that were never trained on."""
+"""Share of correctly drawn lattices, on parts that are not in the training set."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from polycube.structure.lattice import genus
 from polycube.surface.measures import diagonal
 from polycube.types import Polycube, TriMesh
 
-SEEN = 100  # parts at most for one that has the wanted slabs
-TRIES = (1, 4, 16)  # draws of which the best is taken
+SEEN = 100  # largest number of parts searched for one with the wanted slabs
+TRIES = (1, 4, 16)  # numbers of draws of which the best is taken
 
-# (surface in the frame, of diagonal 1; genus) -> a collapsed lattice in the frame of each draw
+# (surface in the frame, of diagonal 1; genus) -> a collapsed lattice in the frame per draw
 Draw = Callable[[TriMesh, int], Sequence[Polycube | None]]
 
 
 def evaluate_lattices(
     draw: Draw, pairs: LatticePairs, n_parts: int, slabs: tuple[int, int] = (1, MOST_SLABS)
 ) -> list[Columns]:
-    """Columns of the first parts of a stream that have so many slabs along each axis.
+    """Columns of the first parts of a stream with the wanted number of slabs along each axis.
 
-    slabs : fewest and most; raises InputError where hardly any part has so many
+    slabs : smallest and largest number; raises InputError if such parts are too rare
 
-    lattice_1, _4, _16 : whether one of the first draws has the full and empty boxes of the truth
-    volume_1, _4, _16 : the largest share of the union of both solids that is in both
-    genus : share of the draws that give a solid of the part's genus
-    genus_any : whether one of them does
-    lattice_16_cad and so on : lattice_16 of the parts of a style
+    lattice_1, _4, _16 : whether one of the first draws has the correct full and empty boxes
+    volume_1, _4, _16 : largest ratio of the common volume of both solids to that of their union
+    genus : share of the draws that are a solid with the genus of the part
+    genus_any : whether any of them is
+    lattice_16_cad etc. : lattice_16 of the parts of a style
     """
     seen = map(pairs.part, range(SEEN * n_parts))
     chosen = list(islice((part for part in seen if _has(part, slabs)), n_parts))
@@ -51,7 +51,7 @@ def _has(part: Part, slabs: tuple[int, int]) -> bool:
 
 
 def columns(draw: Draw, part: Part) -> Columns:
-    """Those of one part."""
+    """Columns of one part."""
     surface = TriMesh(part.geometry, part.surface.faces)
     size = diagonal(surface)
     drawn = draw(TriMesh(part.geometry / size, surface.faces), part.genus)
@@ -68,9 +68,9 @@ def columns(draw: Draw, part: Part) -> Columns:
 
 
 def overlap(drawn: Polycube, truth: Polycube, scale: float) -> float:
-    """Volume that two solids share, by the volume of their union; `scale` makes the drawn larger.
+    """Common volume of two solids divided by that of their union; `scale` enlarges the drawn one.
 
-    Solids lie where they are; their boxes are cut at the knots of both.
+    The solids are not moved; their boxes are divided at the knots of both.
     """
     lines = [
         np.unique(np.concatenate([scale * a, b]))
@@ -84,7 +84,7 @@ def overlap(drawn: Polycube, truth: Polycube, scale: float) -> float:
 
 
 def _filled(solid: Polycube, places: list[np.ndarray]) -> np.ndarray:
-    """(X, Y, Z) bool: whether the points of a grid lie in a solid."""
+    """(X, Y, Z) bool: whether the points of a grid are inside a solid."""
     padded = np.pad(solid.occupancy, 1)
     index = [np.searchsorted(k, x) for k, x in zip(solid.knots, places, strict=True)]
     return padded[np.ix_(*index)]

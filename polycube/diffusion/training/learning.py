@@ -15,14 +15,14 @@ LOSSES = ("distance", "mse")
 
 @dataclass(frozen=True)
 class Learning:
-    """How to train."""
+    """Options of the training."""
 
-    rate: float = 1e-3  # Adam's learning rate at the start
+    rate: float = 1e-3  # initial learning rate of Adam
     decay: str = "linear"  # of the rate over the epochs: constant, linear, cosine or paper
     loss: str = "distance"  # distance of points, or mse: mean squared error
-    labels: float = 0.1  # weight of the cross-entropy of the labels beside it
+    labels: float = 0.1  # weight of the cross-entropy of the labels
     endpoint: float = 0.8  # share of a batch trained at t = T from the geometry itself
-    thin: int = 1  # train on every n-th row and column; 1 where the network needs whole images
+    thin: int = 1  # train on every n-th row and column; 1 for networks that need whole images
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -41,10 +41,10 @@ class Learning:
 
 
 def rate_factors(decay: str, epochs: int) -> list[float]:
-    """Learning rate of each epoch k = 0..K as a share of the first.
+    """Learning rate of each epoch k = 0..K relative to the first.
 
-    paper: eta_k = eta_{k-1} (1 - k / K); linear: eta_k = eta_0 (1 - k / K);
-    cosine: eta_k = eta_0 (1 + cos(pi k / K)) / 2
+    paper: eta_k = eta_{k-1} (1 - k / K); linear: eta_k = eta_0 (1 - k / K); cosine: eta_k = eta_0
+    (1 + cos(pi k / K)) / 2
     """
     factors = [1.0]
     for k in range(1, epochs + 1):
@@ -61,7 +61,7 @@ def rate_factors(decay: str, epochs: int) -> list[float]:
 
 
 def moving_average(decay: float) -> Callable[[Tensor, Tensor, Tensor], Tensor]:
-    """Exponential moving average of weights, the first n of them at most (1 + n) / (10 + n) old."""
+    """Exponential moving average of weights; the decay is at most (1 + n) / (10 + n) at step n."""
     if not 0 < decay < 1:
         raise ValueError(f"ema must lie between 0 and 1; got {decay}")
 

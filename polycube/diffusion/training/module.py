@@ -22,12 +22,12 @@ from polycube.diffusion.training.learning import Learning, rate_factors
 from polycube.diffusion.weights import Recipe
 from polycube.surface.frames import rotations
 
-SOFT = 0.01  # length up to which the loss of a distance grows as its square
+SOFT = 0.01  # distance up to which the loss grows quadratically
 ROTATIONS = torch.from_numpy(rotations()).float()  # (24, 3, 3)
 
 
 def everywhere(values: Tensor) -> Tensor:
-    """(N,) values of this process joined with those of all others that train with it."""
+    """(N,) values of this process together with those of all other processes."""
     _, processes = place()
     if processes == 1:
         return values
@@ -37,20 +37,21 @@ def everywhere(values: Tensor) -> Tensor:
 
 
 class Draws(NamedTuple):
-    """What is drawn at random for each pair of a batch."""
+    """Random values for each pair of a batch."""
 
     t: Tensor  # (B,) int64 steps 1..T
-    first: Tensor  # (B,) bool: trained where sampling starts instead, at t = T
-    turn: Tensor  # (B,) int64 of ROTATIONS: orientation that the classifier sees
+    first: Tensor  # (B,) bool: trained at the start of sampling, t = T, instead
+    turn: Tensor  # (B,) int64 index of ROTATIONS: orientation of the input of the classifier
     z: Tensor  # (B, 3, h, w) standard normal
 
 
 class DDPMPolycube(L.LightningModule):
-    """Learns to predict x_0 (or noise, or v) from x_t; measured by sampling held-out geometries.
+    """Learns to predict x_0 (or noise, or v) from x_t; validated by sampling held-out geometries.
 
-    config : everything needed to build the same denoiser again, plain dict, kept in checkpoints
-    turned : (C, 24, n_cells) what the classifier should say of pair i in each orientation, at
-        i % C (`shapes.turned_contexts`); not needed without a classifier
+    config : plain dictionary with everything needed to build the same denoiser, stored in
+        checkpoints
+    turned : (C, 24, n_cells) wanted output of the classifier for pair i in each orientation, at i %
+        C (`shapes.turned_contexts`); not needed without a classifier
     """
 
     def __init__(
@@ -71,9 +72,9 @@ class DDPMPolycube(L.LightningModule):
         self.example: tuple[Tensor, Tensor, Tensor] | None = None  # geometry, x_0, truth
 
     def draws(self, numbers: Tensor, image: tuple[int, int]) -> Draws:
-        """For images of the given size, those of a pair by the seed and its number alone.
+        """Random values for images of the given size, from the seed and the number of each pair.
 
-        So they do not depend on who trains on the pair, alone or as one of several processes.
+        They do not depend on the number of processes.
         """
         generator, rows = torch.Generator(), []
         for number in numbers.tolist():
@@ -81,7 +82,7 @@ class DDPMPolycube(L.LightningModule):
             t = torch.randint(1, self.denoiser.process.steps + 1, (), generator=generator)
             first, along = torch.rand(2, generator=generator)
             turn = torch.randint(len(ROTATIONS), (), generator=generator)
-            turn = torch.where(along < 0.5, UNTURNED, turn)  # half of the pairs stay as they are
+            turn = torch.where(along < 0.5, UNTURNED, turn)  # half of the pairs are not rotated
             z = torch.randn(3, *image, generator=generator)
             rows.append(Draws(t, first < self.learning.endpoint, turn, z))
         return Draws(*(torch.stack(column).to(self.device) for column in zip(*rows, strict=True)))
@@ -89,7 +90,7 @@ class DDPMPolycube(L.LightningModule):
     def loss(self, batch: Batch) -> dict[str, Tensor]:
         """Terms of the loss: the prediction at random steps (eq. 4), its labels, the context.
 
-        A share of the batch is trained where sampling starts: t = T, x_T = the geometry.
+        A share of the batch is trained at the start of sampling: t = T, x_T = the geometry.
         """
         thin = self.learning.thin
         geometry, x_0, labels = (
@@ -123,14 +124,14 @@ class DDPMPolycube(L.LightningModule):
         return terms
 
     def _distance(self, said: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
-        """Loss of predictions (B, 3, h, w); real (B, h, w) is False where an image is padded."""
+        """Loss of predictions (B, 3, h, w); real (B, h, w) is False in padding."""
         if self.learning.loss == "mse":
             return functional.mse_loss(said, wanted)
         squared = (said - wanted).square().sum(dim=1)
         return ((squared + SOFT**2).sqrt() - SOFT)[real].mean()
 
     def _context_loss(self, geometry: Tensor, turn: Tensor, wanted: Tensor) -> Tensor:
-        """Cross-entropies of lying along the grid, turned, and of the cells of those that do.
+        """Cross-entropies of the alignment of rotated geometries, and of the cells of aligned ones.
 
         wanted : (B, cells) see `_contexts`
         """
@@ -155,16 +156,16 @@ class DDPMPolycube(L.LightningModule):
         return loss
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Keep how far the training has come."""
+        """Store the progress of the training."""
         checkpoint["pairs_done"] = self.pairs_done
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Remember how far a training had come, also where it is not continued."""
+        """Restore the progress of the training."""
         self.steps_done = checkpoint["global_step"]
         self.pairs_done = checkpoint.get("pairs_done", 0)
 
     def on_train_epoch_start(self) -> None:
-        """Start counting samples per second."""
+        """Start measuring samples per second."""
         self._started, self._seen = time.perf_counter(), self.pairs_done
 
     def on_train_epoch_end(self) -> None:
@@ -173,13 +174,13 @@ class DDPMPolycube(L.LightningModule):
         self.log("samples_per_second", speed, prog_bar=True, sync_dist=True)
 
     def validation_step(self, batch: Batch, index: int) -> None:
-        """Distances of sampled points from where they should be; what is said right."""
+        """Distances of sampled points from the truth, and accuracy of labels and contexts."""
         geometry, truth = batch.geometry, batch.polycube
         generator = torch.Generator().manual_seed(self.learning.seed)
         predict, x_T = self.denoiser.predict(geometry, batch.context), geometry[:, :3]
         first = predict(x_T, self.denoiser.process.steps)
         x_0, _ = self.sampler(predict, x_T, self.denoiser.process, generator)
-        real = batch.labels[:, 0] >= 0  # (B, h, w), False where padded
+        real = batch.labels[:, 0] >= 0  # (B, h, w), False in padding
         for name, x in {"error": x_0, "error/one_step": first, "error/untouched": x_T}.items():
             self._measured[name].append((x - truth).norm(dim=1)[real].float())
         if self.denoiser.classes:
@@ -195,7 +196,7 @@ class DDPMPolycube(L.LightningModule):
             self.example = (x_T.cpu(), x_0.cpu(), truth.cpu())
 
     def on_validation_epoch_end(self) -> None:
-        """Log means over all processes, and the distance that 95 % of the points stay under."""
+        """Log means over all processes, and the 95th percentile of the distance."""
         for name, parts in self._measured.items():
             values = everywhere(torch.cat(parts))
             self.log(name, values.mean(), prog_bar=name == "error", sync_dist=True)
@@ -205,7 +206,7 @@ class DDPMPolycube(L.LightningModule):
         self._measured.clear()
 
     def configure_optimizers(self) -> tuple[list[Optimizer], list[LambdaLR]]:
-        """Adam, its rate set at every epoch."""
+        """Adam with a learning rate per epoch."""
         adam = torch.optim.Adam(self.parameters(), lr=self.learning.rate)
         factors = rate_factors(self.learning.decay, max(self.trainer.max_epochs or 1, 1))
         rate = LambdaLR(adam, lambda epoch: factors[min(epoch, len(factors) - 1)])
@@ -213,6 +214,6 @@ class DDPMPolycube(L.LightningModule):
 
 
 def _contexts(turned: Tensor, number: Tensor, turn: Tensor | int) -> Tensor:
-    """(B, cells) what the classifier should predict for pairs as they are turned; -1 if nothing."""
+    """(B, cells) wanted output of the classifier for rotated pairs; -1 if there is none."""
     turned = turned.to(number.device)
     return turned[number % len(turned), turn]

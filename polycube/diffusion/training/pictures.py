@@ -1,4 +1,4 @@
-"""A look at training: geometry, predicted polycube and truth side by side, in TensorBoard."""
+"""Pictures of a training in TensorBoard: geometry, predicted polycube and truth side by side."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Pictures(L.Callback):
         self.rows = rows
 
     def on_validation_end(self, trainer: L.Trainer, module: L.LightningModule) -> None:
-        """Hand the picture to the logger."""
+        """Pass the picture to the logger."""
         logger = trainer.logger
         if not isinstance(module, DDPMPolycube) or not isinstance(logger, TensorBoardLogger):
             return
@@ -32,7 +32,7 @@ class Pictures(L.Callback):
 def scatter(geometry: np.ndarray, x_0: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """(height, width, 3) uint8 picture of three batches (B, 3, h, w), one row per pair.
 
-    Points have the colour of their true place on the polycube.
+    The colour of a point is given by its true position on the polycube.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

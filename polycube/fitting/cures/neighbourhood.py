@@ -180,7 +180,7 @@ def with_detours(path: np.ndarray, is_loop: bool, detours: Detours) -> np.ndarra
 
 
 def _among(ordered: np.ndarray, keys: np.ndarray) -> np.ndarray:
-    """Which keys are in an ascending array."""
+    """(N,) whether keys are in an ascending array."""
     if not len(ordered):
         return np.zeros(len(keys), bool)
     place = np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)

@@ -1,4 +1,4 @@
-"""What `report.json` holds: measures of mesh, spline and solution.
+"""The content of `report.json`: measures of mesh, spline and solution.
 
-Imports io and below.
+Imports `io` and the layers below.
 """

@@ -1,4 +1,4 @@
-"""What the page of a benchmark compares: the parts of a batch, and their totals."""
+"""The numbers on the page of a benchmark: the parts of a batch, and their totals."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.report.numbers.features import KINDS
 from polycube.types import Json
 
-ROW, REPORT = "row.json", "report.json"  # of a part, in its folder
-LEAST = (0.2, 0.3, 0.5)  # scaled Jacobians that parts are counted by
+ROW, REPORT = "row.json", "report.json"  # files of a part, in its folder
+LEAST = (0.2, 0.3, 0.5)  # scaled Jacobians for which parts are counted
 PUBLISHED = {  # Beaufort et al., "Hex Me If You Can", 2022, abstract
     "parts": 189,
     "everything kept": 19,
@@ -25,13 +25,13 @@ PUBLISHED = {  # Beaufort et al., "Hex Me If You Can", 2022, abstract
 
 @dataclass(frozen=True)
 class PartResult:
-    """How one part of a batch ended.
+    """Result of one part of a batch.
 
     Parameters
     ----------
-    name : of its folder
-    row : what the batch says of it, `row.json`
-    features : "features" of the hex mesh in `report.json`; empty where the part is no CAD model
+    name : name of its folder
+    row : content of `row.json`
+    features : "features" of the hex mesh in `report.json`; empty if the part is not a CAD model
     """
 
     name: str
@@ -50,26 +50,26 @@ class PartResult:
 
     @property
     def lost(self) -> dict[str, int]:
-        """Number of lost features of each kind; empty where nothing is known of them."""
+        """Number of lost features of each kind; empty if it is unknown."""
         return {kind: self.features[f"{kind}s"]["lost"] for kind in KINDS if self.features}
 
     @property
     def keeps_everything(self) -> bool:
-        """Whether a CAD part has a valid mesh that loses none of its features."""
+        """Whether a CAD part has a valid mesh without lost features."""
         return self.is_valid and bool(self.features) and not any(self.lost.values())
 
     @property
     def farthest(self) -> float | None:
-        """Distance that 99 % of the points keep, the larger of both ways, % of the diagonal."""
+        """99th percentile of the distance, the larger of both directions, in % of the diagonal."""
         ways = [
             self.row.get(f"{way}_p99_percent") for way in ("mesh_to_surface", "surface_to_mesh")
         ]
         return max((way for way in ways if way is not None), default=None)
 
     def share(self, kind: str) -> float | None:
-        """Per cent of its features of a kind that are kept; none are without a valid mesh.
+        """Per cent of its features of a kind that are kept; 0 without a valid mesh.
 
-        None where a part has no such feature, as a sphere has no point.
+        None if a part has no such feature, such as the points of a sphere.
         """
         if not self.is_valid:
             return 0.0
@@ -78,10 +78,9 @@ class PartResult:
 
 
 def results(folder: Path) -> list[PartResult]:
-    """The parts of a batch that ended, the worst first.
+    """The finished parts of a batch, the worst first.
 
-    First come those without a valid mesh, then those that lose most, then those of the smallest
-    scaled Jacobian.
+    The order is: parts without a valid mesh, then by lost features, then by scaled Jacobian.
     """
     found = []
     for path in folder.glob(f"*/{ROW}"):
@@ -94,7 +93,7 @@ def results(folder: Path) -> list[PartResult]:
 
 
 def totals(parts: Sequence[PartResult]) -> dict[str, float | None]:
-    """Counts of all parts, means of shares, and medians over those with a valid mesh."""
+    """Counts of all parts, means of shares, and medians over parts with a valid mesh."""
     valid = [part for part in parts if part.is_valid]
     near = [part for part in valid if (part.farthest or 0.0) <= 100 * TOLERANCE]
     return {
@@ -113,9 +112,9 @@ def totals(parts: Sequence[PartResult]) -> dict[str, float | None]:
 
 
 def changes(part: PartResult, before: PartResult | None) -> tuple[str | None, str | None]:
-    """Change of the smallest scaled Jacobian and of the number of lost features, in words.
+    """Changes of the smallest scaled Jacobian and of the number of lost features, as text.
 
-    None where there is nothing to compare.
+    None if there is nothing to compare.
     """
     if before is None or not (part.is_valid or before.is_valid):
         return None, None
@@ -128,6 +127,6 @@ def changes(part: PartResult, before: PartResult | None) -> tuple[str | None, st
 def _over(
     average: Callable[[Iterable[float]], float], values: Iterable[float | None]
 ) -> float | None:
-    """Mean or median of the values that are known; None where none is."""
+    """Mean or median of the known values; None if there is none."""
     known = [value for value in values if value is not None]
     return average(known) if known else None

@@ -1,4 +1,4 @@
-"""Which points, curves and faces of a CAD model the hex mesh keeps, and which it loses."""
+"""Points, curves and faces of a CAD model that the hex mesh keeps or loses."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ KINDS = ("point", "curve", "face")
 
 
 def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
-    """What `report.json` holds of the features; nothing where the part is no CAD model.
+    """The features in `report.json`; None if the part is not a CAD model.
 
-    `lost` lists those farther off than the tolerance, the farthest first; distances are fractions
-    of the diagonal.  `acute` lists what is sharper than a hex can follow, the sharpest first.
+    `lost` has those farther away than the tolerance, the farthest first; distances are fractions of
+    the diagonal. `acute` has the angles that are too small for a hex, the smallest first.
     """
     found = inspect(mesh, surface).features
     if not found:
@@ -59,5 +59,5 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
 
 
 def _name(surface: TriMesh, face: int) -> str:
-    """What the file calls a CAD face; "" where it has no name."""
+    """Name of a CAD face in the file; "" if there is none."""
     return surface.region_names[face - 1] if surface.region_names else ""

@@ -1,4 +1,4 @@
-"""Numbers of hexes through walls and round holes, beside those that were asked for."""
+"""Numbers of hexes through walls and around holes, compared with the requested ones."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from polycube.types import HexMesh, Json, TriMesh
 
 
 def numbers(mesh: HexMesh, surface: TriMesh, meshing: Json) -> dict[str, object]:
-    """Count hexes at the entries of `meshing.at`, through all walls and round all holes.
+    """Count hexes at the entries of `meshing.at`, through all walls and around all holes.
 
     Parameters
     ----------
-    mesh : with the sets of its boundary
+    mesh : hex mesh with the sets of its boundary
     meshing : settings: `at`, `across_wall`, `around_hole`
 
     Returns
     -------
-    at : of each entry the set, the kind of number, what is wanted and what there is, and whether
-        that is enough; a size in model units; `reached` is None where no quad is on the face
-    walls, holes : how many were counted; walls are CAD faces or, without these, patches
-    fewer : of those that have fewer hexes than `across_wall` and `around_hole` the same numbers as
-        of the entries, the share of what is wanted ascending
+    at : for each entry the set, the kind of number, the wanted and the reached value, and whether
+        it is met; a size in model units; `reached` is None if no quad is on the face
+    walls, holes : number of counted ones; walls are CAD faces or, without these, patches
+    fewer : for those with fewer hexes than `across_wall` and `around_hole` the same numbers as for
+        the entries, in ascending ratio to the wanted number
     """
     requests = requests_of(meshing.get("at") or ())
     at = [

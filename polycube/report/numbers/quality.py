@@ -18,13 +18,14 @@ from polycube.surface import measures as topology
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, Json, TriMesh
 
-N_WORST = 5  # hexes told by their scaled Jacobian, and one by each other measure
-SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")  # in the table of the worst
+N_WORST = 5  # number of the worst hexes by scaled Jacobian, and one by each other measure
+# columns of the table of the worst hexes
+SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")
 BINS = 40
 WAYS = ("spline_to_surface", "surface_to_spline")
-SPLINE_APART = 0.015  # of the diagonal, for 99 % of the points, both ways
-_ENDS = ("_max", "_mean", "_p95", "_p99")  # of the names of distances
-# of the histograms; what lies beyond is counted in the last bar, so that runs can be compared
+SPLINE_APART = 0.015  # of the diagonal, for 99 % of the points in both directions
+_ENDS = ("_max", "_mean", "_p95", "_p99")  # suffixes of the names of distances
+# ranges of the histograms; the last bar includes larger values, so that runs can be compared
 RANGES = {
     "scaled_jacobian": (0.0, 1.0),
     "edge_ratio": (1.0, 9.0),
@@ -37,12 +38,12 @@ RANGES = {
 
 @lru_cache(maxsize=2)
 def measured(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """(H,) of each measure; kept, for numbers and page ask alike."""
+    """(H,) values of each measure; cached for numbers and page."""
     return metrics(mesh.vertices, mesh.hexes)
 
 
 def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
-    """What decides, as fractions of the diagonal of the surface's bounding box."""
+    """The main numbers, as fractions of the diagonal of the bounding box of the surface."""
     jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
     deviation = quality.deviation(mesh, surface, samples=40_000)
     bad = int(jacobian.argmin())
@@ -64,9 +65,9 @@ def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
 
 
 def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) -> dict[str, object]:
-    """All that `report.json` says of a hex mesh.
+    """The numbers of a hex mesh in `report.json`.
 
-    context : primitive per grid cell; empty where it is not known
+    context : primitive per grid cell; empty if it is unknown
     """
     numbers: Json = short(mesh, surface)
     found = measured(mesh)
@@ -99,11 +100,11 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
 
 
 def spline_warnings(numbers: object) -> list[str]:
-    """Why a user should look at the spline, a sentence each.
+    """Warnings about the spline, one sentence each.
 
     Parameters
     ----------
-    numbers : of the spline, as in `report.json`; nothing where there is none
+    numbers : numbers of the spline in `report.json`; empty if there is none
     """
     if not isinstance(numbers, Mapping):
         return []
@@ -128,7 +129,7 @@ def distances(name: str, distances: quality.Distances) -> dict[str, float]:
 
 
 def histogram(name: str, values: np.ndarray) -> dict[str, list]:
-    """Counts (BINS,) between edges (BINS + 1,); what lies outside is in the outer bars."""
+    """Counts (BINS,) between edges (BINS + 1,); the outer bars include values outside."""
     low, high = RANGES[name]
     if name == "scaled_jacobian" and values.min() < 0:
         low = -1.0
@@ -137,7 +138,7 @@ def histogram(name: str, values: np.ndarray) -> dict[str, list]:
 
 
 def worst_hexes(mesh: HexMesh, context: Sequence[str | None] = ()) -> list[dict[str, object]]:
-    """The worst hexes, by the scaled Jacobian and by each other measure, and where they are."""
+    """The worst hexes by scaled Jacobian and by each other measure, with their places."""
     found, rows = measured(mesh), []
     for measure in SHOWN:
         for hexa in worst(measure, found[measure], N_WORST if measure == SHOWN[0] else 1):
@@ -149,13 +150,13 @@ def worst_hexes(mesh: HexMesh, context: Sequence[str | None] = ()) -> list[dict[
             row |= {"center": mesh.vertices[corners].mean(axis=0).tolist(), "cell": cell}
             if context:
                 row["primitive"] = context[cell]
-            row["patches"] = np.unique(mesh.patch[sides]).tolist()  # none: inside
+            row["patches"] = np.unique(mesh.patch[sides]).tolist()  # empty: inside
             rows.append(row)
     return rows
 
 
 def off_surface(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(V,) distance of the boundary vertices from the surface, in model units; 0 inside."""
+    """(V,) distance of the boundary vertices from the surface in model units; 0 inside."""
     goal, outer = target(surface), np.unique(mesh.quads)
     found = np.zeros(len(mesh.vertices))
     found[outer] = goal.scale * closest.distance(goal.tree, goal.to_unit(mesh.vertices[outer]))
@@ -164,7 +165,7 @@ def off_surface(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 @lru_cache(maxsize=2)
 def quad_deviation(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(Q,) largest distance of 13 points of each boundary quad from the surface, in model units."""
+    """(Q,) largest distance of 13 points of each boundary quad from the surface, model units."""
     goal = target(surface)
     corners = goal.to_unit(mesh.vertices)[mesh.quads]
     points = np.einsum("sk,qkd->qsd", quality.SHARES, corners)
@@ -173,7 +174,7 @@ def quad_deviation(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 
 def farthest(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(3,) point of the surface, a vertex or a sample, that lies farthest from the mesh."""
+    """(3,) point of the surface, a vertex or a sample, with the largest distance from the mesh."""
     goal = target(surface)
     faces = quality.triangles(goal.to_unit(mesh.vertices), mesh.quads)
     points = np.concatenate([goal.samples(40_000)[0], goal.surface.vertices])
@@ -182,7 +183,7 @@ def farthest(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 
 def certificate(mesh: HexMesh) -> dict[str, object]:
-    """Where the Jacobian of all hexes is certainly positive."""
+    """Number of hexes whose Jacobian is certified positive."""
     corners = scaled_jacobian(mesh.vertices, mesh.hexes) > 0
     found = certify(mesh.vertices, mesh.hexes)
     least = int(found.bound.argmin())
@@ -192,6 +193,6 @@ def certificate(mesh: HexMesh) -> dict[str, object]:
         "not_positive": int(found.refuted.sum()),
         "undecided": int((~found.positive & ~found.refuted).sum()),
         "not_certified": np.flatnonzero(~found.positive)[:100].tolist(),
-        "least_bound": float(found.bound[least]),  # of det J, over its mean in the hex
+        "least_bound": float(found.bound[least]),  # of det J, relative to its mean in the hex
         "least_bound_hex": least,
     }

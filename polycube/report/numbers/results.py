@@ -1,7 +1,7 @@
-"""The numbers of a run: what `report.json` holds.
+"""The numbers of a run in `report.json`.
 
-Its keys are a contract with other programs; distances there are fractions of the bounding-box
-diagonal of the input.
+Its keys are an interface for other programs; distances are fractions of the diagonal of the
+bounding box of the input.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ def summarize(
     effort: Mapping[str, Mapping[str, int]],
     config: Json,
 ) -> Numbers:
-    """Collect the numbers of a run; parts that were not reached are left out.
+    """Collect the numbers of a run; parts that were not reached are omitted.
 
     Parameters
     ----------
     seconds, effort : of the stages, see `polycube.pipeline.stages.Clock`
-    config : the settings, as they were composed
+    config : the composed settings
     """
     report: Numbers = {"input": _input(state)}
     if state.given is not None:
@@ -68,7 +68,7 @@ def summarize(
 
 
 def _outcome(state: RunState, report: Numbers) -> Numbers:
-    """Whether the result is valid, and what a user should know of it."""
+    """Whether the result is valid, and the warnings."""
     hexes: HexMesh | None = state.hexes
     found: Numbers = {
         "valid": state.failure is None,

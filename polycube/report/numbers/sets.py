@@ -13,10 +13,10 @@ Numbers = dict[str, dict[str, object]]
 
 
 def numbers(mesh: HexMesh, surface: TriMesh) -> Numbers:
-    """Of each set of a mesh, by name, what `report.json` holds.
+    """The numbers of each set of a mesh in `report.json`, by name.
 
-    Lengths are in model units.  `normal` is the mean over the area, of length 1 where the set is
-    flat and near 0 where it faces all ways; `model_area` that of the CAD face, for a single one.
+    Lengths are in model units. `normal` is the mean over the area: its length is 1 for a flat set
+    and close to 0 for a closed one. `model_area` is the area of a single CAD face.
     """
     quads = measure(mesh.vertices[mesh.quads])
     on_model = model_areas(surface)
@@ -38,6 +38,6 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Numbers:
 
 
 def model_areas(surface: TriMesh) -> dict[str, float]:
-    """Area of each CAD face, as `cad_face_1` ...; empty for other surfaces."""
+    """Area of each CAD face as `cad_face_1` etc.; empty for other surfaces."""
     areas = np.bincount(surface.region, face_areas(surface)) if len(surface.region) else np.zeros(0)
     return {f"cad_face_{n}": float(areas[n]) for n in np.unique(surface.region).tolist()}

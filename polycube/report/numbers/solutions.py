@@ -1,4 +1,4 @@
-"""Solutions for report.json and for the page: modes, the solid at rest, a potential."""
+"""Solutions in report.json and on the page: modes, static deformation, potential."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 
 def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
-    """Numbers of `report.json` under the name of the analysis: modes, static or poisson."""
+    """Numbers in `report.json` under the name of the analysis: modes, static or poisson."""
     units = {"units": dict(solution.units)}
     if isinstance(solution, Modes):
         found = {
@@ -82,14 +82,14 @@ def _poisson(spline: Spline, found: Potential) -> dict[str, object]:
 
 
 def _largest(spline: Spline, name: str, values: np.ndarray) -> dict[str, object]:
-    """Largest of values (E, 64) at the even places of the elements, and where."""
+    """Largest of values (E, 64) at the sample points of the elements, with its place."""
     element, place = np.unravel_index(values.argmax(), values.shape)
     at = samples(spline, spline.extraction @ spline.control)[element, place]
     return {f"max_{name}": float(values.max()), f"max_{name}_at": at.tolist()}
 
 
 def tile(report: Json) -> dict[str, str | None]:
-    """The one number of the solution that stands on top of the page, under its name."""
+    """The main number of the solution for the top of the page, by name."""
     if "modes" in report:
         found = report["modes"]
         elastic = found["frequency_hz"][found.get("rigid", 6) :]
@@ -106,7 +106,7 @@ def tile(report: Json) -> dict[str, str | None]:
 
 
 def section_of(state: RunState, report: Json, pictures: Pictures) -> str:
-    """The section of the solution; empty where there is none."""
+    """The section of the solution; empty if there is none."""
     found = state.solution
     if isinstance(found, Modes):
         return _modes_section(found, pictures)
@@ -118,7 +118,7 @@ def section_of(state: RunState, report: Json, pictures: Pictures) -> str:
 
 
 def _modes_section(found: Modes, pictures: Pictures) -> str:
-    """Frequencies, and the first modes that deform the body, as they swing."""
+    """Frequencies, and animations of the first elastic modes."""
     units = dict(found.units)
     frequency = f"frequency, {units.get('frequency', 'cycles per unit of time')}"
     first = first_elastic(found) if found.rigid else 0
@@ -144,7 +144,7 @@ def _modes_section(found: Modes, pictures: Pictures) -> str:
 
 
 def _static_section(spline: Spline, found: Deformation, told: Json, pictures: Pictures) -> str:
-    """The deformed solid, what is largest where, and the reactions."""
+    """The deformed solid, the largest values with their places, and the reactions."""
     units = found.units
     points = spline.extraction @ spline.control
     times = exaggeration(points, told["max_displacement"])
@@ -176,7 +176,7 @@ def _static_section(spline: Spline, found: Deformation, told: Json, pictures: Pi
 
 
 def _poisson_section(told: Json, pictures: Pictures) -> str:
-    """u on the surface, and what flows in through each support."""
+    """u on the surface, and the flow through each support."""
     legend = gradient(FIELD_COLOURS, show(told["min_u"]), show(told["max_u"]))
     rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in told["flows"]]
     rows.append({"at": "sources and given fluxes", "into the solid, W": told["supplied"]})
@@ -196,7 +196,7 @@ def _poisson_section(told: Json, pictures: Pictures) -> str:
 
 
 def _frequency(value: float, unit: str) -> str:
-    """In kHz or MHz where that reads better."""
+    """Frequency in Hz, kHz or MHz."""
     if unit == "Hz" and value >= 1e4:
         return f"{value / 1e6:.4g} MHz" if value >= 1e6 else f"{value / 1e3:.4g} kHz"
     return f"{show(value)} {unit}".strip()

@@ -1,4 +1,4 @@
-"""The first screen: is it good, how good, what is doubtful; from the numbers of report.json."""
+"""The top of the page: verdict, main numbers, warnings; from the numbers of report.json."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from polycube.types import Json
 
 GOOD, DOUBTFUL, BAD, PLAIN = "good", "doubtful", "bad", ""
 CALM = "All checks passed: worst hex, distances to the input and volume are within their limits."
-SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}  # a colour alone would not do
+SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}  # in addition to the colour
 
 
-# where a report does not say by which limits it was judged
+# limits for reports without those of the acceptance
 LIMITS = {"poor_jacobian": 0.2, "distance_limit": 0.05, "far_volume": 0.04}
 
 
 @dataclass(frozen=True)
 class Tile:
-    """One number that decides; `note` says what it is measured by."""
+    """One of the main numbers; `note` explains it."""
 
     value: str
     name: str
@@ -29,7 +29,7 @@ class Tile:
 
 
 def verdict(report: Json) -> str:
-    """Valid or not, what is doubtful, and the handful of numbers that decide."""
+    """The verdict, the warnings, and the main numbers."""
     tiles = [tile for make in TILES for tile in make(report)]
     cells = "".join(
         f'<div class="tile {tile.mark}"><span>{tile.name}</span>'
@@ -65,12 +65,12 @@ def _why(report: Json) -> str:
 
 
 def _sentence(reason: str) -> str:
-    """With a capital letter and a full stop."""
+    """The text with a capital letter and a full stop."""
     return reason[:1].upper() + reason[1:].rstrip(".") + "."
 
 
 def reasons(report: Json) -> list[str]:
-    """All that is doubtful of a valid mesh, a sentence each."""
+    """All warnings about a valid mesh, one sentence each."""
     stopped = [str(report["stopped"])] if report.get("stopped") else []
     return [*stopped, *report.get("doubts", ())]
 
@@ -136,7 +136,7 @@ def _volume(report: Json) -> list[Tile]:
 
 
 def _features(report: Json) -> list[Tile]:
-    """Points, curves and faces of a CAD model that the mesh keeps."""
+    """Kept points, curves and faces of a CAD model."""
     found = report.get("hex", {}).get("features")
     if not found:
         return []
@@ -174,7 +174,7 @@ TILES = (_worst, _features, _count, _distance, _volume, _spline, _solution)
 
 
 def length_unit(report: Json) -> str:
-    """Of the coordinates: as the analysis was told, else "model units"."""
+    """Length unit of the coordinates from the analysis, else "model units"."""
     for name in ("modes", "static", "poisson"):
         unit = report.get(name, {}).get("units", {}).get("length")
         if unit:
@@ -183,7 +183,7 @@ def length_unit(report: Json) -> str:
 
 
 def subtitle(report: Json) -> str:
-    """What was done, in one line of plain text: size, time."""
+    """Size and time of the run in one line of plain text."""
     words, box = [], report.get("input", {}).get("bbox")
     if box:
         low, high = box

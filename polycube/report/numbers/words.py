@@ -1,4 +1,4 @@
-"""What a solution comes to, in sentences for people."""
+"""Sentences about a solution."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 
 from polycube.types import Json
 
-N_FREQUENCIES = 3  # that are told
-VISIBLE = 1e-3  # share of a stress, below which its error is not told
+N_FREQUENCIES = 3  # number of frequencies in a sentence
+VISIBLE = 1e-3  # share of a stress below which its error is omitted
 
 
 def sentences(report: Json) -> Iterator[str]:
-    """The results of the analysis in the numbers of a report."""
+    """The results of the analysis, from the numbers of a report."""
     if "modes" in report:
         found = report["modes"]
         elastic = found["frequency_hz"][found["rigid"] :][:N_FREQUENCIES]
@@ -32,7 +32,7 @@ def sentences(report: Json) -> Iterator[str]:
 
 
 def beside(static: Json) -> Iterator[str]:
-    """Larger stresses of a solid at rest that its largest one leaves out, and why."""
+    """Larger stresses that are excluded from the largest stress, with reasons."""
     other = static["singular"]
     if other:
         yield (
@@ -43,7 +43,7 @@ def beside(static: Json) -> Iterator[str]:
 
 
 def cautions(report: Json) -> Iterator[str]:
-    """What makes the results of the analysis in the numbers of a report doubtful."""
+    """Warnings about the results of the analysis, from the numbers of a report."""
     poor = report.get("static", {}).get("poor_elements")
     if poor:
         yield (
@@ -53,17 +53,17 @@ def cautions(report: Json) -> Iterator[str]:
 
 
 def megapascal(value: float) -> str:
-    """A stress of so many Pa, in MPa."""
+    """Format a stress in Pa as MPa."""
     return f"{number(value / 1e6)} MPa"
 
 
 def number(value: float) -> str:
-    """Four digits, or all before the point."""
+    """Format with four digits, or with all digits before the point."""
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
 
 
 def largest(static: Json) -> str:
-    """The largest stress of a solid at rest with its estimated error, where that can be seen."""
+    """The largest stress of a static analysis, with its estimated error unless it is negligible."""
     value, error = static["max_von_mises"], static["max_von_mises_error"] or 0
     return megapascal(value) + (f" ± {error / 1e6:.2g}" if error > VISIBLE * value else "")
 

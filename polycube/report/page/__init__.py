@@ -1,4 +1,4 @@
 """`report.html`: its sections, charts and 3-D view.
 
-Imports numbers and pictures.
+Imports `numbers` and `pictures`.
 """

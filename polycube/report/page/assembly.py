@@ -1,4 +1,4 @@
-"""The page of an assembly: a row per solid, linked to its report, and where solids touch."""
+"""The page of an assembly: a row per solid with a link to its report, and the contacts."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def assembly_page(
 
     Parameters
     ----------
-    title : of the page
+    title : title of the page
     report : the numbers of `report.json`
-    mesh : of all solids, with the solid of each hex as its `cell`, and their names
-    folder : where the folders of the solids are
-    files : of the assembly, there
+    mesh : mesh of all solids, with the number of the solid of each hex as `cell`, and the names
+    folder : folder that contains the folders of the solids
+    files : files of the assembly in this folder
     """
     view = viewer(mesh, context=mesh.primitives, filled="solid") if mesh is not None else ""
     body = [

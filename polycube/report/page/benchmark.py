@@ -1,4 +1,4 @@
-"""The page of a benchmark: totals beside the published ones, a row and a picture per part."""
+"""The page of a benchmark: totals with the published ones, a row and a picture per part."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def benchmark_page(
 
     Parameters
     ----------
-    name : of the batch
-    parts : in the order of the page
+    name : name of the batch
+    parts : parts in the order of the page
     pictures : PNG by the name of the part
-    before : parts by name, of the batch that this one is compared with
+    before : parts by name, of the batch for comparison
     earlier : name of that batch
     """
     valid = sum(part.is_valid for part in parts)
@@ -100,7 +100,7 @@ def _row(part: PartResult, before: Mapping[str, PartResult] | None) -> dict[str,
 
 
 def _lost(part: PartResult, kind: str) -> str | None:
-    """Lost features of a kind, of how many; None where the part is no CAD model."""
+    """Lost and total number of features of a kind; None if the part is not a CAD model."""
     if not part.features:
         return None
     return f"{part.lost[kind]} of {part.features[f'{kind}s']['all']}"
@@ -113,7 +113,7 @@ def _pictures(parts: Sequence[PartResult], pictures: Pictures) -> list[str]:
 
 
 def _card(picture: bytes | None, caption: str) -> str:
-    """A picture above its caption; the caption alone where there is none."""
+    """A picture above its caption; only the caption if there is no picture."""
     alone = f"<figure><figcaption>{escape(caption)} No picture.</figcaption></figure>"
     return figure(picture, caption) or alone
 

@@ -1,4 +1,4 @@
-"""Charts as markup inside the page: they follow its colours, and their words keep their size."""
+"""Charts as markup of the page, with its colours and font sizes."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from polycube.report.pictures.colours import QUALITY_COLOURS, ramp
 
-N_BINS = 20  # of the histogram: wide enough for a finger on a phone
+N_BINS = 20  # bars of the histogram: wide enough for touch screens
 
 
 def histogram(quality: np.ndarray, bins: int = N_BINS) -> str:
-    """Scaled Jacobians as bars in their colours; minimum and mean marked.
+    """Histogram of scaled Jacobians in colour, with minimum and mean marked.
 
-    Every bar is a button that holds its range, for the 3D view; a table holds the numbers.
+    Every bar is a button with its range, used by the 3D view; a table has the numbers.
     """
     low = 0.0 if quality.min() >= 0 else -1.0
     count, edges = np.histogram(np.clip(quality, low, 1), bins=bins, range=(low, 1))
@@ -46,9 +46,9 @@ def histogram(quality: np.ndarray, bins: int = N_BINS) -> str:
 
 
 def spread(name: str, edges: Sequence[float], counts: Sequence[int], worst: str) -> str:
-    """A small histogram; the outer bars hold what lies beyond.
+    """A small histogram; the outer bars include values outside.
 
-    worst : said above it
+    worst : text above it
     """
     most = max([*counts, 1])
     bars = "".join(
@@ -67,7 +67,7 @@ def _bin(edges: Sequence[float] | np.ndarray, i: int) -> str:
 
 
 def _tall(count: int, most: int) -> float:
-    """Per cent of the chart's height; a single bad hex must be seen."""
+    """Per cent of the height of the chart; a single bad hex must be visible."""
     return max(100 * count / most, 2.0) if count else 0.0
 
 
@@ -76,14 +76,14 @@ def _axis(ticks: Sequence[str]) -> str:
 
 
 def _mark(share: float, text: str, name: str) -> str:
-    """A dashed line at a share of the width; its words on the side where there is room."""
+    """A dashed line at a share of the width, with its text on the side with more space."""
     left = share > 0.25 if name == "min" else share > 0.75
     side = " left" if left else ""
     return f'<div class="mark {name}{side}" style="left:{100 * share:.2f}%"><b>{text}</b></div>'
 
 
 def bars(seconds: Mapping[str, float]) -> str:
-    """Seconds per stage as horizontal bars, in the order they ran."""
+    """Seconds per stage as horizontal bars, in the order of the stages."""
     longest = max([*seconds.values(), 1e-9])
     rows = [
         f'<div class="bar"><span>{escape(name)}</span><span class="track"><i style="width:'

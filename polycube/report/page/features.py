@@ -1,4 +1,4 @@
-"""The section of a CAD model: what of its points, curves and faces the hex mesh loses."""
+"""The section of a CAD model: points, curves and faces that the hex mesh loses."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ N_SHOWN = 60  # lost features in the table, the farthest first
 
 
 def features(report: Json, pictures: Pictures) -> str:
-    """Counts, a picture, and a list of what is lost; empty where the part is no CAD model."""
+    """Counts, a picture, and a list of lost features; empty if the part is not a CAD model."""
     found = report.get("hex", {}).get("features")
     if not found:
         return ""
@@ -95,6 +95,6 @@ def _acute(features: list[Json]) -> str:
 
 
 def _faces(feature: Json) -> str:
-    """The CAD faces of a feature, with the names that the file has for them."""
+    """The CAD faces of a feature, with their names in the file."""
     pairs = zip(feature["faces"], feature["names"], strict=True)
     return ", ".join(f"{face} ({name})" if name else face for face, name in pairs)

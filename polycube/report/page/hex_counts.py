@@ -1,4 +1,4 @@
-"""The section of numbers of hexes: what was asked for, and the walls and holes that have fewer."""
+"""The section of numbers of hexes: requested ones, and walls and holes with fewer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ KINDS = {"around": "edges round", "through": "hexes through", "size": "length of
 
 
 def hex_counts(report: Json) -> str:
-    """Entries of `meshing.at`, those not met first, then walls and holes with few hexes."""
+    """Entries of `meshing.at`, unmet ones first, then walls and holes with few hexes."""
     found = report.get("hex", {}).get("counts")
     if not found:
         return ""

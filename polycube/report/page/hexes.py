@@ -1,4 +1,4 @@
-"""The sections of the hex mesh: view; measures, certificate, worst hexes, distances, primitives."""
+"""The sections of the hex mesh: view, measures, certificate, worst hexes, distances, primitives."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ FARTHEST = {
     "place farthest from the input": "mesh_to_surface_max_at",
     "place of the input farthest from the mesh": "surface_to_mesh_max_at",
 }
-N_NAMED = 12  # grid cells at most that are named under their picture, and CAD faces
+N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
 
 
 def view(state: RunState) -> str:
-    """The hex mesh in three dimensions, the first thing under the verdict."""
+    """The hex mesh in three dimensions, directly below the verdict."""
     mesh = state.hexes
     if mesh is None:
         return ""
@@ -47,7 +47,7 @@ def view(state: RunState) -> str:
 
 
 def hexes(state: RunState, report: Json, pictures: Pictures) -> str:
-    """The hex mesh: cut open, measures, worst hexes, distances from the input, primitives."""
+    """The hex mesh: section, measures, worst hexes, distances from the input, primitives."""
     mesh, numbers = state.hexes, report.get("hex", {})
     if mesh is None:
         return ""
@@ -60,7 +60,7 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> str:
         _improved(report, pictures),
         grid(
             figure(pictures.get("hex"), "Hex mesh, coloured by scaled Jacobian.", QUALITY_BAR),
-            ""  # beside the one given, already
+            ""  # shown beside the given mesh already
             if "given" in report
             else figure(
                 pictures.get("cut"), "Cut open: whole hexes behind the plane.", QUALITY_BAR
@@ -99,7 +99,7 @@ def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Json) -> dict[str, object
 
 
 def _cad_faces(surface: TriMesh, numbers: Json) -> dict[str, object]:
-    """The CAD faces that the mesh lost, where the part is a CAD model."""
+    """The CAD faces that the mesh lost, if the part is a CAD model."""
     lost, all_faces = numbers.get("faces_without_quads"), len(np.unique(surface.region))
     if lost is None or not all_faces:
         return {}
@@ -108,7 +108,7 @@ def _cad_faces(surface: TriMesh, numbers: Json) -> dict[str, object]:
 
 
 def _certificate(found: Json | None) -> str | None:
-    """Where the Jacobian is certainly positive, in words."""
+    """A sentence about the certified sign of the Jacobian."""
     if found is None:
         return None
     if not found["positive_at_corners"]:
@@ -122,7 +122,7 @@ def _certificate(found: Json | None) -> str | None:
 
 
 def _measures(numbers: Json) -> str:
-    """What else finite-element programs look at: small histograms and a table."""
+    """Other measures of finite-element programs: small histograms and a table."""
     found, shapes = numbers.get("quality"), numbers.get("histograms")
     if not found or not shapes:
         return ""
@@ -166,7 +166,7 @@ def _worst(numbers: Json) -> str:
 
 
 def _distances(state: RunState, numbers: Json, pictures: Pictures) -> str:
-    """Table of distances to the input, in per cent of the diagonal and in model units."""
+    """Table of distances from the input, in per cent of the diagonal and in model units."""
     found = state.surface
     if found is None or "surface_to_mesh_max" not in numbers:
         return ""
@@ -188,7 +188,7 @@ def _distances(state: RunState, numbers: Json, pictures: Pictures) -> str:
 
 
 def _primitives(state: RunState, mesh: HexMesh, pictures: Pictures) -> str:
-    """The part taken apart into what fills the grid cells."""
+    """The part divided into the primitives of the grid cells."""
     picture = pictures.get("cells")
     if picture is None:
         return ""
@@ -210,7 +210,7 @@ def _primitives(state: RunState, mesh: HexMesh, pictures: Pictures) -> str:
 
 
 def _improved(report: Json, pictures: Pictures) -> str:
-    """Before and after, where the run began with hexes."""
+    """Comparison before and after, if the run started with hexes."""
     given, made = report.get("given"), report.get("hex")
     if not given or not made:
         return ""

@@ -1,4 +1,4 @@
-"""The report for people: one page that needs no network and no other file."""
+"""The HTML report: one page that needs no network and no other file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from polycube.types import Json
 
 _HERE = Path(__file__).parent
 
-# what the files of a run are, for the list at the end; any other file is listed without a word
+# descriptions of the files of a run, for the list at the end; other files have none
 FILES = {
     "report.json": "every number of this page",
     "config.json": "the settings",
@@ -65,11 +65,11 @@ def write_report(
     report: Json,
     drawing: bool = True,
 ) -> Path:
-    """Write `folder/report.html`; a run that stopped half way is told as far as it went.
+    """Write `folder/report.html`, also for a run that ended early.
 
-    state : what was made
+    state : state of the run
     report : the numbers of `report.json`, and the settings under "config"
-    drawing : with pictures, which take seconds; the 3D view is there without them
+    drawing : whether to draw pictures, which takes seconds; the 3D view is always included
 
     A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
     """
@@ -108,7 +108,7 @@ def write_report(
 
 
 def page(title: str, verdict: str, body: str, note: str = "", subtitle: str = "") -> str:
-    """A whole page; `verdict` and `body` are HTML, the others plain text."""
+    """A complete page; `verdict` and `body` are HTML, the others plain text."""
     return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
         title=escape(title),
         subtitle=f"<p class=subtitle>{escape(subtitle)}</p>" if subtitle else "",
@@ -121,7 +121,7 @@ def page(title: str, verdict: str, body: str, note: str = "", subtitle: str = ""
 
 
 def _links(body: str) -> str:
-    """To every section, as their titles stand in the body."""
+    """Links to all sections, with the titles in the body."""
     found = re.findall(r'<section id="(\w+)"><h2>([^<]*)</h2>', body)
     links = "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in found)
     return f'<nav aria-label="sections">{links}</nav>' if len(found) > 2 else ""
@@ -140,7 +140,7 @@ def _settings(report: Json) -> str:
 
 
 def _yaml(value: Json, indent: int = 0) -> str:
-    """Nested mappings as indented lines; everything else as JSON, which is YAML too."""
+    """Nested mappings as indented lines; other values as JSON, which is valid YAML."""
     lines = []
     for name, item in value.items():
         if isinstance(item, Mapping) and item:

@@ -1,4 +1,4 @@
-"""Pieces of the page: numbers, tables, figures, sections.  All text from outside is escaped."""
+"""Elements of the page: numbers, tables, figures, sections. Text from outside is escaped."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Pictures = Mapping[str, bytes]  # PNG or GIF by name
 
 @dataclass(frozen=True)
 class Swatch:
-    """A name behind its colour, #rrggbb; None where it has none."""
+    """A name with its colour, #rrggbb, or None."""
 
     name: str
     colour: str | None = None
@@ -23,14 +23,14 @@ class Swatch:
 
 @dataclass(frozen=True)
 class Link:
-    """Words that lead to a file beside the page."""
+    """A link to a file beside the page."""
 
     words: str
     target: str
 
 
 def show(value: object) -> str:
-    """A value for a person, escaped: 12 345, 0.3142, yes, a, b."""
+    """A value as escaped text: 12 345, 0.3142, yes, a, b."""
     if value is None:
         return "–"
     if isinstance(value, Swatch):
@@ -58,12 +58,12 @@ def _address(path: str) -> str:
 
 
 def point(where: Sequence[float], digits: int) -> str:
-    """Coordinates, rounded to a number of decimals."""
+    """Coordinates with a number of decimals."""
     return f"({', '.join(f'{round(c, digits) + 0.0:.4g}' for c in where)})"
 
 
 def facts(rows: Mapping[str, object]) -> str:
-    """A two-column table of names and values; values that are None are left out."""
+    """A two-column table of names and values; rows with the value None are omitted."""
     cells = (
         f"<tr><th>{_words(name)}</th><td>{show(value)}</td></tr>"
         for name, value in rows.items()
@@ -73,7 +73,7 @@ def facts(rows: Mapping[str, object]) -> str:
 
 
 def table(rows: Sequence[Mapping[str, object]], chosen: int | None = None) -> str:
-    """Rows under the names of their columns; `chosen` is emphasised."""
+    """Rows with the names of their columns; `chosen` is emphasised."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
     head = "".join(f"<th>{_words(name)}</th>" for name in columns)
     body = "".join(
@@ -93,7 +93,7 @@ def _words(name: str) -> str:
 def distance_table(
     numbers: Mapping[str, float], ways: Mapping[str, str], diagonal: float | None
 ) -> str:
-    """Distances between two solids, in per cent of the diagonal and, where it is known, as lengths.
+    """Distances between two solids, in per cent of the diagonal and, if it is known, as lengths.
 
     numbers : fractions of the diagonal, `<way>_max`, `<way>_p99`, `<way>_mean`
     ways : title -> way
@@ -118,16 +118,16 @@ def _distance(value: float | None, diagonal: float | None) -> str | None:
 
 
 def folded(title: str, body: str, is_long: bool = False) -> str:
-    """What only some want to see, behind its title; open on paper, unless it is long."""
+    """Details that are folded behind their title; unfolded in print unless they are long."""
     kind = " class=long" * is_long
     return f"<details{kind}><summary>{escape(title)}</summary>{body}</details>"
 
 
 def figure(picture: bytes | None, caption: str, legend: str = "", wide: bool = False) -> str:
-    """A PNG or GIF inside the page; nothing where there is none.
+    """A PNG or GIF inside the page; empty if there is none.
 
     caption : plain text
-    wide : as wide as the page, however low that makes it
+    wide : use the whole width of the page
     """
     if picture is None:
         return ""
@@ -142,7 +142,7 @@ def figure(picture: bytes | None, caption: str, legend: str = "", wide: bool = F
 
 
 def gradient(colours: Sequence[str], low: str, high: str) -> str:
-    """Colour bar under a picture."""
+    """Colour bar below a picture."""
     return (
         f'<div class="legend"><span>{escape(low)}</span>'
         f'<i style="background:linear-gradient(90deg,{",".join(colours)})"></i>'
@@ -151,7 +151,7 @@ def gradient(colours: Sequence[str], low: str, high: str) -> str:
 
 
 def swatches(names: Sequence[str], colours: Sequence[str]) -> str:
-    """Named colours under a picture."""
+    """Legend of named colours below a picture."""
     items = (
         f'<span><i style="background:{colour}"></i>{escape(name)}</span>'
         for name, colour in zip(names, colours, strict=True)
@@ -160,12 +160,12 @@ def swatches(names: Sequence[str], colours: Sequence[str]) -> str:
 
 
 def section(anchor: str, title: str, *parts: str) -> str:
-    """A section of the page; empty when all its parts are."""
+    """A section of the page; empty if all its parts are."""
     body = "".join(parts)
     return f'<section id="{anchor}"><h2>{escape(title)}</h2>{body}</section>' if body else ""
 
 
 def grid(*parts: str) -> str:
-    """Figures side by side, as many as fit; empty ones take no place."""
+    """Figures side by side; empty ones are omitted."""
     body = "".join(parts)
     return f'<div class="grid">{body}</div>' if body else ""

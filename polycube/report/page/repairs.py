@@ -1,4 +1,4 @@
-"""What was changed of the input before it was meshed, or how its surface was made."""
+"""The section of changes to the input before meshing, or of the reconstruction of its surface."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from polycube.types import Json
 
 
 def repairs(report: Json) -> str:
-    """The changes in order, how far they moved the surface; empty where none were asked for."""
+    """The changes in order, and the displacement of the surface; empty if there are none."""
     numbers = report.get("repair")
     if not numbers:
         return ""

@@ -1,9 +1,8 @@
 """The sections of the page: input, structure, denoising, spline, time.
 
-The first screen, the hex mesh and the solution have modules of their own: `verdict`, `hexes` and
-`solutions`.  Each takes the
-state, the numbers of `report.json` and the pictures, any of which may stop half way, and returns ""
-when there is nothing to tell.
+The top of the page, the hex mesh and the solution have separate modules: `verdict`, `hexes` and
+`solutions`. Each section takes the state, the numbers of `report.json` and the pictures, which may
+all be incomplete, and returns "" if it is empty.
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ from polycube.report.pictures.colours import AXIS_COLOURS
 from polycube.structure.lattice import NAMED
 from polycube.types import AXES, Json
 
-N_CANDIDATES = 12  # shown
-SPLINE = {  # what is told of it, and under which key of report.json
+N_CANDIDATES = 12  # largest number in the table
+SPLINE = {  # numbers of the spline on the page, and their keys in report.json
     "functions": "functions",
     "elements": "elements",
     "extraordinary edges": "extraordinary_edges",
@@ -44,7 +43,7 @@ SPLINE = {  # what is told of it, and under which key of report.json
 
 
 def warnings(report: Json) -> str:
-    """What the run had to say about the input and about itself."""
+    """The warnings about the input and the run."""
     items = "".join(f"<li>{show(text)}</li>" for text in report.get("warnings", ()))
     return section("warnings", "Warnings", f"<ul>{items}</ul>") if items else ""
 
@@ -64,7 +63,7 @@ def surface(state: RunState, report: Json, pictures: Pictures) -> str:
 
 
 def structure(state: RunState, report: Json, pictures: Pictures) -> str:
-    """The polycube, the labels, and the ranking it came out of."""
+    """The polycube, the labels, and the ranking."""
     numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
     chosen = numbers.pop("chosen", 0)
@@ -107,7 +106,7 @@ def _proposed(state: RunState) -> str:
 
 
 def _named(row: Json) -> Json:
-    """The row with the context of a lattice of many bricks in few words."""
+    """The row with a short description of the context of a large lattice."""
     context = row.get("context", ())
     if len(context) <= NAMED:
         return row
@@ -116,7 +115,7 @@ def _named(row: Json) -> Json:
 
 
 def denoising(report: Json, moving: Pictures) -> str:
-    """The points of the diffusion model on their way, where it was asked."""
+    """The points of the diffusion model in each recorded state, if it was used."""
     if not moving:
         return ""
     numbers = report.get("polycube", {})
@@ -159,6 +158,6 @@ def spline(state: RunState, report: Json, pictures: Pictures) -> str:
 
 
 def seconds(report: Json) -> str:
-    """Where the time went."""
+    """The time of each stage."""
     spent = report.get("seconds", {})
     return section("time", "Time", charts.bars(spent)) if spent else ""

@@ -24,11 +24,11 @@ from polycube.types import Json
 
 KINDS = {"direction": "direction", "hole": "hole", "cad_face": "CAD face", "patch": "patch"}
 FLAT = 0.3  # length of the mean normal below which a set has no direction
-DIFFERS = 0.1  # of the area of the CAD face: what is told of its set
+DIFFERS = 0.1  # of the area of the CAD face: larger differences of its set are shown
 
 
 def sets(state: RunState, report: Json, pictures: Pictures) -> str:
-    """Every named set with its colour, size, place and direction; lost CAD faces among them."""
+    """All named sets with colour, size, place and direction, including lost CAD faces."""
     numbers = report.get("hex", {}).get("sets")
     if state.hexes is None or not numbers:
         return ""
@@ -68,7 +68,7 @@ def _is_patch(name: str) -> bool:
 
 
 def _cad_faces(rows: Json, numbers: Json, faces: dict[str, float]) -> str:
-    """The CAD faces beside their areas in the model, with those without a quad."""
+    """The CAD faces with their areas in the model, and those without a quad."""
     if not faces:
         return ""
     listed, differ = [], []
@@ -89,6 +89,6 @@ def _cad_faces(rows: Json, numbers: Json, faces: dict[str, float]) -> str:
 
 
 def _direction(normal: list[float]) -> str | None:
-    """The mean normal; nothing where the set faces all ways."""
+    """The mean normal; None if the set has no direction."""
     length = sum(c * c for c in normal) ** 0.5
     return point(normal, 2) if length > FLAT else None

@@ -1,4 +1,4 @@
-"""The page of a batch: a row per part, linked to its report."""
+"""The page of a batch: a row per part with a link to its report."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from polycube.report.page.markup import Link, show
 
 
 def summary_page(rows: Sequence[Mapping[str, object]], columns: Sequence[str], folder: Path) -> str:
-    """HTML of the table; "folder" of a row is that of its report, under `folder`."""
+    """HTML of the table; "folder" of a row is the folder of its report, below `folder`."""
     shown = [name for name in columns if name != "folder"]
     head = "".join(f"<th>{escape(name.replace('_', ' '))}</th>" for name in shown)
     body = ""

@@ -1,4 +1,4 @@
-"""The hex mesh to turn, cut, filter and colour in a browser; everything it needs is in the page."""
+"""Interactive 3D view of the hex mesh in the page: rotate, cut, filter and colour."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ from polycube.report.pictures.render import view
 from polycube.types import HexMesh, Json, TriMesh
 
 _HERE = Path(__file__).parent
-WHOLE = 60_000  # hexes; of a larger mesh only those are shown that are on the boundary or bad
-WORST = 1_000  # hexes of the least scaled Jacobian, which are shown of any mesh
-MOST = 200_000  # hexes shown; above, the page would be too heavy for a browser
-N_NAMED = 12  # grid cells at most that are named under the view
-PRIMITIVE = "primitive"  # what fills a cell
-N_SETS = 16  # colours of sets, at most, that are named there; a click names all
+# number of hexes up to which all are shown; above, only those on the boundary and the worst
+WHOLE = 60_000
+WORST = 1_000  # number of hexes with the smallest scaled Jacobian that are always shown
+MOST = 200_000  # largest number of shown hexes, which limits the size of the page
+N_NAMED = 12  # largest number of grid cells with a name below the view
+PRIMITIVE = "primitive"  # content of a cell
+N_SETS = 16  # largest number of set colours in the legend; a click shows all names
 
 
 def viewer(
@@ -36,14 +37,14 @@ def viewer(
     context: Sequence[str | None] = (),
     filled: str = PRIMITIVE,
 ) -> str:
-    """Markup of the 3D view; empty where more than `MOST` hexes would be shown.
+    """Markup of the 3D view; empty if more than `MOST` hexes would be shown.
 
-    Of a mesh of more than `WHOLE` hexes, the page holds those with a face on the boundary and the
+    For a mesh of more than `WHOLE` hexes, the page has those with a face on the boundary and the
     `WORST` ones.
 
-    surface : the input; without it there are no distances to colour by
-    context : primitive per grid cell; empty where it is not known
-    filled : what these are, where they are no primitives; cells are not coloured then
+    surface : the input; None: no colours by distance
+    context : primitive per grid cell; empty if it is unknown
+    filled : description of the cells if they are not primitives; they are not coloured then
     """
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     shown = _shown(mesh, quality)
@@ -105,7 +106,7 @@ def viewer(
 
 
 def _shown(mesh: HexMesh, quality: np.ndarray) -> np.ndarray:
-    """(S,) numbers of the hexes that the page holds, ascending."""
+    """(S,) numbers of the hexes in the page, ascending."""
     if len(mesh.hexes) <= WHOLE:
         return np.arange(len(mesh.hexes))
     worst = np.argpartition(quality, min(WORST, len(quality) - 1))[:WORST]
@@ -113,20 +114,20 @@ def _shown(mesh: HexMesh, quality: np.ndarray) -> np.ndarray:
 
 
 def _renumbered(beyond: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    """Places among the shown hexes of the numbers of hexes, -1 kept; -2 for one that is not."""
+    """Indices of hexes among the shown ones; -1 is kept, -2 for a hex that is not shown."""
     place = np.searchsorted(shown, beyond).clip(max=len(shown) - 1)
     return np.where(beyond < 0, -1, np.where(shown[place] == beyond, place, -2))
 
 
 def _steps(values: np.ndarray) -> np.ndarray:
-    """The differences of rows as int32, the first one from 0: few bytes where hexes lie in rows."""
+    """Differences of rows as int32, starting from 0, which compress well for hexes in rows."""
     return np.diff(values, axis=0, prepend=np.zeros_like(values[:1])).astype("<i4")
 
 
 def _legends(
     mesh: HexMesh, data: Json, has_distance: bool, filled: str
 ) -> list[tuple[str, tuple[str, str]]]:
-    """Key of each colouring, its title and its legend."""
+    """Key, title and legend of each colouring."""
     cells, names = np.unique(mesh.cell).tolist(), data["names"]
     found = {"quality": ("scaled Jacobian", gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1"))}
     if has_distance:
@@ -150,7 +151,7 @@ def _legends(
 
 
 def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str], list[int]]:
-    """Names of the primitives that fill cells, and for each cell which of them."""
+    """Names of the primitives, and the index of the primitive of each cell."""
     used = np.unique(mesh.cell).tolist()
     filled = [context[c] if c < len(context) else None for c in range(max(used) + 1)]
     names = sorted({filled[c] for c in used} - {None})
@@ -166,21 +167,21 @@ def _named_colours(mesh: HexMesh) -> dict[str, str]:
 
 
 def on_faces(mesh: HexMesh, values: np.ndarray) -> np.ndarray:
-    """(H, 6) value of the boundary quad (Q,) that each face of a hex is; -1 inside."""
+    """(H, 6) value of the boundary quad (Q,) at each face of a hex; -1 inside."""
     found = np.full((len(mesh.hexes), 6), -1, values.dtype)
     found[quad_sides(mesh)] = values
     return found
 
 
 def distances(mesh: HexMesh, surface: TriMesh | None) -> np.ndarray:
-    """(H, 6) largest distance of each boundary face from the surface; -1 inside, or without one."""
+    """(H, 6) largest distance of each boundary face from the surface; -1 inside or without one."""
     if surface is None:
         return np.full((len(mesh.hexes), 6), -1.0)
     return on_faces(mesh, quad_deviation(mesh, surface))
 
 
 def beyond(hexes: np.ndarray) -> np.ndarray:
-    """(H, 6) the hex beyond each face, -1 outside."""
+    """(H, 6) the hex on the other side of each face, -1 outside."""
     found = np.full(6 * len(hexes), -1)
     a, b = neighbours(hexes)
     found[a], found[b] = b // 6, a // 6

@@ -1,4 +1,4 @@
-"""What is drawn off screen: scenes, their renderer, the denoising.
+"""Pictures: scenes, their off-screen renderer, the denoising.
 
-Imports io and below.
+Imports `io` and the layers below.
 """

@@ -1,4 +1,4 @@
-"""Outside of a Bezier solid as small quads: what the pictures draw of a spline."""
+"""Boundary of a Bezier solid as small quads, for pictures of a spline."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from polycube.types import Spline
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Small quads on the boundary; `points @ values` evaluates what the Bezier nodes carry."""
+    """Small quads on the boundary; `points @ values` evaluates values of the Bezier nodes."""
 
     points: csr_matrix  # (P, B) weight of each Bezier node at each point
-    quads: np.ndarray  # (Q, 4) into points, counter-clockwise from outside
-    edges: np.ndarray  # (L, 2) into points: pieces of the edges of the elements
+    quads: np.ndarray  # (Q, 4) indices of points, counter-clockwise from outside
+    edges: np.ndarray  # (L, 2) indices of points: parts of the edges of the elements
 
 
 def tessellate(spline: Spline, pieces: int = 4) -> Skin:
-    """Boundary faces of the elements, each cut into pieces * pieces quads."""
+    """Boundary faces of the elements, each divided into pieces * pieces quads."""
     element, side = spline.sides.T
     faces = spline.nodes[element[:, None], FACES[side]]  # (Q, 16)
     line = bernstein(np.arange(pieces + 1) / pieces)  # (n, 4)

@@ -1,16 +1,16 @@
-"""The colours of the report, one place for pictures, charts, viewer and page."""
+"""The colours of the report, common to pictures, charts and 3D view."""
 
 import numpy as np
 
-# +x -x +y -y +z -z: a hue per axis, the positive side strong, the negative one pale
+# +x -x +y -y +z -z: a hue per axis, dark for the positive side, pale for the negative one
 AXIS_COLOURS = ("#c8443c", "#eda49c", "#3f8f4f", "#a5d3a2", "#2f6db3", "#9cc3e8")
 SURFACE = "#a9b7c4"
 EDGE = "#1f2a36"
 WORST = "#d6206a"
 KEPT, LOST_FACE = "#2c7a56", "#f0b3c9"  # of a CAD model: its curves, its faces
-LOST = "#d91a1a"  # upon a hex mesh, as in the 3D view
+LOST = "#d91a1a"  # on a hex mesh, as in the 3D view
 
-# of holes, and of CAD faces that are neither holes nor ends: strong, and pale
+# of holes, and of other CAD faces that are not ends: dark, and pale
 HOLES = (
     "#7b4fb0",
     "#d9822b",
@@ -25,18 +25,18 @@ HOLES = (
 )
 FACES = ("#d9c9a3", "#b9d8cf", "#dcc3d0", "#c9c3e3", "#d8dba6", "#bcd3e6", "#e6c7b5")
 
-# scaled Jacobian 0 .. 1: red is bad, blue is good, equal steps between the stops
+# scaled Jacobian 0 .. 1: red is bad, blue is good, equal steps between the colours
 QUALITY_COLOURS = ("#a3152b", "#e8743b", "#f5d67b", "#63b8b4", "#3d78bd")
 # displacement 0 .. largest
 DISPLACEMENT_COLOURS = ("#26365c", "#3b7ea1", "#6cc3a0", "#f0e27a", "#e2703a")
-# stress, temperature: least .. largest
+# stress, temperature: smallest .. largest
 FIELD_COLOURS = ("#2b4f9e", "#3fa3c4", "#8fd19e", "#f4e07a", "#ee8a3c", "#b3202e")
-# distance from the input 0 .. largest: one hue, the far strong
+# distance from the input 0 .. largest: one hue, dark for large values
 DEVIATION_COLOURS = ("#e9eef2", "#f3d9a4", "#ea9a52", "#c8443c", "#7a1f3d")
-# where a point lies along the polycube, from end to end
+# position of a point along the polycube, from end to end
 PLACES = ("#c0322f", "#ee7d3c", "#ecc044", "#45a86f", "#2f7fc4", "#7b4fb0")
 
-# of the grid cells, one after the other
+# of the grid cells, in sequence
 CELLS = ("#4c8fd0", "#e9a13b", "#5bb08a", "#c96a8b", "#8d7cc3", "#a8a24a", "#4fb3bf")
 
 
@@ -46,7 +46,7 @@ def rgb(colours: tuple[str, ...]) -> np.ndarray:
 
 
 def ramp(values: np.ndarray, colours: tuple[str, ...]) -> np.ndarray:
-    """(N, 3) uint8 colour of each value in [0, 1], linear between the stops; clipped outside."""
+    """(N, 3) uint8 colour of each value in [0, 1], linear between the given colours; clipped."""
     stops = np.linspace(0, 1, len(colours))
     channels = [np.interp(values, stops, channel) for channel in rgb(colours).T]
     return np.stack(channels, -1).round().astype(np.uint8)

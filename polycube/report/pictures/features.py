@@ -1,4 +1,4 @@
-"""The CAD model with the curves and faces that the hex mesh loses."""
+"""Pictures of a CAD model with the curves and faces that the hex mesh loses."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from polycube.surface import measures
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh, TriMesh
 
-WIDTH = 8  # of the lines, pixels of the picture
-CROSS = 0.012  # of the diagonal: half the width of the mark at a lost point
+WIDTH = 8  # width of the lines in pixels
+CROSS = 0.012  # of the diagonal: half the size of the mark at a lost point
 
 
 def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
-    """The model from both sides; lost faces, curves and points are marked."""
+    """The model from both sides, with lost faces, curves and points marked."""
     gone = [each for each in inspect(mesh, surface).features if each.is_lost]
     faces = [each.faces[0] for each in gone if each.kind == "face"]
     is_lost_face = np.isin(surface.region, faces).astype(int)
@@ -30,19 +30,19 @@ def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
 
 
 def lost_on_mesh(mesh: HexMesh, surface: TriMesh) -> Scene:
-    """The boundary of the hex mesh, and through it what is lost of the model in red."""
+    """The boundary of the hex mesh, with the lost features of the model in red in front of it."""
     scene = [Layer(mesh.vertices, mesh.quads, rgb((SURFACE,) * len(mesh.quads)), outlined=True)]
     segments = lost_segments(mesh, surface)
     if len(segments):
-        before = measures.diagonal(surface) * view()[2]  # nearer to the eye than all of the mesh
+        before = measures.diagonal(surface) * view()[2]  # closer to the eye than the mesh
         scene.append(_lines(list(segments + before), LOST))
     return scene
 
 
 def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(N, 2, 3) lines along lost curves and round lost faces, and crosses at lost points.
+    """(N, 2, 3) lines along lost curves and around lost faces, and crosses at lost points.
 
-    None without CAD faces.
+    Empty without CAD faces.
     """
     if not len(surface.region):
         return np.zeros((0, 2, 3))
@@ -60,9 +60,9 @@ def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 
 def _chains(mesh: HexMesh, surface: TriMesh) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Points (N, 3) along each curve that is kept, and along each that is lost or at lost points.
+    """Points (N, 3) along each kept curve, and along each lost one or at lost points.
 
-    The curves of `Inspection.features` are the creases of the target, in their order.
+    The curves of `Inspection.features` are the creases of the target, in the same order.
     """
     found = inspect(mesh, surface).features
     goal = target(surface)
@@ -87,6 +87,6 @@ def _lines(chains: list[np.ndarray], colour: str) -> Layer:
 
 
 def _cross(feature: Feature, size: float) -> np.ndarray:
-    """A chain of points that draws a cross of three lines at a lost point."""
+    """A polyline that draws a cross of three lines at a lost point."""
     arms = CROSS * size * np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 0]])
     return np.array(feature.place) + np.concatenate([np.roll(arms, k, axis=1) for k in range(3)])

@@ -1,4 +1,4 @@
-"""What the pictures show of a solution: the outside of the solid, moved and coloured."""
+"""Pictures of a solution: the boundary of the solid, deformed and coloured."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS
 from polycube.report.pictures.render import Film, Layer, Scene
 from polycube.types import Deformation, Modes, Potential, Solution, Spline
 
-N_MODES = 4  # drawn
-AMPLITUDE = 0.08  # of the diagonal: the largest displacement as it is drawn
+N_MODES = 4  # number of modes in pictures
+AMPLITUDE = 0.08  # of the diagonal: the largest displacement in a picture
 TINY = 1e-300
 
 
 def makers(spline: Spline, solution: Solution) -> dict[str, Callable[[], Scene | Film]]:
-    """How each picture of a solution is made."""
+    """Functions that make each picture of a solution."""
     if isinstance(solution, Modes):
         first = first_elastic(solution)
         numbers = range(first, min(first + N_MODES, len(solution.eigenvalues)))
@@ -29,7 +29,7 @@ def makers(spline: Spline, solution: Solution) -> dict[str, Callable[[], Scene |
 
 
 def mode(spline: Spline, modes: Modes, number: int, amplitude: float = AMPLITUDE) -> Film:
-    """One mode, coloured by its displacement, the largest of which is drawn as `amplitude`."""
+    """One mode, coloured by its displacement, which is scaled to the largest value `amplitude`."""
     skin, points = _skin(spline)
     shift = skin.points @ (spline.extraction @ modes.shapes[number])
     length = np.linalg.norm(shift, axis=1)
@@ -39,9 +39,9 @@ def mode(spline: Spline, modes: Modes, number: int, amplitude: float = AMPLITUDE
 
 
 def deformed(spline: Spline, found: Deformation) -> Scene:
-    """The solid moved, exaggerated, in the colour of its von Mises stress.
+    """The deformed solid, exaggerated, coloured by von Mises stress.
 
-    The last colour is that of the largest stress away from singular places, and of all above.
+    The upper end of the colours is the largest stress away from singular places.
     """
     skin, points = _skin(spline)
     shift = skin.points @ (spline.extraction @ found.displacement)
@@ -53,7 +53,7 @@ def deformed(spline: Spline, found: Deformation) -> Scene:
 
 
 def potential(spline: Spline, found: Potential) -> Scene:
-    """The solid in the colour of u, from its least to its largest on the surface."""
+    """The solid coloured by u, from its smallest to its largest value on the surface."""
     skin, points = _skin(spline)
     u = skin.points @ (spline.extraction @ found.values)
     colours = ramp((u - u.min()) / max(np.ptp(u), TINY), FIELD_COLOURS)
@@ -61,12 +61,12 @@ def potential(spline: Spline, found: Potential) -> Scene:
 
 
 def first_elastic(modes: Modes) -> int:
-    """Number of the first mode that deforms the body."""
+    """Number of the first elastic mode."""
     return min(modes.rigid, len(modes.eigenvalues) - 1)
 
 
 def exaggeration(points: np.ndarray, largest: float, amplitude: float = AMPLITUDE) -> float:
-    """Factor that makes the largest displacement a share of the diagonal of points (N, 3)."""
+    """Factor that scales the largest displacement to a share of the diagonal of points (N, 3)."""
     return amplitude * np.linalg.norm(np.ptp(points, axis=0)) / max(largest, TINY)
 
 

@@ -1,4 +1,4 @@
-"""The named sets of the boundary in colours; page and picture use the same."""
+"""Colours of the named sets of the boundary, common to page and picture."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from polycube.report.pictures.colours import AXIS_COLOURS, FACES, HOLES, SURFACE
 from polycube.report.pictures.render import Layer, Scene, from_both_sides
 from polycube.types import HexMesh
 
-AMBIENT = 0.6  # so that the colours in the shade are those of the legend
-CLEAR = 0.9  # of the quads of a set: those that must have its colour
+AMBIENT = 0.6  # makes the colours in the shade similar to those of the legend
+CLEAR = 0.9  # share of the quads of a set that must have its colour
 
 
 def quad_colours(mesh: HexMesh) -> np.ndarray:
-    """(Q,) colour of each boundary quad, as #rrggbb: that of the first set that it is in.
+    """(Q,) colour of each boundary quad, as #rrggbb: that of its first set.
 
-    Directions have the colours of the axes.  Patches have none: every quad is in one of them.
+    Directions have the colours of the axes. Patches have no colour, because every quad is in one.
     """
     found = np.full(len(mesh.quads), SURFACE)
     is_free = np.ones(len(mesh.quads), bool)
@@ -36,7 +36,7 @@ def quad_colours(mesh: HexMesh) -> np.ndarray:
 
 
 def set_colours(mesh: HexMesh) -> dict[str, str]:
-    """Colour of each set that has one: that of nearly all of its quads."""
+    """Colour of each set if nearly all of its quads have it."""
     colours = quad_colours(mesh)
     found = {}
     for name, own in mesh.sets.items():
@@ -47,7 +47,7 @@ def set_colours(mesh: HexMesh) -> dict[str, str]:
 
 
 def memberships(mesh: HexMesh) -> tuple[np.ndarray, list[str]]:
-    """Combinations of sets: the number of that of each boundary quad (Q,), their names, joined."""
+    """Combinations of sets: their number for each boundary quad (Q,), and their names, joined."""
     is_in = np.zeros((len(mesh.quads), len(mesh.sets)), bool)
     for column, own in enumerate(mesh.sets.values()):
         is_in[own, column] = True
@@ -57,9 +57,9 @@ def memberships(mesh: HexMesh) -> tuple[np.ndarray, list[str]]:
 
 
 def both_sides(mesh: HexMesh) -> Scene:
-    """The boundary, each quad in its colour, from the front above and from behind below.
+    """The boundary with coloured quads, from the front above and from behind below.
 
-    Lines are drawn between quads of different colours.
+    Lines separate quads of different colours.
     """
     colours = quad_colours(mesh)
     edges, pair = quad_edges(mesh.quads)

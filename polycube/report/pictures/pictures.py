@@ -1,6 +1,6 @@
-"""The pictures of a run: scenes chosen from its state, drawn in another process.
+"""The pictures of a run: scenes made from its state, drawn in another process.
 
-A picture is never worth a run: what cannot be drawn is missing, with one warning.
+A failed picture must not end a run: it is omitted, with one warning.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 
 
 def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
-    """How each picture of what the state holds is made; `mode_<number>` and its like are films."""
+    """Functions that make each picture of a state; `mode_<number>` and similar ones are films."""
     surface, mesh, spline = state.surface, state.hexes, state.spline
     found: dict[str, Callable[[], Scene | Film]]
     found = {"input": partial(scenes.input_surface, surface)}
@@ -49,7 +49,7 @@ def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
             found["features"] = partial(features.lost_features, mesh, surface)
         if mesh.sets:
             found["sets"] = partial(named_sets.both_sides, mesh)
-        if np.ptp(mesh.cell):  # one primitive is not taken apart
+        if np.ptp(mesh.cell):  # a single primitive is not divided
             found["cells"] = partial(scenes.decomposed, mesh)
     if spline is not None:
         found["spline"] = partial(scenes.spline_boundary, spline)
@@ -59,7 +59,7 @@ def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
 
 
 def pictures(state: RunState) -> dict[str, bytes]:
-    """PNG of everything in the state that can be shown, GIF of what moves."""
+    """PNG of all results in the state, GIF of animations."""
     found = {}
     for name, make in makers(state).items():
         try:
@@ -70,7 +70,7 @@ def pictures(state: RunState) -> dict[str, bytes]:
 
 
 def denoising(state: RunState) -> dict[str, bytes]:
-    """`trajectory.png` and `trajectory.gif` where the diffusion model was asked, else nothing."""
+    """`trajectory.png` and `trajectory.gif` if the diffusion model was used, else nothing."""
     if state.polycube is None or state.trajectory is None:
         return {}
     try:
@@ -86,7 +86,7 @@ def denoising(state: RunState) -> dict[str, bytes]:
 
 
 def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, bytes]:
-    """PNG of each scene, GIF of each film; what could not be drawn is missing, with a warning."""
+    """PNG of each scene, GIF of each film; failed ones are omitted, with a warning."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
         "MPLBACKEND": "Agg",

@@ -1,4 +1,4 @@
-"""A sheet of the structures that were proposed for a part."""
+"""A sheet of the structures proposed for a part."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from polycube.report.pictures.render import Scene, view
 from polycube.report.pictures.scenes import polycube_faces
 from polycube.types import Ranked
 
-MOST = 8  # shown
+MOST = 8  # largest number
 COLUMNS = 4
-APART = 1.1  # middles of two polycubes, in diagonals
+APART = 1.1  # distance between the centres of two polycubes, in diagonals
 
 
 def distinct(ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The best proposals of a ranking that are different polycubes, at most `MOST` of them."""
+    """The best proposals of a ranking with different polycubes, at most `MOST`."""
     found: dict[str, Ranked] = {}
     for entry in ranked:
         if entry.candidate.blocks is None:
@@ -26,7 +26,7 @@ def distinct(ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def sheet(shown: Sequence[Ranked]) -> Scene:
-    """Polycubes of diagonal 1 in rows of `COLUMNS`, turned as the model lies."""
+    """Polycubes of diagonal 1 in rows of `COLUMNS`, oriented as the model."""
     scene = []
     for number, entry in enumerate(shown):
         [shape] = polycube_faces(entry.candidate.polycube, entry.candidate.rough_map)

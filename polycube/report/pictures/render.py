@@ -1,9 +1,9 @@
-"""Draw scenes to PNG and films to GIF, off screen.  Run as a program, in a process of its own:
+"""Draw scenes to PNG and films to GIF, off screen. It is run as a separate process:
 
     python -m polycube.report.pictures.render FOLDER < scenes.pickle
 
-because a graphics driver that is missing or broken may end the process it is loaded into, and
-VTK talks on stderr.  `pictures.draw` is the other end.
+because a missing or faulty graphics driver may end the process, and VTK writes to stderr.
+`pictures.draw` starts it.
 """
 
 from __future__ import annotations
@@ -21,27 +21,29 @@ from polycube.report.pictures.colours import EDGE
 if TYPE_CHECKING:
     from pyvista import Plotter
 
-EYE = (0.75, -1.0, 0.62)  # from the middle of the model towards the eye; z is up
-LIGHTS = (((-0.35, 1.0, 0.5), 0.6), ((0.1, 0.0, 1.0), 0.62))  # as seen from the eye, at +z
-SIZE = (1120, 840)  # pixels before the empty margin is cut off
-GAP = 0.06  # of the diagonal: between two views
-COLOURS = 256  # of a picture: a third of the bytes of all, and the page holds a dozen
+EYE = (0.75, -1.0, 0.62)  # from the centre of the model towards the eye; z is up
+# in the frame of the eye, which is at +z
+LIGHTS = (((-0.35, 1.0, 0.5), 0.6), ((0.1, 0.0, 1.0), 0.62))
+SIZE = (1120, 840)  # pixels before the empty margin is removed
+GAP = 0.06  # of the diagonal: gap between two views
+COLOURS = 256  # colours of a picture: reduces the size to a third
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """Polygons of one size in their colours, and lines upon them."""
+    """Polygons of one size with colours, and lines on them."""
 
     points: np.ndarray  # (N, 3)
     polygons: np.ndarray  # (P, 3 or 4)
-    colours: np.ndarray  # (P, 3) uint8, or (N, 3) where colours vary within a polygon
-    lines: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))  # into points
+    colours: np.ndarray  # (P, 3) uint8, or (N, 3) for colours that vary within a polygon
+    # indices of points
+    lines: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     outlined: bool = False  # draw the edges of every polygon
-    smooth: bool = False  # shade as a curved surface, except at sharp edges
+    smooth: bool = False  # smooth shading, except at sharp edges
     opacity: float = 1.0
     line_colour: str = EDGE
-    line_width: float = 4  # pixels of the picture
-    ambient: float = 0.35  # share of a colour that needs no light: more where a legend names it
+    line_width: float = 4  # in pixels
+    ambient: float = 0.35  # ambient light: larger if a legend explains the colours
 
 
 Scene = list[Layer]
@@ -49,7 +51,7 @@ Scene = list[Layer]
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """One layer that swings: frame k shows its points moved by sin(k) of a whole turn."""
+    """One layer in oscillation: frame k shows its points displaced by the sine of its phase."""
 
     layer: Layer
     shift: np.ndarray  # (N, 3)
@@ -59,7 +61,7 @@ class Film:
 
 
 def view() -> np.ndarray:
-    """(3, 3) rotation from the model to the eye: right, up and towards it."""
+    """(3, 3) rotation from the model to the eye: right, up, towards the eye."""
     towards = np.array(EYE) / np.linalg.norm(EYE)
     right = np.cross([0, 0, 1], towards)
     right /= np.linalg.norm(right)
@@ -71,7 +73,7 @@ def from_both_sides(scene: Scene) -> Scene:
     seen = [layer.points @ view().T for layer in scene]
     low, high = (end(np.concatenate(seen), axis=0) for end in (np.min, np.max))
     size, shift = high - low, np.zeros(3)
-    down = int(size[0] > 1.2 * size[1])  # below where it is wide
+    down = int(size[0] > 1.2 * size[1])  # below if it is wide
     shift[down] = (-1) ** down * (size[down] + GAP * np.linalg.norm(size))
     back = [(points - (low + high) / 2) * [-1, 1, -1] + (low + high) / 2 + shift for points in seen]
     turned = [replace(layer, points=p @ view()) for layer, p in zip(scene, back, strict=True)]
@@ -79,7 +81,7 @@ def from_both_sides(scene: Scene) -> Scene:
 
 
 def render(scene: Scene, path: Path) -> None:
-    """Write one picture with transparent background, cropped to what it shows."""
+    """Write one picture with transparent background, cropped to its content."""
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
@@ -94,7 +96,7 @@ def render(scene: Scene, path: Path) -> None:
 
 
 def _shot(plotter: Plotter, transparent: bool = False) -> np.ndarray:
-    """(height, width, 3 or 4) uint8 of what the plotter shows."""
+    """(height, width, 3 or 4) uint8 image of the plotter."""
     image = plotter.screenshot(None, transparent_background=transparent, return_img=True)
     if image is None:
         raise RuntimeError("VTK drew nothing")
@@ -110,7 +112,7 @@ def _light(plotter: Plotter) -> None:
 
 
 def _look(plotter: Plotter, points: np.ndarray) -> None:
-    """Parallel view along `EYE` in which all points just fit."""
+    """Parallel projection along `EYE` that contains all points."""
     seen = points @ view().T
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle = (low + high) / 2 @ view()
@@ -165,7 +167,7 @@ def _save(image: np.ndarray, path: Path) -> None:
 
 
 def animate(film: Film, path: Path) -> None:
-    """Write a GIF, without end, on white; all frames in one view."""
+    """Write an endless GIF on white with a fixed view."""
     import pyvista
 
     size = [2 * film.width, 2 * film.width * SIZE[1] // SIZE[0]]
@@ -200,7 +202,7 @@ def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
 
 
 def main(folder: Path) -> None:
-    """Draw what the pickle on stdin holds to `folder/<name>.png`, films to `<name>.gif`."""
+    """Draw the scenes of the pickle on stdin to `folder/<name>.png`, films to `<name>.gif`."""
     for name, shown in pickle.load(sys.stdin.buffer).items():
         if isinstance(shown, list):
             render(shown, folder / f"{name}.png")

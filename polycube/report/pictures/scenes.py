@@ -1,4 +1,4 @@
-"""What the pictures show, as coloured polygons and lines: numpy only, nothing is drawn here."""
+"""Scenes of the pictures, as coloured polygons and lines; without drawing them."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from polycube.report.pictures.render import EYE, Layer, Scene
 from polycube.structure.lattice import boundary
 from polycube.types import HexMesh, Labels, Polycube, RoughMap, Spline, TriMesh
 
-SHARP = np.cos(np.radians(30))  # faces that turn by more meet at a drawn line
+SHARP = np.cos(np.radians(30))  # smallest angle between faces at a drawn line
 
 
 def input_surface(surface: TriMesh) -> Scene:
-    """The surface as it came, its sharp edges drawn."""
+    """The input surface with its sharp edges."""
     edges, pair = _edges(surface.faces)
     normals = _normals(surface.vertices, surface.faces)
     turn = np.einsum("ij,ij->i", normals[pair[:, 0]], normals[pair[:, 1]])
@@ -36,16 +36,16 @@ def input_surface(surface: TriMesh) -> Scene:
 
 
 def labelled(surface: TriMesh, labels: Labels) -> Scene:
-    """The surface, a colour per polycube axis, with a line around every patch."""
+    """The surface with a colour per polycube axis, and a line around every patch."""
     edges, pair = _edges(surface.faces)
     border = edges[labels.patch[pair[:, 0]] != labels.patch[pair[:, 1]]]
     return [Layer(surface.vertices, surface.faces, rgb(AXIS_COLOURS)[labels.axis], border)]
 
 
 def polycube_faces(polycube: Polycube, rough_map: RoughMap | None = None) -> Scene:
-    """The polycube, a colour per axis, with a line around every planar face.
+    """The polycube with a colour per axis, and a line around every planar face.
 
-    With its rough map it is turned as the model lies, so that it shows the sides the model shows.
+    With its rough map it is rotated as the model, so that it shows the same sides.
     """
     faces = boundary(polycube)
     edges, pair = _edges(faces.quads)
@@ -55,7 +55,7 @@ def polycube_faces(polycube: Polycube, rough_map: RoughMap | None = None) -> Sce
 
 
 def _turn(rough_map: RoughMap) -> np.ndarray:
-    """(3, 3) rotation nearest to the linear part of the map."""
+    """(3, 3) rotation closest to the linear part of the map."""
     ends = [np.take(rough_map.positions, [0, -1], axis).mean(_others(axis)) for axis in range(3)]
     along = np.stack([end[1] - end[0] for end in ends], 1)
     left, _, right = np.linalg.svd(along / np.linalg.norm(along, axis=0))
@@ -68,14 +68,15 @@ def _others(axis: int) -> tuple[int, int]:
 
 
 def hex_outside(mesh: HexMesh) -> Scene:
-    """The boundary of the hex mesh, each quad in the quality of its hex."""
+    """The boundary of the hex mesh, each quad coloured by the quality of its hex."""
     return [_quality_skin(mesh, np.arange(len(mesh.hexes)))]
 
 
 def hex_cut(mesh: HexMesh) -> Scene:
-    """The hexes behind a plane through the middle, whole, in the colour of their quality.
+    """The hexes behind a plane through the centre, coloured by their quality.
 
-    The plane spans the two longer sides of the bounding box; what lies towards the eye is removed.
+    The plane is parallel to the two longer sides of the bounding box; the hexes in front are
+    removed.
     """
     axis = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
     middle = (mesh.vertices.max(0) + mesh.vertices.min(0))[axis] / 2
@@ -87,15 +88,15 @@ def hex_cut(mesh: HexMesh) -> Scene:
 
 
 def deviation(mesh: HexMesh, distance: np.ndarray) -> Scene:
-    """The boundary, each quad in the colour of its distance (Q,) from the input."""
+    """The boundary, each quad coloured by its distance (Q,) from the input."""
     colours = ramp(distance / max(distance.max(), 1e-300), DEVIATION_COLOURS)
     return [Layer(mesh.vertices, mesh.quads, colours, outlined=True)]
 
 
 def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
-    """The hexes of each grid cell in a colour of their own, moved apart; a layer for each colour.
+    """The hexes of each grid cell in a separate colour, moved apart; a layer for each colour.
 
-    apart : share of the way from the middle of the mesh by which a cell is moved
+    apart : displacement of a cell, relative to its distance from the centre of the mesh
     """
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     layers: dict[str, Layer] = {}
@@ -111,7 +112,7 @@ def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
 
 
 def _joined(first: Layer, second: Layer) -> Layer:
-    """The first layer with the polygons of the second one too."""
+    """The first layer with the polygons of the second one added."""
     return replace(
         first,
         points=np.concatenate([first.points, second.points]),
@@ -121,12 +122,12 @@ def _joined(first: Layer, second: Layer) -> Layer:
 
 
 def cell_colour(cell: int) -> str:
-    """As #rrggbb; neighbours along a grid have different ones."""
+    """Colour as #rrggbb; different for neighbours along a grid."""
     return CELLS[cell % len(CELLS)]
 
 
 def worst_hex(mesh: HexMesh) -> Scene:
-    """The hex of lowest quality in a transparent mesh, at the crossing of three lines."""
+    """The hex of lowest quality in a transparent mesh, at the intersection of three lines."""
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     hexa = mesh.hexes[np.argmin(quality)]
     glass = rgb((SURFACE,) * len(mesh.quads))
@@ -142,7 +143,7 @@ def worst_hex(mesh: HexMesh) -> Scene:
 
 
 def spline_boundary(spline: Spline) -> Scene:
-    """The outside of the spline solid with the edges of its Bezier elements."""
+    """The boundary of the spline solid with the edges of its Bezier elements."""
     skin = tessellate(spline)
     points = skin.points @ (spline.extraction @ spline.control)
     colours = rgb((SURFACE,) * len(skin.quads))

@@ -1,4 +1,4 @@
-"""Spheres drawn with numpy alone: the pixels of every sphere, the nearest written last."""
+"""Spheres drawn with numpy: the pixels of all spheres, the nearest written last."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def spheres(
 
     centres : (N, 3) pixels right and down from the top left corner, and towards the eye
     colours : (N, 3) 0..255
-    radius : (N,) pixels, few different ones
+    radius : (N,) pixels, with few different values
     """
     parts = []
     for r in np.unique(radius):
@@ -34,7 +34,8 @@ def spheres(
     inside = np.flatnonzero((x >= 0) & (x < width) & (y >= 0) & (y < height))
     order = inside[np.argsort(depth[inside])]
     picture = np.full((height, width, 3), 255, np.float32)
-    picture[y[order], x[order]] = np.minimum(lit[order], 255)  # of equal pixels the last one stays
+    # the last one of equal pixels is used
+    picture[y[order], x[order]] = np.minimum(lit[order], 255)
     blocks = picture.reshape(size[0], SHARPNESS, size[1], SHARPNESS, 3)
     return blocks.mean(axis=(1, 3)).round().astype(np.uint8)
 
@@ -49,11 +50,11 @@ def _disc(radius: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _shade(normal: np.ndarray) -> np.ndarray:
-    """(P,) share of a colour that is seen: some everywhere, most where the light falls."""
+    """(P,) brightness: ambient and diffuse light."""
     return 0.5 + 0.55 * np.maximum(normal @ LIGHT / np.linalg.norm(LIGHT), 0)
 
 
 def _shine(normal: np.ndarray) -> np.ndarray:
-    """(P,) what a highlight adds: Blinn's, for the half-way direction between light and eye."""
+    """(P,) highlight of Blinn, from the half-way direction between light and eye."""
     half = LIGHT / np.linalg.norm(LIGHT) + [0, 0, 1]
     return 90 * np.maximum(normal @ half / np.linalg.norm(half), 0) ** 30

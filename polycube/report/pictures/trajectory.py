@@ -1,8 +1,8 @@
-"""The denoising as the paper's figure shows it: a strip of its kept states, and an animation.
+"""Pictures of the denoising as in the paper: a strip of recorded states, and an animation.
 
-Every sample point is a small sphere in the colour of its place on the regular polycube, so that
-the eye can follow it; what belongs to a side that looks away is pale.  All panels and frames have
-one view and one scale, and the edges of the polycube in them.
+Every sample point is a small sphere with the colour of its position on the regular polycube, so
+that it can be followed; points on sides that face away are pale. All panels and frames have the
+same view and scale, and show the edges of the polycube.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
 PANEL, FRAME = 330, 360  # pixels across a panel of the strip, and across the animation
-MARGIN, LABEL = 14, 40  # pixels around the points, and for a line of names
-BETWEEN = 20  # frames between the states, shared out by how far the points move
+MARGIN, LABEL = 14, 40  # pixels around the points, and for a line of labels
+BETWEEN = 20  # frames between the states, distributed by the displacement of the points
 PAUSE, STEP = 800, 70  # milliseconds at a state, and at a frame between
-PALE = 0.7  # share of white in the colour of what looks away
+PALE = 0.7  # share of white in the colour of points on sides that face away
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Sample points on their way, in polycube units."""
+    """Sample points in each recorded state, in polycube units."""
 
     states: np.ndarray  # (S, N, 3) x_T ... x_0
-    regular: np.ndarray  # (N, 3) x_0 on the polycube
+    regular: np.ndarray  # (N, 3) x_0 projected onto the polycube
     polycube: Polycube
-    steps: tuple[int, ...] = ()  # (S,) t of each state; of another length: not known
+    steps: tuple[int, ...] = ()  # (S,) t of each state; unknown if the length differs
 
     @property
     def stations(self) -> np.ndarray:
@@ -46,7 +46,7 @@ class Trajectory:
 
     @property
     def names(self) -> list[str]:
-        """TeX of the stations."""
+        """Labels of the stations in TeX."""
         n = len(self.states) - 1
         known = len(self.steps) == len(self.states)
         between = self.steps[1:-1] if known else [f"({i}/{n})" for i in range(1, n)]
@@ -54,7 +54,7 @@ class Trajectory:
 
 
 class Camera:
-    """Pictures of a trajectory, `width` pixels across, in one view and scale."""
+    """Pictures of a trajectory, `width` pixels across, with a fixed view and scale."""
 
     def __init__(self, trajectory: Trajectory, width: int) -> None:
         lines, lines_face = _outline(trajectory.polycube)
@@ -74,7 +74,7 @@ class Camera:
         self.radius = np.repeat([0.45 * width / np.sqrt(n), 0.003 * width], [n, n_lines])
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """(height, width, 3) uint8 picture of (N, 3) points and the edges of the polycube."""
+        """(height, width, 3) uint8 picture of points (N, 3) and the edges of the polycube."""
         seen = np.concatenate([points, self.lines]) @ view().T - self.middle
         height, width = self.size
         centres = self.scale * seen * [1, -1, 1] + [width / 2, height / 2, 0]
@@ -82,7 +82,7 @@ class Camera:
 
 
 def _outline(polycube: Polycube) -> tuple[np.ndarray, np.ndarray]:
-    """Straight edges of the polycube: (E, 2, 3) ends, and (E,) whether a side there is seen."""
+    """Straight edges of the polycube: (E, 2, 3) ends, and (E,) whether they are visible."""
     surface = boundary(polycube)
     ends, patches = edges(surface)
     axis = np.zeros(surface.patch.max() + 1, int)
@@ -91,12 +91,12 @@ def _outline(polycube: Polycube) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _towards(axis: np.ndarray) -> np.ndarray:
-    """Whether faces of these axis labels look to the eye."""
+    """Whether faces of these axis labels face the eye."""
     return view()[2][axis // 2] * (1 - 2 * (axis % 2)) > 0
 
 
 def _pale(colours: np.ndarray, looks_here: np.ndarray) -> np.ndarray:
-    """(N, 3) colours, those that do not look here nearly white."""
+    """(N, 3) colours; nearly white for points that face away."""
     white = PALE * ~looks_here[:, None]
     return (colours * (1 - white) + 255 * white).astype(np.float32)
 
@@ -111,7 +111,7 @@ def _place_colours(regular: np.ndarray) -> np.ndarray:
 
 
 def strip(trajectory: Trajectory) -> bytes:
-    """PNG: the stations side by side under their names."""
+    """PNG: the stations side by side with their labels."""
     from PIL import Image
 
     camera = Camera(trajectory, PANEL)
@@ -126,7 +126,7 @@ def strip(trajectory: Trajectory) -> bytes:
 
 
 def animation(trajectory: Trajectory) -> bytes:
-    """GIF, without end: the points go straight from station to station."""
+    """Endless GIF: the points move in straight lines from station to station."""
     from PIL import Image, ImageDraw
 
     stations, names = trajectory.stations, trajectory.names
@@ -156,7 +156,7 @@ def animation(trajectory: Trajectory) -> bytes:
 
 
 def _times(stations: np.ndarray) -> list[float]:
-    """Frames as numbers of stations and fractions between, more where points move more."""
+    """Times of the frames in stations, denser where the points move more."""
     way = np.linalg.norm(np.diff(stations, axis=0), axis=-1).mean(axis=1)
     times = [0.0]
     for i, share in enumerate(way / max(way.sum(), 1e-300)):

@@ -30,7 +30,7 @@ NOTHING = 1e-10  # root mean square distance, in diagonals, below which it is a 
 
 @dataclass(frozen=True)
 class Refinement:
-    """What to refine, in the numbers of the elements after `levels`; by default nothing.
+    """Elements to refine, with the numbers after `levels`; default: none.
 
     Parameters
     ----------
