@@ -6,6 +6,7 @@
 # make lint    format and lint, changing nothing
 # make types   check the types
 # make doctor  what of this machine can be used
+# make lock    requirements.lock from pyproject.toml   make lock ARGS=--upgrade for the newest versions
 #
 # The first of them makes .venv from the pinned requirements.
 
@@ -21,14 +22,14 @@ BEFORE ?=
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip install
 READY := .venv/ready
-TORCH := $(shell grep '^torch==' requirements.lock)
+TORCH := $(shell grep -o 'torch==[0-9.]*' pyproject.toml)
 CODE := polycube plugins tests docs train.py infer.py
 
 export MPLBACKEND := Agg
 export OPENBLAS_NUM_THREADS := 1
 export PYVISTA_OFF_SCREEN := true
 
-.PHONY: demo test train gallery bench lint types doctor
+.PHONY: demo test train gallery bench lint types doctor lock
 
 demo: $(READY)
 	$(RUN) infer.py mesh=$(MESH) output_dir=$(OUTPUT) $(ARGS)
@@ -67,13 +68,23 @@ types: $(READY)
 doctor: $(READY)
 	$(RUN) -m polycube.cli.doctor
 
-# torch first and by itself, so that the machine's own flavour (CPU or CUDA) is taken
+# the versions that the present file has stay, unless ARGS asks for others
+UV := .venv/uv/bin
+lock:
+	$(PYTHON) -m venv .venv/uv
+	$(UV)/python -m pip install uv
+	$(UV)/uv pip compile pyproject.toml --extra dev --extra cad --extra cluster --no-emit-package torch \
+		--universal --python-version 3.11 --generate-hashes --custom-compile-command 'make lock' $(ARGS) \
+		--output-file requirements.lock --quiet
+
+# pinned files by their hashes; torch apart from them, in the machine's own build (CPU or CUDA)
 $(READY): requirements.lock pyproject.toml
 	@bash .ci/system-libraries
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 		{ echo "Python 3.10 or newer is needed: make PYTHON=python3.11 ..."; false; }
 	$(PYTHON) -m venv .venv
+	@if $(RUN) -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then \
+		$(PIP) --require-hashes --no-deps -r requirements.lock; fi
 	$(PIP) $(TORCH)
-	$(PIP) $$($(RUN) -c 'import sys; print("-c requirements.lock" * (sys.version_info >= (3, 11)))') \
-		-e '.[dev,cad,cluster]'
+	$(PIP) -e '.[dev,cad,cluster]'
 	@touch $@
