@@ -14,6 +14,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import hydra
 import lightning.pytorch as L
+import numpy as np
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 
@@ -30,6 +31,7 @@ from polycube.diffusion.weights import (
     Recipe,
     begin_from,
     config_of,
+    epochs_of,
     load_denoiser,
     make_denoiser,
     save_denoiser,
@@ -83,7 +85,11 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
         done=lambda: module.pairs_done,
     )
     held_out = validation_loader(PairImages(others, denoiser.condition), cfg["held_out"], size)
-    trainer, checkpoint = _trainer(cfg, folder), _checkpoint(cfg["ckpt"], config, folder)
+    checkpoint = _checkpoint(cfg["ckpt"], config, folder)
+    if checkpoint and epochs_of(checkpoint) >= cfg["trainer"].get("max_epochs", np.inf) > 0:
+        logger.info("%s is the end of its training: it is measured and exported", checkpoint)
+        cfg = {**cfg, "fit": False}
+    trainer = _trainer(cfg, folder)
     if cfg["fit"]:
         trainer.fit(module, training, held_out, ckpt_path=checkpoint)
     else:

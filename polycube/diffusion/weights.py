@@ -150,6 +150,12 @@ def config_of(checkpoint: Path) -> Recipe:
         raise _unfit(checkpoint, error) from error
 
 
+def epochs_of(checkpoint: Path) -> int:
+    """Number of epochs that a training had at the time of its checkpoint."""
+    loops = torch.load(checkpoint, map_location="cpu", weights_only=True, mmap=True)["loops"]
+    return int(loops["fit_loop"]["epoch_progress"]["current"]["processed"])
+
+
 def _unfit(path: Path, error: Exception) -> InputError:
     reason = brief(error)
     if isinstance(error, UnpicklingError):

@@ -62,9 +62,9 @@ def _denoised_on(
 def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
-    The best drawn structure comes after all other coarse ones and before overlays, whatever `tries`
-    is, unless one of these is the same structure. So it is meshed beside the others and does not
-    replace any.
+    A drawn structure comes after all other coarse ones and before overlays, whatever `tries` is, so
+    that it is meshed beside the others and replaces none. Of those with a score similar to the best
+    one it is the one with the fewest full bricks.
     """
     drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
     others = [i for i in range(len(ranked)) if i not in drawn]
@@ -73,9 +73,11 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     if not coarse:
         overlays = [i for i in order if _family(ranked[i]) == OVERLAY]
         return [*drawn[:tries], *overlays] if drawn else order
-    keys = {ranked[i].candidate.key for i in coarse}
-    new = [i for i in drawn if ranked[i].candidate.key not in keys and _is_near(ranked, i)]
-    return [*coarse, *new[:1], *order[len(coarse) :]]
+    near = [i for i in drawn if _is_near(ranked, i)]
+    close = [i for i in near if ranked[i].score <= CLOSE * ranked[near[0]].score]
+    fewest = min(close, key=lambda i: ranked[i].candidate.polycube.occupancy.sum(), default=None)
+    beside = [] if fewest is None else [fewest]
+    return [*coarse, *beside, *order[len(coarse) :]]
 
 
 def _in_order(ranked: Sequence[Ranked], tries: int) -> list[int]:

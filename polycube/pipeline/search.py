@@ -293,10 +293,10 @@ def search(
 def compare(found: Variants, other: Variants) -> Variants:
     """The one with the better mesh of a structure found and another one.
 
-    All variants of the other structure are tried if the mesh found is not good.
+    All variants of the other structure are tried if the mesh found is not excellent.
     """
     other.run(0)
-    if found.reaches < found.acceptance.good:
+    if found.reaches < found.acceptance.excellent:
         other.run_others()
     return _leader([found, other])
 

@@ -75,10 +75,6 @@ def test_inference(kills: int, killed, tmp_path: Path) -> None:
     assert one["hex"] == other["hex"] and one["spline"] == other["spline"]
 
 
-@pytest.mark.xfail(
-    reason="killed between the last checkpoint and the export of the weights, a training resumes "
-    "without its averaged weights and errors"
-)
 @pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 @pytest.mark.parametrize("kills", KILLS)
 def test_training(kills: int, killed, tmp_path: Path) -> None:
@@ -109,4 +105,6 @@ def test_training(kills: int, killed, tmp_path: Path) -> None:
     for name in ("weights.safetensors", "weights.yaml"):
         assert filecmp.cmp(folder / "weights" / name, whole / "weights" / name, shallow=False)
     one, other = (json.loads((p / "weights/weights.json").read_text()) for p in (folder, whole))
-    assert one | {"samples_per_second": 0} == other | {"samples_per_second": 0}
+    # a training that was killed after its last step has no loss of a step
+    known = {name: other[name] for name in one} | {"samples_per_second": 0}
+    assert one | {"samples_per_second": 0} == known and {"error", "steps"} <= one.keys()

@@ -176,6 +176,20 @@ def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) 
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+@pytest.mark.parametrize("averaged", [[], ["ema=0.9"]])
+def test_a_training_killed_after_its_last_step_is_exported(
+    averaged: list[str], tmp_path: Path
+) -> None:
+    whole, again = tmp_path / "whole", tmp_path / "again"
+    small = [*averaged, "model=points", "model.width=8", "trainer.max_epochs=1"]
+    metrics = train(config(*small), whole)
+    ckpt = f"ckpt={whole}/checkpoints/last.ckpt"
+    resumed = train(config(*small, ckpt), again)
+    assert resumed["error"] == metrics["error"] and resumed["steps"] == metrics["steps"]
+    first, second = (path / "weights/weights.safetensors" for path in (whole, again))
+    assert first.read_bytes() == second.read_bytes()
+
+
 def test_training_imports_no_meshing_libraries() -> None:
     """It runs on a machine without a display, open3d, VTK or igl."""
     code = (

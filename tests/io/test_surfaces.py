@@ -128,7 +128,7 @@ def test_polygon_that_is_no_fan_is_refused(tmp_path):
     [
         ("none.step", "cannot be read"),
         ("none.IGS", "cannot be read"),
-        ("part.docx", ".glb, .fbx, .step, .stp, .iges, .igs, .brep and example:NAME"),
+        ("part.docx", ".glb, .fbx, .pcd, .xyz, .step, .stp, .iges, .igs, .brep and example:NAME"),
         ("part", "unknown kind"),
         ("none.stl", "cannot be read"),
         ("none.fbx", "cannot be read"),

@@ -52,7 +52,9 @@ BLOCKS = hex_box((1, 1, 1))
         ([*(("bricks", key, 1) for key in "abcd"), ("sweep", "s", 1)], [0, 4, 1, 2]),
         ([("midpoint", "m", 1), ("bricks", "a", 1), ("sweep", "s", 1)], [0, 2, 1]),
         ([("drawn", "d", 1), *(("slices", key, 2) for key in "abcd")], [1, 2, 3, 0]),
-        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "d", 2), ("drawn", "e", 2)], [0, 2]),
+        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "d", 2), ("drawn", "e", 2)], [0, 1]),
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.2)], [0, 2]),  # fewer bricks
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.4)], [0, 1]),
         ([("bricks", "a", 1), ("slices", "b", 2), ("drawn", "d", 5)], [0, 1]),
         ([("drawn", "d", 1), ("bricks", "a", 1), ("overlay", "o", np.inf)], [1, 0, 2]),
         ([("sweep", "s", 1), ("bricks", "a", 1), ("drawn", "d", 1)], [0, 1, 2]),
@@ -68,6 +70,7 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
                 family=FAMILY[proposal],
                 key=key,
                 blocks=BLOCKS if proposal in ("midpoint", "sweep") else None,
+                polycube=SimpleNamespace(occupancy=np.ones(ord(key))),
             ),
             score=score,
         )

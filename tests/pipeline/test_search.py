@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.pipeline.search import Variants, search
+from polycube.pipeline.search import Variants, compare, search
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
 from polycube.types import HexMesh, Labels, Polycube, RoughMap, TriMesh, Verdict
@@ -190,6 +190,26 @@ def test_of_the_others_only_the_best_in_a_trial_is_run_in_full(sizes, enough, ex
 def test_another_start_goes_on_where_its_first_trial_is_better(settled, has_rival, expected, calls):
     found = searched([3.0, 4.0], [7.0, 9.0], enough=20, settled=settled, has_rival=has_rival)
     assert found == (expected, calls)
+
+
+@pytest.mark.parametrize(
+    ("first", "expected", "calls"),
+    [
+        (6.0, 7.0, [(7, False)]),  # the first is excellent, so the other has one run
+        (8.0, 8.0, [(7, False)]),
+        (3.0, 9.0, [(7, False), (9, False)]),  # all variants, until one is good
+    ],
+)
+def test_another_structure_is_compared_with_the_one_found(first, expected, calls):
+    stages, judge = [Stage("meshing/optimize", Grow())], BySize(good=9, excellent=5)
+    found, other = (
+        Variants(stages, [{"meshing/optimize": {"to": to}} for to in sizes], START, judge)
+        for sizes in ([first], [7.0, 9.0])
+    )
+    found.run(0)
+    CALLS.clear()
+    assert size(compare(found, other).finish()[0]) == expected
+    assert CALLS == calls
 
 
 def test_the_first_run_of_all_is_improved_before_others_follow():
