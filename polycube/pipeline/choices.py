@@ -62,22 +62,14 @@ def _denoised_on(
 def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
-    A drawn structure comes after all other coarse ones and before overlays, whatever `tries` is, so
-    that it is meshed beside the others and replaces none. Of those with a score similar to the best
-    one it is the one with the fewest full bricks.
+    Drawn structures are meshed only if there is no other coarse one; see `drawn_beside`.
     """
     drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
     others = [i for i in range(len(ranked)) if i not in drawn]
     order = [others[i] for i in _in_order([ranked[i] for i in others], tries)]
-    coarse = [i for i in order if not is_overlay(ranked[i])]
-    if not coarse:
-        overlays = [i for i in order if _family(ranked[i]) == OVERLAY]
-        return [*drawn[:tries], *overlays] if drawn else order
-    near = [i for i in drawn if _is_near(ranked, i)]
-    close = [i for i in near if ranked[i].score <= CLOSE * ranked[near[0]].score]
-    fewest = min(close, key=lambda i: ranked[i].candidate.polycube.occupancy.sum(), default=None)
-    beside = [] if fewest is None else [fewest]
-    return [*coarse, *beside, *order[len(coarse) :]]
+    if not drawn or any(not is_overlay(ranked[i]) for i in order):
+        return order
+    return [*drawn[:tries], *(i for i in order if _family(ranked[i]) == OVERLAY)]
 
 
 def _in_order(ranked: Sequence[Ranked], tries: int) -> list[int]:
@@ -133,10 +125,10 @@ def settled_at(
 
     It is higher if a structure of another family has a similar score, because a short registration
     does not distinguish two such structures. A sweep is always tried, and another structure after
-    a sweep unless the mesh is nearly all bricks. Overlays and drawn structures do not count.
+    a sweep unless the mesh is nearly all bricks.
     """
     now, *later = (ranked[i] for i in choices[choices.index(index) :])
-    rivals = [each for each in later if not is_overlay(each) and _family(each) != DRAWN]
+    rivals = [each for each in later if not is_overlay(each)]
     if any(_family(each) == SWEEP for each in rivals):
         return np.inf
     if rivals and _family(now) == SWEEP:
@@ -147,17 +139,21 @@ def settled_at(
     return acceptance.excellent if is_close else acceptance.acceptable
 
 
-def drawn_beside(
-    ranked: Sequence[Ranked], choices: Sequence[int], made: Sequence[Variants], found: Variants
-) -> list[int]:
-    """Numbers of the structures to mesh beside the one found: the drawn one, if it is not meshed.
+def drawn_beside(ranked: Sequence[Ranked], found: Variants) -> list[int]:
+    """Number of the drawn structure to mesh beside the one found, if there is one.
 
-    None if the mesh found is nearly all bricks.
+    Of those with a score similar to that of the best drawn one, it is the one with the fewest full
+    bricks. None if the mesh found is nearly all bricks or is that of a drawn structure.
     """
+    if is_drawn(found.start):
+        return []
     if found.reaches >= BRICKS and not found.taken().verdict.warnings:
         return []
-    meshed = [each.start.chosen for each in made]
-    return [i for i in choices if _family(ranked[i]) == DRAWN and i not in meshed]
+    drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
+    near = [i for i in drawn if _is_near(ranked, i)]
+    close = [i for i in near if ranked[i].score <= CLOSE * ranked[near[0]].score]
+    close.sort(key=lambda i: ranked[i].candidate.polycube.occupancy.sum())
+    return close[:1]
 
 
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:

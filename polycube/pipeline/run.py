@@ -220,6 +220,12 @@ class Run:
         choices = [state.chosen] if kept else worth_meshing(ranked, tries)
         made: list[Variants] = []  # variants of the structures so far
 
+        def begin(index: int) -> Variants:
+            start = state if index == state.chosen else choose(state, index, self.primitives)
+            logger.info("meshing structure %d: %s", index, _described(start))
+            made.append(self.variants(start, stages))
+            return made[-1]
+
         def starts() -> Iterator[Variants]:
             for index in choices:
                 if is_overlay(ranked[index]):
@@ -227,11 +233,7 @@ class Run:
                         each.run_others()
                 if is_needless(ranked[index], made):
                     break
-                same = index == state.chosen
-                start = state if same else choose(state, index, self.primitives)
-                logger.info("meshing structure %d: %s", index, _described(start))
-                made.append(self.variants(start, stages))
-                yield made[-1]
+                yield begin(index)
 
         def is_settled(tried: Variants) -> bool:
             index, left = tried.start.chosen, choices[len(made) :]
@@ -245,9 +247,8 @@ class Run:
             has_rival=first > self.acceptance.acceptable,
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
-        for index in drawn_beside(ranked, choices, made, found):
-            made.append(self.variants(choose(state, index, self.primitives), stages))
-            found = compare(found, made[-1])
+        for index in [] if kept else drawn_beside(ranked, found):
+            found = compare(found, begin(index))
         keep_features(found)
         meet_creases(found, self.creases)
         meet_deviation(found, self.bundle.get("deviation"))

@@ -8,6 +8,7 @@ import pytest
 from polycube.pipeline.choices import (
     BRICKS,
     choose,
+    drawn_beside,
     is_needless,
     settled_at,
     worth_meshing,
@@ -37,6 +38,18 @@ FAMILY = {
 BLOCKS = hex_box((1, 1, 1))
 
 
+def entry(proposal, key, score):
+    return SimpleNamespace(
+        candidate=SimpleNamespace(
+            family=FAMILY[proposal],
+            key=key,
+            blocks=BLOCKS if proposal in ("midpoint", "sweep") else None,
+            polycube=SimpleNamespace(occupancy=np.ones(ord(key))),
+        ),
+        score=score,
+    )
+
+
 @pytest.mark.parametrize(
     ("entries", "expected"),
     [
@@ -51,31 +64,35 @@ BLOCKS = hex_box((1, 1, 1))
         ([("sweep", "s", 1), *(("slices", key, 1) for key in "abcd")], [0, 1, 2]),
         ([*(("bricks", key, 1) for key in "abcd"), ("sweep", "s", 1)], [0, 4, 1, 2]),
         ([("midpoint", "m", 1), ("bricks", "a", 1), ("sweep", "s", 1)], [0, 2, 1]),
-        ([("drawn", "d", 1), *(("slices", key, 2) for key in "abcd")], [1, 2, 3, 0]),
-        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "d", 2), ("drawn", "e", 2)], [0, 1]),
-        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.2)], [0, 2]),  # fewer bricks
-        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.4)], [0, 1]),
-        ([("bricks", "a", 1), ("slices", "b", 2), ("drawn", "d", 5)], [0, 1]),
-        ([("drawn", "d", 1), ("bricks", "a", 1), ("overlay", "o", np.inf)], [1, 0, 2]),
-        ([("sweep", "s", 1), ("bricks", "a", 1), ("drawn", "d", 1)], [0, 1, 2]),
-        ([("bricks", "a", 1), ("sweep", "s", 1), ("drawn", "d", 1)], [0, 1, 2]),
+        ([("drawn", "d", 1), *(("slices", key, 2) for key in "abcd")], [1, 2, 3]),
+        ([("drawn", "d", 1), ("bricks", "a", 1), ("overlay", "o", np.inf)], [1, 2]),
         ([("drawn", key, 1) for key in "abcd"], [0, 1, 2]),
         ([("drawn", "d", 1), ("overlay", "o", np.inf), ("spare", "s", np.inf)], [0, 1]),
     ],
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
-    def entry(proposal, key, score):
-        return SimpleNamespace(
-            candidate=SimpleNamespace(
-                family=FAMILY[proposal],
-                key=key,
-                blocks=BLOCKS if proposal in ("midpoint", "sweep") else None,
-                polycube=SimpleNamespace(occupancy=np.ones(ord(key))),
-            ),
-            score=score,
-        )
-
     assert worth_meshing([entry(*e) for e in entries], tries=3) == expected
+
+
+@pytest.mark.parametrize(
+    ("entries", "reaches", "warnings", "expected"),
+    [
+        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "b", 1)], 0.8, (), [1]),
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.2)], 0.8, (), [2]),
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.4)], 0.8, (), [1]),
+        ([("bricks", "a", 1), ("drawn", "d", 5)], 0.8, (), []),  # its score is too bad
+        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, (), []),
+        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, ("far",), [1]),
+        ([("drawn", "d", 1), ("drawn", "e", 1)], 0.8, (), []),
+        ([("bricks", "a", 1)], 0.8, (), []),
+    ],
+)
+def test_a_drawn_structure_is_meshed_beside_the_one_found(entries, reaches, warnings, expected):
+    ranked = [entry(*e) for e in entries]
+    taken = SimpleNamespace(verdict=SimpleNamespace(warnings=warnings))
+    start = SimpleNamespace(ranked=ranked, chosen=0)
+    found = SimpleNamespace(start=start, reaches=reaches, taken=lambda: taken)
+    assert drawn_beside(ranked, found) == expected
 
 
 @pytest.mark.parametrize(
@@ -89,8 +106,6 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
         ([("bricks", 5.0), ("sweep", 9.0)], np.inf),
         ([("sweep", 5.0), ("bricks", 9.0), ("overlay", np.inf)], BRICKS),
         ([("sweep", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
-        ([("bricks", 5.0), ("drawn", 5.0)], ACCEPTANCE.acceptable),
-        ([("drawn", 5.0), ("bricks", 9.0)], ACCEPTANCE.acceptable),
     ],
 )
 def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(entries, expected):
