@@ -5,13 +5,15 @@ The paths of the creases on a coarse mesh give the intervals of the lattice alon
 
 from __future__ import annotations
 
+from functools import cache, partial
+
 import numpy as np
 
 from polycube.fitting.creases.constraints import match
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.generation.interval_counts import Demand, Lattice, raised
 from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
-from polycube.surface.curves.chords import chords_needed
+from polycube.surface.curves.chords import chord_error, chords_needed
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh, Polycube
 
@@ -40,15 +42,19 @@ def finer_along(
     routes = match(FitProblem(near, goal, samples=1), goal.to_unit(near.vertices)).routes
     lattice, parts = Lattice(polycube, near, measured), np.concatenate(counts)
     along = [(route.crease, lattice.along_path(route.sides)) for route in routes]
+    errors = [cache(partial(chord_error, crease)) for crease, _ in along]
     before = number_of_hexes(polycube, counts)
     most = max(before, min(max_hexes, HEXES * before))
     while True:
-        demands = []
-        for crease, path in along:
+        demands, is_finer = [], False
+        for (crease, path), error in zip(along, errors, strict=True):
             now = max(3 if crease.is_loop else 1, round(path.times @ parts))
-            number = chords_needed(crease, wanted, now, EDGES * now)
+            number = chords_needed(error, wanted, now, EDGES * now)
+            is_finer |= number > now
             demands.append(Demand(path.times, path.length, number))
         found = raised(polycube, counts, demands, max_hexes)
         if number_of_hexes(polycube, found) <= most:
             return found
+        if not is_finer:  # a larger distance changes nothing
+            return counts
         wanted *= RELAX

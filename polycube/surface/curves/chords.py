@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from polycube.surface.curves.features import Crease
@@ -26,15 +28,19 @@ def chord_error(crease: Crease, number: int) -> float:
     return float(np.percentile(gaps, MOST))
 
 
-def chords_needed(crease: Crease, wanted: float, least: int, most: int) -> int:
+def chords_needed(error: Callable[[int], float], wanted: float, least: int, most: int) -> int:
     """The smallest number of chords, from `least` to `most`, that are within a distance.
 
     If no number meets the distance: the number with the smallest error.
+
+    Parameters
+    ----------
+    error : distance for a number of chords, as `chord_error` gives it
     """
     numbers = range(least, most + 1)
     errors = []
     for number in numbers:
-        errors.append(chord_error(crease, number))
+        errors.append(error(number))
         if errors[-1] <= wanted:
             return number
     return numbers[int(np.argmin(errors))]

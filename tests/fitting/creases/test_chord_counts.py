@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polycube.fitting.creases import chord_counts
 from polycube.fitting.creases.chord_counts import finer_along
 from polycube.hexmesh.generation.sizing import number_of_hexes
 from polycube.hexmesh.generation.template import mesh
@@ -71,3 +72,9 @@ def test_the_distance_gives_way_to_the_number_of_hexes():
 
 def test_parts_that_there_are_count():
     assert found_by(1e-3, counts=parts_of([20, 20], 3, 3)) == [[20, 20], [3], [3]]
+
+
+def test_counts_stay_where_no_distance_makes_the_mesh_small_enough(monkeypatch):
+    """A loop of less than three edges asks for three at any distance."""
+    monkeypatch.setattr(chord_counts, "raised", lambda *given: parts_of([30, 30], 30, 30))
+    assert found_by(1e-3) == [[3, 3], [3], [3]]

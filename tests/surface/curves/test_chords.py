@@ -1,5 +1,7 @@
 """Chords of circles, of lines and of polygons, whose distances are known."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -47,12 +49,13 @@ def test_the_error_of_an_arc_falls_with_the_square_of_the_number():
 
 def test_the_smallest_number_that_is_near_enough():
     fine = circle(4000)
-    found = chords_needed(fine, 0.01, 3, 60)
+    error = partial(chord_error, fine)
+    found = chords_needed(error, 0.01, 3, 60)
     assert chord_error(fine, found) <= 0.01 < chord_error(fine, found - 1)
     assert found == pytest.approx(np.pi / np.sqrt(2 * 0.01), abs=1)
-    assert chords_needed(fine, 0.01, 40, 60) == 40  # there are as many already
+    assert chords_needed(error, 0.01, 40, 60) == 40  # there are as many already
 
 
 def test_the_best_number_where_none_is_near_enough():
-    assert chords_needed(circle(4000), 1e-9, 4, 9) == 9
-    assert chords_needed(circle(12), 1e-15, 9, 13) == 12
+    assert chords_needed(partial(chord_error, circle(4000)), 1e-9, 4, 9) == 9
+    assert chords_needed(partial(chord_error, circle(12)), 1e-15, 9, 13) == 12
