@@ -120,7 +120,7 @@ def test_the_table_has_failures_beside_successes(tmp_path):
     assert [row["hexes"] for row in rows] == ["", "7"]
     page = (tmp_path / "summary.html").read_text()
     assert page.count("<a href=") == 1
-    assert '<a href="good&lt;1&gt;/report.html">good&lt;1&gt;</a>' in page
+    assert '<a href="good%3C1%3E/report.html">good&lt;1&gt;</a>' in page
     assert "not closed" in page and "2 parts" in page
 
 

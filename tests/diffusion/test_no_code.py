@@ -77,7 +77,7 @@ def test_weights_run_no_code(harmful: str, tmp_path: Path, trap: Runs) -> None:
         path.with_suffix(".yaml").write_text(text)
     else:
         path.write_bytes(pickle.dumps(trap))
-    with pytest.raises(InputError, match="does not hold the network of its config"):
+    with pytest.raises(InputError, match="does not contain the network of its config"):
         load_denoiser(build, path)
 
 

@@ -169,8 +169,8 @@ def test_kept_steps_are_those_of_the_figure() -> None:
     [
         ([0.9, 0.5], 1.0, "start at 1 and be positive"),
         ([1.0, 0.5, 0.0], 1.0, "start at 1 and be positive"),
-        ([1.0, 0.5, 0.6], 1.0, "must fall"),
-        ([1.0, 0.5, np.nan], 1.0, "must fall"),
+        ([1.0, 0.5, 0.6], 1.0, "must decrease"),
+        ([1.0, 0.5, np.nan], 1.0, "must decrease"),
         ([1.0, 0.5], 0.0, "noise_scale must be positive"),
     ],
 )

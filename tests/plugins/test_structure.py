@@ -97,7 +97,7 @@ def test_no_row_and_no_genus_propose_nothing(caplog):
     assert "not a row of cells" in caplog.text
     three = part(("hole_y",) * 3, SCALE, grid=THREE)
     assert propose(three) == []
-    assert "genus 3 fits 0 of 14 words" in caplog.text
+    assert "genus 3 is that of 0 of 14 slab patterns" in caplog.text
     assert len(propose(three, grid=THREE)[0].polycube.x) == 8
 
 

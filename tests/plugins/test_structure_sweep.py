@@ -155,7 +155,7 @@ def test_what_is_no_stack_is_refused_in_a_sentence(surface, options, reason, cap
 
 def test_a_curve_askew_on_a_wall_is_refused():
     triangles = box().faces
-    with pytest.raises(NotSweptError, match="runs askew"):
+    with pytest.raises(NotSweptError, match="a curve is oblique on the walls"):
         stack(TriMesh(box().vertices, triangles, np.arange(len(triangles)) + 1))
 
 

@@ -96,9 +96,9 @@ def box():
 
 
 def test_subdivide_refuses_too_many_and_says_what_would_do(cylinder, box):
-    with pytest.raises(MeshingError, match=r"size 1e-07 makes .* hexes, more than max_hexes 999;"):
+    with pytest.raises(MeshingError, match=r"size 1e-07 needs .* hexes, more than max_hexes 999;"):
         stage("subdivide", size=1e-7, max_hexes=999)(cylinder, *box)
-    with pytest.raises(MeshingError, match=r"level 9 makes 1.34e\+08 hexes, .* size") as refusal:
+    with pytest.raises(MeshingError, match=r"level 9 needs 1.34e\+08 hexes, .* size") as refusal:
         stage("subdivide", level=9, max_hexes=999)(cylinder, *box)
     size = float(str(refusal.value).split("; size ")[1].split()[0])
     assert 0.8 * 999 < len(stage("subdivide", size=size, coarse=size)(cylinder, *box).hexes) <= 999

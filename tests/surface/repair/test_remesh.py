@@ -39,5 +39,5 @@ def test_a_part_keeps_its_genus_volume_and_place():
 
 def test_a_sheet_encloses_nothing():
     sheet = TriMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]]))
-    with pytest.raises(InputError, match="enclose nothing"):
+    with pytest.raises(InputError, match="enclose no volume"):
         remesh(sheet, 0.1)

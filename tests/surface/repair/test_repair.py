@@ -129,7 +129,7 @@ def test_the_refusal_names_the_level_that_helps(testdata, name):
     level = "safe" if name in SAFE else "aggressive"
     with pytest.raises(InputError, match=f"; repair={level} makes it usable"):
         read_surface(testdata / "bad" / name)
-    surface, warnings, repair = read_repaired(testdata / "bad" / name, None, level)
+    surface, warnings, repair, _ = read_repaired(testdata / "bad" / name, None, level)
     check_surface(surface)
     assert repair.changes and warnings[0] == repair.sentence()
 
@@ -146,7 +146,7 @@ def test_what_no_repair_helps_is_refused_at_every_level(testdata, name):
     "name", [pytest.param("real_cup_ddpm.obj", marks=pytest.mark.slow), "real_rod_ddpm.obj"]
 )
 def test_crossings_of_published_parts_are_gone(testdata, name):
-    surface, _, repair = read_repaired(testdata / "bad" / name, None, "aggressive")
+    surface, _, repair, _ = read_repaired(testdata / "bad" / name, None, "aggressive")
     before, _ = read_surface(testdata / "bad" / name)
     check_surface(surface)
     assert not len(self_intersections(surface))
