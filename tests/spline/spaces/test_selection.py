@@ -103,7 +103,9 @@ def test_refuses_a_bad_line(tmp_path):
 
 
 def test_refuses_elements_that_do_not_exist():
-    with pytest.raises(InputError, match="contains element 8 of level 0, where there are 8 elements"):
+    with pytest.raises(
+        InputError, match="contains element 8 of level 0, where there are 8 elements"
+    ):
         check_listed([np.array([8])], 8)
     with pytest.raises(InputError, match=r"element 16 of level 1, .* before have 16 children"):
         check_listed([np.array([1, 2]), np.array([16])], 8)
