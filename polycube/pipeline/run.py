@@ -19,7 +19,7 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import check_requests, unmet
 from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Ranking
-from polycube.pipeline import memory
+from polycube.numerics import memory
 from polycube.pipeline.choices import (
     choose,
     drawn_beside,
@@ -40,10 +40,11 @@ from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet
 from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
-from polycube.pipeline.search import Variants, compare, search
+from polycube.pipeline.search import compare, search
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.pipeline.state import RunState
+from polycube.pipeline.variants import Variants
 from polycube.registry import build
 from polycube.structure.labels import nearest_labels
 from polycube.structure.lattice import describe
@@ -247,8 +248,9 @@ class Run:
             has_rival=first > self.acceptance.acceptable,
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
-        for index in [] if kept else drawn_beside(ranked, found):
-            found = compare(found, begin(index))
+        drawn = None if kept else drawn_beside(ranked, found)
+        if drawn is not None:
+            found = compare(found, begin(drawn))
         keep_features(found)
         meet_creases(found, self.creases)
         meet_deviation(found, self.bundle.get("deviation"))

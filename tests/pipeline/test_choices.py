@@ -77,14 +77,14 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
 @pytest.mark.parametrize(
     ("entries", "reaches", "warnings", "expected"),
     [
-        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "b", 1)], 0.8, (), [1]),
-        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.2)], 0.8, (), [2]),
-        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.4)], 0.8, (), [1]),
-        ([("bricks", "a", 1), ("drawn", "d", 5)], 0.8, (), []),  # its score is too bad
-        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, (), []),
-        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, ("far",), [1]),
-        ([("drawn", "d", 1), ("drawn", "e", 1)], 0.8, (), []),
-        ([("bricks", "a", 1)], 0.8, (), []),
+        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "b", 1)], 0.8, (), 1),
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.2)], 0.8, (), 2),
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.4)], 0.8, (), 1),
+        ([("bricks", "a", 1), ("drawn", "d", 5)], 0.8, (), None),  # its score is too bad
+        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, (), None),
+        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, ("far",), 1),
+        ([("drawn", "d", 1), ("drawn", "e", 1)], 0.8, (), None),
+        ([("bricks", "a", 1)], 0.8, (), None),
     ],
 )
 def test_a_drawn_structure_is_meshed_beside_the_one_found(entries, reaches, warnings, expected):

@@ -47,7 +47,8 @@ def read_alone(
     Raises
     ------
     InputError : it did not come to an end
-    OSError : the file can not be opened
+    OSError
+        If the file cannot be opened.
     """
     path.open("rb").close()
     megabytes = path.stat().st_size / 1e6

@@ -112,14 +112,19 @@ def as_open3d(cloud: Cloud) -> PointCloud:
         from open3d.geometry import PointCloud
         from open3d.utility import Vector3dVector
     except (ImportError, OSError) as error:
-        raise MissingPackage(
-            f"point clouds need open3d, which does not load ({error}); on Debian or Ubuntu: "
-            "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
-        ) from error
+        raise without_open3d("point clouds need", error) from error
     made = PointCloud(Vector3dVector(cloud.points.copy()))
     if len(cloud.normals):
         made.normals = Vector3dVector(cloud.normals.copy())
     return made
+
+
+def without_open3d(needed: str, why: object) -> MissingPackage:
+    """Error for a file that needs open3d, if it does not load."""
+    return MissingPackage(
+        f"{needed} open3d, which does not load ({why}); on Debian or Ubuntu: "
+        "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
+    )
 
 
 def _cloud(made: PointCloud) -> Cloud:
