@@ -213,7 +213,7 @@ class Standard(Acceptance):
         return sum(int(each.distance // self.features) for each in self._off(found))
 
     def _shortcomings(self, found: Inspection) -> int:
-        """1 for a poor hex; without CAD faces 1 more each for lost edges and one below `acceptable`."""
+        """1 for a poor worst hex; without CAD faces 1 each for lost edges and not `acceptable`."""
         worst = found.scaled_jacobian
         if len(found.surface.region):
             return int(worst < self.poor_jacobian)

@@ -38,7 +38,7 @@ def reconstruction(report: Json) -> str:
     normals = numbers["neighbours"]
     rows = {
         "points": numbers["given"],
-        "not finite or given twice": numbers["dropped"],
+        "not finite or duplicates": numbers["dropped"],
         "outliers removed": numbers["outliers"],
         "spacing, model units": numbers["spacing"],
         "normals": "those of the file" if normals is None else f"from {normals} neighbours",
