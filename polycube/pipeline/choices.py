@@ -139,15 +139,27 @@ def settled_at(
     return acceptance.excellent if is_close else acceptance.acceptable
 
 
-def drawn_beside(ranked: Sequence[Ranked], found: Variants) -> int | None:
+def can_be_better(found: Variants, acceptance: Acceptance) -> bool:
+    """Whether a drawn structure may have a better mesh than the structure found.
+
+    That is not the case if the mesh found is nearly all bricks, or if its polycube is a box, which
+    no other has fewer bricks than, and its mesh is excellent. For a hex mesh to improve there are
+    no structures.
+    """
+    if not found.start.ranked or is_drawn(found.start):
+        return False
+    polycube = found.start.polycube
+    is_box = polycube is not None and polycube.occupancy.all()
+    limit = acceptance.excellent if is_box else BRICKS
+    return found.reaches < limit or bool(found.taken().verdict.warnings)
+
+
+def drawn_beside(ranked: Sequence[Ranked]) -> int | None:
     """Number of the drawn structure to mesh beside the one found; None if there is none.
 
     Of those with a score similar to that of the best drawn one, it is the one with the fewest full
-    bricks. None also if the mesh found is nearly all bricks or is that of a drawn structure.
+    bricks.
     """
-    is_perfect = found.reaches >= BRICKS and not found.taken().verdict.warnings
-    if is_perfect or is_drawn(found.start):
-        return None
     drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
     near = [i for i in drawn if _is_near(ranked, i)]
     close = [i for i in near if ranked[i].score <= CLOSE * ranked[near[0]].score]
@@ -186,6 +198,11 @@ def is_fine(start: RunState) -> bool:
 def is_drawn(start: RunState) -> bool:
     """Whether the structure that is meshed was drawn by a network without a grid."""
     return bool(start.ranked) and _family(start.ranked[start.chosen]) == DRAWN
+
+
+def has_coarse(ranked: Sequence[Ranked]) -> bool:
+    """Whether one of the structures is coarser than an overlay."""
+    return not all(is_overlay(entry) for entry in ranked)
 
 
 def is_overlay(entry: Ranked) -> bool:

@@ -58,6 +58,7 @@ class Drawn(Structure):
 
     any_grid = True
     needs_network = True
+    late = True
 
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]
