@@ -173,6 +173,19 @@ def _heard(is_alone: bool) -> Iterator[None]:
                 logger.debug("message of a library: %s", line)
 
 
+@contextmanager
+def to_a_reader() -> Iterator[None]:
+    """End the process with exit code 0 if its output is no longer read, as by `--help | head`."""
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the last flush
+        sys.exit(0)
+
+
 def _has_descriptors() -> bool:
     """Whether stdout and stderr are the descriptors 1 and 2: not in notebooks and some tests."""
     try:
