@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import hydra
-from hydra._internal.utils import get_args_parser
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.plugins import Plugins
@@ -18,7 +17,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube import HOME
-from polycube.cli.arguments import quoted
+from polycube.cli.arguments import quoted, split
 from polycube.config import add_sources, plain, refusal
 from polycube.errors import InputError
 from polycube.io import manifest
@@ -68,7 +67,7 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
     """
     arguments = sys.argv[1:] = quoted(sys.argv[1:])
     os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits
-    for word in get_args_parser().parse_known_args(arguments)[1]:
+    for word in split(arguments)[1]:
         if word.startswith("-"):
             name = word.lstrip("-").partition("=")[0]
             raise InputError(f"unknown flag {word}; options are given as {name}=value")
