@@ -87,3 +87,13 @@ def test_a_read_only_disk(on_disk, tmp_path: Path) -> None:
     assert code == 2
     assert said == f"error: cannot write results to {tmp_path}/disk/out: Read-only file system\n"
     assert tree(kept) == {"mine"}
+
+
+@pytest.mark.slow
+def test_a_training_on_a_read_only_disk(on_disk, tmp_path: Path) -> None:
+    prepare = f'mount -o remount,ro "{tmp_path}/disk"'
+    where = f"hydra.run.dir={tmp_path}/disk/out"
+    code, said, kept = on_disk("100k", "train.py", *TRAIN, where, prepare=prepare)
+    assert code == 2
+    assert said == f"error: {tmp_path}/disk/out: Read-only file system\n"
+    assert tree(kept) == {"mine"}

@@ -19,7 +19,7 @@ INFER = ["mesh=example:rod", *FAST, "quiet=true", "order=[meshing,spline]"]
 TRAIN = [*SMALL, "model=points", "model.width=8", "model.blocks=1", "model.slots=2"]
 TRAIN += ["trainer.max_epochs=3", "trainer.check_val_every_n_epoch=3", "ema=0.9"]
 OWN = {"run.log", "config.json", "report.json", NAME}  # differ from run to run
-KILLS = [pytest.param(30, marks=pytest.mark.slow), 2]
+KILLS = 30
 
 
 @pytest.fixture
@@ -47,8 +47,7 @@ def moments(number: int, changes: int, seconds: float) -> Iterator[dict[str, flo
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kills", KILLS)
-def test_inference(kills: int, killed, tmp_path: Path) -> None:
+def test_inference(killed, tmp_path: Path) -> None:
     """In one folder: the files are at last those of a run that nobody killed."""
     program, folder, whole = killed("infer"), tmp_path / "killed", tmp_path / "whole"
     done = program.run(whole, [*INFER, f"output_dir={whole}"])
@@ -56,7 +55,7 @@ def test_inference(kills: int, killed, tmp_path: Path) -> None:
     folder.mkdir()
     (folder / "mine").write_text("mine")
     dead = 0
-    for moment in moments(kills, done.changes, done.seconds):
+    for moment in moments(KILLS, done.changes, done.seconds):
         ended = program.run(folder, [*INFER, f"output_dir={folder}"], **moment)
         assert ended.code in (0, -9), ended.said
         dead += ended.code == -9
@@ -65,7 +64,7 @@ def test_inference(kills: int, killed, tmp_path: Path) -> None:
                 load_stage(folder, Path(name).stem.replace(".", "/"))
             if name.endswith(".json"):
                 json.loads((folder / name).read_text())
-    assert dead >= kills // 2
+    assert dead >= KILLS // 2
     last = program.run(folder, [*INFER, f"output_dir={folder}"])
     assert last.code == 0, last.said
     assert (folder / "mine").read_text() == "mine"
@@ -78,8 +77,7 @@ def test_inference(kills: int, killed, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
-@pytest.mark.parametrize("kills", KILLS)
-def test_training(kills: int, killed, tmp_path: Path) -> None:
+def test_training(killed, tmp_path: Path) -> None:
     """It goes on from its last checkpoint: the weights are those of a training nobody killed."""
     program, folder, whole = killed("train"), tmp_path / "a" / "killed", tmp_path / "b" / "whole"
     done = program.run(whole, [*TRAIN, f"hydra.run.dir={whole}"])
@@ -90,7 +88,7 @@ def test_training(kills: int, killed, tmp_path: Path) -> None:
         again = ["ckpt=last"] if last.is_file() else []
         return program.run(folder, [*TRAIN, *again, f"hydra.run.dir={folder}"], **moment)
 
-    for moment in moments(kills, done.changes, done.seconds):
+    for moment in moments(KILLS, done.changes, done.seconds):
         ended = go_on(**moment)
         assert ended.code in (0, -9), ended.said
         dead += ended.code == -9
@@ -100,7 +98,7 @@ def test_training(kills: int, killed, tmp_path: Path) -> None:
             reached = torch.load(last, weights_only=True)["global_step"]
             assert reached >= step
             step = reached
-    assert dead >= kills // 2
+    assert dead >= KILLS // 2
     ended = go_on()
     assert ended.code == 0, ended.said
     assert {name for name in tree(folder) if name.startswith(".polycube")} == set()
