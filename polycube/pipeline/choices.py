@@ -142,15 +142,14 @@ def settled_at(
 def can_be_better(found: Variants, acceptance: Acceptance) -> bool:
     """Whether a drawn structure may have a better mesh than the structure found.
 
-    That is not the case if the mesh found is nearly all bricks, or if its polycube is a box, which
-    no other has fewer bricks than, and its mesh is excellent. For a hex mesh to improve there are
-    no structures.
+    That is not the case if the mesh found is nearly all bricks, or if its polycube is one brick and
+    the mesh is excellent. For a hex mesh to improve there are no structures.
     """
     if not found.start.ranked or is_drawn(found.start):
         return False
     polycube = found.start.polycube
-    is_box = polycube is not None and polycube.occupancy.all()
-    limit = acceptance.excellent if is_box else BRICKS
+    is_one = polycube is not None and polycube.occupancy.size == 1
+    limit = acceptance.excellent if is_one else BRICKS
     return found.reaches < limit or bool(found.taken().verdict.warnings)
 
 

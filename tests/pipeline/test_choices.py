@@ -76,23 +76,22 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
 
 
 @pytest.mark.parametrize(
-    ("proposal", "is_box", "reaches", "warnings", "expected"),
+    ("proposal", "bricks", "reaches", "warnings", "expected"),
     [
-        ("bricks", False, 0.8, (), True),
-        ("bricks", False, 0.9, (), False),
-        ("bricks", False, 0.9, ("far",), True),
-        ("bricks", True, 0.65, (), False),  # excellent, and nothing is coarser
-        ("bricks", True, 0.55, (), True),
-        ("drawn", False, 0.8, (), False),
-        (None, False, 0.8, (), False),  # a hex mesh to improve
+        ("bricks", 8, 0.8, (), True),
+        ("bricks", 8, 0.9, (), False),
+        ("bricks", 8, 0.9, ("far",), True),
+        ("bricks", 1, 0.65, (), False),  # excellent, and nothing is coarser
+        ("bricks", 1, 0.55, (), True),
+        ("drawn", 8, 0.8, (), False),
+        (None, 8, 0.8, (), False),  # a hex mesh to improve
     ],
 )
-def test_a_drawn_structure_may_be_better(proposal, is_box, reaches, warnings, expected):
-    occupancy = np.array([True, is_box])
+def test_a_drawn_structure_may_be_better(proposal, bricks, reaches, warnings, expected):
     start = SimpleNamespace(
         ranked=[entry(proposal, "a", 1)] if proposal else [],
         chosen=0,
-        polycube=SimpleNamespace(occupancy=occupancy),
+        polycube=SimpleNamespace(occupancy=np.ones((bricks, 1, 1), bool)),
     )
     taken = SimpleNamespace(verdict=SimpleNamespace(warnings=warnings))
     found = SimpleNamespace(start=start, reaches=reaches, taken=lambda: taken)
