@@ -102,6 +102,6 @@ def drawn(run: RunState) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="session")
-def moving(run: RunState) -> dict[str, bytes]:
-    """Strip and animation of the run's denoising, drawn once for all tests."""
-    return denoising(run)
+def moving(drawn: dict[str, bytes]) -> dict[str, bytes]:
+    """Strip and animation of the run's denoising."""
+    return denoising(drawn)

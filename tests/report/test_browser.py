@@ -69,11 +69,10 @@ def window() -> Iterator[browser.Page]:
 
 
 @pytest.fixture(scope="module")
-def written(window, run, report, drawn, moving, tmp_path_factory):
+def written(window, run, report, drawn, tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(html, "pictures", lambda state: drawn)
-        patch.setattr(html, "denoising", lambda state: moving)
         return write_report(folder, run, report)
 
 

@@ -74,7 +74,7 @@ def write_report(
     A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
     """
     drawn = pictures(state) if drawing else {}
-    moving = denoising(state) if drawing else {}
+    moving = denoising(drawn)
     parts = [
         view(state),
         sections.warnings(report),

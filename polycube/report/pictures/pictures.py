@@ -21,18 +21,17 @@ import numpy as np
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.pictures import features, fields, named_sets, proposals, scenes, trajectory
-from polycube.report.pictures.render import Film, Scene
-from polycube.structure.projection import project
+from polycube.report.pictures.render import Picture
 
 logger = logging.getLogger(__name__)
 
 PROCESSES = 2  # number of drawing processes
 
 
-def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
+def makers(state: RunState) -> dict[str, Callable[[], Picture]]:
     """Functions that make each picture of a state; `mode_<number>` and similar ones are films."""
     surface, mesh, spline = state.surface, state.hexes, state.spline
-    found: dict[str, Callable[[], Scene | Film]]
+    found: dict[str, Callable[[], Picture]]
     found = {"input": partial(scenes.input_surface, surface)}
     if state.polycube is not None:
         found["polycube"] = partial(scenes.polycube_faces, state.polycube, state.rough_map)
@@ -54,6 +53,10 @@ def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
             found["sets"] = partial(named_sets.both_sides, mesh)
         if np.ptp(mesh.cell):  # a single primitive is not divided
             found["cells"] = partial(scenes.decomposed, mesh)
+    if state.polycube is not None and state.trajectory is not None:
+        states = partial(trajectory.of, state.polycube, state.trajectory, state.steps)
+        found["denoising_strip"] = lambda: trajectory.Strip(states())
+        found["denoising"] = lambda: trajectory.Animation(states())
     if spline is not None:
         found["spline"] = partial(scenes.spline_boundary, spline)
         if state.solution is not None:
@@ -72,23 +75,13 @@ def pictures(state: RunState) -> dict[str, bytes]:
     return draw(found)
 
 
-def denoising(state: RunState) -> dict[str, bytes]:
-    """`trajectory.png` and `trajectory.gif` if the diffusion model was used, else nothing."""
-    if state.polycube is None or state.trajectory is None:
-        return {}
-    try:
-        regular, _ = project(state.polycube, state.trajectory[-1])
-        shown = trajectory.Trajectory(state.trajectory, regular, state.polycube, state.steps)
-        return {
-            "trajectory.png": trajectory.strip(shown),
-            "trajectory.gif": trajectory.animation(shown),
-        }
-    except Exception as error:
-        logger.warning("no picture of the denoising: %s", error)
-        return {}
+def denoising(drawn: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Files of the denoising among the pictures that were drawn."""
+    files = {"trajectory.png": "denoising_strip", "trajectory.gif": "denoising"}
+    return {file: drawn[name] for file, name in files.items() if name in drawn}
 
 
-def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, bytes]:
+def draw(found: Mapping[str, Picture], seconds: float = 120) -> dict[str, bytes]:
     """PNG of each scene, GIF of each film; failed ones are omitted, with a warning."""
     names = list(found)
     shares = [{name: found[name] for name in names[k::PROCESSES]} for k in range(PROCESSES)]
@@ -97,7 +90,7 @@ def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, b
         return {name: image for share in drawn for name, image in share.items()}
 
 
-def _draw(found: Mapping[str, Scene | Film], seconds: float) -> dict[str, bytes]:
+def _draw(found: Mapping[str, Picture], seconds: float) -> dict[str, bytes]:
     """Images that one process draws."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),

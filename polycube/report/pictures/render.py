@@ -12,7 +12,7 @@ import pickle
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -59,6 +59,37 @@ class Film:
     frames: int = 16
     milliseconds: int = 70  # per frame
 
+    def draw(self, folder: Path, name: str) -> None:
+        """Write an endless GIF on white with a fixed view."""
+        import pyvista
+
+        size = [2 * self.width, 2 * self.width * SIZE[1] // SIZE[0]]
+        plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
+        plotter.renderer.set_background("white")
+        light(plotter)
+        layer = self.layer
+        steps = np.sin(2 * np.pi * np.arange(self.frames) / self.frames).round(9)
+        seen = {}
+        for step in np.unique(steps):
+            plotter.clear_actors()
+            moved = layer.points + step * self.shift
+            _add(plotter, replace(layer, points=moved, line_width=layer.line_width / 2))
+            ends = [layer.points + way * self.shift for way in (-1, 1)]
+            _look(plotter, np.concatenate(ends))
+            seen[step] = shot(plotter)
+        plotter.close()
+        _save_film([seen[step] for step in steps], folder / f"{name}.gif", self.milliseconds)
+
+
+class Drawing(Protocol):
+    """A picture that draws itself."""
+
+    def draw(self, folder: Path, name: str) -> None:
+        """Write one file, `name` with a suffix."""
+
+
+Picture = Scene | Drawing
+
 
 def view() -> np.ndarray:
     """(3, 3) rotation from the model to the eye: right, up, towards the eye."""
@@ -85,17 +116,17 @@ def render(scene: Scene, path: Path) -> None:
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
-    _light(plotter)
+    light(plotter)
     for layer in scene:
         _add(plotter, layer)
     _look(plotter, np.concatenate([layer.points for layer in scene]))
     plotter.enable_anti_aliasing("ssaa")
-    image = _shot(plotter, transparent=True)
+    image = shot(plotter, transparent=True)
     plotter.close()
     _save(image, path)
 
 
-def _shot(plotter: Plotter, transparent: bool = False) -> np.ndarray:
+def shot(plotter: Plotter, transparent: bool = False) -> np.ndarray:
     """(height, width, 3 or 4) uint8 image of the plotter."""
     image = plotter.screenshot(None, transparent_background=transparent, return_img=True)
     if image is None:
@@ -103,7 +134,8 @@ def _shot(plotter: Plotter, transparent: bool = False) -> np.ndarray:
     return np.asarray(image)
 
 
-def _light(plotter: Plotter) -> None:
+def light(plotter: Plotter) -> None:
+    """Add the lights of all pictures."""
     import pyvista
 
     for where, intensity in LIGHTS:
@@ -128,11 +160,11 @@ def _add(plotter: Plotter, layer: Layer) -> None:
     import pyvista
 
     if len(layer.lines):
-        lines = pyvista.PolyData(layer.points, lines=_counted(layer.lines))
+        lines = pyvista.PolyData(layer.points, lines=counted(layer.lines))
         plotter.add_mesh(lines, color=layer.line_colour, line_width=layer.line_width)
     if not len(layer.polygons):
         return
-    mesh = pyvista.PolyData(layer.points, _counted(layer.polygons))
+    mesh = pyvista.PolyData(layer.points, counted(layer.polygons))
     plotter.add_mesh(
         mesh,
         scalars=layer.colours,
@@ -150,7 +182,8 @@ def _add(plotter: Plotter, layer: Layer) -> None:
     )
 
 
-def _counted(cells: np.ndarray) -> np.ndarray:
+def counted(cells: np.ndarray) -> np.ndarray:
+    """Cells in the format of VTK: each after its number of points."""
     return np.insert(cells, 0, cells.shape[1], axis=1).ravel()
 
 
@@ -164,28 +197,6 @@ def _save(image: np.ndarray, path: Path) -> None:
         raise RuntimeError(f"nothing was drawn for {path.name}")
     box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
     few.crop(box).save(path, "PNG", optimize=True)
-
-
-def animate(film: Film, path: Path) -> None:
-    """Write an endless GIF on white with a fixed view."""
-    import pyvista
-
-    size = [2 * film.width, 2 * film.width * SIZE[1] // SIZE[0]]
-    plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
-    plotter.renderer.set_background("white")
-    _light(plotter)
-    layer = film.layer
-    steps = np.sin(2 * np.pi * np.arange(film.frames) / film.frames).round(9)
-    seen = {}
-    for step in np.unique(steps):
-        plotter.clear_actors()
-        moved = layer.points + step * film.shift
-        _add(plotter, replace(layer, points=moved, line_width=layer.line_width / 2))
-        ends = [layer.points + way * film.shift for way in (-1, 1)]
-        _look(plotter, np.concatenate(ends))
-        seen[step] = _shot(plotter)
-    plotter.close()
-    _save_film([seen[step] for step in steps], path, film.milliseconds)
 
 
 def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
@@ -202,12 +213,12 @@ def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
 
 
 def main(folder: Path) -> None:
-    """Draw the scenes of the pickle on stdin to `folder/<name>.png`, films to `<name>.gif`."""
+    """Draw the pictures of the pickle on stdin to `folder/<name>.png`, films to `<name>.gif`."""
     for name, shown in pickle.load(sys.stdin.buffer).items():
         if isinstance(shown, list):
             render(shown, folder / f"{name}.png")
         else:
-            animate(shown, folder / f"{name}.gif")
+            shown.draw(folder, name)
 
 
 if __name__ == "__main__":

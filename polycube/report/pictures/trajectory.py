@@ -7,15 +7,14 @@ same view and scale, and show the edges of the polycube.
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.report.pictures.colours import EDGE, PLACES, SURFACE, ramp, rgb
-from polycube.report.pictures.render import view
-from polycube.report.pictures.spheres import spheres
+from polycube.report.pictures.colours import EDGE, PLACES, SURFACE, ramp
+from polycube.report.pictures.render import counted, light, shot, view
 from polycube.structure.lattice import boundary, edges
 from polycube.structure.projection import project
 from polycube.types import Polycube
@@ -27,7 +26,9 @@ PANEL, FRAME = 330, 360  # pixels across a panel of the strip, and across the an
 MARGIN, LABEL = 14, 40  # pixels around the points, and for a line of labels
 BETWEEN = 20  # frames between the states, distributed by the displacement of the points
 PAUSE, STEP = 800, 70  # milliseconds at a state, and at a frame between
+SAMPLES = 2  # samples along the edge of a pixel
 PALE = 0.7  # share of white in the colour of points on sides that face away
+FAR = "#bcbfc3"  # colour of edges that face away: EDGE with this share of white
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,39 +47,120 @@ class Trajectory:
 
     @property
     def names(self) -> list[str]:
-        """Labels of the stations in TeX."""
+        """Labels of the stations; `_` precedes an index."""
         n = len(self.states) - 1
         known = len(self.steps) == len(self.states)
         between = self.steps[1:-1] if known else [f"({i}/{n})" for i in range(1, n)]
-        return [*(rf"$x_{{{t}}}$" for t in ("T", *between, 0)), "regular"]
+        return [*(f"x_{t}" for t in ("T", *between, 0)), "regular"]
+
+
+def of(polycube: Polycube, states: np.ndarray, steps: tuple[int, ...] = ()) -> Trajectory:
+    """The trajectory of states (S, N, 3) that ends on a polycube."""
+    return Trajectory(states, project(polycube, states[-1])[0], polycube, steps)
 
 
 class Camera:
     """Pictures of a trajectory, `width` pixels across, with a fixed view and scale."""
 
     def __init__(self, trajectory: Trajectory, width: int) -> None:
-        lines, lines_face = _outline(trajectory.polycube)
-        every = np.concatenate([trajectory.stations.reshape(-1, 3), lines.reshape(-1, 3)])
-        seen = every @ view().T
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        self.scale = (width - 2 * MARGIN) / (high - low)[0]
-        self.size = int(self.scale * (high - low)[1]) + 2 * MARGIN, width
-        self.middle = (low + high) / 2
-        along = np.linspace(0, 1, width)[:, None, None]
-        self.lines = (lines[:, 0] * (1 - along) + lines[:, 1] * along).reshape(-1, 3)
-        n, n_lines = len(trajectory.regular), len(self.lines)
-        _, axis = project(trajectory.polycube, trajectory.regular)
-        points = _pale(_place_colours(trajectory.regular), _towards(axis))
-        ink = _pale(np.repeat(rgb((EDGE,)), len(lines), axis=0), lines_face)
-        self.colours = np.concatenate([points, np.tile(ink, (width, 1))])
-        self.radius = np.repeat([0.45 * width / np.sqrt(n), 0.003 * width], [n, n_lines])
+        import pyvista
 
-    def __call__(self, points: np.ndarray) -> np.ndarray:
-        """(height, width, 3) uint8 picture of points (N, 3) and the edges of the polycube."""
-        seen = np.concatenate([points, self.lines]) @ view().T - self.middle
-        height, width = self.size
-        centres = self.scale * seen * [1, -1, 1] + [width / 2, height / 2, 0]
-        return spheres(centres, self.colours, self.radius, self.size)
+        lines, lines_face = _outline(trajectory.polycube)
+        seen = np.concatenate([trajectory.stations.reshape(-1, 3), lines.reshape(-1, 3)]) @ view().T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        scale = (width - 2 * MARGIN) / (high - low)[0]  # pixels for a unit
+        height = int(scale * (high - low)[1]) + 2 * MARGIN
+        size = [SAMPLES * width, SAMPLES * height]
+        self.plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
+        self.plotter.renderer.set_background("white")
+        light(self.plotter)
+        for ends, colour in ((lines[~lines_face], FAR), (lines[lines_face], EDGE)):
+            if len(ends):
+                pairs = np.arange(2 * len(ends)).reshape(-1, 2)
+                drawn = pyvista.PolyData(ends.reshape(-1, 3), lines=counted(pairs))
+                self.plotter.add_mesh(drawn, color=colour, line_width=1.5 * SAMPLES)
+        _, axis = project(trajectory.polycube, trajectory.regular)
+        self.colours = _pale(_place_colours(trajectory.regular), _towards(axis)).astype(np.uint8)
+        self.points = pyvista.PolyData(trajectory.regular.copy())
+        self.points["colour"] = self.colours
+        self.plotter.add_mesh(
+            self.points,
+            scalars="colour",
+            rgb=True,
+            render_points_as_spheres=True,
+            ambient=0.35,
+            point_size=0.9 * SAMPLES * width / np.sqrt(len(trajectory.regular)),
+        )
+        middle = (low + high) / 2 @ view()
+        away = 2 * np.linalg.norm(high - low) * view()[2]
+        self.plotter.renderer.enable_parallel_projection()
+        self.plotter.camera_position = [middle + away, middle, (0, 0, 1)]
+        self.plotter.camera.parallel_scale = height / scale / 2
+        self.plotter.renderer.ResetCameraClippingRange()
+
+    def __call__(self, points: np.ndarray) -> Picture:
+        """Picture of points (N, 3) and the edges of the polycube."""
+        from PIL import Image
+
+        self.points.points = points
+        self.plotter.render()
+        return Image.fromarray(shot(self.plotter)).reduce(SAMPLES)
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """The stations side by side with their labels."""
+
+    trajectory: Trajectory
+
+    def draw(self, folder: Path, name: str) -> None:
+        """Write a PNG file."""
+        from PIL import Image
+
+        camera, names = Camera(self.trajectory, PANEL), self.trajectory.names
+        panels = [camera(points) for points in self.trajectory.stations]
+        camera.plotter.close()
+        whole = Image.new("RGB", (PANEL * len(names), LABEL + panels[0].height), "white")
+        for i, (panel, text) in enumerate(zip(panels, names, strict=True)):
+            whole.paste(panel, (PANEL * i, LABEL))
+            _write(whole, text, (PANEL * i + PANEL // 2, LABEL // 2), size=20)
+        whole.quantize(256).save(folder / f"{name}.png", optimize=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Animation:
+    """The points move in straight lines from station to station."""
+
+    trajectory: Trajectory
+
+    def draw(self, folder: Path, name: str) -> None:
+        """Write an endless GIF file."""
+        from PIL import Image, ImageDraw
+
+        stations, names = self.trajectory.stations, self.trajectory.names
+        camera, share = Camera(self.trajectory, FRAME), FRAME / len(names)
+        height = camera(stations[0]).height
+        line = height + 6
+        ground = Image.new("RGB", (FRAME, height + LABEL), "white")
+        ImageDraw.Draw(ground).line([share / 2, line, FRAME - share / 2, line], SURFACE, 2)
+        for k, text in enumerate(names):
+            _write(ground, text, (int(share * (k + 0.5)), line + 20), size=14)
+        frames = []
+        times = _times(stations)
+        for time in times:
+            i = min(int(time), len(stations) - 2)
+            frame = ground.copy()
+            points = stations[i] + (time - i) * (stations[i + 1] - stations[i])
+            frame.paste(camera(points), (0, 0))
+            x = share * (time + 0.5)
+            ImageDraw.Draw(frame).ellipse([x - 5, line - 5, x + 5, line + 5], EDGE)
+            frames.append(frame)
+        camera.plotter.close()
+        palette = frames[-1].quantize(64)
+        frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+        wait = [PAUSE if time == int(time) else STEP for time in times]
+        path = folder / f"{name}.gif"
+        frames[0].save(path, save_all=True, append_images=frames[1:], duration=wait, loop=0)
 
 
 def _outline(polycube: Polycube) -> tuple[np.ndarray, np.ndarray]:
@@ -110,51 +192,6 @@ def _place_colours(regular: np.ndarray) -> np.ndarray:
     return ramp(place[:, longest], PLACES) * light
 
 
-def strip(trajectory: Trajectory) -> bytes:
-    """PNG: the stations side by side with their labels."""
-    from PIL import Image
-
-    camera = Camera(trajectory, PANEL)
-    names = trajectory.names
-    whole = Image.new("RGB", (PANEL * len(names), LABEL + camera.size[0]), "white")
-    for i, (points, name) in enumerate(zip(trajectory.stations, names, strict=True)):
-        whole.paste(Image.fromarray(camera(points)), (PANEL * i, LABEL))
-        _write(whole, name, (PANEL * i + PANEL // 2, LABEL // 2), size=20)
-    file = io.BytesIO()
-    whole.quantize(256).save(file, "PNG", optimize=True)
-    return file.getvalue()
-
-
-def animation(trajectory: Trajectory) -> bytes:
-    """Endless GIF: the points move in straight lines from station to station."""
-    from PIL import Image, ImageDraw
-
-    stations, names = trajectory.stations, trajectory.names
-    camera = Camera(trajectory, FRAME)
-    height, share = camera.size[0], FRAME / len(names)
-    line = height + 6
-    ground = Image.new("RGB", (FRAME, height + LABEL), "white")
-    ImageDraw.Draw(ground).line([share / 2, line, FRAME - share / 2, line], SURFACE, 2)
-    for k, name in enumerate(names):
-        _write(ground, name, (int(share * (k + 0.5)), line + 20), size=14)
-    frames = []
-    times = _times(stations)
-    for time in times:
-        i = min(int(time), len(stations) - 2)
-        points = stations[i] + (time - i) * (stations[i + 1] - stations[i])
-        frame = ground.copy()
-        frame.paste(Image.fromarray(camera(points)), (0, 0))
-        x = share * (time + 0.5)
-        ImageDraw.Draw(frame).ellipse([x - 5, line - 5, x + 5, line + 5], EDGE)
-        frames.append(frame)
-    palette = frames[-1].quantize(64)
-    frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    file = io.BytesIO()
-    wait = [PAUSE if time == int(time) else STEP for time in times]
-    frames[0].save(file, "GIF", save_all=True, append_images=frames[1:], duration=wait, loop=0)
-    return file.getvalue()
-
-
 def _times(stations: np.ndarray) -> list[float]:
     """Times of the frames in stations, denser where the points move more."""
     way = np.linalg.norm(np.diff(stations, axis=0), axis=-1).mean(axis=1)
@@ -166,13 +203,12 @@ def _times(stations: np.ndarray) -> list[float]:
 
 
 def _write(image: Picture, name: str, middle: tuple[int, int], size: int) -> None:
-    """Write TeX into a Pillow image."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.mathtext import math_to_image
-    from PIL import Image
+    """Write a name into an image, with what follows `_` as its index."""
+    from PIL import ImageDraw, ImageFont
 
-    file = io.BytesIO()
-    font = FontProperties(size=size, family="serif", math_fontfamily="cm")
-    math_to_image(name, file, prop=font, dpi=72, format="png", color=EDGE)
-    text = Image.open(file).convert("RGB")
-    image.paste(text, (middle[0] - text.width // 2, middle[1] - text.height // 2))
+    word, _, index = name.partition("_")
+    large, small = (ImageFont.load_default(each) for each in (size, 0.7 * size))
+    draw, (x, y) = ImageDraw.Draw(image), middle
+    left = x - (large.getlength(word) + small.getlength(index)) / 2
+    draw.text((left, y), word, EDGE, large, anchor="lm")
+    draw.text((left + large.getlength(word), y + 0.3 * size), index, EDGE, small, anchor="lm")

@@ -70,11 +70,10 @@ def folder(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page(run, report, drawn, moving, folder: Path) -> str:
+def page(run, report, drawn, folder: Path) -> str:
     (folder / "hex.vtu").write_text("")
     with pytest.MonkeyPatch.context() as patch:  # the pictures of this run, already drawn
         patch.setattr(html, "pictures", lambda state: drawn)
-        patch.setattr(html, "denoising", lambda state: moving)
         return write_report(folder, run, report).read_text(encoding="utf-8")
 
 

@@ -22,12 +22,12 @@ def pixels(png: bytes) -> np.ndarray:
 
 def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
     names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "deviation", "sets"}
-    assert set(drawn) == names | {"spline", "mode_6", "mode_7"}
+    assert set(drawn) == names | {"spline", "mode_6", "mode_7", "denoising", "denoising_strip"}
 
 
 def test_pictures_are_cropped_and_transparent_around(drawn) -> None:
     for name, png in drawn.items():
-        if name.startswith("mode"):
+        if name.startswith(("mode", "denoising")):
             continue
         alpha = pixels(png)[..., 3]
         assert alpha.min() == 0 and alpha.max() == 1, name
