@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from polycube.types import Json
 
 N_FREQUENCIES = 3  # number of frequencies in a sentence
@@ -60,6 +62,30 @@ def megapascal(value: float) -> str:
 def number(value: float) -> str:
     """Format with four digits, or with all digits before the point."""
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+
+
+def text(value: object) -> str:
+    """A number for reading: 12 345, 0.3142; yes and no; – for None; other values as they are."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    large = isinstance(value, float | np.floating) and 1e4 <= abs(value) < 1e9
+    if large or isinstance(value, int | np.integer):
+        return f"{value:,.0f}".replace(",", "\u202f")
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def frequency(value: float, unit: str) -> str:
+    """A frequency in Hz, kHz or MHz."""
+    if unit == "Hz" and value >= 1e4:
+        return f"{value / 1e6:.4g} MHz" if value >= 1e6 else f"{value / 1e3:.4g} kHz"
+    return f"{text(value)} {unit}".strip()
+
+
+def sentence(words: str) -> str:
+    """The words with a capital letter and a full stop."""
+    return words[:1].upper() + words[1:].rstrip(".") + "."
 
 
 def largest(static: Json) -> str:

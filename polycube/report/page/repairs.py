@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from html import escape
+from markupsafe import Markup
 
-from polycube.report.page.markup import facts, section
+from polycube.report.page.templates import NOTHING, element
 from polycube.types import Json
 
 
-def repairs(report: Json) -> str:
+def repairs(report: Json) -> Markup:
     """The changes in order, and the displacement of the surface; empty if there are none."""
     numbers = report.get("repair")
     if not numbers:
-        return ""
-    changes = "".join(f"<li>{escape(change)}</li>" for change in numbers["changes"])
-    told = f"<ul>{changes}</ul>" if changes else "<p>There was nothing to repair.</p>"
+        return NOTHING
     before, after = numbers["volume_before"], numbers["volume_after"]
     rows = {
         "level": numbers["level"],
@@ -27,14 +25,14 @@ def repairs(report: Json) -> str:
         "volume change, %": 100 * (after / before - 1) if before else None,
         "cells of the rebuilt surface": numbers["cell"],
     }
-    return section("repair", "Repair", told, facts(rows))
+    return element("repairs.html", "repair", numbers["changes"], rows)
 
 
-def reconstruction(report: Json) -> str:
+def reconstruction(report: Json) -> Markup:
     """How the surface was made of a point cloud; empty where the input was a surface."""
     numbers = report.get("points")
     if not numbers:
-        return ""
+        return NOTHING
     normals = numbers["neighbours"]
     rows = {
         "points": numbers["given"],
@@ -52,4 +50,4 @@ def reconstruction(report: Json) -> str:
         "area without points, %": 100 * numbers["made_up"],
         "points added there": numbers["added"],
     }
-    return section("points", "Surface of the point cloud", facts(rows))
+    return element("repairs.html", "points", rows)

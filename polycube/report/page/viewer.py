@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import base64
-import json
 import zlib
 from collections.abc import Sequence
-from pathlib import Path
-from string import Template
 
 import numpy as np
+from markupsafe import Markup
 
 from polycube.hexmesh.connectivity import FACES, neighbours, quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.page.markup import gradient, show, swatches
+from polycube.report.page.templates import NOTHING, render, show
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
 from polycube.report.pictures.features import lost_segments
 from polycube.report.pictures.named_sets import memberships, quad_colours, set_colours
 from polycube.report.pictures.render import view
 from polycube.types import HexMesh, Json, TriMesh
 
-_HERE = Path(__file__).parent
 # number of hexes up to which all are shown; above, only those on the boundary and the worst
 WHOLE = 60_000
 WORST = 1_000  # number of hexes with the smallest scaled Jacobian that are always shown
@@ -36,7 +33,7 @@ def viewer(
     surface: TriMesh | None = None,
     context: Sequence[str | None] = (),
     filled: str = PRIMITIVE,
-) -> str:
+) -> Markup:
     """Markup of the 3D view; empty if more than `MOST` hexes would be shown.
 
     For a mesh of more than `WHOLE` hexes, the page has those with a face on the boundary and the
@@ -49,7 +46,7 @@ def viewer(
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     shown = _shown(mesh, quality)
     if len(shown) > MOST:
-        return ""
+        return NOTHING
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     size = float(np.linalg.norm(high - low))
     used, hexes = np.unique(mesh.hexes[shown], return_inverse=True)
@@ -93,15 +90,8 @@ def viewer(
         "primitive": primitive,
         "data": base64.b64encode(packed).decode(),
     }
-    box = '<label class="lost"><input name="lost" type="checkbox" checked> lost features</label>'
-    legends = _legends(mesh, data, surface is not None, filled)
-    choices = "".join(f'<option value="{key}">{title}</option>' for key, (title, _) in legends)
-    return Template((_HERE / "viewer.html").read_text(encoding="utf-8")).substitute(
-        data=json.dumps(data).replace("<", "\\u003c"),
-        script=(_HERE / "viewer.js").read_text(encoding="utf-8"),
-        choices=choices,
-        lost=box if len(lost) else "",
-        legends="".join(f'<div data-colour="{key}">{bar}</div>' for key, (_, bar) in legends),
+    return render(
+        "viewer.html", data=data, legends=_legends(mesh, data, surface is not None, filled)
     )
 
 
@@ -124,30 +114,34 @@ def _steps(values: np.ndarray) -> np.ndarray:
     return np.diff(values, axis=0, prepend=np.zeros_like(values[:1])).astype("<i4")
 
 
-def _legends(
-    mesh: HexMesh, data: Json, has_distance: bool, filled: str
-) -> list[tuple[str, tuple[str, str]]]:
-    """Key, title and legend of each colouring."""
+def _legends(mesh: HexMesh, data: Json, has_distance: bool, filled: str) -> dict[str, Json]:
+    """Title of each colouring, with the ends of its colour bar or the names of its colours."""
     cells, names = np.unique(mesh.cell).tolist(), data["names"]
-    found = {"quality": ("scaled Jacobian", gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1"))}
+    found: dict[str, Json] = {
+        "quality": _bar("scaled Jacobian", QUALITY_COLOURS, "0 scaled Jacobian", "1")
+    }
     if has_distance:
         far = f"{show(data['farthest'])} model units from the input"
-        found["distance"] = ("distance from the input", gradient(DEVIATION_COLOURS, "0", far))
+        found["distance"] = _bar("distance from the input", DEVIATION_COLOURS, "0", far)
     if len(cells) > 1 and filled == PRIMITIVE:
-        named = cells[:N_NAMED]
-        more = f", and {len(cells) - N_NAMED} more" if len(cells) > N_NAMED else ""
-        colours = [CELLS[cell % len(CELLS)] for cell in named]
-        found["cell"] = ("grid cell", swatches([str(c) for c in named], colours) + more)
-    coloured = _named_colours(mesh)
+        named = [(str(cell), CELLS[cell % len(CELLS)]) for cell in cells]
+        found["cell"] = _named("grid cell", named, N_NAMED)
+    coloured = [(name, colour) for colour, name in _named_colours(mesh).items()]
     if coloured:
-        more = f", and {len(coloured) - N_SETS} more" if len(coloured) > N_SETS else ""
-        shown = list(coloured.items())[:N_SETS]
-        legend = swatches([name for _, name in shown], [colour for colour, _ in shown])
-        found["set"] = ("named set", legend + more)
+        found["set"] = _named("named set", coloured, N_SETS)
     if len(names) > 1:
-        colours = [CELLS[i % len(CELLS)] for i in range(len(names))]
-        found["primitive"] = (filled, swatches(names, colours))
-    return list(found.items())
+        named = [(name, CELLS[i % len(CELLS)]) for i, name in enumerate(names)]
+        found["primitive"] = _named(filled, named, len(named))
+    return found
+
+
+def _bar(title: str, stops: Sequence[str], low: str, high: str) -> Json:
+    return {"title": title, "stops": stops, "low": low, "high": high}
+
+
+def _named(title: str, named: list[tuple[str, str]], most: int) -> Json:
+    more = f", and {len(named) - most} more" if len(named) > most else ""
+    return {"title": title, "named": named[:most], "more": more}
 
 
 def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str], list[int]]:

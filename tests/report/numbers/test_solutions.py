@@ -9,6 +9,7 @@ from polycube.io.bezier import write_solution
 from polycube.pipeline.state import RunState
 from polycube.registry import build
 from polycube.report.numbers import solutions, words
+from polycube.report.page import solutions as page
 from polycube.report.pictures import fields
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.pictures import pictures
@@ -83,7 +84,7 @@ def test_badly_shaped_elements_are_told(bar, bent):
     [caution] = words.cautions(told)
     assert caution.startswith("the stress in 3 elements is ignored, because their shape is too bad")
     state = RunState(TETRAHEDRON, spline=bar, solution=bent)
-    assert "The stress in 3 elements is ignored" in solutions.section_of(state, told, {})
+    assert "The stress in 3 elements is ignored" in page.solution(state, told, {})
 
 
 def test_modes_and_potentials_are_told_in_sentences(bar, warm):
@@ -109,7 +110,7 @@ def test_numbers_of_a_warm_bar(bar, warm):
 def page_of(spline, solution):
     state = RunState(TETRAHEDRON, spline=spline, solution=solution)
     told = solutions.numbers(spline, solution)
-    return solutions.section_of(state, told, {}), solutions.tile(told)
+    return page.solution(state, told, {}), solutions.tile(told)
 
 
 def test_page_tells_reactions_and_flows(bar, pulled, warm):
@@ -119,7 +120,7 @@ def test_page_tells_reactions_and_flows(bar, pulled, warm):
     text, tile = page_of(bar, warm)
     assert "<td>x_min</td><td>-0.25</td>" in text
     assert tile == {"u": "10 to 30"}
-    assert solutions.section_of(RunState(TETRAHEDRON), {}, {}) == "" and solutions.tile({}) == {}
+    assert page.solution(RunState(TETRAHEDRON), {}, {}) == "" and solutions.tile({}) == {}
 
 
 def test_scenes_move_and_colour_the_solid(bar, pulled, warm):

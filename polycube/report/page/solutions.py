@@ -1,0 +1,84 @@
+"""The section of the solution: modes, static deformation, potential."""
+
+from __future__ import annotations
+
+from markupsafe import Markup
+
+from polycube.pipeline.state import RunState
+from polycube.report.numbers.words import beside, cautions, frequency, largest, megapascal, sentence
+from polycube.report.page.templates import NOTHING, Pictures, element
+from polycube.report.pictures.fields import exaggeration, first_elastic
+from polycube.types import Deformation, Json, Modes, Potential, Spline
+
+TEMPLATE = "solutions.html"
+
+
+def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:
+    """The section of the solution; empty if there is none."""
+    found = state.solution
+    if isinstance(found, Modes):
+        return _modes(found, pictures)
+    if isinstance(found, Deformation) and state.spline is not None:
+        return _static(state.spline, found, report["static"], pictures)
+    if isinstance(found, Potential):
+        return _poisson(report["poisson"], pictures)
+    return NOTHING
+
+
+def _modes(found: Modes, pictures: Pictures) -> Markup:
+    """Frequencies, and animations of the first elastic modes."""
+    units = dict(found.units)
+    unit = units.get("frequency", "")
+    first = first_elastic(found) if found.rigid else 0
+    rows = [
+        {
+            "mode": i + 1,
+            "omega squared": float(value),
+            f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
+            "": "rigid motion" if i < first else "",
+        }
+        for i, value in enumerate(found.eigenvalues)
+    ]
+    shown = [
+        (pictures.get(f"mode_{i}"), f"Mode {i + 1}: {frequency(found.frequency[i], unit)}")
+        for i in range(len(rows))
+    ]
+    about = {"mass": float(found.mass), "units": units or None}
+    return element(TEMPLATE, "modes", shown, rows, about)
+
+
+def _static(spline: Spline, found: Deformation, told: Json, pictures: Pictures) -> Markup:
+    """The deformed solid, the largest values with their places, and the reactions."""
+    times = exaggeration(spline.extraction @ spline.control, told["max_displacement"])
+    caption = f"Displacement drawn {times:.3g} times as large; von Mises stress."
+    rows = [
+        {"at": row["at"], **{f"{axis}, N": row["force"][i] for i, axis in enumerate("xyz")}}
+        for row in [*told["reactions"], {"at": "loads", "force": told["load"]}]
+    ]
+    about = {
+        f"largest displacement, {found.units['length']}": told["max_displacement"],
+        "at": told["max_displacement_at"],
+        "largest von Mises stress": largest(told),
+        "there at": told["max_von_mises_at"],
+        "on": told["max_von_mises_on"] or None,
+        "estimated error of the stress field": told["stress_error"],
+        "strain energy, J": told["strain_energy"],
+        "mass, kg": told["mass"],
+    }
+    notes = [sentence(said) for said in (*beside(told), *cautions({"static": told}))]
+    most = megapascal(told["max_von_mises"])
+    return element(TEMPLATE, "static", pictures.get("static"), caption, most, about, notes, rows)
+
+
+def _poisson(told: Json, pictures: Pictures) -> Markup:
+    """u on the surface, and the flow through each support."""
+    rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in told["flows"]]
+    rows.append({"at": "sources and given fluxes", "into the solid, W": told["supplied"]})
+    about = {
+        "u": [told["min_u"], told["max_u"]],
+        "largest at": told["max_u_at"],
+        "largest flux, W/m^2": told["max_flux"],
+        "there at": told["max_flux_at"],
+    }
+    ends = told["min_u"], told["max_u"]
+    return element(TEMPLATE, "poisson", pictures.get("poisson"), ends, about, rows)
