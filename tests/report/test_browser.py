@@ -72,7 +72,7 @@ def window() -> Iterator[browser.Page]:
 def written(window, run, report, drawn, moving, tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(html, "pictures", lambda state: drawn)
+        patch.setattr(html, "pictures", lambda *state: drawn)
         patch.setattr(html, "denoising", lambda state: moving)
         return write_report(folder, run, report)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.analysis.recovery import samples
-from polycube.report.numbers.words import frequency, largest, text
+from polycube.report.numbers.words import frequency, largest, place_words, text
 from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 
@@ -73,18 +73,36 @@ def _largest(spline: Spline, name: str, values: np.ndarray) -> dict[str, object]
     return {f"max_{name}": float(values.max()), f"max_{name}_at": at.tolist()}
 
 
-def tile(report: Json) -> dict[str, str | None]:
-    """The main number of the solution for the top of the page, by name."""
+N_FREQUENCIES = 3  # number of frequencies at the top of the page
+
+
+def tiles(report: Json) -> dict[str, tuple[str, str]]:
+    """The main numbers of the solution for the top of the page: value and note by name."""
     if "modes" in report:
-        found = report["modes"]
-        elastic = found["frequency_hz"][found.get("rigid", 6) :]
-        unit = found.get("units", {}).get("frequency", "")
-        first = frequency(elastic[0], unit) if elastic else None
-        return {"first elastic frequency": first}
+        return _frequencies(report["modes"])
     if "static" in report:
         found = report["static"]
-        return {"largest von Mises stress": largest(found)}
+        unit = found.get("units", {}).get("length", "")
+        moved = f"{text(found['max_displacement'])} {unit}"
+        place = f"at {place_words(found['max_von_mises_at'])}"
+        on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
+        return {
+            "largest displacement": (moved, f"at {place_words(found['max_displacement_at'])}"),
+            "largest von Mises stress": (largest(found), place + on),
+        }
     if "poisson" in report:
         found = report["poisson"]
-        return {"u": f"{text(found['min_u'])} to {text(found['max_u'])}"}
+        unit = found.get("units", {})
+        flux = f"{text(found['max_flux'])} {unit.get('flux', '')}"
+        ends = f"{text(found['min_u'])} to {text(found['max_u'])} {unit.get('u', '')}"
+        return {"u": (ends.strip(), f"largest flux {flux}".strip())}
     return {}
+
+
+def _frequencies(modes: Json) -> dict[str, tuple[str, str]]:
+    rigid, unit = modes.get("rigid", 6), modes.get("units", {}).get("frequency", "")
+    elastic = [frequency(f, unit) for f in modes["frequency_hz"][rigid:][:N_FREQUENCIES]]
+    if not elastic:
+        return {}
+    note = f"then {', '.join(elastic[1:])}" if elastic[1:] else ""
+    return {"first elastic frequency": (elastic[0], note)}

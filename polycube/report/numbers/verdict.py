@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from polycube.io.step import STEP
 from polycube.report.numbers import solutions
 from polycube.report.numbers.quality import SPLINE_APART
 from polycube.report.numbers.words import sentence, text
@@ -16,6 +17,7 @@ GOOD_WORDS = (
 )
 SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}
 
+UNKNOWN = "model units"  # length unit of a part without analysis
 
 # limits for reports without those of the acceptance
 LIMITS = {"poor_jacobian": 0.2, "distance_limit": 0.05, "far_volume": 0.04}
@@ -154,9 +156,8 @@ def _spline(report: Json) -> list[Tile]:
 
 
 def _solution(report: Json) -> list[Tile]:
-    return [
-        Tile(value, name) for name, value in solutions.tile(report).items() if value is not None
-    ]
+    found = solutions.tiles(report)
+    return [Tile(value, name, note) for name, (value, note) in found.items()]
 
 
 TILES = (_worst, _features, _count, _distance, _volume, _spline, _solution)
@@ -173,17 +174,35 @@ def length_unit(report: Json) -> str:
         unit = report.get(name, {}).get("units", {}).get("length")
         if unit:
             return str(unit)
-    return "model units"
+    return str((report.get("config", {}).get("analysis") or {}).get("units") or UNKNOWN)
 
 
-def subtitle(report: Json) -> str:
-    """Size and time of the run in one line of plain text."""
-    words, box = [], report.get("input", {}).get("bbox")
-    if box:
-        low, high = box
-        size = " × ".join(text(b - a) for a, b in zip(low, high, strict=True))
-        words.append(f"{size} {length_unit(report)}")
+def about(report: Json) -> dict[str, str | None]:
+    """Size, unit, origin and time of a run, by name; None where unknown."""
+    found, made = report.get("input", {}), report.get("made", {})
     spent = sum(report.get("seconds", {}).values())
-    if spent:
-        words.append(f"{spent:.1f} s of work")
-    return " · ".join(words)
+    version = report.get("version")
+    return {
+        "size": _size(found.get("bbox"), length_unit(report)),
+        "length unit": _unit(report),
+        "file": found.get("path"),
+        "date": made.get("date", "").replace("T", " ") or None,
+        "made by": f"polycube {version}, seed {report.get('seed')}" if version else None,
+        "machine": made.get("machine"),
+        "time of the stages": f"{spent:.1f} s" if spent else None,
+    }
+
+
+def _size(box: list[list[float]] | None, unit: str) -> str | None:
+    if not box:
+        return None
+    sides = [text(high - low) for low, high in zip(*box, strict=True)]
+    return f"{' × '.join(sides)} {unit}"
+
+
+def _unit(report: Json) -> str:
+    """The length unit, and where it comes from."""
+    unit, path = length_unit(report), str(report.get("input", {}).get("path", ""))
+    if unit == UNKNOWN:
+        return "unknown"
+    return unit if path.lower().endswith(STEP) else f"{unit}, by analysis.units, not by the file"

@@ -21,14 +21,14 @@ def sentences(report: Json) -> Iterator[str]:
             yield f"lowest elastic frequencies {', '.join(map(number, elastic))} Hz"
     elif "static" in report:
         found = report["static"]
-        unit, place = found["units"]["length"], _place(found["max_displacement_at"])
+        unit, place = found["units"]["length"], place_words(found["max_displacement_at"])
         yield f"largest displacement {number(found['max_displacement'])} {unit} at {place}"
-        place, on = _place(found["max_von_mises_at"]), found["max_von_mises_on"]
+        place, on = place_words(found["max_von_mises_at"]), found["max_von_mises_on"]
         yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")
         yield from beside(found)
     elif "poisson" in report:
         found = report["poisson"]
-        unit, place = found["units"], _place(found["max_flux_at"])
+        unit, place = found["units"], place_words(found["max_flux_at"])
         yield f"u from {number(found['min_u'])} to {number(found['max_u'])} {unit['u']}"
         yield f"largest flux {number(found['max_flux'])} {unit['flux']} at {place}"
 
@@ -38,7 +38,7 @@ def beside(static: Json) -> Iterator[str]:
     other = static["singular"]
     if other:
         yield (
-            f"near a {other['what']}, at {_place(other['at'])}, the stress is "
+            f"near a {other['what']}, at {place_words(other['at'])}, the stress is "
             f"{megapascal(other['von_mises'])}; it is unbounded there and grows as the mesh is "
             "refined"
         )
@@ -94,6 +94,7 @@ def largest(static: Json) -> str:
     return megapascal(value) + (f" ± {error / 1e6:.2g}" if error > VISIBLE * value else "")
 
 
-def _place(at: Sequence[float]) -> str:
+def place_words(at: Sequence[float]) -> str:
+    """Coordinates with as many digits as their size needs."""
     size = max(*map(abs, at), 1e-300)
     return f"({', '.join(f'{round(x / size, 6) * size + 0.0:.4g}' for x in at)})"

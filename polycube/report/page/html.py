@@ -13,6 +13,7 @@ from polycube import __version__
 from polycube.io import manifest
 from polycube.pipeline.state import RunState
 from polycube.report.citation import bibtex
+from polycube.report.numbers.problem import problem_of
 from polycube.report.page import sections
 from polycube.report.page.features import features
 from polycube.report.page.header import header
@@ -20,7 +21,7 @@ from polycube.report.page.hex_counts import hex_counts
 from polycube.report.page.hexes import hexes
 from polycube.report.page.repairs import reconstruction, repairs
 from polycube.report.page.sets import sets
-from polycube.report.page.solutions import solution
+from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, element, render
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.types import Json
@@ -71,7 +72,7 @@ def write_report(
 
     A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
     """
-    drawn = pictures(state) if drawing else {}
+    drawn = pictures(state, problem_of(report.get("config", {}))) if drawing else {}
     moving = denoising(state) if drawing else {}
     parts = [
         sections.view(state),
@@ -81,6 +82,7 @@ def write_report(
         features(report, drawn),
         sets(state, report, drawn),
         sections.spline(state, report, drawn),
+        problem(report, drawn),
         solution(state, report, drawn),
         sections.surface(state, report, drawn),
         reconstruction(report),
@@ -93,7 +95,7 @@ def write_report(
     ]
     name = Path(str(report.get("input", {}).get("path", "part"))).name
     body = Markup("\n").join(filter(None, parts))
-    text = page(name, body, header(report), f"seed {report.get('seed', '')}")
+    text = page(name, body, header(report, drawn.get("hex")), f"seed {report.get('seed', '')}")
     with manifest.writing(folder) as scratch:
         for name, image in moving.items():
             (scratch / name).write_bytes(image)

@@ -1,4 +1,4 @@
-"""The section of the solution: modes, static deformation, potential."""
+"""The sections of the problem and of its solution: modes, static deformation, potential."""
 
 from __future__ import annotations
 
@@ -11,6 +11,20 @@ from polycube.report.pictures.fields import exaggeration, first_elastic
 from polycube.types import Deformation, Json, Modes, Potential, Spline
 
 TEMPLATE = "solutions.html"
+
+
+def problem(report: Json, pictures: Pictures) -> Markup:
+    """Material, supports and loads in words and as symbols; empty if they are not known."""
+    found = report.get("problem")
+    if not found:
+        return NOTHING
+    area = f"area, {found['units']}²"
+    rows = [
+        {"": kind.removesuffix("s"), "what": row["words"], "quads": row["quads"], area: row["area"]}
+        for kind in ("supports", "loads")
+        for row in found[kind]
+    ]
+    return element(TEMPLATE, "problem", pictures.get("problem"), found["material"], rows)
 
 
 def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:

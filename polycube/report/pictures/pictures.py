@@ -17,17 +17,31 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.analysis.problem import Problem
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.pictures import features, fields, named_sets, proposals, scenes, trajectory
+from polycube.report.pictures import (
+    features,
+    fields,
+    loads,
+    named_sets,
+    proposals,
+    scenes,
+    trajectory,
+)
 from polycube.report.pictures.render import Film, Scene
 from polycube.structure.projection import project
 
 logger = logging.getLogger(__name__)
 
 
-def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
-    """Functions that make each picture of a state; `mode_<number>` and similar ones are films."""
+def makers(
+    state: RunState, problem: Problem | None = None
+) -> dict[str, Callable[[], Scene | Film]]:
+    """Functions that make each picture of a state; `mode_<number>` and similar ones are films.
+
+    problem : supports and loads of the solution, if they are known
+    """
     surface, mesh, spline = state.surface, state.hexes, state.spline
     found: dict[str, Callable[[], Scene | Film]]
     found = {"input": partial(scenes.input_surface, surface)}
@@ -55,13 +69,15 @@ def makers(state: RunState) -> dict[str, Callable[[], Scene | Film]]:
         found["spline"] = partial(scenes.spline_boundary, spline)
         if state.solution is not None:
             found |= fields.makers(spline, state.solution)
+            if problem is not None and mesh is not None:
+                found["problem"] = partial(loads.supports_and_loads, mesh, problem)
     return found
 
 
-def pictures(state: RunState) -> dict[str, bytes]:
+def pictures(state: RunState, problem: Problem | None = None) -> dict[str, bytes]:
     """PNG of all results in the state, GIF of animations."""
     found = {}
-    for name, make in makers(state).items():
+    for name, make in makers(state, problem).items():
         try:
             found[name] = make()
         except Exception as error:

@@ -73,7 +73,7 @@ def folder(tmp_path_factory) -> Path:
 def page(run, report, drawn, moving, folder: Path) -> str:
     (folder / "hex.vtu").write_text("")
     with pytest.MonkeyPatch.context() as patch:  # the pictures of this run, already drawn
-        patch.setattr(html, "pictures", lambda state: drawn)
+        patch.setattr(html, "pictures", lambda *state: drawn)
         patch.setattr(html, "denoising", lambda state: moving)
         return write_report(folder, run, report).read_text(encoding="utf-8")
 
@@ -114,7 +114,7 @@ def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path
     }
     state = RunState(run.surface, polycube=run.polycube)
     monkeypatch.setattr(
-        html, "pictures", lambda state: {name: drawn[name] for name in ("input", "polycube")}
+        html, "pictures", lambda *state: {name: drawn[name] for name in ("input", "polycube")}
     )
     page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
     outline = Outline(page)
