@@ -104,8 +104,10 @@ def _distance(report: Json) -> list[Tile]:
     if None in both:
         return []
     notes, diagonal = [], numbers.get("deviation", {}).get("diagonal")
+    value = f"{100 * max(both):.2f} % of the diagonal"
     if diagonal:
-        notes.append(f"{text(max(both) * diagonal)} {length_unit(report)}")
+        notes.append(value)
+        value = f"{text(max(both) * diagonal)} {length_unit(report)}"
     p99 = [numbers.get(f"{way}_p99") for way in ways]
     if None not in p99:
         notes.append(f"99 % of the points within {100 * max(p99):.2g} %")
@@ -113,7 +115,6 @@ def _distance(report: Json) -> list[Tile]:
     notes.append(f"limit {100 * limit:g} %")
     is_far = any("apart" in reason or "largest distance" in reason for reason in reasons(report))
     mark = BAD if max(both) >= limit else DOUBTFUL if is_far else GOOD
-    value = f"{100 * max(both):.2f} % of the diagonal"
     return [Tile(value, "largest distance from the input", "; ".join(notes), mark)]
 
 
@@ -185,12 +186,16 @@ def about(report: Json) -> dict[str, str | None]:
     return {
         "size": _size(found.get("bbox"), length_unit(report)),
         "length unit": _unit(report),
-        "file": found.get("path"),
-        "date": made.get("date", "").replace("T", " ") or None,
+        "date": _date(made.get("date", "")) or None,
         "made by": f"polycube {version}, seed {report.get('seed')}" if version else None,
         "machine": made.get("machine"),
         "time of the stages": f"{spent:.1f} s" if spent else None,
     }
+
+
+def _date(written: str) -> str:
+    """2026-01-31T12:34:56+01:00 as 2026-01-31 12:34 +01:00."""
+    return f"{written[:10]} {written[11:16]} {written[19:]}".strip()
 
 
 def _size(box: list[list[float]] | None, unit: str) -> str | None:

@@ -6,6 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from polycube.report.numbers.features import KINDS
+from polycube.report.numbers.verdict import length_unit
 from polycube.report.page.templates import NOTHING, Pictures, Row, point, render, show
 from polycube.types import Json
 
@@ -32,12 +33,12 @@ def features(report: Json, pictures: Pictures) -> Markup:
         counts=counts,
         limit=f"{100 * found['tolerance']:g} %",
         picture=pictures.get("features"),
-        lost=_lost(found["lost"]),
+        lost=_lost(found["lost"], length_unit(report)),
         acute=_acute(found.get("acute", [])),
     )
 
 
-def _lost(features: list[Json]) -> Table:
+def _lost(features: list[Json], unit: str) -> Table:
     """Title and rows of the lost features, the farthest first."""
     if not features:
         return None
@@ -48,7 +49,7 @@ def _lost(features: list[Json]) -> Table:
             "kind": f"{each['kind']}, {each['shape']}" if each["shape"] else each["kind"],
             "of": _faces(each),
             "distance, % of the diagonal": 100 * each["distance"],
-            "model units": each["length"],
+            unit: each["length"],
             "at": point(each["at"], digits),
         }
         for each in features[:N_SHOWN]

@@ -11,6 +11,8 @@ from markupsafe import Markup
 from polycube.hexmesh.metrics import MEASURES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.state import RunState
+from polycube.report.numbers.verdict import length_unit
+from polycube.report.numbers.words import place_words
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, Row, distance_rows, render, show
 from polycube.report.pictures.scenes import cell_colour
@@ -30,11 +32,12 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
     if mesh is None:
         return NOTHING
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
-    worst = int(quality.argmin())
-    at = _point(mesh.vertices[mesh.hexes[worst]].mean(0))
+    worst, unit = int(quality.argmin()), length_unit(report)
+    at = place_words(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
     return render(
         "hexes.html",
         pictures=pictures,
+        unit=unit,
         before=_improved(report),
         count=len(mesh.hexes),
         histogram=charts.histogram(quality),
@@ -42,8 +45,8 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         worst_caption=f"Worst hex: number {worst}, at {at}.",
         measures=_measures(numbers),
         spreads=_spreads(numbers),
-        worst=_worst(numbers),
-        deviation=_deviation(state.surface, numbers),
+        worst=_worst(numbers, unit),
+        deviation=_deviation(state.surface, numbers, unit),
         primitives=_primitives(state, mesh),
     )
 
@@ -126,13 +129,13 @@ def _worst_value(name: str, found: Json) -> float:
     return float(found[name]["min" if MEASURES[name][1] is min else "max"])
 
 
-def _worst(numbers: Json) -> list[Row]:
+def _worst(numbers: Json, unit: str) -> list[Row]:
     return [
         {
             "worst by": _words(row["worst_by"]),
             "hex": row["hex"],
             **{_words(name): row[name] for name in row if name in MEASURES},
-            "middle, model units": ", ".join(f"{c:.4g}" for c in row["center"]),
+            f"middle, {unit}": ", ".join(f"{c:.4g}" for c in row["center"]),
             "cell": row["cell"],
             **({"primitive": row["primitive"]} if "primitive" in row else {}),
             "on patch": ", ".join(map(str, row["patches"])) or "inside",
@@ -141,8 +144,8 @@ def _worst(numbers: Json) -> list[Row]:
     ]
 
 
-def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
-    """Distances from the input, in per cent of the diagonal and in model units."""
+def _deviation(surface: TriMesh, numbers: Json, unit: str) -> Json | None:
+    """Distances from the input, in per cent of the diagonal and as lengths."""
     if "surface_to_mesh_max" not in numbers:
         return None
     ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
@@ -150,7 +153,7 @@ def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
     found = numbers.get("deviation", {})
     return {
         "rows": distance_rows(numbers, ways, diagonal(surface)),
-        "far": f"{show(found.get('mesh_to_surface_max'))} model units",
+        "far": f"{show(found.get('mesh_to_surface_max'))} {unit}",
         "places": {name: _point(found.get(key)) for name, key in FARTHEST.items()},
     }
 
@@ -191,8 +194,8 @@ def _improved(report: Json) -> list[Row]:
     ]
 
 
-def _point(where: Sequence[float] | np.ndarray | None) -> str | None:
-    return None if where is None else f"({', '.join(f'{c:.4g}' for c in where)})"
+def _point(where: Sequence[float] | None) -> str | None:
+    return None if where is None else place_words(where)
 
 
 def _words(measure: str) -> str:

@@ -75,7 +75,7 @@ def write_report(
     drawn = pictures(state, problem_of(report.get("config", {}))) if drawing else {}
     moving = denoising(state) if drawing else {}
     parts = [
-        sections.view(state),
+        sections.view(state, report),
         sections.warnings(report),
         hexes(state, report, drawn),
         hex_counts(report),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
+from polycube.report.numbers.verdict import length_unit
 from polycube.report.page.templates import NOTHING, element
 from polycube.types import Json
 
@@ -16,7 +17,7 @@ def repairs(report: Json) -> Markup:
     before, after = numbers["volume_before"], numbers["volume_after"]
     rows = {
         "level": numbers["level"],
-        "largest deviation, model units": numbers["deviation"],
+        f"largest deviation, {length_unit(report)}": numbers["deviation"],
         "of the diagonal, %": numbers["deviation_percent"],
         "of new faces from the input": numbers["added"],
         "of the input from new faces": numbers["lost"],
@@ -38,7 +39,7 @@ def reconstruction(report: Json) -> Markup:
         "points": numbers["given"],
         "not finite or given twice": numbers["dropped"],
         "outliers removed": numbers["outliers"],
-        "spacing, model units": numbers["spacing"],
+        f"spacing, {length_unit(report)}": numbers["spacing"],
         "normals": "those of the file" if normals is None else f"from {normals} neighbours",
         "normals that agree with the surface, %": 100 * numbers["normals_agree"],
         "cells of the reconstruction": numbers["cell"],

@@ -11,6 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from polycube.pipeline.state import RunState
+from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, distance_rows, element, show
 from polycube.report.page.viewer import viewer
@@ -20,6 +21,12 @@ from polycube.structure.lattice import NAMED
 from polycube.types import AXES, Json
 
 N_CANDIDATES = 12  # largest number in the table
+INPUT = {  # numbers of the input on the page, and their keys in report.json
+    "file": "path",
+    "triangles": "faces",
+    "vertices": "vertices",
+    "holes through the part (genus)": "genus",
+}
 SPLINE = {  # numbers of the spline on the page, and their keys in report.json
     "functions": "functions",
     "elements": "elements",
@@ -28,7 +35,6 @@ SPLINE = {  # numbers of the spline on the page, and their keys in report.json
     "smallest det J, over its mean": "min_scaled_detj",
     "place of the smallest det J": "min_detj_at",
     "in element": "min_detj_element",
-    "volume, model units³": "volume",
     "place farthest from the input": "farthest_at",
 }
 
@@ -42,12 +48,14 @@ def warnings(report: Json) -> Markup:
     return element(TEMPLATE, "warnings", found) if found else NOTHING
 
 
-def view(state: RunState) -> Markup:
+def view(state: RunState, report: Json) -> Markup:
     """The hex mesh in three dimensions, directly below the verdict."""
     if state.hexes is None:
         return NOTHING
     context = state.polycube.context if state.polycube is not None else ()
-    shown = viewer(state.hexes, state.surface, context)
+    spline, solution, unit = state.spline, state.solution, length_unit(report)
+    solved = None if spline is None or solution is None else (spline, solution)
+    shown = viewer(state.hexes, state.surface, context, unit=unit, solved=solved)
     return element(TEMPLATE, "view", shown) if shown else NOTHING
 
 
@@ -58,9 +66,11 @@ def surface(state: RunState, report: Json, pictures: Pictures) -> Markup:
     if not numbers:
         return NOTHING
     size = " × ".join(show(float(s)) for s in np.ptp(box, axis=0))
-    numbers["volume, model units³"] = numbers.pop("volume", None)
+    unit = length_unit(report)
+    told = {title: numbers.get(key) for title, key in INPUT.items()}
+    told[f"volume, {unit}³"] = numbers.get("volume")
     diagonal = float(np.linalg.norm(np.ptp(box, axis=0)))
-    rows = {**numbers, "size, model units": size, "diagonal, model units": diagonal}
+    rows = {**told, f"size, {unit}": size, f"diagonal, {unit}": diagonal}
     return element(TEMPLATE, "input", pictures.get("input"), rows)
 
 
@@ -128,11 +138,13 @@ def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
     if not numbers and not picture:
         return NOTHING
     told = {name: numbers.get(key) for name, key in SPLINE.items()}
+    unit = length_unit(report)
+    told[f"volume, {unit}³"] = numbers.get("volume")
     if "volume_error" in numbers:
         told["volume error, %"] = 100 * numbers["volume_error"]
     ways = {"spline to input": "spline_to_surface", "input to spline": "surface_to_spline"}
     diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
-    return element(TEMPLATE, "spline", picture, told, distance_rows(numbers, ways, diagonal))
+    return element(TEMPLATE, "spline", picture, told, distance_rows(numbers, ways, diagonal), unit)
 
 
 def seconds(report: Json) -> Markup:

@@ -11,7 +11,7 @@ from polycube.report.numbers.verdict import length_unit
 from polycube.report.page.templates import NOTHING, Pictures, Row, Swatch, point, render
 from polycube.report.pictures.named_sets import set_colours
 from polycube.surface.measures import diagonal
-from polycube.types import Json
+from polycube.types import HexMesh, Json
 
 KINDS = {"direction": "direction", "hole": "hole", "cad_face": "CAD face", "patch": "patch"}
 FLAT = 0.3  # length of the mean normal below which a set has no direction
@@ -24,11 +24,13 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
     if state.hexes is None or not numbers:
         return NOTHING
     colours, unit = set_colours(state.hexes), length_unit(report)
+    members = cad_faces(state.hexes)
     digits = 4 - int(np.log10(diagonal(state.surface)))
     rows: dict[str, Row] = {
         name: {
             "set": Swatch(name, colours.get(name)),
             "kind": KINDS[own["kind"]],
+            **({"CAD faces": members[name]} if members else {}),
             "quads": own["quads"],
             f"area, {unit}²": own["area"],
             "centre": point(own["centroid"], digits),
@@ -52,6 +54,26 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
     )
 
 
+def cad_faces(mesh: HexMesh) -> dict[str, str]:
+    """The numbers of the CAD faces in which each set lies; empty for other parts."""
+    number = np.zeros(len(mesh.quads), np.int64)
+    for name, own in mesh.sets.items():
+        if name.removeprefix("cad_face_").isdigit():
+            number[own] = int(name.removeprefix("cad_face_"))
+    if not number.any():
+        return {}
+    return {name: _ranges(np.unique(number[own])) for name, own in mesh.sets.items()}
+
+
+def _ranges(numbers: np.ndarray) -> str:
+    """1 to 3, 7; a quad of no CAD face has the number 0."""
+    numbers = numbers[numbers > 0]
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
+    return ", ".join(
+        f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs
+    )
+
+
 def _is_patch(name: str) -> bool:
     return name.startswith("patch_")
 
@@ -59,7 +81,8 @@ def _is_patch(name: str) -> bool:
 def _face(name: str, rows: dict[str, Row], change: float) -> Row:
     """The row of a CAD face, compared with its area in the model."""
     row = rows.get(name, {"set": Swatch(name), "kind": KINDS["cad_face"], "quads": 0})
-    return {**row, "of the model's face": f"{1 + change:.1%}"}
+    own = {title: value for title, value in row.items() if title != "CAD faces"}
+    return {**own, "of the model's face": f"{1 + change:.1%}"}
 
 
 def _direction(normal: list[float]) -> str | None:

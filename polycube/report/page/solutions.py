@@ -5,7 +5,16 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from polycube.pipeline.state import RunState
-from polycube.report.numbers.words import beside, cautions, frequency, largest, megapascal, sentence
+from polycube.report.numbers.words import (
+    beside,
+    cautions,
+    frequency,
+    largest,
+    megapascal,
+    place_words,
+    sentence,
+    text,
+)
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.pictures.fields import exaggeration, first_elastic
 from polycube.types import Deformation, Json, Modes, Potential, Spline
@@ -20,7 +29,12 @@ def problem(report: Json, pictures: Pictures) -> Markup:
         return NOTHING
     area = f"area, {found['units']}²"
     rows = [
-        {"": kind.removesuffix("s"), "what": row["words"], "quads": row["quads"], area: row["area"]}
+        {
+            "kind": kind.removesuffix("s"),
+            "description": row["words"],
+            "quads": row["quads"],
+            area: row["area"],
+        }
         for kind in ("supports", "loads")
         for row in found[kind]
     ]
@@ -43,11 +57,12 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
     """Frequencies, and animations of the first elastic modes."""
     units = dict(found.units)
     unit = units.get("frequency", "")
+    squared = f"angular frequency squared, 1/{units.get('time', 'time')}²"
     first = first_elastic(found) if found.rigid else 0
     rows = [
         {
             "mode": i + 1,
-            "omega squared": float(value),
+            squared: float(value),
             f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
             "": "rigid motion" if i < first else "",
         }
@@ -57,7 +72,7 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
         (pictures.get(f"mode_{i}"), f"Mode {i + 1}: {frequency(found.frequency[i], unit)}")
         for i in range(len(rows))
     ]
-    about = {"mass": float(found.mass), "units": units or None}
+    about = {f"mass, {units.get('mass', 'unit of mass')}": float(found.mass)}
     return element(TEMPLATE, "modes", shown, rows, about)
 
 
@@ -71,11 +86,11 @@ def _static(spline: Spline, found: Deformation, told: Json, pictures: Pictures) 
     ]
     about = {
         f"largest displacement, {found.units['length']}": told["max_displacement"],
-        "at": told["max_displacement_at"],
+        "at": place_words(told["max_displacement_at"]),
         "largest von Mises stress": largest(told),
-        "there at": told["max_von_mises_at"],
+        "there at": place_words(told["max_von_mises_at"]),
         "on": told["max_von_mises_on"] or None,
-        "estimated error of the stress field": told["stress_error"],
+        "estimated error of the stress field, %": _percent(told["stress_error"]),
         "strain energy, J": told["strain_energy"],
         "mass, kg": told["mass"],
     }
@@ -88,11 +103,16 @@ def _poisson(told: Json, pictures: Pictures) -> Markup:
     """u on the surface, and the flow through each support."""
     rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in told["flows"]]
     rows.append({"at": "sources and given fluxes", "into the solid, W": told["supplied"]})
+    unit = told["units"].get("u", "")
+    ends = [f"{text(told[end])} {unit}" for end in ("min_u", "max_u")]
     about = {
-        "u": [told["min_u"], told["max_u"]],
-        "largest at": told["max_u_at"],
-        "largest flux, W/m^2": told["max_flux"],
-        "there at": told["max_flux_at"],
+        "u": " to ".join(ends),
+        "largest at": place_words(told["max_u_at"]),
+        "largest flux, W/m²": told["max_flux"],
+        "there at": place_words(told["max_flux_at"]),
     }
-    ends = told["min_u"], told["max_u"]
     return element(TEMPLATE, "poisson", pictures.get("poisson"), ends, about, rows)
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100 * share

@@ -12,12 +12,15 @@ from markupsafe import Markup
 from polycube.hexmesh.connectivity import FACES, neighbours, quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
+from polycube.report.numbers.verdict import UNKNOWN
+from polycube.report.page.overlays import results, simplified
 from polycube.report.page.templates import NOTHING, render, show
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
 from polycube.report.pictures.features import lost_segments
+from polycube.report.pictures.fields import AMPLITUDE
 from polycube.report.pictures.named_sets import memberships, quad_colours, set_colours
 from polycube.report.pictures.render import view
-from polycube.types import HexMesh, Json, TriMesh
+from polycube.types import HexMesh, Json, Solution, Spline, TriMesh
 
 # number of hexes up to which all are shown; above, only those on the boundary and the worst
 WHOLE = 60_000
@@ -33,6 +36,8 @@ def viewer(
     surface: TriMesh | None = None,
     context: Sequence[str | None] = (),
     filled: str = PRIMITIVE,
+    unit: str = UNKNOWN,
+    solved: tuple[Spline, Solution] | None = None,
 ) -> Markup:
     """Markup of the 3D view; empty if more than `MOST` hexes would be shown.
 
@@ -42,6 +47,8 @@ def viewer(
     surface : the input; None: no colours by distance
     context : primitive per grid cell; empty if it is unknown
     filled : description of the cells if they are not primitives; they are not coloured then
+    unit : length unit
+    solved : spline and solution of the analysis, for the colours by results
     """
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     shown = _shown(mesh, quality)
@@ -54,7 +61,7 @@ def viewer(
     distance = distances(mesh, surface)
     number, sets = memberships(mesh)
     _, first = np.unique(number, return_index=True)
-    arrays = (
+    arrays: tuple[np.ndarray, ...] = (
         places.astype("<f4"),
         _steps(hexes.reshape(-1, 8)),
         _steps(_renumbered(beyond(mesh.hexes)[shown], shown)),
@@ -66,6 +73,12 @@ def viewer(
     )
     segments = np.zeros((0, 2, 3)) if surface is None else lost_segments(mesh, surface)
     lost = (segments - (low + high) / 2) / size
+    drawn = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    if surface is not None:
+        drawn = simplified(surface)
+    found = [] if solved is None else results(*solved, mesh.vertices[used], unit)
+    arrays += ((drawn[0] - (low + high) / 2) / size).astype("<f4"), _steps(drawn[1])
+    arrays += tuple(array for result in found for array in result.arrays())
     packed = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
     names, primitive = _primitives(mesh, context)
     data = {
@@ -88,11 +101,17 @@ def viewer(
         "set_colours": rgb(tuple(quad_colours(mesh)[first].tolist())).tolist(),
         "names": names,
         "primitive": primitive,
+        "S": len(drawn[0]),
+        "T": len(drawn[1]),
+        "whole": surface is None or len(drawn[1]) == len(surface.faces),
+        "results": [result.numbers() for result in found],
+        "amplitude": AMPLITUDE,
         "data": base64.b64encode(packed).decode(),
     }
-    return render(
-        "viewer.html", data=data, legends=_legends(mesh, data, surface is not None, filled)
-    )
+    legends = _legends(mesh, data, None if surface is None else unit, filled)
+    for place, result in enumerate(found):
+        legends[f"result{place}"] = _bar(result.title, result.colours, *result.words)
+    return render("viewer.html", data=data, legends=legends)
 
 
 def _shown(mesh: HexMesh, quality: np.ndarray) -> np.ndarray:
@@ -114,14 +133,17 @@ def _steps(values: np.ndarray) -> np.ndarray:
     return np.diff(values, axis=0, prepend=np.zeros_like(values[:1])).astype("<i4")
 
 
-def _legends(mesh: HexMesh, data: Json, has_distance: bool, filled: str) -> dict[str, Json]:
-    """Title of each colouring, with the ends of its colour bar or the names of its colours."""
+def _legends(mesh: HexMesh, data: Json, unit: str | None, filled: str) -> dict[str, Json]:
+    """Title of each colouring, with the ends of its colour bar or the names of its colours.
+
+    unit : length unit of the distances; None without distances
+    """
     cells, names = np.unique(mesh.cell).tolist(), data["names"]
     found: dict[str, Json] = {
         "quality": _bar("scaled Jacobian", QUALITY_COLOURS, "0 scaled Jacobian", "1")
     }
-    if has_distance:
-        far = f"{show(data['farthest'])} model units from the input"
+    if unit is not None:
+        far = f"{show(data['farthest'])} {unit} from the input"
         found["distance"] = _bar("distance from the input", DEVIATION_COLOURS, "0", far)
     if len(cells) > 1 and filled == PRIMITIVE:
         named = [(str(cell), CELLS[cell % len(CELLS)]) for cell in cells]
