@@ -151,7 +151,10 @@ def _spline(report: Json) -> list[Tile]:
     mark = GOOD if sound and p99 < SPLINE_APART else DOUBTFUL
     least = f"smallest det J {numbers['min_scaled_detj']:.3f} of its mean"
     note = f"{text(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
-    value = f"{100 * p99:.2g} % of the diagonal"
+    value = share = f"{100 * p99:.2g} % of the diagonal"
+    diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
+    if diagonal:
+        value, note = f"{text(p99 * diagonal)} {length_unit(report)}", f"{share}; {note}"
     name = "spline from the input, 99 % of points"
     return [Tile(value, name, f"limit {100 * SPLINE_APART:g} %; {note}", mark)]
 

@@ -32,6 +32,7 @@ class Result:
     colours : of the colour bar
     words : text at the ends of the colour bar
     shift : (N, 3) displacement, with the largest one as long as 1; None: the part is at rest
+    drawn : how much the displacement is exaggerated, in words
     """
 
     title: str
@@ -41,6 +42,7 @@ class Result:
     colours: tuple[str, ...]
     words: tuple[str, str]
     shift: np.ndarray | None = None
+    drawn: str = ""
 
     def numbers(self) -> Json:
         """What the script of the view needs to know."""
@@ -50,6 +52,7 @@ class Result:
             "ends": self.ends,
             "stops": rgb(self.colours).tolist(),
             "moves": self.shift is not None,
+            "drawn": self.drawn,
         }
 
     def arrays(self) -> list[np.ndarray]:
@@ -103,13 +106,15 @@ def _static(
     stress = found.von_mises[nodes] / PASCAL
     most = found.peak.value / PASCAL if found.peak else float(stress.max())
     times = exaggeration(points, length.max())
-    drawn, shift = f"; drawn {times:.3g} times as large", _scaled(moved)
+    drawn, shift = (
+        f"displacement drawn {text(float(f'{times:.3g}'))} times as large",
+        _scaled(moved),
+    )
     ends = 0.0, float(length.max())
-    words = ("0", f"{text(ends[1])} {unit}{drawn}")
-    limit = ("0", f"{text(most)} MPa and more{drawn}")
+    words, limit = ("0", f"{text(ends[1])} {unit}"), ("0", f"{text(most)} MPa and more")
     return [
-        Result("displacement", unit, length, ends, DISPLACEMENT_COLOURS, words, shift),
-        Result("von Mises stress", "MPa", stress, (0.0, most), FIELD_COLOURS, limit, shift),
+        Result("displacement", unit, length, ends, DISPLACEMENT_COLOURS, words, shift, drawn),
+        Result("von Mises stress", "MPa", stress, (0.0, most), FIELD_COLOURS, limit, shift, drawn),
     ]
 
 

@@ -21,6 +21,12 @@ from polycube.structure.lattice import NAMED
 from polycube.types import AXES, Json
 
 N_CANDIDATES = 12  # largest number in the table
+STRUCTURE = {  # names of numbers of the structure in report.json, and on the page
+    "context": "primitive in each cell of the grid",
+    "cells": "cells with a primitive",
+    "genus": "holes (genus)",
+    "auto": "chosen by the program",
+}
 INPUT = {  # numbers of the input on the page, and their keys in report.json
     "file": "path",
     "triangles": "faces",
@@ -81,6 +87,7 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
     chosen = numbers.pop("chosen", 0)
     if not numbers and not candidates and not {"polycube", "labels", "proposals"} & set(pictures):
         return NOTHING
+    numbers = {STRUCTURE.get(name, name): value for name, value in numbers.items()}
     if "grid" in numbers:
         numbers["grid"] = " × ".join(map(str, numbers["grid"]))
     ranking = [

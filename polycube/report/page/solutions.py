@@ -20,6 +20,7 @@ from polycube.report.pictures.fields import exaggeration, first_elastic
 from polycube.types import Deformation, Json, Modes, Potential, Spline
 
 TEMPLATE = "solutions.html"
+ZERO = 1e-9  # of the largest force: smaller ones are zero but for rounding
 
 
 def problem(report: Json, pictures: Pictures) -> Markup:
@@ -79,10 +80,16 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
 def _static(spline: Spline, found: Deformation, told: Json, pictures: Pictures) -> Markup:
     """The deformed solid, the largest values with their places, and the reactions."""
     times = exaggeration(spline.extraction @ spline.control, told["max_displacement"])
-    caption = f"Displacement drawn {times:.3g} times as large; von Mises stress."
+    drawn = text(float(f"{times:.3g}"))
+    caption = f"Displacement drawn {drawn} times as large; von Mises stress."
+    forces = [*told["reactions"], {"at": "loads", "force": told["load"]}]
+    zero = ZERO * max(abs(part) for row in forces for part in row["force"])
     rows = [
-        {"at": row["at"], **{f"{axis}, N": row["force"][i] for i, axis in enumerate("xyz")}}
-        for row in [*told["reactions"], {"at": "loads", "force": told["load"]}]
+        {
+            "at": row["at"],
+            **{f"{axis}, N": _round(row["force"][i], zero) for i, axis in enumerate("xyz")},
+        }
+        for row in forces
     ]
     about = {
         f"largest displacement, {found.units['length']}": told["max_displacement"],
@@ -116,3 +123,7 @@ def _poisson(told: Json, pictures: Pictures) -> Markup:
 
 def _percent(share: float | None) -> float | None:
     return None if share is None else 100 * share
+
+
+def _round(value: float, zero: float) -> float:
+    return value if abs(value) > zero else 0.0

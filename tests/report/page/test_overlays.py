@@ -40,9 +40,11 @@ def test_displacement_and_stress_of_a_pulled_bar(bar, points, pulled):
     np.testing.assert_allclose(moved.values, np.linalg.norm(exact, axis=1), atol=1e-9)
     np.testing.assert_allclose(moved.shift, exact / largest, atol=1e-6)
     assert moved.ends == (0, pytest.approx(largest)) and moved.unit == "mm"
-    assert moved.words[1].startswith(f"{largest:.4g} mm; drawn ")
+    assert moved.words[1] == f"{largest:.4g} mm"
+    times = 0.08 * np.linalg.norm(BAR) / largest  # the largest is 8 % of the diagonal
+    assert moved.drawn == stress.drawn == f"displacement drawn {times:.3g} times as large"
     np.testing.assert_allclose(stress.values, 2100, rtol=1e-6)
-    assert stress.words[1].startswith("2100 MPa and more") and stress.shift is moved.shift
+    assert stress.words[1] == "2100 MPa and more" and stress.shift is moved.shift
 
 
 def test_values_come_in_steps_of_the_colour_bar(bar, points, pulled):

@@ -96,6 +96,10 @@
     const length = shown?.moves ? (slider.value * given.amplitude) / 32767 : 0;
     for (let i = 0; i < 3 * V; i++) drawn[i] = vertices[i] + (length ? length * shown.shifts[i] : 0);
   }
+  function exaggerated() {
+    const shown = result();
+    return shown?.drawn && control("deformed").value == 1 ? `; ${shown.drawn}` : "";
+  }
   let seen = [];
   function isKept() { // by the cut: a function of the places and the number of a point
     const axis = ["x", "y", "z"].indexOf(control("axis").value);
@@ -119,7 +123,7 @@
     const from = chosen.from > -1 ? `${chosen.from.toFixed(2)} to ` : most < 1 ? "up to " : "";
     const range = from ? `, scaled Jacobian ${from}${most.toFixed(2)}` : "";
     const rest = H < given.all ? "; of the inner hexes, only the worst are in this page" : "";
-    if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${given.all.toLocaleString("en")} hexes${range}${rest}`;
+    if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${given.all.toLocaleString("en")} hexes${range}${rest}${exaggerated()}`;
     return count < H;
   }
   const buffers = {}, counts = {};
