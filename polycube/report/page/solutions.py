@@ -16,6 +16,7 @@ from polycube.report.numbers.words import (
     text,
 )
 from polycube.report.page.templates import NOTHING, Pictures, element
+from polycube.report.pictures.colours import HELD, LOADED
 from polycube.report.pictures.fields import exaggeration, first_elastic
 from polycube.types import Deformation, Json, Modes, Potential, Spline
 
@@ -39,7 +40,9 @@ def problem(report: Json, pictures: Pictures) -> Markup:
         for kind in ("supports", "loads")
         for row in found[kind]
     ]
-    return element(TEMPLATE, "problem", pictures.get("problem"), found["material"], rows)
+    colours = {"held": HELD * bool(found["supports"]), "loaded": LOADED * bool(found["loads"])}
+    legend = [(name, colour) for name, colour in colours.items() if colour]
+    return element(TEMPLATE, "problem", pictures.get("problem"), found["material"], rows, legend)
 
 
 def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:

@@ -115,7 +115,7 @@ def test_the_section_is_a_legend(block):
     told = text(page)
     assert "z_max direction 6, 7 8 8 (2, 1, 2) (0, 0, 1)" in told
     assert "cad_RIGHT CAD face 7 4 4 (3, 1, 2) (0, 0, 1)" in told
-    assert "7 CAD faces" in told and "1 patches of the polycube" in told
+    assert "7 CAD faces" in told and "1 patch of the polycube" in told
     assert f"background:{AXIS_COLOURS[4]}" in page and "<img" in page
     assert "differs by" not in told
 
