@@ -20,6 +20,7 @@ SHAFT = 0.07  # radius of the shaft of an arrow, as a share of the length of the
 HEAD = 0.35  # share of the head in the length of an arrow
 SIDES = 12  # of a cone
 MOST = 10  # symbols at a place
+SPACING = 0.045  # least distance of the symbols at a place, as a share of the diagonal
 SHARP = np.cos(np.radians(30))  # between the normals of quads at a drawn line
 
 
@@ -33,14 +34,14 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
         own = quads_of(mesh, support.place)
         is_held[own] = 1
         if not isinstance(problem, Conduction):
-            cones += _held(support, faces, spread(faces, own), size)
+            cones += _held(support, faces, spread(faces, own, SPACING * size), size)
     for place, vector, pressure in _forces(problem):
         if place is None:
             arrows.append(_outside(mesh, np.array(vector), size))
             continue
         own = quads_of(mesh, place)
         is_loaded[own] = 1
-        for quad in spread(faces, own):
+        for quad in spread(faces, own, SPACING * size):
             at, normal = faces.middle[quad], faces.normal[quad]
             arrows.append(_pushed(at, normal, vector - pressure * normal, ARROW * size))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
@@ -71,12 +72,12 @@ def _vector(support: Prescribed) -> Sequence[float]:
     return [values.get(axis, 0.0) for axis in range(3)]
 
 
-def spread(faces: Faces, own: np.ndarray, most: int = MOST) -> np.ndarray:
-    """At most `most` of the faces `own`, as far from each other as possible."""
+def spread(faces: Faces, own: np.ndarray, spacing: float, most: int = MOST) -> np.ndarray:
+    """At most `most` of the faces `own`, as far apart as possible and at least by `spacing`."""
     places = faces.middle[own]
     chosen = [int(np.linalg.norm(places - places.mean(axis=0), axis=1).argmax())]
     apart = np.linalg.norm(places - places[chosen[0]], axis=1)
-    while len(chosen) < min(most, len(own)):
+    while len(chosen) < most and apart.max() > spacing:
         chosen.append(int(apart.argmax()))
         apart = np.minimum(apart, np.linalg.norm(places - places[chosen[-1]], axis=1))
     return own[chosen]

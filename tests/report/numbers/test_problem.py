@@ -115,8 +115,11 @@ def test_symbols_are_spread_over_a_face():
     fine = hex_box((10, 10, 1))
     faces = measure(fine.vertices[fine.quads])
     top = np.flatnonzero(faces.middle[:, 2] == 1)
-    chosen = faces.middle[spread(faces, top, 5)]
-    assert len(chosen) == 5 and np.isin(spread(faces, top, 5), top).all()
+    chosen = faces.middle[spread(faces, top, 0.0, 5)]
+    assert len(chosen) == 5 and np.isin(spread(faces, top, 0.0, 5), top).all()
     apart = np.linalg.norm(chosen[:, None] - chosen, axis=2) + 9 * np.eye(5)
     assert apart.min() > 0.5
-    assert len(spread(faces, top[:3])) == 3
+    assert len(spread(faces, top[:3], 0.0)) == 3
+    wide = faces.middle[spread(faces, top, 0.7)]
+    assert (np.linalg.norm(wide[:, None] - wide, axis=2) + np.eye(len(wide)) >= 0.7).all()
+    assert 2 <= len(wide) <= 4
