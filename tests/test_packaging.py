@@ -65,7 +65,8 @@ def test_wheel_holds_plugins_and_conf_inside_the_package(wheels: list[Path]) -> 
     assert folders == {"polycube", next(f for f in folders if f.endswith(".dist-info"))}
     wanted = {"polycube/plugins/schedule.py", "polycube/conf/train.yaml"}
     wanted |= {
-        f"polycube/report/page/{n}" for n in ("page.html", "page.css", "viewer.html", "viewer.js")
+        f"polycube/report/page/templates/{n}"
+        for n in ("page.html", "page.css", "viewer.html", "viewer.js")
     }
     assert wanted <= names
     for yaml in (ROOT / "conf").rglob("*.yaml"):

@@ -28,7 +28,7 @@ def result(folder: Path, n_cores: int, order: str, structure: str) -> tuple[dict
     )
     assert done.returncode == 0, done.stderr
     report = json.loads((folder / "report.json").read_text())
-    del report["seconds"]
+    del report["seconds"], report["made"]
     files = HEXES if order == "[meshing]" else ALL
     return report, [(folder / name).read_bytes() for name in files]
 

@@ -72,7 +72,7 @@ def window() -> Iterator[browser.Page]:
 def written(window, run, report, drawn, tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(html, "pictures", lambda state: drawn)
+        patch.setattr(html, "pictures", lambda *state: drawn)
         return write_report(folder, run, report)
 
 
@@ -145,7 +145,7 @@ def test_a_large_mesh_is_hollow_where_it_is_cut(window, tmp_path, monkeypatch) -
     monkeypatch.setattr(viewer, "WORST", 1)
     mesh = hex_box((8, 8, 8))
     path = tmp_path / "large.html"
-    path.write_text(html.page("box", "", viewer.viewer(mesh)), encoding="utf-8")
+    path.write_text(html.page("box", viewer.viewer(mesh)), encoding="utf-8")
     window.said.clear()
     window.open(path)
     window.wait("document.querySelector('#viewer output').textContent.includes('hexes')")
@@ -168,6 +168,23 @@ def test_the_colouring_can_be_chosen(desktop, colouring) -> None:
         ".map((e) => e.dataset.colour)"
     )
     assert shown == [colouring]
+
+
+def test_the_input_surface_lies_over_the_mesh(desktop) -> None:
+    before = desktop.picture(CANVAS)
+    desktop.set("[name=input]", True)
+    assert changed(before, desktop.picture(CANVAS)) > 0.05
+    desktop.set("[name=input]", False)
+    assert changed(before, desktop.picture(CANVAS)) < 0.01
+
+
+def test_a_mode_bends_and_colours_the_part(desktop) -> None:
+    desktop.set("[name=colour]", "result0")
+    bent = desktop.picture(CANVAS)
+    desktop.set("[name=deformed]", 0)
+    assert changed(bent, desktop.picture(CANVAS)) > 0.02
+    desktop.set("[name=colour]", "quality")
+    assert desktop.run("document.querySelector('[name=deformed]').disabled")
 
 
 def test_only_the_worse_hexes_are_left(desktop, run) -> None:
@@ -247,7 +264,10 @@ def test_words_stand_out(desktop, scheme) -> None:
 def test_paper_is_white_and_holds_the_numbers(desktop) -> None:
     desktop.media("print", prefers_color_scheme="dark")
     desktop.frame()
-    assert desktop.run("getComputedStyle(document.body).backgroundColor") == "rgb(251, 252, 253)"
+    assert desktop.run("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    shown = "document.querySelector('{}').getClientRects().length"
+    assert desktop.run(shown.format("#view")) == 0 < desktop.run(shown.format(".paper img"))
+    assert desktop.run("document.querySelector('header').offsetHeight") < 1050  # A4 at 96 dpi
     assert desktop.run("document.querySelector('.controls').getClientRects().length") == 0
     desktop.run("dispatchEvent(new Event('beforeprint'))")
     assert desktop.run("[...document.querySelectorAll('details:not(.long)')].every((e) => e.open)")

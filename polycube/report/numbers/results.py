@@ -6,13 +6,16 @@ bounding box of the input.
 
 from __future__ import annotations
 
+import os
+import platform
 from collections.abc import Mapping
+from datetime import datetime
 
 import numpy as np
 
 from polycube import __version__
 from polycube.pipeline.state import RunState
-from polycube.report.numbers import hex_counts, quality, solutions
+from polycube.report.numbers import hex_counts, problem, quality, solutions
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
 from polycube.structure import lattice
@@ -51,6 +54,9 @@ def summarize(
         report["spline"] = _spline(state.spline, state.surface)
         if state.solution is not None:
             report |= solutions.numbers(state.spline, state.solution)
+            posed = problem.problem_of(config)
+            if posed is not None and state.hexes is not None:
+                report["problem"] = problem.numbers(posed, state.hexes)
     if state.repair is not None:
         report["repair"] = dict(state.repair)
     if state.points is not None:
@@ -63,8 +69,18 @@ def summarize(
             "seconds": {stage: round(spent, 3) for stage, spent in seconds.items()},
             "effort": {stage: dict(spent) for stage, spent in effort.items() if spent},
             "version": __version__,
+            "made": _made(),
         }
     )
+
+
+def _made() -> dict[str, str]:
+    """When and where the report was made."""
+    system = f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors"
+    return {
+        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
+        "machine": f"{platform.node()}: {system}".removeprefix(": "),
+    }
 
 
 def _outcome(state: RunState, report: Numbers) -> Numbers:

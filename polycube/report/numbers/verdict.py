@@ -1,18 +1,23 @@
-"""The top of the page: verdict, main numbers, warnings; from the numbers of report.json."""
+"""The verdict on a run, its reasons and main numbers, from the numbers of report.json."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from polycube.io.step import STEP
 from polycube.report.numbers import solutions
 from polycube.report.numbers.quality import SPLINE_APART
-from polycube.report.page.markup import show
+from polycube.report.numbers.words import sentence, text
 from polycube.types import Json
 
 GOOD, DOUBTFUL, BAD, PLAIN = "good", "doubtful", "bad", ""
-CALM = "All checks passed: worst hex, distances to the input and volume are within their limits."
-SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}  # in addition to the colour
+CALM = "calm"  # mark of a sentence without a sign
+GOOD_WORDS = (
+    "All checks passed: worst hex, distances to the input and volume are within their limits."
+)
+SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}
 
+UNKNOWN = "model units"  # length unit of a part without analysis
 
 # limits for reports without those of the acceptance
 LIMITS = {"poor_jacobian": 0.2, "distance_limit": 0.05, "far_volume": 0.04}
@@ -27,46 +32,32 @@ class Tile:
     note: str = ""
     mark: str = PLAIN
 
-
-def verdict(report: Json) -> str:
-    """The verdict, the warnings, and the main numbers."""
-    tiles = [tile for make in TILES for tile in make(report)]
-    cells = "".join(
-        f'<div class="tile {tile.mark}"><span>{tile.name}</span>'
-        f"<b>{SIGNS[tile.mark]}{show(tile.value)}</b><small>{show(tile.note)}</small></div>"
-        for tile in tiles
-    )
-    return f'{_mark(report)}{_why(report)}<div class="tiles">{cells}</div>'
+    @property
+    def sign(self) -> str:
+        """The mark as a character, in addition to the colour."""
+        return SIGNS[self.mark]
 
 
-def _mark(report: Json) -> str:
+def verdict(report: Json) -> tuple[str, str]:
+    """Mark and words of the verdict on the mesh."""
     if report.get("partly_fitted"):
-        kind, words = BAD, "Hex mesh without inverted hexes, only partly fitted"
-    elif not report.get("valid") and "solids" in report:
-        kind, words = BAD, "No valid hex mesh of all solids"
-    elif not report.get("valid"):
-        kind, words = BAD, "No valid result"
-    elif reasons(report):
-        kind, words = DOUBTFUL, "Valid hex mesh with warnings"
-    else:
-        kind, words = GOOD, "Valid hex mesh"
-    return f'<p class="verdict {kind}">{words}</p>'
+        return BAD, "Hex mesh without inverted hexes, only partly fitted"
+    if not report.get("valid") and "solids" in report:
+        return BAD, "No valid hex mesh of all solids"
+    if not report.get("valid"):
+        return BAD, "No valid result"
+    return (
+        (DOUBTFUL, "Valid hex mesh with warnings") if reasons(report) else (GOOD, "Valid hex mesh")
+    )
 
 
-def _why(report: Json) -> str:
+def why(report: Json) -> tuple[str, list[str]]:
+    """Mark and sentences of the reasons for the verdict."""
     failure = [report["failure"]] if report.get("failure") else []
-    doubtful = [*failure, *reasons(report)]
+    doubtful = [sentence(reason) for reason in (*failure, *reasons(report))]
     if doubtful:
-        kind = BAD if failure else DOUBTFUL
-        return "".join(f'<p class="why {kind}">{show(_sentence(r))}</p>' for r in doubtful)
-    if report.get("valid"):
-        return f'<p class="calm">{CALM}</p>'
-    return ""
-
-
-def _sentence(reason: str) -> str:
-    """The text with a capital letter and a full stop."""
-    return reason[:1].upper() + reason[1:].rstrip(".") + "."
+        return BAD if failure else DOUBTFUL, doubtful
+    return CALM, [GOOD_WORDS] if report.get("valid") else []
 
 
 def reasons(report: Json) -> list[str]:
@@ -103,7 +94,7 @@ def _count(report: Json) -> list[Tile]:
         mark = GOOD if everywhere else DOUBTFUL if corners else BAD
         where = "everywhere (proved)" if everywhere else "at corners" if corners else "not in all"
         note = f"Jacobian positive: {where}"
-    return [Tile(show(numbers["hexes"]), "hexes", note, mark)]
+    return [Tile(text(numbers["hexes"]), "hexes", note, mark)]
 
 
 def _distance(report: Json) -> list[Tile]:
@@ -113,8 +104,10 @@ def _distance(report: Json) -> list[Tile]:
     if None in both:
         return []
     notes, diagonal = [], numbers.get("deviation", {}).get("diagonal")
+    value = f"{100 * max(both):.2f} % of the diagonal"
     if diagonal:
-        notes.append(f"{show(max(both) * diagonal)} {length_unit(report)}")
+        notes.append(value)
+        value = f"{text(max(both) * diagonal)} {length_unit(report)}"
     p99 = [numbers.get(f"{way}_p99") for way in ways]
     if None not in p99:
         notes.append(f"99 % of the points within {100 * max(p99):.2g} %")
@@ -122,7 +115,6 @@ def _distance(report: Json) -> list[Tile]:
     notes.append(f"limit {100 * limit:g} %")
     is_far = any("apart" in reason or "largest distance" in reason for reason in reasons(report))
     mark = BAD if max(both) >= limit else DOUBTFUL if is_far else GOOD
-    value = f"{100 * max(both):.2f} % of the diagonal"
     return [Tile(value, "largest distance from the input", "; ".join(notes), mark)]
 
 
@@ -158,19 +150,26 @@ def _spline(report: Json) -> list[Tile]:
     sound = numbers["is_positive"]
     mark = GOOD if sound and p99 < SPLINE_APART else DOUBTFUL
     least = f"smallest det J {numbers['min_scaled_detj']:.3f} of its mean"
-    note = f"{show(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
-    value = f"{100 * p99:.2g} % of the diagonal"
+    note = f"{text(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
+    value = share = f"{100 * p99:.2g} % of the diagonal"
+    diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
+    if diagonal:
+        value, note = f"{text(p99 * diagonal)} {length_unit(report)}", f"{share}; {note}"
     name = "spline from the input, 99 % of points"
     return [Tile(value, name, f"limit {100 * SPLINE_APART:g} %; {note}", mark)]
 
 
 def _solution(report: Json) -> list[Tile]:
-    return [
-        Tile(value, name) for name, value in solutions.tile(report).items() if value is not None
-    ]
+    found = solutions.tiles(report)
+    return [Tile(value, name, note) for name, (value, note) in found.items()]
 
 
 TILES = (_worst, _features, _count, _distance, _volume, _spline, _solution)
+
+
+def tiles(report: Json) -> list[Tile]:
+    """The main numbers of a run."""
+    return [tile for make in TILES for tile in make(report)]
 
 
 def length_unit(report: Json) -> str:
@@ -179,17 +178,39 @@ def length_unit(report: Json) -> str:
         unit = report.get(name, {}).get("units", {}).get("length")
         if unit:
             return str(unit)
-    return "model units"
+    return str((report.get("config", {}).get("analysis") or {}).get("units") or UNKNOWN)
 
 
-def subtitle(report: Json) -> str:
-    """Size and time of the run in one line of plain text."""
-    words, box = [], report.get("input", {}).get("bbox")
-    if box:
-        low, high = box
-        size = " × ".join(show(b - a) for a, b in zip(low, high, strict=True))
-        words.append(f"{size} {length_unit(report)}")
+def about(report: Json) -> dict[str, str | None]:
+    """Size, unit, origin and time of a run, by name; None where unknown."""
+    found, made = report.get("input", {}), report.get("made", {})
     spent = sum(report.get("seconds", {}).values())
-    if spent:
-        words.append(f"{spent:.1f} s of work")
-    return " · ".join(words)
+    version = report.get("version")
+    return {
+        "size": _size(found.get("bbox"), length_unit(report)),
+        "length unit": _unit(report),
+        "date": _date(made.get("date", "")) or None,
+        "made by": f"polycube {version}, seed {report.get('seed')}" if version else None,
+        "machine": made.get("machine"),
+        "time of the stages": f"{spent:.1f} s" if spent else None,
+    }
+
+
+def _date(written: str) -> str:
+    """2026-01-31T12:34:56+01:00 as 2026-01-31 12:34 +01:00."""
+    return f"{written[:10]} {written[11:16]} {written[19:]}".strip()
+
+
+def _size(box: list[list[float]] | None, unit: str) -> str | None:
+    if not box:
+        return None
+    sides = [text(high - low) for low, high in zip(*box, strict=True)]
+    return f"{' × '.join(sides)} {unit}"
+
+
+def _unit(report: Json) -> str:
+    """The length unit, and where it comes from."""
+    unit, path = length_unit(report), str(report.get("input", {}).get("path", ""))
+    if unit == UNKNOWN:
+        return "unknown"
+    return unit if path.lower().endswith(STEP) else f"{unit}, by analysis.units, not by the file"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from polycube.types import Json
 
 N_FREQUENCIES = 3  # number of frequencies in a sentence
@@ -19,14 +21,14 @@ def sentences(report: Json) -> Iterator[str]:
             yield f"lowest elastic frequencies {', '.join(map(number, elastic))} Hz"
     elif "static" in report:
         found = report["static"]
-        unit, place = found["units"]["length"], _place(found["max_displacement_at"])
+        unit, place = found["units"]["length"], place_words(found["max_displacement_at"])
         yield f"largest displacement {number(found['max_displacement'])} {unit} at {place}"
-        place, on = _place(found["max_von_mises_at"]), found["max_von_mises_on"]
+        place, on = place_words(found["max_von_mises_at"]), found["max_von_mises_on"]
         yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")
         yield from beside(found)
     elif "poisson" in report:
         found = report["poisson"]
-        unit, place = found["units"], _place(found["max_flux_at"])
+        unit, place = found["units"], place_words(found["max_flux_at"])
         yield f"u from {number(found['min_u'])} to {number(found['max_u'])} {unit['u']}"
         yield f"largest flux {number(found['max_flux'])} {unit['flux']} at {place}"
 
@@ -36,7 +38,7 @@ def beside(static: Json) -> Iterator[str]:
     other = static["singular"]
     if other:
         yield (
-            f"near a {other['what']}, at {_place(other['at'])}, the stress is "
+            f"near a {other['what']}, at {place_words(other['at'])}, the stress is "
             f"{megapascal(other['von_mises'])}; it is unbounded there and grows as the mesh is "
             "refined"
         )
@@ -62,12 +64,37 @@ def number(value: float) -> str:
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
 
 
+def text(value: object) -> str:
+    """A number for reading: 12 345, 0.3142; yes and no; – for None; other values as they are."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    large = isinstance(value, float | np.floating) and 1e4 <= abs(value) < 1e9
+    if large or isinstance(value, int | np.integer):
+        return f"{value:,.0f}".replace(",", "\u202f")
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def frequency(value: float, unit: str) -> str:
+    """A frequency in Hz, kHz or MHz."""
+    if unit == "Hz" and value >= 1e4:
+        return f"{value / 1e6:.4g} MHz" if value >= 1e6 else f"{value / 1e3:.4g} kHz"
+    return f"{text(value)} {unit}".strip()
+
+
+def sentence(words: str) -> str:
+    """The words with a capital letter and a full stop."""
+    return words[:1].upper() + words[1:].rstrip(".") + "."
+
+
 def largest(static: Json) -> str:
     """The largest stress of a static analysis, with its estimated error unless it is negligible."""
     value, error = static["max_von_mises"], static["max_von_mises_error"] or 0
     return megapascal(value) + (f" ± {error / 1e6:.2g}" if error > VISIBLE * value else "")
 
 
-def _place(at: Sequence[float]) -> str:
+def place_words(at: Sequence[float]) -> str:
+    """Coordinates with as many digits as their size needs."""
     size = max(*map(abs, at), 1e-300)
     return f"({', '.join(f'{round(x / size, 6) * size + 0.0:.4g}' for x in at)})"

@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from polycube.report.numbers.verdict import subtitle, verdict
+from polycube.report.page.header import header
 from polycube.report.page.html import page
-from polycube.report.page.markup import Link, facts, section, show, table
+from polycube.report.page.templates import Link, Row, render, show
 from polycube.report.page.viewer import viewer
 from polycube.types import HexMesh, Json
-
-SAME = (
-    "<p class=note>Meshes agree at a contact if quads with equal vertices cover it. There, hex.vtu "
-    "has the vertices only once; elsewhere each solid has its own.</p>"
-)
 
 
 def assembly_page(
@@ -30,18 +25,19 @@ def assembly_page(
     folder : folder that contains the folders of the solids
     files : files of the assembly in this folder
     """
-    view = viewer(mesh, context=mesh.primitives, filled="solid") if mesh is not None else ""
-    body = [
-        section("view", "3D view", view),
-        section("solids", "Solids", _solids(report, folder)),
-        section("contacts", "Contacts", *_contacts(report)),
-        section("files", "Files", *(f"<p>{show(Link(name, name))}</p>" for name in files)),
-    ]
-    return page(title, verdict(report), "\n".join(filter(None, body)), "", subtitle(report))
+    body = render(
+        "assembly.html",
+        view="" if mesh is None else viewer(mesh, context=mesh.primitives, filled="solid"),
+        solids=_solids(report, folder),
+        contacts=[_contact(each) for each in report["contacts"]],
+        totals=_totals(report),
+        files=[Link(name, name) for name in files],
+    )
+    return page(title, body, header(report))
 
 
-def _solids(report: Json, folder: Path) -> str:
-    rows = []
+def _solids(report: Json, folder: Path) -> list[Row]:
+    rows: list[Row] = []
     for solid in report["solids"]:
         target = f"{solid['name']}/report.html"
         is_there = (folder / target).is_file()
@@ -59,7 +55,7 @@ def _solids(report: Json, folder: Path) -> str:
                 "says": solid["says"] or None,
             }
         )
-    return table(rows)
+    return rows
 
 
 def _kept(features: Mapping[str, Mapping[str, int]] | None) -> str | None:
@@ -70,31 +66,28 @@ def _kept(features: Mapping[str, Mapping[str, int]] | None) -> str | None:
     return f"{total - sum(each['lost'] for each in counts)} of {total}"
 
 
-def _contacts(report: Json) -> list[str]:
-    if not report["contacts"]:
-        return ["<p>No two solids touch.</p>"]
+def _contact(found: Json) -> Row:
+    return {
+        "solids": " – ".join(found["solids"]),
+        "faces": " – ".join(map(_face, found["faces"], found["names"])),
+        "area": found["area"],
+        "meshes agree": found["agree"],
+        "quads": " – ".join(map(show, found.get("quads", ()))) or None,
+        "common quads": found.get("common_quads"),
+        "of the area": _share(found),
+    }
+
+
+def _totals(report: Json) -> Row:
     found = report["contacts"]
-    rows = [
-        {
-            "solids": " – ".join(each["solids"]),
-            "faces": " – ".join(map(_face, each["faces"], each["names"])),
-            "area": each["area"],
-            "meshes agree": each["agree"],
-            "quads": " – ".join(map(show, each.get("quads", ()))) or None,
-            "common quads": each.get("common_quads"),
-            "of the area": _share(each),
-        }
-        for each in found
-    ]
     agreeing = [each["area"] for each in found if each["agree"]]
-    numbers = {
+    return {
         "contacts": len(found),
         "with agreeing meshes": len(agreeing),
         "area": sum(each["area"] for each in found),
         "with agreeing meshes, area": sum(agreeing),
         "merged vertices": report.get("hex", {}).get("merged_vertices"),
     }
-    return [facts(numbers), table(rows), SAME]
 
 
 def _face(number: str, name: str) -> str:

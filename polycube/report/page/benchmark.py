@@ -3,26 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
 
 from polycube.report.numbers.benchmark import PUBLISHED, PartResult, changes, totals
 from polycube.report.numbers.features import KINDS
 from polycube.report.page.html import page
-from polycube.report.page.markup import Pictures, figure, grid, section, show, swatches, table
-from polycube.report.pictures.colours import LOST, SURFACE
-
-SOURCE = (
-    "Published: the frame-field pipeline that the HexMe paper tests on its 189 tetrahedral meshes "
-    "of 63 CAD models (Beaufort et al. 2022, “Hex Me If You Can”). Here a feature is kept if "
-    "it is within 0.3 % of the bounding-box diagonal of the mesh. A part without a valid mesh "
-    "keeps no feature, and a part without points, such as a sphere, is not in the mean of points. "
-    "Medians are of parts with a valid mesh. SJ: scaled Jacobian."
-)
-LEGEND = (
-    "<p class=note>p99: 99th percentile of the distance, the larger of both directions, in per "
-    "cent of the diagonal.</p>"
-)
-COMPARED = " Before is {}."
+from polycube.report.page.templates import Pictures, Row, render, show
 
 
 def benchmark_page(
@@ -43,42 +28,38 @@ def benchmark_page(
     earlier : name of that batch
     """
     valid = sum(part.is_valid for part in parts)
-    return page(
-        f"Benchmark {name}",
-        "",
-        section("totals", "Totals", *_totals(parts, before, earlier))
-        + section("failures", "No valid mesh", _failures(parts))
-        + section("parts", "Parts", table([_row(part, before) for part in parts]), LEGEND)
-        + section("pictures", "Pictures", *_pictures(parts, pictures)),
-        subtitle=f"{show(valid)} of {show(len(parts))} parts have a valid hex mesh",
+    body = render(
+        "benchmark.html",
+        totals=_totals(parts, before),
+        earlier=None if before is None else earlier,
+        failures=_failures(parts),
+        parts=[_row(part, before) for part in parts],
+        pictures=[(pictures.get(part.name), _caption(part)) for part in parts],
     )
+    subtitle = f"{show(valid)} of {show(len(parts))} parts have a valid hex mesh"
+    return page(f"Benchmark {name}", body, subtitle=subtitle)
 
 
-def _totals(
-    parts: Sequence[PartResult], before: Mapping[str, PartResult] | None, earlier: str
-) -> list[str]:
+def _totals(parts: Sequence[PartResult], before: Mapping[str, PartResult] | None) -> list[Row]:
     columns = {"here": totals(parts)}
     if before is not None:
         both = [part for part in parts if part.name in before]
         columns["parts of both, here"] = totals(both)
         columns["parts of both, before"] = totals([before[part.name] for part in both])
     columns["published"] = dict(PUBLISHED)
-    rows = [
+    return [
         {"": name, **{head: _rounded(column.get(name)) for head, column in columns.items()}}
         for name in columns["here"]
     ]
-    note = SOURCE + COMPARED.format(earlier) * (before is not None)
-    return [table(rows), f"<p class=note>{escape(note)}</p>"]
 
 
 def _rounded(value: float | None) -> float | None:
     return value if value is None else round(value, None if value >= 100 else 1)
 
 
-def _failures(parts: Sequence[PartResult]) -> str:
+def _failures(parts: Sequence[PartResult]) -> list[Row]:
     failed = [part for part in parts if not part.is_valid]
-    rows = [{"part": p.name, "result": p.row["result"], "why": p.row["says"]} for p in failed]
-    return table(rows) if rows else ""
+    return [{"part": p.name, "result": p.row["result"], "why": p.row["says"]} for p in failed]
 
 
 def _row(part: PartResult, before: Mapping[str, PartResult] | None) -> dict[str, object]:
@@ -104,18 +85,6 @@ def _lost(part: PartResult, kind: str) -> str | None:
     if not part.features:
         return None
     return f"{part.lost[kind]} of {part.features[f'{kind}s']['all']}"
-
-
-def _pictures(parts: Sequence[PartResult], pictures: Pictures) -> list[str]:
-    legend = swatches(["boundary of the hex mesh", "what is lost, seen through"], [SURFACE, LOST])
-    cards = [_card(pictures.get(part.name), _caption(part)) for part in parts]
-    return [legend, grid(*cards)]
-
-
-def _card(picture: bytes | None, caption: str) -> str:
-    """A picture above its caption; only the caption if there is no picture."""
-    alone = f"<figure><figcaption>{escape(caption)} No picture.</figcaption></figure>"
-    return figure(picture, caption) or alone
 
 
 def _caption(part: PartResult) -> str:

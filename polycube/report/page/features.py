@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
+from markupsafe import Markup
 
 from polycube.report.numbers.features import KINDS
-from polycube.report.page.markup import (
-    Pictures,
-    figure,
-    folded,
-    grid,
-    point,
-    section,
-    show,
-    swatches,
-    table,
-)
-from polycube.report.pictures.colours import KEPT, LOST_FACE, WORST
+from polycube.report.numbers.verdict import length_unit
+from polycube.report.page.templates import NOTHING, Pictures, Row, point, render, show
 from polycube.types import Json
 
 N_SHOWN = 60  # lost features in the table, the farthest first
 
+Table = tuple[str, list[Row]] | None
 
-def features(report: Json, pictures: Pictures) -> str:
+
+def features(report: Json, pictures: Pictures) -> Markup:
     """Counts, a picture, and a list of lost features; empty if the part is not a CAD model."""
     found = report.get("hex", {}).get("features")
     if not found:
-        return ""
+        return NOTHING
     counts = [
         {
             "of the CAD model": f"{kind}s",
@@ -35,49 +28,43 @@ def features(report: Json, pictures: Pictures) -> str:
         }
         for kind in KINDS
     ]
-    limit = f"{100 * found['tolerance']:g} %"
-    legend = swatches(
-        ["preserved curve", "lost curve or point", "lost face"],
-        [KEPT, WORST, LOST_FACE],
-    )
-    return section(
-        "features",
-        "CAD features",
-        "<p>A point is compared with the corners of the boundary quads, a curve with their edges, "
-        f"a face with the quads. A feature is lost if more than 5 % of its samples are "
-        f"farther away than {limit} of the diagonal.</p>",
-        table(counts),
-        grid(figure(pictures.get("features"), "The CAD model, from both sides.", legend)),
-        _lost(found["lost"]),
-        _acute(found.get("acute", [])),
+    return render(
+        "features.html",
+        counts=counts,
+        limit=f"{100 * found['tolerance']:g} %",
+        picture=pictures.get("features"),
+        lost=_lost(found["lost"], length_unit(report)),
+        acute=_acute(found.get("acute", [])),
     )
 
 
-def _lost(features: list[Json]) -> str:
+def _lost(features: list[Json], unit: str) -> Table:
+    """Title and rows of the lost features, the farthest first."""
     if not features:
-        return ""
+        return None
     size = features[0]["length"] / features[0]["distance"]  # the diagonal
     digits = 4 - int(np.log10(size))
-    rows = [
+    rows: list[Row] = [
         {
             "kind": f"{each['kind']}, {each['shape']}" if each["shape"] else each["kind"],
             "of": _faces(each),
             "distance, % of the diagonal": 100 * each["distance"],
-            "model units": each["length"],
+            unit: each["length"],
             "at": point(each["at"], digits),
         }
         for each in features[:N_SHOWN]
     ]
     more = f", the {N_SHOWN} farthest" if len(features) > N_SHOWN else ""
-    return folded(f"{show(len(features))} lost features{more}", table(rows))
+    return f"{show(len(features))} lost features{more}", rows
 
 
-def _acute(features: list[Json]) -> str:
+def _acute(features: list[Json]) -> Table:
+    """Title and rows of the sharp places, the sharpest first."""
     if not features:
-        return ""
+        return None
     extent = max(abs(value) for each in features for value in each["at"])
     digits = 4 - int(np.log10(max(extent, 1e-300)))
-    rows = [
+    rows: list[Row] = [
         {
             "kind": each["kind"],
             "of": _faces(each),
@@ -90,8 +77,7 @@ def _acute(features: list[Json]) -> str:
         for each in features[:N_SHOWN]
     ]
     more = f", the {N_SHOWN} sharpest" if len(features) > N_SHOWN else ""
-    title = f"Angles too small for a good hex: {show(len(features))} edges and corners{more}"
-    return folded(title, table(rows))
+    return f"Angles too small for a good hex: {show(len(features))} edges and corners{more}", rows
 
 
 def _faces(feature: Json) -> str:

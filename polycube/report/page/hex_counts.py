@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from polycube.report.page.markup import section, table
+from markupsafe import Markup
+
+from polycube.report.page.templates import NOTHING, render
 from polycube.types import Json
 
 N_SHOWN = 10  # rows, the worst first
 KINDS = {"around": "edges round", "through": "hexes through", "size": "length of edges"}
 
 
-def hex_counts(report: Json) -> str:
+def hex_counts(report: Json) -> Markup:
     """Entries of `meshing.at`, unmet ones first, then walls and holes with few hexes."""
     found = report.get("hex", {}).get("counts")
     if not found:
-        return ""
+        return NOTHING
     asked, fewer = found["at"], found["fewer"]
     rows = [
         {
@@ -37,9 +39,4 @@ def hex_counts(report: Json) -> str:
         parts.insert(0, f"{met} of {len(asked)} entries of meshing.at are met.")
     if len(rows) > N_SHOWN:
         parts.append(f"The worst {N_SHOWN} are listed; report.json has all.")
-    return section(
-        "counts",
-        "Hexes through walls and round holes",
-        f"<p>{' '.join(parts)}</p>",
-        table(rows[:N_SHOWN]) if rows else "",
-    )
+    return render("hex_counts.html", sentences=parts, rows=rows[:N_SHOWN])

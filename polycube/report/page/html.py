@@ -5,27 +5,26 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
-from html import escape
 from pathlib import Path
-from string import Template
+
+from markupsafe import Markup
 
 from polycube import __version__
 from polycube.io import manifest
 from polycube.pipeline.state import RunState
 from polycube.report.citation import bibtex
-from polycube.report.numbers import solutions
-from polycube.report.numbers.verdict import subtitle, verdict
+from polycube.report.numbers.problem import problem_of
 from polycube.report.page import sections
 from polycube.report.page.features import features
+from polycube.report.page.header import header
 from polycube.report.page.hex_counts import hex_counts
-from polycube.report.page.hexes import hexes, view
-from polycube.report.page.markup import Link, folded, section, show
+from polycube.report.page.hexes import hexes
 from polycube.report.page.repairs import reconstruction, repairs
 from polycube.report.page.sets import sets
+from polycube.report.page.solutions import problem, solution
+from polycube.report.page.templates import NOTHING, Link, element, render
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.types import Json
-
-_HERE = Path(__file__).parent
 
 # descriptions of the files of a run, for the list at the end; other files have none
 FILES = {
@@ -73,17 +72,18 @@ def write_report(
 
     A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
     """
-    drawn = pictures(state) if drawing else {}
+    drawn = pictures(state, problem_of(report.get("config", {}))) if drawing else {}
     moving = denoising(drawn)
     parts = [
-        view(state),
+        sections.view(state, report),
         sections.warnings(report),
         hexes(state, report, drawn),
         hex_counts(report),
         features(report, drawn),
         sets(state, report, drawn),
         sections.spline(state, report, drawn),
-        solutions.section_of(state, report, drawn),
+        problem(report, drawn),
+        solution(state, report, drawn),
         sections.surface(state, report, drawn),
         reconstruction(report),
         repairs(report),
@@ -93,13 +93,9 @@ def write_report(
         _settings(report),
         _files([*manifest.files(folder), *moving]),
     ]
-    text = page(
-        Path(str(report.get("input", {}).get("path", "part"))).name,
-        verdict(report),
-        "\n".join(filter(None, parts)),
-        f"seed {report.get('seed', '')}",
-        subtitle(report),
-    )
+    name = Path(str(report.get("input", {}).get("path", "part"))).name
+    body = Markup("\n").join(filter(None, parts))
+    text = page(name, body, header(report, drawn.get("hex")), f"seed {report.get('seed', '')}")
     with manifest.writing(folder) as scratch:
         for name, image in moving.items():
             (scratch / name).write_bytes(image)
@@ -107,36 +103,31 @@ def write_report(
     return folder / "report.html"
 
 
-def page(title: str, verdict: str, body: str, note: str = "", subtitle: str = "") -> str:
-    """A complete page; `verdict` and `body` are HTML, the others plain text."""
-    return Template((_HERE / "page.html").read_text(encoding="utf-8")).substitute(
-        title=escape(title),
-        subtitle=f"<p class=subtitle>{escape(subtitle)}</p>" if subtitle else "",
-        links=_links(body),
-        style=(_HERE / "page.css").read_text(encoding="utf-8"),
-        verdict=verdict,
+def page(
+    title: str, body: Markup, head: Markup = NOTHING, note: str = "", subtitle: str = ""
+) -> str:
+    """A complete page; `body` and `head` are HTML, the others plain text."""
+    found = re.findall(r'<section id="(\w+)"><h2>([^<]*)</h2>', body)
+    return render(
+        "page.html",
+        title=title,
+        subtitle=subtitle,
+        head=head,
+        links=[(anchor, Markup(words)) for anchor, words in found],
         body=body,
-        note=escape(", ".join(filter(None, [f"polycube {__version__}", note]))),
+        note=", ".join(filter(None, [f"polycube {__version__}", note])),
     )
 
 
-def _links(body: str) -> str:
-    """Links to all sections, with the titles in the body."""
-    found = re.findall(r'<section id="(\w+)"><h2>([^<]*)</h2>', body)
-    links = "".join(f'<a href="#{anchor}">{title}</a>' for anchor, title in found)
-    return f'<nav aria-label="sections">{links}</nav>' if len(found) > 2 else ""
-
-
-def _settings(report: Json) -> str:
+def _settings(report: Json) -> Markup:
     config = report.get("config")
     if not config:
-        return ""
+        return NOTHING
     blocks = {
         "All options of this run": _yaml(config),
         "What to cite, as BibTeX": bibtex(report, config),
     }
-    long = (folded(title, f"<pre>{escape(text)}</pre>", True) for title, text in blocks.items())
-    return section("settings", "Settings", *long)
+    return element(sections.TEMPLATE, "settings", blocks)
 
 
 def _yaml(value: Json, indent: int = 0) -> str:
@@ -150,11 +141,12 @@ def _yaml(value: Json, indent: int = 0) -> str:
     return "\n".join(lines)
 
 
-def _files(made: Iterable[str]) -> str:
+def _files(made: Iterable[str]) -> Markup:
     made = {name for name in made if "/" not in name} - {"report.html"}
     names = sorted(made | {"report.json", "config.json"}, key=_place)
-    items = "".join(f"<li>{show(Link(name, name))} {FILES.get(name, '')}</li>" for name in names)
-    return section("files", "Files", f"<ul class=files>{items}</ul>")
+    return element(
+        sections.TEMPLATE, "files", [(Link(name, name), FILES.get(name, "")) for name in names]
+    )
 
 
 def _place(name: str) -> tuple[int, str]:

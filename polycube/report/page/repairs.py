@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from html import escape
+from markupsafe import Markup
 
-from polycube.report.page.markup import facts, section
+from polycube.report.numbers.verdict import length_unit
+from polycube.report.page.templates import NOTHING, element
 from polycube.types import Json
 
 
-def repairs(report: Json) -> str:
+def repairs(report: Json) -> Markup:
     """The changes in order, and the displacement of the surface; empty if there are none."""
     numbers = report.get("repair")
     if not numbers:
-        return ""
-    changes = "".join(f"<li>{escape(change)}</li>" for change in numbers["changes"])
-    told = f"<ul>{changes}</ul>" if changes else "<p>There was nothing to repair.</p>"
+        return NOTHING
     before, after = numbers["volume_before"], numbers["volume_after"]
     rows = {
         "level": numbers["level"],
-        "largest deviation, model units": numbers["deviation"],
+        f"largest deviation, {length_unit(report)}": numbers["deviation"],
         "of the diagonal, %": numbers["deviation_percent"],
         "of new faces from the input": numbers["added"],
         "of the input from new faces": numbers["lost"],
@@ -27,20 +26,20 @@ def repairs(report: Json) -> str:
         "volume change, %": 100 * (after / before - 1) if before else None,
         "cells of the rebuilt surface": numbers["cell"],
     }
-    return section("repair", "Repair", told, facts(rows))
+    return element("repairs.html", "repair", numbers["changes"], rows)
 
 
-def reconstruction(report: Json) -> str:
+def reconstruction(report: Json) -> Markup:
     """How the surface was made of a point cloud; empty where the input was a surface."""
     numbers = report.get("points")
     if not numbers:
-        return ""
+        return NOTHING
     normals = numbers["neighbours"]
     rows = {
         "points": numbers["given"],
         "not finite or duplicates": numbers["dropped"],
         "outliers removed": numbers["outliers"],
-        "spacing, model units": numbers["spacing"],
+        f"spacing, {length_unit(report)}": numbers["spacing"],
         "normals": "those of the file" if normals is None else f"from {normals} neighbours",
         "normals that agree with the surface, %": 100 * numbers["normals_agree"],
         "cells of the reconstruction": numbers["cell"],
@@ -52,4 +51,4 @@ def reconstruction(report: Json) -> str:
         "area without points, %": 100 * numbers["made_up"],
         "points added there": numbers["added"],
     }
-    return section("points", "Surface of the point cloud", facts(rows))
+    return element("repairs.html", "points", rows)

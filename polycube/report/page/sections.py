@@ -1,6 +1,6 @@
-"""The sections of the page: input, structure, denoising, spline, time.
+"""The sections of the page: 3D view, input, structure, denoising, spline, time.
 
-The top of the page, the hex mesh and the solution have separate modules: `verdict`, `hexes` and
+The top of the page, the hex mesh and the solution have separate modules: `header`, `hexes` and
 `solutions`. Each section takes the state, the numbers of `report.json` and the pictures, which may
 all be incomplete, and returns "" if it is empty.
 """
@@ -8,27 +8,31 @@ all be incomplete, and returns "" if it is empty.
 from __future__ import annotations
 
 import numpy as np
+from markupsafe import Markup
 
 from polycube.pipeline.state import RunState
+from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
-from polycube.report.page.markup import (
-    Pictures,
-    distance_table,
-    facts,
-    figure,
-    folded,
-    grid,
-    section,
-    show,
-    swatches,
-    table,
-)
+from polycube.report.page.templates import NOTHING, Pictures, distance_rows, element, show
+from polycube.report.page.viewer import viewer
 from polycube.report.pictures import proposals
 from polycube.report.pictures.colours import AXIS_COLOURS
 from polycube.structure.lattice import NAMED
 from polycube.types import AXES, Json
 
 N_CANDIDATES = 12  # largest number in the table
+STRUCTURE = {  # names of numbers of the structure in report.json, and on the page
+    "context": "primitive in each cell of the grid",
+    "cells": "cells with a primitive",
+    "genus": "holes (genus)",
+    "auto": "chosen by the program",
+}
+INPUT = {  # numbers of the input on the page, and their keys in report.json
+    "file": "path",
+    "triangles": "faces",
+    "vertices": "vertices",
+    "holes through the part (genus)": "genus",
+}
 SPLINE = {  # numbers of the spline on the page, and their keys in report.json
     "functions": "functions",
     "elements": "elements",
@@ -37,60 +41,63 @@ SPLINE = {  # numbers of the spline on the page, and their keys in report.json
     "smallest det J, over its mean": "min_scaled_detj",
     "place of the smallest det J": "min_detj_at",
     "in element": "min_detj_element",
-    "volume, model units³": "volume",
     "place farthest from the input": "farthest_at",
 }
 
 
-def warnings(report: Json) -> str:
+TEMPLATE = "sections.html"
+
+
+def warnings(report: Json) -> Markup:
     """The warnings about the input and the run."""
-    items = "".join(f"<li>{show(text)}</li>" for text in report.get("warnings", ()))
-    return section("warnings", "Warnings", f"<ul>{items}</ul>") if items else ""
+    found = report.get("warnings")
+    return element(TEMPLATE, "warnings", found) if found else NOTHING
 
 
-def surface(state: RunState, report: Json, pictures: Pictures) -> str:
+def view(state: RunState, report: Json) -> Markup:
+    """The hex mesh in three dimensions, directly below the verdict."""
+    if state.hexes is None:
+        return NOTHING
+    context = state.polycube.context if state.polycube is not None else ()
+    spline, solution, unit = state.spline, state.solution, length_unit(report)
+    solved = None if spline is None or solution is None else (spline, solution)
+    shown = viewer(state.hexes, state.surface, context, unit=unit, solved=solved)
+    return element(TEMPLATE, "view", shown) if shown else NOTHING
+
+
+def surface(state: RunState, report: Json, pictures: Pictures) -> Markup:
     """The input as it was read."""
     numbers = dict(report.get("input", {}))
     box = np.array(numbers.pop("bbox", [[0] * 3] * 2))
     if not numbers:
-        return ""
+        return NOTHING
     size = " × ".join(show(float(s)) for s in np.ptp(box, axis=0))
-    numbers["volume, model units³"] = numbers.pop("volume", None)
+    unit = length_unit(report)
+    told = {title: numbers.get(key) for title, key in INPUT.items()}
+    told[f"volume, {unit}³"] = numbers.get("volume")
     diagonal = float(np.linalg.norm(np.ptp(box, axis=0)))
-    rows = {**numbers, "size, model units": size, "diagonal, model units": diagonal}
-    picture = figure(pictures.get("input"), "Input surface; sharp edges drawn.")
-    return section("input", "Input", grid(picture, facts(rows)))
+    rows = {**told, f"size, {unit}": size, f"diagonal, {unit}": diagonal}
+    return element(TEMPLATE, "input", pictures.get("input"), rows)
 
 
-def structure(state: RunState, report: Json, pictures: Pictures) -> str:
+def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
     """The polycube, the labels, and the ranking."""
     numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
     chosen = numbers.pop("chosen", 0)
+    if not numbers and not candidates and not {"polycube", "labels", "proposals"} & set(pictures):
+        return NOTHING
+    numbers = {STRUCTURE.get(name, name): value for name, value in numbers.items()}
     if "grid" in numbers:
         numbers["grid"] = " × ".join(map(str, numbers["grid"]))
-    axes = swatches(AXES, AXIS_COLOURS)
-    pictured = grid(
-        figure(pictures.get("polycube"), "Polycube; a colour per face direction.", axes),
-        figure(pictures.get("labels"), "The same colours on the input: labels and patches.", axes),
-    )
-    ranking = ""
-    if candidates:
-        rows = [
-            {"rank": i + 1, **{k: v for k, v in _named(row).items() if k != "key"}}
-            for i, row in enumerate(candidates)
-        ]
-        shown = rows[: max(N_CANDIDATES, chosen + 1)]
-        ranking = folded(
-            f"Ranking of {len(rows)} proposals",
-            "<p>A short registration of each; the smallest score is tried first. "
-            "Probability: by the trained classifier, among all structures of the part's genus "
-            "that lie along the same axes. "
-            f"Meshed: rank {chosen + 1}.</p>{table(shown, chosen)}",
-        )
-    proposed = figure(pictures.get("proposals"), _proposed(state), axes, wide=True)
-    stated = facts(numbers) if numbers else ""
-    return section("structure", "Structure", pictured, stated, proposed, ranking)
+    ranking = [
+        {"rank": i + 1, **{k: v for k, v in _named(row).items() if k != "key"}}
+        for i, row in enumerate(candidates[: max(N_CANDIDATES, chosen + 1)])
+    ]
+    title = f"Ranking of {len(candidates)} proposals"
+    axes = list(zip(AXES, AXIS_COLOURS, strict=True))
+    told = _proposed(state)
+    return element(TEMPLATE, "structure", pictures, axes, numbers, told, title, ranking, chosen)
 
 
 def _proposed(state: RunState) -> str:
@@ -114,10 +121,10 @@ def _named(row: Json) -> Json:
     return {**row, "context": f"bricks in {n_full} of {len(context)} cells"}
 
 
-def denoising(report: Json, moving: Pictures) -> str:
+def denoising(report: Json, moving: Pictures) -> Markup:
     """The points of the diffusion model in each recorded state, if it was used."""
     if not moving:
-        return ""
+        return NOTHING
     numbers = report.get("polycube", {})
     moved, most = (numbers.get(f"denoised_to_polycube_{which}") for which in ("mean", "max"))
     last = "" if moved is None else f" Their distance from it is {moved:.3f} cells on average"
@@ -129,35 +136,25 @@ def denoising(report: Json, moving: Pictures) -> str:
         "Points x_T of the input, moved to the polycube (x_0) by the diffusion model. The colour "
         "of a point is that of its place on the polycube, paler on sides that face away." + last
     )
-    between = (
-        "The recorded states, connected by straight lines. With sampler=ddim, the default, no "
-        "noise is added between them; with ddpm it is."
-    )
-    return section(
-        "denoising",
-        "Denoising",
-        figure(moving["trajectory.png"], text, wide=True),
-        figure(moving["trajectory.gif"], between),
-    )
+    return element(TEMPLATE, "denoising", moving, text)
 
 
-def spline(state: RunState, report: Json, pictures: Pictures) -> str:
+def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
     """The volumetric spline."""
-    numbers = report.get("spline", {})
-    picture = figure(pictures.get("spline"), "Spline solid with the edges of its Bézier elements.")
+    numbers, picture = report.get("spline", {}), pictures.get("spline")
     if not numbers and not picture:
-        return ""
-    diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
+        return NOTHING
     told = {name: numbers.get(key) for name, key in SPLINE.items()}
+    unit = length_unit(report)
+    told[f"volume, {unit}³"] = numbers.get("volume")
     if "volume_error" in numbers:
         told["volume error, %"] = 100 * numbers["volume_error"]
-    facing = facts(told)
     ways = {"spline to input": "spline_to_surface", "input to spline": "surface_to_spline"}
-    apart = distance_table(numbers, ways, diagonal)
-    return section("spline", "Volumetric spline", grid(picture, facing), apart)
+    diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
+    return element(TEMPLATE, "spline", picture, told, distance_rows(numbers, ways, diagonal), unit)
 
 
-def seconds(report: Json) -> str:
+def seconds(report: Json) -> Markup:
     """The time of each stage."""
-    spent = report.get("seconds", {})
-    return section("time", "Time", charts.bars(spent)) if spent else ""
+    spent = report.get("seconds")
+    return element(TEMPLATE, "seconds", charts.bars(spent)) if spent else NOTHING

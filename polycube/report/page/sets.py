@@ -3,41 +3,34 @@
 from __future__ import annotations
 
 import numpy as np
+from markupsafe import Markup
 
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.sets import model_areas
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page.markup import (
-    Pictures,
-    Swatch,
-    figure,
-    folded,
-    grid,
-    point,
-    section,
-    show,
-    table,
-)
+from polycube.report.page.templates import NOTHING, Pictures, Row, Swatch, point, render
 from polycube.report.pictures.named_sets import set_colours
 from polycube.surface.measures import diagonal
-from polycube.types import Json
+from polycube.types import HexMesh, Json
 
 KINDS = {"direction": "direction", "hole": "hole", "cad_face": "CAD face", "patch": "patch"}
 FLAT = 0.3  # length of the mean normal below which a set has no direction
 DIFFERS = 0.1  # of the area of the CAD face: larger differences of its set are shown
 
 
-def sets(state: RunState, report: Json, pictures: Pictures) -> str:
+def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
     """All named sets with colour, size, place and direction, including lost CAD faces."""
     numbers = report.get("hex", {}).get("sets")
     if state.hexes is None or not numbers:
-        return ""
+        return NOTHING
     colours, unit = set_colours(state.hexes), length_unit(report)
+    members = cad_faces(state.hexes)
     digits = 4 - int(np.log10(diagonal(state.surface)))
-    rows = {
+    rows: dict[str, Row] = {
         name: {
             "set": Swatch(name, colours.get(name)),
             "kind": KINDS[own["kind"]],
+            **({"CAD faces": members[name]} if members else {}),
             "quads": own["quads"],
             f"area, {unit}²": own["area"],
             "centre": point(own["centroid"], digits),
@@ -46,20 +39,38 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> str:
         for name, own in numbers.items()
     }
     faces = model_areas(state.surface)
-    main = [row for name, row in rows.items() if name not in faces and not _is_patch(name)]
-    patches = [row for name, row in rows.items() if _is_patch(name)]
-    text = (
-        "The named sets of the boundary, from the front above and from behind below; the table is "
-        "the legend. A quad in several sets has the colour of the first, grey quads are in none."
+    change = {
+        name: numbers.get(name, {"area": 0.0})["area"] / area - 1 if area else 0.0
+        for name, area in faces.items()
+    }
+    return render(
+        "sets.html",
+        picture=pictures.get("sets"),
+        main=[row for name, row in rows.items() if name not in faces and not _is_patch(name)],
+        faces=[_face(name, rows, change[name]) for name in faces],
+        differ=[name for name in faces if abs(change[name]) > DIFFERS],
+        limit=f"{100 * DIFFERS:g}",
+        patches=[row for name, row in rows.items() if _is_patch(name)],
     )
-    return section(
-        "sets",
-        "Boundary sets",
-        "<p>Supports, loads and exported files name parts of the boundary by these sets.</p>",
-        grid(figure(pictures.get("sets"), text)),
-        table(main) if main else "",
-        _cad_faces(rows, numbers, faces),
-        folded(f"{len(patches)} patches of the polycube", table(patches)) if patches else "",
+
+
+def cad_faces(mesh: HexMesh) -> dict[str, str]:
+    """The numbers of the CAD faces in which each set lies; empty for other parts."""
+    number = np.zeros(len(mesh.quads), np.int64)
+    for name, own in mesh.sets.items():
+        if name.removeprefix("cad_face_").isdigit():
+            number[own] = int(name.removeprefix("cad_face_"))
+    if not number.any():
+        return {}
+    return {name: _ranges(np.unique(number[own])) for name, own in mesh.sets.items()}
+
+
+def _ranges(numbers: np.ndarray) -> str:
+    """1 to 3, 7; a quad of no CAD face has the number 0."""
+    numbers = numbers[numbers > 0]
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
+    return ", ".join(
+        f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs
     )
 
 
@@ -67,25 +78,11 @@ def _is_patch(name: str) -> bool:
     return name.startswith("patch_")
 
 
-def _cad_faces(rows: Json, numbers: Json, faces: dict[str, float]) -> str:
-    """The CAD faces with their areas in the model, and those without a quad."""
-    if not faces:
-        return ""
-    listed, differ = [], []
-    for name, area in faces.items():
-        own = numbers.get(name, {"quads": 0, "area": 0.0})
-        change = own["area"] / area - 1 if area else 0.0
-        row = rows.get(name, {"set": Swatch(name), "kind": KINDS["cad_face"], "quads": 0})
-        listed.append({**row, "of the model's face": f"{1 + change:.1%}"})
-        if abs(change) > DIFFERS:
-            differ.append(name)
-    note = (
-        f"<p class=note>CAD faces whose set has no quad, or an area that differs by more than "
-        f"{100 * DIFFERS:g} %: {len(differ)} of {len(faces)} ({show(differ)}).</p>"
-        if differ
-        else ""
-    )
-    return note + folded(f"{len(faces)} CAD faces", table(listed))
+def _face(name: str, rows: dict[str, Row], change: float) -> Row:
+    """The row of a CAD face, compared with its area in the model."""
+    row = rows.get(name, {"set": Swatch(name), "kind": KINDS["cad_face"], "quads": 0})
+    own = {title: value for title, value in row.items() if title != "CAD faces"}
+    return {**own, "of the model's face": f"{1 + change:.1%}"}
 
 
 def _direction(normal: list[float]) -> str | None:

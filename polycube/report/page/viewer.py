@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import base64
-import json
 import zlib
 from collections.abc import Sequence
-from pathlib import Path
-from string import Template
 
 import numpy as np
+from markupsafe import Markup
 
 from polycube.hexmesh.connectivity import FACES, neighbours, quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.page.markup import gradient, show, swatches
+from polycube.report.numbers.verdict import UNKNOWN
+from polycube.report.page.overlays import results, simplified
+from polycube.report.page.templates import NOTHING, render, show
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
 from polycube.report.pictures.features import lost_segments
+from polycube.report.pictures.fields import AMPLITUDE
 from polycube.report.pictures.named_sets import memberships, quad_colours, set_colours
 from polycube.report.pictures.render import view
-from polycube.types import HexMesh, Json, TriMesh
+from polycube.types import HexMesh, Json, Solution, Spline, TriMesh
 
-_HERE = Path(__file__).parent
 # number of hexes up to which all are shown; above, only those on the boundary and the worst
 WHOLE = 60_000
 WORST = 1_000  # number of hexes with the smallest scaled Jacobian that are always shown
@@ -36,7 +36,9 @@ def viewer(
     surface: TriMesh | None = None,
     context: Sequence[str | None] = (),
     filled: str = PRIMITIVE,
-) -> str:
+    unit: str = UNKNOWN,
+    solved: tuple[Spline, Solution] | None = None,
+) -> Markup:
     """Markup of the 3D view; empty if more than `MOST` hexes would be shown.
 
     For a mesh of more than `WHOLE` hexes, the page has those with a face on the boundary and the
@@ -45,11 +47,13 @@ def viewer(
     surface : the input; None: no colours by distance
     context : primitive per grid cell; empty if it is unknown
     filled : description of the cells if they are not primitives; they are not coloured then
+    unit : length unit
+    solved : spline and solution of the analysis, for the colours by results
     """
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     shown = _shown(mesh, quality)
     if len(shown) > MOST:
-        return ""
+        return NOTHING
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     size = float(np.linalg.norm(high - low))
     used, hexes = np.unique(mesh.hexes[shown], return_inverse=True)
@@ -57,7 +61,7 @@ def viewer(
     distance = distances(mesh, surface)
     number, sets = memberships(mesh)
     _, first = np.unique(number, return_index=True)
-    arrays = (
+    arrays: tuple[np.ndarray, ...] = (
         places.astype("<f4"),
         _steps(hexes.reshape(-1, 8)),
         _steps(_renumbered(beyond(mesh.hexes)[shown], shown)),
@@ -69,6 +73,12 @@ def viewer(
     )
     segments = np.zeros((0, 2, 3)) if surface is None else lost_segments(mesh, surface)
     lost = (segments - (low + high) / 2) / size
+    drawn = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    if surface is not None:
+        drawn = simplified(surface)
+    found = [] if solved is None else results(*solved, mesh.vertices[used], unit)
+    arrays += ((drawn[0] - (low + high) / 2) / size).astype("<f4"), _steps(drawn[1])
+    arrays += tuple(array for result in found for array in result.arrays())
     packed = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
     names, primitive = _primitives(mesh, context)
     data = {
@@ -91,18 +101,17 @@ def viewer(
         "set_colours": rgb(tuple(quad_colours(mesh)[first].tolist())).tolist(),
         "names": names,
         "primitive": primitive,
+        "S": len(drawn[0]),
+        "T": len(drawn[1]),
+        "whole": surface is None or len(drawn[1]) == len(surface.faces),
+        "results": [result.numbers() for result in found],
+        "amplitude": AMPLITUDE,
         "data": base64.b64encode(packed).decode(),
     }
-    box = '<label class="lost"><input name="lost" type="checkbox" checked> lost features</label>'
-    legends = _legends(mesh, data, surface is not None, filled)
-    choices = "".join(f'<option value="{key}">{title}</option>' for key, (title, _) in legends)
-    return Template((_HERE / "viewer.html").read_text(encoding="utf-8")).substitute(
-        data=json.dumps(data).replace("<", "\\u003c"),
-        script=(_HERE / "viewer.js").read_text(encoding="utf-8"),
-        choices=choices,
-        lost=box if len(lost) else "",
-        legends="".join(f'<div data-colour="{key}">{bar}</div>' for key, (_, bar) in legends),
-    )
+    legends = _legends(mesh, data, None if surface is None else unit, filled)
+    for place, result in enumerate(found):
+        legends[f"result{place}"] = _bar(result.title, result.colours, *result.words)
+    return render("viewer.html", data=data, legends=legends)
 
 
 def _shown(mesh: HexMesh, quality: np.ndarray) -> np.ndarray:
@@ -124,30 +133,37 @@ def _steps(values: np.ndarray) -> np.ndarray:
     return np.diff(values, axis=0, prepend=np.zeros_like(values[:1])).astype("<i4")
 
 
-def _legends(
-    mesh: HexMesh, data: Json, has_distance: bool, filled: str
-) -> list[tuple[str, tuple[str, str]]]:
-    """Key, title and legend of each colouring."""
+def _legends(mesh: HexMesh, data: Json, unit: str | None, filled: str) -> dict[str, Json]:
+    """Title of each colouring, with the ends of its colour bar or the names of its colours.
+
+    unit : length unit of the distances; None without distances
+    """
     cells, names = np.unique(mesh.cell).tolist(), data["names"]
-    found = {"quality": ("scaled Jacobian", gradient(QUALITY_COLOURS, "0 scaled Jacobian", "1"))}
-    if has_distance:
-        far = f"{show(data['farthest'])} model units from the input"
-        found["distance"] = ("distance from the input", gradient(DEVIATION_COLOURS, "0", far))
+    found: dict[str, Json] = {
+        "quality": _bar("scaled Jacobian", QUALITY_COLOURS, "0 scaled Jacobian", "1")
+    }
+    if unit is not None:
+        far = f"{show(data['farthest'])} {unit} from the input"
+        found["distance"] = _bar("distance from the input", DEVIATION_COLOURS, "0", far)
     if len(cells) > 1 and filled == PRIMITIVE:
-        named = cells[:N_NAMED]
-        more = f", and {len(cells) - N_NAMED} more" if len(cells) > N_NAMED else ""
-        colours = [CELLS[cell % len(CELLS)] for cell in named]
-        found["cell"] = ("grid cell", swatches([str(c) for c in named], colours) + more)
-    coloured = _named_colours(mesh)
+        named = [(str(cell), CELLS[cell % len(CELLS)]) for cell in cells]
+        found["cell"] = _named("grid cell", named, N_NAMED)
+    coloured = [(name, colour) for colour, name in _named_colours(mesh).items()]
     if coloured:
-        more = f", and {len(coloured) - N_SETS} more" if len(coloured) > N_SETS else ""
-        shown = list(coloured.items())[:N_SETS]
-        legend = swatches([name for _, name in shown], [colour for colour, _ in shown])
-        found["set"] = ("named set", legend + more)
+        found["set"] = _named("named set", coloured, N_SETS)
     if len(names) > 1:
-        colours = [CELLS[i % len(CELLS)] for i in range(len(names))]
-        found["primitive"] = (filled, swatches(names, colours))
-    return list(found.items())
+        named = [(name, CELLS[i % len(CELLS)]) for i, name in enumerate(names)]
+        found["primitive"] = _named(filled, named, len(named))
+    return found
+
+
+def _bar(title: str, stops: Sequence[str], low: str, high: str) -> Json:
+    return {"title": title, "stops": stops, "low": low, "high": high}
+
+
+def _named(title: str, named: list[tuple[str, str]], most: int) -> Json:
+    more = f", and {len(named) - most} more" if len(named) > most else ""
+    return {"title": title, "named": named[:most], "more": more}
 
 
 def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str], list[int]]:

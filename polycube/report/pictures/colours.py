@@ -8,6 +8,7 @@ SURFACE = "#a9b7c4"
 EDGE = "#1f2a36"
 WORST = "#d6206a"
 KEPT, LOST_FACE = "#2c7a56", "#f0b3c9"  # of a CAD model: its curves, its faces
+HELD, LOADED = "#2f6db3", "#e07b1f"  # faces with supports, with loads
 LOST = "#d91a1a"  # on a hex mesh, as in the 3D view
 
 # of holes, and of other CAD faces that are not ends: dark, and pale
@@ -50,3 +51,8 @@ def ramp(values: np.ndarray, colours: tuple[str, ...]) -> np.ndarray:
     stops = np.linspace(0, 1, len(colours))
     channels = [np.interp(values, stops, channel) for channel in rgb(colours).T]
     return np.stack(channels, -1).round().astype(np.uint8)
+
+
+def hex_colour(colour: np.ndarray) -> str:
+    """A colour (3,) as #rrggbb."""
+    return "#" + "".join(f"{int(channel):02x}" for channel in colour)

@@ -18,9 +18,18 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.analysis.problem import Problem
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.pictures import features, fields, named_sets, proposals, scenes, trajectory
+from polycube.report.pictures import (
+    features,
+    fields,
+    loads,
+    named_sets,
+    proposals,
+    scenes,
+    trajectory,
+)
 from polycube.report.pictures.render import Picture
 
 logger = logging.getLogger(__name__)
@@ -28,8 +37,11 @@ logger = logging.getLogger(__name__)
 PROCESSES = 2  # number of drawing processes
 
 
-def makers(state: RunState) -> dict[str, Callable[[], Picture]]:
-    """Functions that make each picture of a state; `mode_<number>` and similar ones are films."""
+def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callable[[], Picture]]:
+    """Functions that make each picture of a state; `mode_<number>` and similar ones are films.
+
+    problem : supports and loads of the solution, if they are known
+    """
     surface, mesh, spline = state.surface, state.hexes, state.spline
     found: dict[str, Callable[[], Picture]]
     found = {"input": partial(scenes.input_surface, surface)}
@@ -61,13 +73,15 @@ def makers(state: RunState) -> dict[str, Callable[[], Picture]]:
         found["spline"] = partial(scenes.spline_boundary, spline)
         if state.solution is not None:
             found |= fields.makers(spline, state.solution)
+            if problem is not None and mesh is not None:
+                found["problem"] = partial(loads.supports_and_loads, mesh, problem)
     return found
 
 
-def pictures(state: RunState) -> dict[str, bytes]:
+def pictures(state: RunState, problem: Problem | None = None) -> dict[str, bytes]:
     """PNG of all results in the state, GIF of animations."""
     found = {}
-    for name, make in makers(state).items():
+    for name, make in makers(state, problem).items():
         try:
             found[name] = make()
         except Exception as error:

@@ -1,9 +1,11 @@
 """Numbers of a run."""
 
 from dataclasses import replace
+from datetime import datetime
 
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.results import summarize
+from polycube.report.numbers.verdict import about
 
 CONFIG = {"seed": 0, "context": None}
 
@@ -22,3 +24,17 @@ def test_a_failure_or_an_early_end_is_told(run):
     assert not report["valid"] and report["failure"] == "no mesh"
     assert report["stopped"] == "time was up" and report["interrupted"]
     assert report["seconds"] == {"read": 0.123} and report["effort"] == {}
+
+
+def test_the_report_says_when_and_where_it_was_made(run):
+    made = summarize(RunState(run.surface), {}, {}, CONFIG)["made"]
+    assert datetime.fromisoformat(made["date"]).utcoffset() is not None
+    assert "processors" in made["machine"]
+    told = about({"made": {"date": "2026-01-31T12:34:56+01:00"}, "input": {"path": "a.stl"}})
+    assert told["date"] == "2026-01-31 12:34 +01:00" and told["length unit"] == "unknown"
+    config = {"analysis": {"units": "cm"}}
+    box = {"path": "a.STEP", "bbox": [[0, 0, 1], [2, 3, 5]]}
+    assert about({"config": config, "input": box})["size"] == "2 × 3 × 4 cm"
+    assert about({"config": config, "input": box})["length unit"] == "cm"
+    told = about({"config": config, "input": {"path": "a.stl"}})["length unit"]
+    assert told == "cm, by analysis.units, not by the file"

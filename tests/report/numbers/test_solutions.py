@@ -9,6 +9,7 @@ from polycube.io.bezier import write_solution
 from polycube.pipeline.state import RunState
 from polycube.registry import build
 from polycube.report.numbers import solutions, words
+from polycube.report.page import solutions as page
 from polycube.report.pictures import fields
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.pictures import pictures
@@ -74,7 +75,9 @@ def test_a_bent_bar_is_told_in_sentences(bar, bent):
     assert f"{found['singular']['von_mises'] / 1e6:.4g} MPa; it is unbounded there" in beside
     text, tile = page_of(bar, bent)
     assert "Near a border of x_min, at (" in text
-    assert tile == {"largest von Mises stress": f"{value:.4g} MPa ± {error:.2g}"}
+    assert tile["largest von Mises stress"][0] == f"{value:.4g} MPa ± {error:.2g}"
+    assert tile["largest displacement"][0] == f"{found['max_displacement']:.4g} mm"
+    assert tile["largest displacement"][1].startswith("at (4, ")
     assert list(words.cautions(told)) == []
 
 
@@ -83,7 +86,7 @@ def test_badly_shaped_elements_are_told(bar, bent):
     [caution] = words.cautions(told)
     assert caution.startswith("the stress in 3 elements is ignored, because their shape is too bad")
     state = RunState(TETRAHEDRON, spline=bar, solution=bent)
-    assert "The stress in 3 elements is ignored" in solutions.section_of(state, told, {})
+    assert "The stress in 3 elements is ignored" in page.solution(state, told, {})
 
 
 def test_modes_and_potentials_are_told_in_sentences(bar, warm):
@@ -109,17 +112,17 @@ def test_numbers_of_a_warm_bar(bar, warm):
 def page_of(spline, solution):
     state = RunState(TETRAHEDRON, spline=spline, solution=solution)
     told = solutions.numbers(spline, solution)
-    return solutions.section_of(state, told, {}), solutions.tile(told)
+    return page.solution(state, told, {}), solutions.tiles(told)
 
 
 def test_page_tells_reactions_and_flows(bar, pulled, warm):
     text, tile = page_of(bar, pulled)
     assert "<td>x_max</td><td>2100</td>" in text and "2100 MPa" in text
-    assert tile == {"largest von Mises stress": "2100 MPa"}
+    assert tile["largest von Mises stress"][0] == "2100 MPa"
     text, tile = page_of(bar, warm)
     assert "<td>x_min</td><td>-0.25</td>" in text
-    assert tile == {"u": "10 to 30"}
-    assert solutions.section_of(RunState(TETRAHEDRON), {}, {}) == "" and solutions.tile({}) == {}
+    assert tile == {"u": ("10 to 30 K", "largest flux 250\u202f000 W/m^2")}
+    assert page.solution(RunState(TETRAHEDRON), {}, {}) == "" and solutions.tiles({}) == {}
 
 
 def test_scenes_move_and_colour_the_solid(bar, pulled, warm):

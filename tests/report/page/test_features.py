@@ -6,8 +6,8 @@ import pytest
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.pipeline.state import RunState
 from polycube.report.numbers import features as numbers_of
-from polycube.report.numbers.verdict import verdict
 from polycube.report.page.features import features
+from polycube.report.page.header import header
 from polycube.report.page.viewer import viewer
 from polycube.report.pictures.colours import KEPT, LOST, LOST_FACE, SURFACE, WORST, rgb
 from polycube.report.pictures.features import lost_features, lost_on_mesh, lost_segments
@@ -100,13 +100,13 @@ def test_the_3d_view_marks_what_is_lost(cut):
 
 
 def test_the_first_screen_counts_what_is_kept(found):
-    page = " ".join(Outline(verdict({"hex": {"features": found}})).text)
+    page = " ".join(Outline(header({"hex": {"features": found}})).text)
     assert "9 of 26" in page and "4 of 8 points, 4 of 12 curves, 1 of 6 faces" in page
     all_kept = {**found, **{f"{k}s": {"all": 5, "lost": 0} for k in ("point", "curve", "face")}}
-    tile = verdict({"hex": {"features": all_kept}})
+    tile = header({"hex": {"features": all_kept}})
     assert 'tile good"><span>CAD features preserved' in tile and "15 of 15" in tile
-    assert 'tile doubtful"><span>CAD features preserved' in verdict({"hex": {"features": found}})
-    assert "CAD features" not in verdict({"hex": {"features": None}})
+    assert 'tile doubtful"><span>CAD features preserved' in header({"hex": {"features": found}})
+    assert "CAD features" not in header({"hex": {"features": None}})
 
 
 def test_the_picture_is_drawn(cut):

@@ -9,10 +9,10 @@ import pytest
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.state import RunState
-from polycube.report.numbers.verdict import verdict
 from polycube.report.page import html
+from polycube.report.page.header import header
 from polycube.report.page.html import write_report
-from polycube.report.page.markup import show, table
+from polycube.report.page.templates import element, show
 from tests.fixtures.html import Outline
 from tests.fixtures.stages import TETRAHEDRON
 
@@ -73,7 +73,7 @@ def folder(tmp_path_factory) -> Path:
 def page(run, report, drawn, folder: Path) -> str:
     (folder / "hex.vtu").write_text("")
     with pytest.MonkeyPatch.context() as patch:  # the pictures of this run, already drawn
-        patch.setattr(html, "pictures", lambda state: drawn)
+        patch.setattr(html, "pictures", lambda *state: drawn)
         return write_report(folder, run, report).read_text(encoding="utf-8")
 
 
@@ -113,7 +113,7 @@ def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path
     }
     state = RunState(run.surface, polycube=run.polycube)
     monkeypatch.setattr(
-        html, "pictures", lambda state: {name: drawn[name] for name in ("input", "polycube")}
+        html, "pictures", lambda *state: {name: drawn[name] for name in ("input", "polycube")}
     )
     page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
     outline = Outline(page)
@@ -139,9 +139,9 @@ def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
 )
 def test_the_first_thing_to_read_says_where_it_is_positive(corners, everywhere, words) -> None:
     certificate = {"positive_at_corners": corners, "positive_everywhere": everywhere}
-    page = verdict({"valid": True, "hex": {"hexes": 8, "certificate": certificate}})
+    page = header({"valid": True, "hex": {"hexes": 8, "certificate": certificate}})
     assert f"Jacobian positive: {words}<" in page
-    assert "Jacobian positive" not in verdict({"valid": True, "hex": {"hexes": 8}})
+    assert "Jacobian positive" not in header({"valid": True, "hex": {"hexes": 8}})
 
 
 @pytest.mark.parametrize(
@@ -157,16 +157,16 @@ def test_the_first_thing_to_read_says_where_it_is_positive(corners, everywhere, 
     ],
 )
 def test_a_number_beyond_its_limit_is_marked(numbers, mark) -> None:
-    assert f'<div class="tile {mark}">' in verdict({"valid": True, "hex": numbers})
+    assert f'<div class="tile {mark}">' in header({"valid": True, "hex": numbers})
 
 
 def test_a_spline_is_judged_by_its_sign_and_its_distance() -> None:
     spline = {"is_positive": True, "min_scaled_detj": 0.1, "functions": 9}
     spline |= {"surface_to_spline_p99": 0.001, "spline_to_surface_p99": 0.002}
-    assert 'tile good"><span>spline' in verdict({"spline": spline})
-    assert 'tile doubtful"><span>spline' in verdict({"spline": {**spline, "is_positive": False}})
+    assert 'tile good"><span>spline' in header({"spline": spline})
+    assert 'tile doubtful"><span>spline' in header({"spline": {**spline, "is_positive": False}})
     far = {**spline, "surface_to_spline_p99": 0.02}
-    assert 'tile doubtful"><span>spline' in verdict({"spline": far})
+    assert 'tile doubtful"><span>spline' in header({"spline": far})
 
 
 def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
@@ -190,7 +190,7 @@ def test_values_are_shown_for_people() -> None:
 
 
 def test_table_has_every_column_any_row_has() -> None:
-    rows = table([{"a": 1}, {"a": 2, "b": 3}], chosen=1)
+    rows = element("elements.html", "table", [{"a": 1}, {"a": 2, "b": 3}], 1)
     assert rows.count("<th>") == 2 and rows.count("<td>") == 4
     assert rows.index("class=chosen") > rows.index("<td>1</td>")
 

@@ -12,14 +12,16 @@ from pathlib import Path
 from urllib.parse import quote, unquote
 
 import pytest
+from jinja2.utils import htmlsafe_json_dumps
+from markupsafe import Markup
 
 from polycube.pipeline.state import RunState
 from polycube.report.numbers.benchmark import PartResult
 from polycube.report.page.assembly import assembly_page
 from polycube.report.page.benchmark import benchmark_page
 from polycube.report.page.html import page, write_report
-from polycube.report.page.markup import Link, Swatch, facts, figure, folded, section, show, table
 from polycube.report.page.summary import summary_page
+from polycube.report.page.templates import FOLDER, Link, Swatch, environment, show
 
 PLAIN = "Aname"
 ODD = (
@@ -61,7 +63,8 @@ class Structure(HTMLParser):
     def shown(self, name: str) -> str:
         """The text, with the name in place of its forms in JSON: of settings, and in a script."""
         quoted = json.dumps(name)[1:-1]
-        return self.text.replace(quoted.replace("<", "\\u003c"), name).replace(quoted, name)
+        in_script = str(htmlsafe_json_dumps(name))[1:-1]
+        return self.text.replace(in_script, name).replace(quoted, name)
 
 
 def check(plain: str, odd: str, name: str) -> int:
@@ -113,6 +116,13 @@ def page_of_a_run(run: RunState, name: str, folder: Path) -> str:
         },
         "spline": {"functions": 4, name: name},
         "modes": {"frequency_hz": [], "units": {"length": name, "frequency": name}},
+        "problem": {
+            "units": name,
+            "material": name,
+            "supports": [{"words": name, "quads": 1, "area": 1.0}],
+            "loads": [{"words": name, "quads": None, "area": None}],
+        },
+        "made": {"date": "", "machine": name},
         "seconds": {name: 1.0, "read": 2.0},
         "warnings": [name],
         "doubts": [name],
@@ -129,7 +139,7 @@ def page_of_a_run(run: RunState, name: str, folder: Path) -> str:
 def test_the_page_of_a_run(name: str, run: RunState, tmp_path: Path) -> None:
     plain = page_of_a_run(run, PLAIN, tmp_path / "plain")
     odd = page_of_a_run(run, name, tmp_path / "odd")
-    assert check(plain, odd, name) >= 20
+    assert check(plain, odd, name) >= 28
 
 
 @pytest.mark.parametrize("name", ODD)
@@ -168,20 +178,26 @@ def test_the_page_of_a_benchmark(name: str) -> None:
     assert check(made(PLAIN), made(name), name) >= 6
 
 
-@pytest.mark.parametrize("name", ODD)
-def test_every_piece(name: str) -> None:
-    def made(word: str) -> str:
-        return "".join(
-            [
-                show({word: [word, Swatch(word, "#fff"), Link(word, word)]}),
-                facts({word: word}),
-                table([{word: word}]),
-                folded(word, ""),
-                figure(b"png", word, wide=True),
-                section("x", word, "y"),
-                page(word, "", "", word, word),
-            ]
-        )
+ELEMENTS = """{% from "elements.html" import facts, figure, folded, section, swatches, table %}
+{{ {word: [word, swatch, link]}|show }}{{ facts({word: word}) }}{{ table([{word: word}]) }}
+{% call folded(word) %}{% endcall %}{{ figure(picture, word, wide=true) }}
+{{ swatches([(word, "#fff")]) }}{% call section("x", word) %}{{ word }}{% endcall %}"""
 
-    assert check(made(PLAIN), made(name), name) == 16
+
+@pytest.mark.parametrize("name", ODD)
+def test_every_element(name: str) -> None:
+    def made(word: str) -> str:
+        swatch, link = Swatch(word, "#fff"), Link(word, word)
+        values = {"word": word, "swatch": swatch, "link": link, "picture": b"png"}
+        elements = Markup(environment().from_string(ELEMENTS).render(values))
+        return page(word, elements, note=word, subtitle=word)
+
+    assert check(made(PLAIN), made(name), name) == 18
     assert show(Link("x", name)).count(quote(name)) == 1
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.html")), ids=lambda path: path.name)
+def test_no_template_switches_escaping_off(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert environment().autoescape and "autoescape" not in text
+    assert not re.search(r"\|\s*(safe|forceescape)\b", text)

@@ -113,9 +113,9 @@ def test_the_section_is_a_legend(block):
     report = {"hex": {"sets": numbers(block.hexes, block.surface)}}
     page = sets(block, report, {"sets": b"\x89PNG"})
     told = text(page)
-    assert "z_max direction 8 8 (2, 1, 2) (0, 0, 1)" in told
-    assert "cad_RIGHT CAD face 4 4 (3, 1, 2) (0, 0, 1)" in told
-    assert "7 CAD faces" in told and "1 patches of the polycube" in told
+    assert "z_max direction 6, 7 8 8 (2, 1, 2) (0, 0, 1)" in told
+    assert "cad_RIGHT CAD face 7 4 4 (3, 1, 2) (0, 0, 1)" in told
+    assert "7 CAD faces" in told and "1 patch of the polycube" in told
     assert f"background:{AXIS_COLOURS[4]}" in page and "<img" in page
     assert "differs by" not in told
 

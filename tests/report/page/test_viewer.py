@@ -27,7 +27,17 @@ def test_the_mesh_is_in_the_page(run) -> None:
     page = viewer.viewer(mesh, run.surface, run.polycube.context)
     data, raw = unpacked(page)
     n, h = data["V"], data["H"]
-    assert len(raw) == 12 * n + 116 * h  # the offsets that viewer.js reads at
+    surface = run.surface
+    assert (data["S"], data["T"]) == (len(surface.vertices), len(surface.faces))
+    # the offsets that viewer.js reads at
+    end = 12 * n + 116 * h
+    assert len(raw) == end + 12 * data["S"] + 12 * data["T"]
+    given = np.frombuffer(raw, "<f4", 3 * data["S"], end).reshape(-1, 3)
+    np.testing.assert_allclose(
+        given * data["size"] + data["middle"], surface.vertices, atol=1e-5 * data["size"]
+    )
+    triangles = np.frombuffer(raw, "<i4", 3 * data["T"], end + 12 * data["S"]).reshape(-1, 3)
+    np.testing.assert_array_equal(triangles.cumsum(axis=0), surface.faces)
     places = np.frombuffer(raw, "<f4", 3 * n).reshape(n, 3)
     hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8).cumsum(axis=0)
     others = np.frombuffer(raw, "<i4", 6 * h, 12 * n + 32 * h).reshape(h, 6).cumsum(axis=0)
@@ -107,7 +117,19 @@ def test_the_page_of_60_000_hexes_has_a_view_of_less_than_2_5_MB() -> None:
     assert len(viewer.viewer(mesh)) < 2.5e6
 
 
+def test_results_follow_the_input_surface(run) -> None:
+    page = viewer.viewer(run.hexes, run.surface, unit="mm", solved=(run.spline, run.solution))
+    data, raw = unpacked(page)
+    plain = unpacked(viewer.viewer(run.hexes, run.surface))[1]
+    assert [each["title"].split(":")[0] for each in data["results"]] == ["mode 7", "mode 8"]
+    assert len(raw) == len(plain) + 2 * (2 + 6) * data["V"]
+    for number, each in enumerate(data["results"]):
+        assert each["moves"] and f'<option value="result{number}">{each["title"]}' in page
+    assert "mm from the input" in page and 'name="deformed"' in page and 'name="input"' in page
+
+
 def test_without_the_input_there_is_no_distance_to_colour_by(run) -> None:
     page = viewer.viewer(run.hexes)
     assert 'value="quality"' in page and 'value="cell"' in page
     assert 'value="distance"' not in page and 'value="primitive"' not in page
+    assert 'name="input"' not in page.split("<script")[0] and unpacked(page)[0]["T"] == 0

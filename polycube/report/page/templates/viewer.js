@@ -2,8 +2,10 @@
 // The mesh comes deflated: vertices (3 float32), hexes (8 int32), the hex beyond each of the six
 // faces, -1 outside, -2 where it is left out (int32), quality (float32), distance from the input per
 // face or -1 (6 float32), cell (int32), combination of named sets per face or -1 (6 int32),
-// number of the hex (int32), one after the other.  Hexes, those beyond, cells and numbers come as
-// differences of the rows.
+// number of the hex (int32), one after the other; then the input surface, vertices (3 float32) and
+// triangles (3 int32), and for each result a value per vertex (uint16) and, if it moves the part,
+// a displacement (3 int16).  Hexes, those beyond, cells, numbers and triangles come as differences
+// of the rows.
 (async () => {
   const root = document.getElementById("viewer");
   const canvas = root.querySelector("canvas");
@@ -21,8 +23,8 @@
   const buffer = await new Response(unpacked).arrayBuffer();
   const { V, H } = given;
   const vertices = new Float32Array(buffer, 0, 3 * V);
-  function sums(start, width) {
-    const found = new Int32Array(buffer, start, width * H);
+  function sums(start, width, rows = H) {
+    const found = new Int32Array(buffer, start, width * rows);
     for (let i = width; i < found.length; i++) found[i] += found[i - width];
     return found;
   }
@@ -33,13 +35,26 @@
   const cell = sums(12 * V + 84 * H, 1);
   const sets = new Int32Array(buffer, 12 * V + 88 * H, 6 * H);
   const number = sums(12 * V + 112 * H, 1);
+  const { S, T } = given;
+  let end = 12 * V + 116 * H; // of what is read so far
+  const places = new Float32Array(buffer, end, 3 * S);
+  const triangles = sums((end += 12 * S), 3, T);
+  end += 12 * T;
+  for (const result of given.results) {
+    result.values = new Uint16Array(buffer, end, V);
+    end += 2 * V;
+    if (!result.moves) continue;
+    result.shifts = new Int16Array(buffer, end, 3 * V);
+    end += 6 * V;
+  }
   const centre = new Float32Array(3 * H);
   for (let h = 0; h < H; h++)
     for (let i = 0; i < 8; i++)
       for (let k = 0; k < 3; k++) centre[3 * h + k] += vertices[3 * hexes[8 * h + i] + k] / 8;
+  const drawn = vertices.slice(); // deformed by the result that is shown
   const corners = (f) => given.faces[f % 6].map((i) => {
     const v = 3 * hexes[8 * ((f / 6) | 0) + i];
-    return [vertices[v], vertices[v + 1], vertices[v + 2]];
+    return [drawn[v], drawn[v + 1], drawn[v + 2]];
   });
 
   // ---- which faces are seen, and in which colour
@@ -66,17 +81,40 @@
         return ramp(given.colours, quality[h]);
     }
   }
+  const result = () => given.results[control("colour").value.replace("result", "")];
+  const SHARE = 65534; // the value at the end of the colour bar
+  function tints(f) { // the colours of the four corners
+    const shown = result();
+    if (!shown) return Array(4).fill(colour(f));
+    return given.faces[f % 6].map((i) =>
+      ramp(shown.stops, shown.values[hexes[8 * ((f / 6) | 0) + i]] / SHARE));
+  }
+  function deform() {
+    const shown = result();
+    const slider = control("deformed");
+    if (slider) slider.disabled = !shown?.moves;
+    const length = shown?.moves ? (slider.value * given.amplitude) / 32767 : 0;
+    for (let i = 0; i < 3 * V; i++) drawn[i] = vertices[i] + (length ? length * shown.shifts[i] : 0);
+  }
+  function exaggerated() {
+    const shown = result();
+    return shown?.drawn && control("deformed").value == 1 ? `; ${shown.drawn}` : "";
+  }
   let seen = [];
-  function choose() {
+  function isKept() { // by the cut: a function of the places and the number of a point
     const axis = ["x", "y", "z"].indexOf(control("axis").value);
     const side = control("flip").checked === given.view[2][axis] > 0 ? -1 : 1; // away from the eye
     const at = axis < 0 ? 0 : given.low[axis] + control("cut").value * (given.high[axis] - given.low[axis]);
+    return (points, i) => axis < 0 || side * (points[3 * i + axis] - at) <= 1e-6;
+  }
+  function choose() {
+    const isBehind = isKept();
     const most = Math.min(chosen.to, +control("most").value);
     const kept = new Uint8Array(H);
     let count = 0;
     for (let h = 0; h < H; h++) {
       kept[h] = quality[h] <= most && quality[h] >= chosen.from && (chosen.hex < 0 || h === chosen.hex)
-        && (axis < 0 || side * (centre[3 * h + axis] - at) <= 1e-6);
+        && isBehind(centre, h);
       count += kept[h];
     }
     seen = [];
@@ -85,11 +123,11 @@
     const from = chosen.from > -1 ? `${chosen.from.toFixed(2)} to ` : most < 1 ? "up to " : "";
     const range = from ? `, scaled Jacobian ${from}${most.toFixed(2)}` : "";
     const rest = H < given.all ? "; of the inner hexes, only the worst are in this page" : "";
-    if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${given.all.toLocaleString("en")} hexes${range}${rest}`;
+    if (chosen.hex < 0) told.textContent = `${count.toLocaleString("en")} of ${given.all.toLocaleString("en")} hexes${range}${rest}${exaggerated()}`;
     return count < H;
   }
   const buffers = {}, counts = {};
-  for (const name of ["triangles", "lines", "ghost", "lost"]) {
+  for (const name of ["triangles", "lines", "ghost", "lost", "input"]) {
     buffers[name] = gl.createBuffer();
     counts[name] = 0;
   }
@@ -101,18 +139,38 @@
   function polygons(faces) {
     const t = new Float32Array(faces.length * 54);
     faces.forEach((f, n) => {
-      const p = corners(f), c = colour(f);
-      const a = p[2].map((x, k) => x - p[0][k]), b = p[3].map((x, k) => x - p[1][k]);
-      const normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-      const size = Math.hypot(...normal) || 1;
-      [0, 1, 2, 0, 2, 3].forEach((i, j) =>
-        t.set([...p[i], ...normal.map((x) => x / size), ...c], 54 * n + 9 * j));
+      const p = corners(f), c = tints(f), n0 = across(p[0], p[2], p[1], p[3]);
+      [0, 1, 2, 0, 2, 3].forEach((i, j) => t.set([...p[i], ...n0, ...c[i]], 54 * n + 9 * j));
     });
     return t;
   }
+  function across(p, q, r, s) { // the unit normal of pq and rs
+    const a = q.map((x, k) => x - p[k]), b = s.map((x, k) => x - r[k]);
+    const normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const size = Math.hypot(...normal) || 1;
+    return normal.map((x) => x / size);
+  }
+  const FILM = [0.95, 0.55, 0.1]; // the input surface
+  function film() { // its triangles behind the cut
+    const isBehind = isKept(), found = [];
+    for (let t = 0; t < T; t++) {
+      const corner = [...triangles.subarray(3 * t, 3 * t + 3)];
+      const p = corner.map((v) => [...places.subarray(3 * v, 3 * v + 3)]);
+      if (!isBehind([0, 1, 2].map((k) => (p[0][k] + p[1][k] + p[2][k]) / 3), 0)) continue;
+      const normal = across(p[0], p[1], p[0], p[2]);
+      for (const each of p) found.push(...each, ...normal, ...FILM);
+    }
+    return new Float32Array(found);
+  }
+  const hasFilm = () => T && control("input").checked;
+  const outside = [];
+  for (let f = 0; f < 6 * H; f++) if (beyond[f] === -1) outside.push(f);
   let isPart = false;
   function build() {
     isPart = choose();
+    deform();
+    if (hasFilm()) fill("input", film(), 9);
+    if (isPart) fill("ghost", polygons(outside), 9);
     const l = new Float32Array(seen.length * 24);
     seen.forEach((f, n) => {
       const p = corners(f);
@@ -144,8 +202,8 @@
       gl_Position = vec4(p.xy * scale + shift, -0.4 * p.z - 0.002 * plain, 1.0);
     }`));
   gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `
-    precision mediump float; varying vec3 shown; uniform float ghost;
-    void main() { gl_FragColor = mix(vec4(shown, 1.0), vec4(0.06, 0.065, 0.07, 0.12), ghost); }`));
+    precision mediump float; varying vec3 shown; uniform float ghost, clear;
+    void main() { gl_FragColor = mix(vec4(shown, 1.0) * (1.0 - clear), vec4(0.06, 0.065, 0.07, 0.12), ghost); }`));
   gl.linkProgram(program);
   gl.useProgram(program);
   const uniform = (name) => gl.getUniformLocation(program, name);
@@ -181,12 +239,24 @@
       gl.uniform3fv(uniform("ink"), ink);
       gl.drawArrays(kind, 0, counts[name]);
     };
+    gl.uniform1f(uniform("clear"), 0);
     show("triangles", gl.TRIANGLES, 0, 0);
     if (control("edges").checked) show("lines", gl.LINES, 1, 0);
     if (isPart) { // the rest of the part, as a shade
       gl.enable(gl.BLEND);
       gl.depthMask(false);
       show("ghost", gl.TRIANGLES, 0, 1);
+      gl.depthMask(true);
+      gl.disable(gl.BLEND);
+    }
+    if (hasFilm()) { // the input, as a film before the faces that lie in it
+      gl.enable(gl.BLEND);
+      gl.depthMask(false);
+      gl.disable(gl.POLYGON_OFFSET_FILL);
+      gl.uniform1f(uniform("clear"), 0.6);
+      show("input", gl.TRIANGLES, 0, 0);
+      gl.uniform1f(uniform("clear"), 0);
+      gl.enable(gl.POLYGON_OFFSET_FILL);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
     }
@@ -222,7 +292,14 @@
     const named = sets[f] >= 0 ? given.sets[sets[f]] : "";
     told.textContent = `hex ${number[h]}: scaled Jacobian ${quality[h].toFixed(3)}, at (${at.join(", ")}), ` +
       `cell ${cell[h]}${filled ? `, ${filled}` : ""}` +
-      (named ? `; in ${named}` : "");
+      (named ? `; in ${named}` : "") + (f < 0 ? "" : resultAt(f));
+  }
+  function resultAt(f) { // the mean over the corners of a face, as far as the colour bar goes
+    const shown = result();
+    if (!shown?.unit) return "";
+    const sum = given.faces[f % 6].reduce((s, i) => s + shown.values[hexes[8 * ((f / 6) | 0) + i]], 0);
+    const value = shown.ends[0] + (sum / 4 / SHARE) * (shown.ends[1] - shown.ends[0]);
+    return `; ${shown.title} ${value.toPrecision(4)} ${shown.unit}`;
   }
   function all() {
     Object.assign(chosen, { from: -1, to: 1, hex: -1 });
@@ -295,7 +372,7 @@
     draw();
   });
   control("cut").addEventListener("input", () => { if (!control("axis").value) control("axis").value = "x"; });
-  ["axis", "flip", "cut", "most", "colour"].forEach((name) => control(name).addEventListener("input", () => {
+  ["axis", "flip", "cut", "most", "colour", "input", "deformed"].forEach((name) => control(name)?.addEventListener("input", () => {
     chosen.hex = -1;
     build();
   }));
@@ -306,9 +383,6 @@
   self.addEventListener("beforeprint", () =>
     document.querySelectorAll("details:not(.long)").forEach((each) => { each.open = true; }));
   home();
-  const outside = [];
-  for (let f = 0; f < 6 * H; f++) if (beyond[f] === -1) outside.push(f);
-  fill("ghost", polygons(outside), 9);
   fill("lost", new Float32Array(given.lost), 3);
   build();
 })();

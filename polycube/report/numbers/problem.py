@@ -1,0 +1,155 @@
+"""Material, supports and loads of an analysis in words, with the size of each place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from polycube.analysis.boundary_sets import quads_of
+from polycube.analysis.material import MATERIALS, Material
+from polycube.analysis.problem import Applied, Conduction, Prescribed, Problem, Statics, Vibration
+from polycube.hexmesh.face_groups import measure
+from polycube.hexmesh.named_sets import set_name
+from polycube.kinds import StatesProblem
+from polycube.registry import build
+from polycube.report.numbers.words import number
+from polycube.types import AXES, HexMesh, Json
+
+AXIS = "xyz"
+
+
+def problem_of(config: Json) -> Problem | None:
+    """The problem of the analysis in the settings; None if it does not describe one."""
+    chosen = config.get("analysis") or {}
+    if chosen.get("plugin") is None:
+        return None
+    plugin = build("analysis", chosen)
+    return plugin.problem if isinstance(plugin, StatesProblem) else None
+
+
+def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
+    """The problem in `report.json`.
+
+    Returns
+    -------
+    units : length unit of the part
+    material : the material in words
+    supports, loads : for each place `words`, and `quads` and `area` of its faces in the mesh;
+        both are null for gravity and sources, which act on the whole part
+    """
+    return {
+        "units": problem.units,
+        "material": _material(problem),
+        "supports": [{"words": words, **_size(mesh, place)} for place, words in _supports(problem)],
+        "loads": [{"words": words, **_size(mesh, place)} for place, words in _loads(problem)],
+    }
+
+
+def _size(mesh: HexMesh, place: object) -> dict[str, object]:
+    if place is None:
+        return {"quads": None, "area": None}
+    quads = quads_of(mesh, place)
+    area = measure(mesh.vertices[mesh.quads[quads]]).area.sum()
+    return {"quads": len(quads), "area": float(area)}
+
+
+def _material(problem: Problem) -> str:
+    if isinstance(problem, Conduction):
+        return f"Conductivity {number(problem.conductivity)} W/(m K)"
+    if not isinstance(problem, Statics | Vibration):
+        return ""
+    found = problem.material
+    name = next((name for name, each in MATERIALS.items() if each == found), "given by its values")
+    return f"{name.capitalize()}: {_values(found)}"
+
+
+def _values(material: Material) -> str:
+    return (
+        f"Young's modulus {number(material.young / 1e9)} GPa, Poisson's ratio "
+        f"{number(material.poisson)}, density {number(material.density)} kg/m³"
+    )
+
+
+def _supports(problem: Problem) -> Iterator[tuple[object, str]]:
+    for each in problem.supports:
+        name, is_plural = place_words(each.place)
+        is_heat = isinstance(problem, Conduction)
+        held = f"kept at {number(each.values[0])} K" if is_heat else _held(each, problem.units)
+        yield each.place, f"{name[0].upper()}{name[1:]} {'are' if is_plural else 'is'} {held}"
+
+
+def _held(support: Prescribed, unit: str) -> str:
+    """What happens to the components of the displacement."""
+    held = [AXIS[axis] for axis, value in _pairs(support) if value == 0]
+    moved = [f"{number(value)} {unit} in {AXIS[axis]}" for axis, value in _pairs(support) if value]
+    if len(held) == len(AXIS):
+        return "clamped"
+    words = [f"moved by {' and '.join(moved)}"] if moved else []
+    words += [f"held in {' and '.join(held)}"] if held else []
+    free = [axis for axis in AXIS if axis not in {AXIS[i] for i in support.components}]
+    words += [f"free in {' and '.join(free)}"] if free else []
+    return ", ".join(words)
+
+
+def _pairs(support: Prescribed) -> zip[tuple[int, float]]:
+    return zip(support.components, support.values, strict=True)
+
+
+def _loads(problem: Problem) -> Iterator[tuple[object, str]]:
+    if isinstance(problem, Statics):
+        for each in problem.loads:
+            for words in _applied(each):
+                yield each.place, words
+        if any(problem.acceleration):
+            size = number(float(np.linalg.norm(problem.acceleration)))
+            yield None, f"Gravity of {size} m/s², {_vector(problem.acceleration)}"
+    if isinstance(problem, Conduction):
+        for flow in problem.flows:
+            yield flow.place, f"Flux of {number(flow.flux)} W/m² into {place_words(flow.place)[0]}"
+        if problem.source:
+            yield None, f"Heat source of {number(problem.source)} W/m³ in the whole part"
+
+
+def _applied(load: Applied) -> Iterator[str]:
+    """A sentence for each force on a place."""
+    on = place_words(load.place)[0]
+    if load.pressure:
+        yield f"{'Pressure' if load.pressure > 0 else 'Suction'} of {stress(load.pressure)} on {on}"
+    if any(load.traction):
+        size = stress(float(np.linalg.norm(load.traction)))
+        yield f"Traction of {size} on {on}, {_vector(load.traction)}"
+    if any(load.force):
+        size = number(float(np.linalg.norm(load.force)))
+        yield f"Force of {size} N on {on}, {_vector(load.force)}, distributed evenly"
+
+
+def stress(value: float) -> str:
+    """The size of a stress in Pa, kPa or MPa."""
+    size = abs(value)
+    factor, unit = next(
+        ((f, u) for f, u in ((1e6, "MPa"), (1e3, "kPa")) if size >= 0.1 * f), (1, "Pa")
+    )
+    return f"{number(size / factor)} {unit}"
+
+
+def _vector(value: tuple[float, ...]) -> str:
+    """The direction of a vector in words if it is along an axis, else as unit vector."""
+    way = np.array(value) / np.linalg.norm(value)
+    axis = int(np.abs(way).argmax())
+    if abs(way[axis]) > 1 - 1e-9:
+        return f"in direction {AXES[2 * axis + int(way[axis] < 0)]}"
+    return f"in direction ({', '.join(f'{x + 0.0:.3g}' for x in way.round(3))})"
+
+
+def place_words(place: object) -> tuple[str, bool]:
+    """A place on the boundary in words, and whether these are a plural."""
+    if isinstance(place, Mapping):
+        [(kind, values)] = place.items()
+        found = [number(float(value)) for value in values]
+        if kind == "plane":
+            normal = " + ".join(f"{n} {axis}" for n, axis in zip(found, AXIS, strict=False))
+            return f"the faces on the plane {normal} = {found[3]}", True
+        low, high = ", ".join(found[:3]), ", ".join(found[3:])
+        return f"the faces in the box from ({low}) to ({high})", True
+    return f"face '{set_name(place)}'", False

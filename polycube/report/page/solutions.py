@@ -1,0 +1,132 @@
+"""The sections of the problem and of its solution: modes, static deformation, potential."""
+
+from __future__ import annotations
+
+from markupsafe import Markup
+
+from polycube.pipeline.state import RunState
+from polycube.report.numbers.words import (
+    beside,
+    cautions,
+    frequency,
+    largest,
+    megapascal,
+    place_words,
+    sentence,
+    text,
+)
+from polycube.report.page.templates import NOTHING, Pictures, element
+from polycube.report.pictures.colours import HELD, LOADED
+from polycube.report.pictures.fields import exaggeration, first_elastic
+from polycube.types import Deformation, Json, Modes, Potential, Spline
+
+TEMPLATE = "solutions.html"
+ZERO = 1e-9  # of the largest force: smaller ones are zero but for rounding
+
+
+def problem(report: Json, pictures: Pictures) -> Markup:
+    """Material, supports and loads in words and as symbols; empty if they are not known."""
+    found = report.get("problem")
+    if not found:
+        return NOTHING
+    area = f"area, {found['units']}²"
+    rows = [
+        {
+            "kind": kind.removesuffix("s"),
+            "description": row["words"],
+            "quads": row["quads"],
+            area: row["area"],
+        }
+        for kind in ("supports", "loads")
+        for row in found[kind]
+    ]
+    colours = {"held": HELD * bool(found["supports"]), "loaded": LOADED * bool(found["loads"])}
+    legend = [(name, colour) for name, colour in colours.items() if colour]
+    return element(TEMPLATE, "problem", pictures.get("problem"), found["material"], rows, legend)
+
+
+def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:
+    """The section of the solution; empty if there is none."""
+    found = state.solution
+    if isinstance(found, Modes):
+        return _modes(found, pictures)
+    if isinstance(found, Deformation) and state.spline is not None:
+        return _static(state.spline, found, report["static"], pictures)
+    if isinstance(found, Potential):
+        return _poisson(report["poisson"], pictures)
+    return NOTHING
+
+
+def _modes(found: Modes, pictures: Pictures) -> Markup:
+    """Frequencies, and animations of the first elastic modes."""
+    units = dict(found.units)
+    unit = units.get("frequency", "")
+    squared = f"angular frequency squared, 1/{units.get('time', 'time')}²"
+    first = first_elastic(found) if found.rigid else 0
+    rows = [
+        {
+            "mode": i + 1,
+            squared: float(value),
+            f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
+            "": "rigid motion" if i < first else "",
+        }
+        for i, value in enumerate(found.eigenvalues)
+    ]
+    shown = [
+        (pictures.get(f"mode_{i}"), f"Mode {i + 1}: {frequency(found.frequency[i], unit)}")
+        for i in range(len(rows))
+    ]
+    about = {f"mass, {units.get('mass', 'unit of mass')}": float(found.mass)}
+    return element(TEMPLATE, "modes", shown, rows, about)
+
+
+def _static(spline: Spline, found: Deformation, told: Json, pictures: Pictures) -> Markup:
+    """The deformed solid, the largest values with their places, and the reactions."""
+    times = exaggeration(spline.extraction @ spline.control, told["max_displacement"])
+    drawn = text(float(f"{times:.3g}"))
+    caption = f"Displacement drawn {drawn} times as large; von Mises stress."
+    forces = [*told["reactions"], {"at": "loads", "force": told["load"]}]
+    zero = ZERO * max(abs(part) for row in forces for part in row["force"])
+    rows = [
+        {
+            "at": row["at"],
+            **{f"{axis}, N": _round(row["force"][i], zero) for i, axis in enumerate("xyz")},
+        }
+        for row in forces
+    ]
+    about = {
+        f"largest displacement, {found.units['length']}": told["max_displacement"],
+        "at": place_words(told["max_displacement_at"]),
+        "largest von Mises stress": largest(told),
+        "there at": place_words(told["max_von_mises_at"]),
+        "on": told["max_von_mises_on"] or None,
+        "estimated error of the stress field, %": _percent(told["stress_error"]),
+        "strain energy, J": told["strain_energy"],
+        "mass, kg": told["mass"],
+    }
+    notes = [sentence(said) for said in (*beside(told), *cautions({"static": told}))]
+    most = megapascal(told["max_von_mises"])
+    return element(TEMPLATE, "static", pictures.get("static"), caption, most, about, notes, rows)
+
+
+def _poisson(told: Json, pictures: Pictures) -> Markup:
+    """u on the surface, and the flow through each support."""
+    rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in told["flows"]]
+    rows.append({"at": "sources and given fluxes", "into the solid, W": told["supplied"]})
+    unit = told["units"].get("u", "")
+    ends = [f"{text(told[end])} {unit}" for end in ("min_u", "max_u")]
+    about = {
+        "u": " to ".join(ends),
+        "largest at": place_words(told["max_u_at"]),
+        "largest flux, W/m²": told["max_flux"],
+        "there at": place_words(told["max_flux_at"]),
+    }
+    return element(TEMPLATE, "poisson", pictures.get("poisson"), ends, about, rows)
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100 * share
+
+
+def _round(value: float, zero: float) -> float:
+    return value if abs(value) > zero else 0.0

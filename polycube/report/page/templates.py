@@ -1,0 +1,138 @@
+"""The templates of the pages: Jinja2, which escapes all text from outside."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+from markupsafe import Markup, escape
+
+from polycube.report.numbers.words import text
+from polycube.report.pictures import colours
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+FOLDER = Path(__file__).parent / "templates"
+NOTHING = Markup()
+
+Pictures = Mapping[str, bytes]  # PNG or GIF by name
+Row = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Swatch:
+    """A name with its colour, #rrggbb, or None."""
+
+    name: str
+    colour: str | None = None
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link to a file beside the page."""
+
+    words: str
+    target: str
+
+
+def render(template: str, **values: object) -> Markup:
+    """HTML of a template of the folder `templates`."""
+    return Markup(environment().get_template(template).render(values))
+
+
+def element(template: str, name: str, *values: object) -> Markup:
+    """HTML of one macro of a template."""
+    return Markup(getattr(environment().get_template(template).module, name)(*values))
+
+
+@cache
+def environment() -> Environment:
+    """Jinja2 with the filters and names that the templates use."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    made = Environment(
+        loader=FileSystemLoader(FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {"show": show, "words": words, "data_uri": data_uri, "address": address}
+    made.globals |= {"colours": colours, "source": source, "columns": columns}
+    return made
+
+
+def source(name: str) -> Markup:
+    """A file of the folder `templates`, unchanged."""
+    return Markup((FOLDER / name).read_text(encoding="utf-8"))
+
+
+def show(value: object) -> Markup:
+    """A value as escaped text: 12 345, 0.3142, yes, a, b."""
+    if isinstance(value, Swatch):
+        box = Markup('<i class=swatch style="background:{}"></i>{}')
+        return box.format(value.colour or "none", value.name)
+    if isinstance(value, Link):
+        return Markup('<a href="{}">{}</a>').format(address(value.target), value.words)
+    if isinstance(value, Mapping):
+        return show([Markup("{} {}").format(key, show(item)) for key, item in value.items()])
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return Markup(", ").join(map(show, value))
+    return escape(value if isinstance(value, str) else text(value))
+
+
+def words(name: str) -> str:
+    """The name of a number in words."""
+    return name.replace("_", " ")
+
+
+def address(path: str) -> str:
+    """The address of a file beside the page, which never looks like one with a scheme."""
+    return quote(path)
+
+
+def data_uri(picture: bytes) -> str:
+    """A PNG or GIF as an address."""
+    kind = "gif" if picture.startswith(b"GIF") else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
+
+
+def columns(rows: Sequence[Row]) -> list[str]:
+    """The columns that any of the rows has, in order."""
+    return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def point(where: Sequence[float], digits: int) -> str:
+    """Coordinates with a number of decimals."""
+    return f"({', '.join(f'{round(c, digits) + 0.0:.4g}' for c in where)})"
+
+
+def distance_rows(
+    numbers: Mapping[str, float], ways: Mapping[str, str], diagonal: float | None
+) -> list[Row]:
+    """Distances between two solids, in per cent of the diagonal and, if it is known, as lengths.
+
+    numbers : fractions of the diagonal, `<way>_max`, `<way>_p99`, `<way>_mean`
+    ways : title -> way
+    """
+    titles = {"largest": "max", "99th percentile": "p99", "mean": "mean"}
+    rows: list[Row] = []
+    for name, way in ways.items():
+        found = {title: numbers.get(f"{way}_{part}") for title, part in titles.items()}
+        cells = {title: _distance(value, diagonal) for title, value in found.items()}
+        if any(cells.values()):
+            rows.append({"from": name, **cells})
+    return rows
+
+
+def _distance(value: float | None, diagonal: float | None) -> str | None:
+    if value is None:
+        return None
+    length = f" ({show(value * diagonal)})" if diagonal else ""
+    return f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"

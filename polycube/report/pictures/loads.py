@@ -1,0 +1,160 @@
+"""Picture of supports and loads: cones at held faces, arrows at loaded ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from polycube.analysis.boundary_sets import quads_of
+from polycube.analysis.problem import NOTHING, Conduction, Prescribed, Problem, Statics
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.hexmesh.face_groups import Faces, measure
+from polycube.report.pictures.colours import HELD, LOADED, SURFACE, rgb
+from polycube.report.pictures.render import Layer, Scene, from_both_sides
+from polycube.types import HexMesh
+
+CONE, ARROW = 0.035, 0.11  # lengths of the symbols, as shares of the diagonal
+SLENDER = 0.3  # radius of a cone, as a share of its length
+SHAFT = 0.07  # radius of the shaft of an arrow, as a share of the length of the arrow
+HEAD = 0.35  # share of the head in the length of an arrow
+SIDES = 12  # of a cone
+MOST = 10  # symbols at a place
+SPACING = 0.045  # least distance of the symbols at a place, as a share of the diagonal
+SHARP = np.cos(np.radians(30))  # between the normals of quads at a drawn line
+
+
+def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
+    """The part from both sides, with held and loaded faces and their symbols."""
+    faces = measure(mesh.vertices[mesh.quads])
+    size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    is_held, is_loaded = (np.zeros(len(mesh.quads), int) for _ in range(2))
+    cones, arrows = [], []
+    for support in problem.supports:
+        own = quads_of(mesh, support.place)
+        is_held[own] = 1
+        if not isinstance(problem, Conduction):
+            cones += _held(support, faces, spread(faces, own, SPACING * size), size)
+    for place, vector, pressure in _forces(problem):
+        if place is None:
+            arrows.append(_outside(mesh, np.array(vector), size))
+            continue
+        own = quads_of(mesh, place)
+        is_loaded[own] = 1
+        for quad in spread(faces, own, SPACING * size):
+            at, normal = faces.middle[quad], faces.normal[quad]
+            arrows.append(_pushed(at, normal, vector - pressure * normal, ARROW * size))
+    colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
+    part = Layer(mesh.vertices, mesh.quads, colours, _creases(mesh, faces), ambient=0.5)
+    symbols = [*_layer(cones, HELD), *_layer(arrows, LOADED)]
+    return from_both_sides([part, *symbols])
+
+
+def _forces(problem: Problem) -> list[tuple[object, Sequence[float], float]]:
+    """Place, vector and pressure on the faces of each load; None: on the whole part."""
+    found: list[tuple[object, Sequence[float], float]] = []
+    if isinstance(problem, Statics):
+        for load in problem.loads:
+            found += [(load.place, each, 0.0) for each in (load.traction, load.force) if any(each)]
+            if load.pressure:
+                found.append((load.place, NOTHING, load.pressure))
+        if any(problem.acceleration):
+            found.append((None, problem.acceleration, 0.0))
+        moved = [each for each in problem.supports if any(each.values)]
+        found += [(each.place, _vector(each), 0.0) for each in moved]
+    if isinstance(problem, Conduction):
+        found += [(flow.place, NOTHING, flow.flux) for flow in problem.flows if flow.flux]
+    return found
+
+
+def _vector(support: Prescribed) -> Sequence[float]:
+    values = dict(zip(support.components, support.values, strict=True))
+    return [values.get(axis, 0.0) for axis in range(3)]
+
+
+def spread(faces: Faces, own: np.ndarray, spacing: float, most: int = MOST) -> np.ndarray:
+    """At most `most` of the faces `own`, as far apart as possible and at least by `spacing`."""
+    places = faces.middle[own]
+    chosen = [int(np.linalg.norm(places - places.mean(axis=0), axis=1).argmax())]
+    apart = np.linalg.norm(places - places[chosen[0]], axis=1)
+    while len(chosen) < most and apart.max() > spacing:
+        chosen.append(int(apart.argmax()))
+        apart = np.minimum(apart, np.linalg.norm(places - places[chosen[-1]], axis=1))
+    return own[chosen]
+
+
+Symbol = tuple[np.ndarray, np.ndarray]  # points (N, 3), triangles (T, 3)
+
+
+def _held(support: Prescribed, faces: Faces, quads: np.ndarray, size: float) -> list[Symbol]:
+    """Cones that touch the faces: along the normal, or along each axis of a partial support."""
+    held = [
+        axis for axis, value in zip(support.components, support.values, strict=True) if not value
+    ]
+    found = []
+    for quad in quads:
+        normal = faces.normal[quad] / float(np.linalg.norm(faces.normal[quad]))
+        ways = [normal] if len(held) == 3 else [_outwards(axis, normal) for axis in held]
+        tip = faces.middle[quad]
+        found += [_cone(tip + CONE * size * way, tip, SLENDER * CONE * size) for way in ways]
+    return found
+
+
+def _outwards(axis: int, normal: np.ndarray) -> np.ndarray:
+    return np.eye(3)[axis] * (-1 if normal[axis] < -1e-9 else 1)
+
+
+def _pushed(place: np.ndarray, normal: np.ndarray, vector: np.ndarray, length: float) -> Symbol:
+    """An arrow outside the part that touches a face with its tip or, if it pulls, its end."""
+    way = length * vector / float(np.linalg.norm(vector))
+    return _arrow(place, place + way) if way @ normal > 0 else _arrow(place - way, place)
+
+
+def _outside(mesh: HexMesh, vector: np.ndarray, size: float) -> Symbol:
+    """An arrow in front of the part, for a load on all of it."""
+    way = vector / np.linalg.norm(vector)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    reach = np.abs(way) @ (high - low) / 2
+    tip = (low + high) / 2 - (reach + 0.02 * size) * way
+    return _arrow(tip - 1.5 * ARROW * size * way, tip)
+
+
+def _arrow(start: np.ndarray, end: np.ndarray) -> Symbol:
+    length = float(np.linalg.norm(end - start))
+    neck = end - HEAD * (end - start)
+    head = _cone(neck, end, SLENDER * HEAD * length)
+    return _joined([_cone(start, neck, SHAFT * length / 2, SHAFT * length / 2), head])
+
+
+def _cone(start: np.ndarray, end: np.ndarray, wide: float, narrow: float = 0.0) -> Symbol:
+    """A cone with the radius `wide` at the start and `narrow` at the end, closed at the start."""
+    along = (end - start) / np.linalg.norm(end - start)
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+    across /= np.linalg.norm(across)
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    ring = np.outer(np.cos(angle), across) + np.outer(np.sin(angle), np.cross(along, across))
+    points = np.concatenate([start + wide * ring, end + narrow * ring, [start]])
+    i = np.arange(SIDES)
+    j = (i + 1) % SIDES
+    side = [np.stack([i, j, j + SIDES], 1), np.stack([i, j + SIDES, i + SIDES], 1)]
+    return points, np.concatenate([*side, np.stack([j, i, 0 * i + 2 * SIDES], 1)])
+
+
+def _joined(symbols: list[Symbol]) -> Symbol:
+    first = np.cumsum([0, *(len(points) for points, _ in symbols)])
+    triangles = [each + n for (_, each), n in zip(symbols, first, strict=False)]
+    return np.concatenate([points for points, _ in symbols]), np.concatenate(triangles)
+
+
+def _layer(symbols: list[Symbol], colour: str) -> Scene:
+    if not symbols:
+        return []
+    points, triangles = _joined(symbols)
+    return [Layer(points, triangles, rgb((colour,) * len(triangles)), ambient=0.5)]
+
+
+def _creases(mesh: HexMesh, faces: Faces) -> np.ndarray:
+    """(L, 2) edges of the boundary between faces of different directions."""
+    edges, pair = quad_edges(mesh.quads)
+    normal = faces.normal / np.linalg.norm(faces.normal, axis=1).clip(1e-300)[:, None]
+    return edges[np.einsum("ij,ij->i", normal[pair[:, 0]], normal[pair[:, 1]]) < SHARP]
