@@ -1,5 +1,5 @@
 # make demo    a made part all the way to its report     make demo MESH=part.stl
-# make test    tests that are not slow                   make test MARK=  for all
+# make test    tests that are not slow                   make test MARK=  for all; ARGS=-n2 for two processes
 # make train   train the denoiser                        make train ARGS=experiment=smoke
 # make gallery docs/gallery.md with its pictures, from the parts that the program makes itself
 # make bench   a page on a folder of CAD parts      make bench PARTS=parts SUBSET=24 BEFORE=outputs/bench/1a2b3c4
@@ -36,7 +36,7 @@ demo: $(READY)
 	@echo "The report is $(OUTPUT)/report.html"
 
 test: $(READY)
-	$(RUN) -m pytest -m "$(MARK)" $(ARGS)
+	OMP_NUM_THREADS=1 $(RUN) -m pytest -m "$(MARK)" -n auto --dist loadfile $(ARGS)
 
 train: $(READY)
 	$(RUN) train.py $(ARGS)

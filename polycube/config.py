@@ -2,6 +2,9 @@
 
 The dataclass of a plugin is its schema; `conf/` has no file for it. A YAML file combines plugins,
 as `conf/meshing/morph.yaml` does, or selects values.
+
+`loader` needs two private classes of Hydra, because the public functions `initialize` and `compose`
+replace the global state of a Hydra program that runs in the same process.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from typing import Any
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.config_search_path_impl import ConfigSearchPathImpl
+from hydra.core.config_loader import ConfigLoader
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.object_type import ObjectType
 from hydra.core.plugins import Plugins
@@ -78,8 +82,8 @@ def plain(cfg: DictConfig, throw_on_missing: bool = False) -> dict[str, Any]:
     return {str(name): value for name, value in values.items()}
 
 
-def loader() -> ConfigLoaderImpl:
-    """Hydra's loader for this configuration; private modules of Hydra are used only here."""
+def loader() -> ConfigLoader:
+    """Hydra's loader for this configuration."""
     path = ConfigSearchPathImpl()
     path.append("hydra", "pkg://hydra.conf")
     path.append("main", f"file://{HOME / 'conf'}")
@@ -88,10 +92,9 @@ def loader() -> ConfigLoaderImpl:
     return ConfigLoaderImpl(path)
 
 
-def options_of(search: ConfigLoaderImpl, group: str) -> list[str]:
+def options_of(search: ConfigLoader, group: str) -> list[str]:
     """Names that can be chosen in a group; those with an underscore are parts of others."""
-    names = search.repository.get_group_options(group)
-    return [name for name in names if not name.startswith("_")]
+    return [name for name in search.get_group_options(group) if not name.startswith("_")]
 
 
 def add_sources(search_path: ConfigSearchPath) -> None:
@@ -200,8 +203,8 @@ def _no_option(name: str, parent: Container) -> InputError:
     """Error for an option that its parent does not have."""
     group, _, last = name.rpartition(".")
     beside = list(parent) if group and isinstance(parent, DictConfig) else []
-    root = parent._get_root()
-    known = list(_names(root)) if isinstance(root, DictConfig) else []
+    root = parent._get_root()  # OmegaConf has no public way up
+    known = list(_names(OmegaConf.to_container(root)))
     # such as meshing.size for size
     same = [other for other in known if other.rpartition(".")[2] == last]
     highest = min((other.count(".") for other in same), default=0)
@@ -219,12 +222,11 @@ def _did_you_mean(names: Sequence[str]) -> str:
     return f"did you mean {' or '.join(names)}; " if names else ""
 
 
-def _names(config: DictConfig, before: str = "") -> Iterator[str]:
+def _names(values: object, before: str = "") -> Iterator[str]:
     """Full names of all options and of their groups."""
-    for key in map(str, config):
-        if not before and key == "hydra":
-            continue
-        yield f"{before}{key}"
-        node = config._get_node(key)
-        if isinstance(node, DictConfig) and not node._is_none() and not node._is_interpolation():
-            yield from _names(node, f"{before}{key}.")
+    if not isinstance(values, dict):
+        return
+    for key, value in values.items():
+        if before or key != "hydra":
+            yield f"{before}{key}"
+            yield from _names(value, f"{before}{key}.")

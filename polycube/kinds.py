@@ -82,6 +82,7 @@ class Structure(Protocol):
 
     any_grid: ClassVar[bool] = False  # proposals do not depend on the grid
     needs_network: ClassVar[bool] = False  # the plugin needs trained weights
+    late: ClassVar[bool] = False  # proposals are compared with the best mesh of all others
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> Sequence[Candidate]:
         """New candidates; `candidates` are those of the previous plugins."""

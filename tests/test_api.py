@@ -41,6 +41,7 @@ def test_faces_of_a_cad_model_survive():
     assert np.array_equal(part.surface.region, SIDES.region)
 
 
+@pytest.mark.slow
 def test_what_is_not_asked_for_is_none_and_files_are_kept_on_request(tmp_path):
     part = polycube.mesh("example:dice", "order=[meshing]", output_dir=tmp_path, **FAST)
     assert part.spline is None and part.modes is None
@@ -96,6 +97,7 @@ def test_refusals_are_one_line(source, options, sentence):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_failure_carries_what_was_made():
     with pytest.raises(MeshingError, match=r"it must be 1 or more") as failed:
         polycube.mesh("example:dice", order=["meshing"], acceptance={"least_jacobian": 1}, **FAST)

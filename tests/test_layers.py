@@ -35,7 +35,7 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"cli", "evaluate", "make_pairs"},
 )
 MOST_FILES = 17  # in a folder
-HEAVY = {"open3d", "pyvista", "vtk", "vtkmodules", "matplotlib", "trimesh"}
+HEAVY = {"igl", "open3d", "pyvista", "vtk", "vtkmodules", "matplotlib", "trimesh"}
 FILES = sorted(
     path.relative_to(ROOT) for top in ("polycube", "plugins") for path in (ROOT / top).rglob("*.py")
 )

@@ -98,6 +98,7 @@ def test_strangers_and_our_plugins_stand_side_by_side(python: Path, tmp_path: Pa
     assert sorted(said) == sorted([*ours, "quadratic", "notch"])
 
 
+@pytest.mark.slow
 def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
     train = python.parent / "polycube-train"
     chosen = ("schedule=quadratic", "schedule.steps=77", "primitives=cube_and_notch")

@@ -66,6 +66,7 @@ def test_every_plugin_keeps_its_promises(package: Path) -> None:
     run(package, "tests/test_acme.py")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
 def test_the_commands_compose_with_them(package: Path, command: list[str]) -> None:
     name, *overrides = command

@@ -94,7 +94,6 @@ class Standard(Acceptance):
         found, open_ones = inspect(hexes, surface), self._not_certified(hexes)
         lost, weight = self._lost(found), self._weight(found)
         is_poor = found.scaled_jacobian < self.poor_jacobian
-        bad = is_poor if len(surface.region) else self._shortcomings(found)
         failures = tuple(self._failures(found, open_ones, len(hexes.hexes)))
         is_positive = found.scaled_jacobian > 0 and not len(open_ones)
         levels = {
@@ -102,7 +101,7 @@ class Standard(Acceptance):
             "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
             "features": -(weight + POOR * is_poor if weight else 0),
             "distances": -self._is_far(found),
-            "scaled_jacobian": -bad,
+            "scaled_jacobian": -self._shortcomings(found),
         }
         return Verdict(
             failures=failures,
@@ -214,9 +213,11 @@ class Standard(Acceptance):
         return sum(int(each.distance // self.features) for each in self._off(found))
 
     def _shortcomings(self, found: Inspection) -> int:
-        """Sharp edges that are lost, a worst hex below `acceptable` and a poor one, each as one."""
+        """1 for a poor worst hex; without CAD faces 1 each for lost edges and not `acceptable`."""
         worst = found.scaled_jacobian
-        return self._lost(found) + (worst < self.acceptable) + (worst < self.poor_jacobian)
+        if len(found.surface.region):
+            return int(worst < self.poor_jacobian)
+        return (worst < self.poor_jacobian) + (worst < self.acceptable) + self._lost(found)
 
     def _off(self, found: Inspection) -> list[Feature]:
         """Points, curves and faces of a CAD part with a distance above the limit."""

@@ -4,7 +4,7 @@ import sys
 from importlib import import_module
 
 from polycube.cli.blas import on_one_thread
-from polycube.cli.pipe import to_a_reader
+from polycube.cli.terminal import to_a_reader
 from polycube.errors import InputError
 
 on_one_thread()

@@ -2,15 +2,49 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from os.path import isdir, isfile  # unlike those of Path, they accept names that are too long
 
-from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
 from polycube.config import SHORT
 
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
+SWITCHES = (  # documented flags of Hydra without a value
+    ("--help", "-h"),
+    ("--hydra-help",),
+    ("--version",),
+    ("--resolve",),
+    ("--run", "-r"),
+    ("--multirun", "-m"),
+    ("--shell-completion", "-sc"),
+)
+VALUED = (  # and those with a value
+    ("--cfg", "-c"),
+    ("--package", "-p"),
+    ("--config-path", "-cp"),
+    ("--config-name", "-cn"),
+    ("--config-dir", "-cd"),
+    ("--experimental-rerun",),
+)
+
+
+def split(arguments: list[str]) -> tuple[Namespace, list[str]]:
+    """The flags of Hydra and the `overrides` of a command line, and its unknown flags.
+
+    Parameters
+    ----------
+    arguments : of the command line, without the name of the program
+    """
+    parser = ArgumentParser(add_help=False)
+    parser.add_argument("overrides", nargs="*")
+    for names in SWITCHES:
+        parser.add_argument(*names, action="store_true")
+    for names in VALUED:
+        parser.add_argument(*names)
+    parser.add_argument("--info", "-i", const="all", nargs="?")
+    return parser.parse_known_args(arguments)
 
 
 def with_input(arguments: list[str]) -> list[str]:
@@ -29,7 +63,7 @@ def with_input(arguments: list[str]) -> list[str]:
     from polycube.io.hex_meshes import FORMATS
     from polycube.io.surfaces import KNOWN
 
-    words = get_args_parser().parse_known_args(arguments)[0].overrides
+    words = split(arguments)[0].overrides
     bare = [word for word in words if _is_part(word, (*KNOWN, *FORMATS))]
     if len(bare) != 1:
         return arguments

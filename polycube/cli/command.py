@@ -1,4 +1,4 @@
-"""Commands: Hydra composes the config, a job runs, the exit code says how it went."""
+"""Commands: Hydra composes the configuration, a job runs, and errors become exit codes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import hydra
-from hydra._internal.utils import get_args_parser
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.plugins import Plugins
@@ -18,7 +17,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube import HOME
-from polycube.cli.arguments import quoted
+from polycube.cli.arguments import quoted, split
 from polycube.config import add_sources, plain, refusal
 from polycube.errors import InputError
 from polycube.io import manifest
@@ -28,7 +27,7 @@ OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
 
 
 class PluginConfigs(SearchPathPlugin):
-    """Lets `hydra.main` see plugin classes and the configuration of plugin packages."""
+    """Adds the plugin classes and the configuration of plugin packages to Hydra's search path."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         add_sources(search_path)
@@ -38,14 +37,19 @@ Plugins.instance().register(PluginConfigs)
 
 
 def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
-    """Run job(config, output folder); exit code 2, and one sentence, for what is refused."""
+    """Run `job(config, output folder)` of a command line.
+
+    An `InputError` or an error of the configuration is printed in one line; the exit code is 2.
+    """
 
     def task(cfg: DictConfig) -> None:
         folder = Path(HydraConfig.get().runtime.output_dir)
+        if folder.is_relative_to(Path.cwd()):
+            folder = folder.relative_to(Path.cwd())  # as the user would write it
         try:
             job(plain(cfg, throw_on_missing=True), folder)
         except (InputError, OmegaConfBaseException) as error:
-            sys.exit(refused(error))  # here, before Hydra adds a line of its own
+            sys.exit(refused(error))  # here, because Hydra would print a line of its own
 
     try:
         run_hydra(config_name, task)
@@ -54,15 +58,16 @@ def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
 
 
 def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
-    """Run a task by Hydra, once or for each job of many.
+    """Run a task with Hydra, once or for each job of a multirun.
 
     Raises
     ------
-    InputError : the command line is wrong, or a folder cannot be written to
+    InputError
+        If the command line is wrong, or if a folder is not writable.
     """
     arguments = sys.argv[1:] = quoted(sys.argv[1:])
     os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits
-    for word in get_args_parser().parse_known_args(arguments)[1]:
+    for word in split(arguments)[1]:
         if word.startswith("-"):
             name = word.lstrip("-").partition("=")[0]
             raise InputError(f"unknown flag {word}; options are given as {name}=value")
@@ -71,16 +76,16 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
         main(task)()
     except HydraException as error:
         raise refusal(error) from None
-    except OSError as error:  # of a file that is written by Hydra or TensorBoard
+    except OSError as error:  # from files of Hydra and TensorBoard
         if error.errno not in manifest.UNWRITABLE:
             raise
         raise InputError(str(error.strerror), error.filename or "the results folder") from None
 
 
 def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
-    """Check the folder of many jobs, and write `multirun.yaml`, as Hydra will do unasked.
+    """Check the folder of a multirun and write `multirun.yaml`, which Hydra overwrites unasked.
 
-    names : of the files to be written there
+    names : files that will be written to the folder
     """
     folder = Path(config.hydra.sweep.dir)
     try:
@@ -88,10 +93,10 @@ def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
         with manifest.writing(folder) as scratch:
             OmegaConf.save(config, scratch / "multirun.yaml")
     except InputError as error:
-        sys.exit(refused(error))  # of a callback Hydra catches all exceptions
+        sys.exit(refused(error))  # not an exception, because Hydra catches those of callbacks
 
 
 def refused(error: Exception) -> int:
-    """The exit code for what is refused; says why on the terminal, in one line."""
+    """Print an error to standard error in one line; returns the exit code 2."""
     sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
     return 2

@@ -17,13 +17,13 @@ from pathlib import Path
 from textwrap import indent, shorten, wrap
 from typing import Any
 
-from hydra._internal.config_loader_impl import ConfigLoaderImpl
-from hydra._internal.utils import get_args_parser
+from hydra.core.config_loader import ConfigLoader
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import HOME
+from polycube.cli.arguments import split
 from polycube.config import SHARED, compose, loader, options_of
 from polycube.registry import classes, default, options
 
@@ -36,12 +36,12 @@ PARAMETER = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
 
 def is_asked_for() -> bool:
     """Whether the command line requests help."""
-    return bool(get_args_parser().parse_known_args()[0].help)
+    return bool(split(sys.argv[1:])[0].help)
 
 
 def show(config_name: str) -> None:
     """Print the help of a program, or that of the choices on the command line."""
-    overrides = get_args_parser().parse_known_args()[0].overrides
+    overrides = split(sys.argv[1:])[0].overrides
     blocks = list(of_choices(config_name, overrides)) if overrides else []
     if not blocks:
         words = _file(config_name).hydra.help
@@ -111,7 +111,7 @@ def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
             yield "\n".join(lines)
 
 
-def summary(search: ConfigLoaderImpl, group: str, name: str) -> str:
+def summary(search: ConfigLoader, group: str, name: str) -> str:
     """Description of a choice of a group in one line; empty if there is none."""
     cls = classes().get((group, name))
     if cls is not None:

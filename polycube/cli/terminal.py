@@ -1,6 +1,6 @@
 """Output of a run: one line per stage on the terminal, everything in its log file.
 
-On a terminal, a status line shows the current stage, its time, and the best scaled Jacobian so far.
+On a terminal, the last line shows the progress, see `polycube.cli.progress`.
 """
 
 from __future__ import annotations
@@ -9,23 +9,23 @@ import logging
 import os
 import sys
 import tempfile
-import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from logging.handlers import MemoryHandler
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, Any, TextIO, cast
+
+if TYPE_CHECKING:
+    from polycube.cli.progress import ProgressLine
 
 logger = logging.getLogger(__name__)
 
 STAGES = ("polycube.pipeline", "polycube.cli")  # loggers with a line per stage
-EVERY = 0.25  # seconds between two updates of the status line
 QUIET, PLAIN, VERBOSE = logging.WARNING, logging.INFO, logging.DEBUG
 
 
 class Terminal(logging.Handler):
-    """Messages, and on a terminal the status line below them.
+    """Messages, and on a terminal the progress line below them.
 
     shown : QUIET for warnings, PLAIN for a line per stage too, VERBOSE for all
     """
@@ -33,23 +33,25 @@ class Terminal(logging.Handler):
     def __init__(self, stream: TextIO, shown: int) -> None:
         super().__init__()
         self.setFormatter(logging.Formatter("%(message)s"))
-        self._stream, self._shown = stream, shown
-        self._begin = time.monotonic()
-        self._stage, self._since, self._best = "", self._begin, ""
-        self._end = threading.Event()
-        self._mover: threading.Thread | None = None
-        if stream.isatty() and shown <= PLAIN:
-            self._mover = threading.Thread(target=self._move, daemon=True)
-            self._mover.start()
+        self._stream = cast("TextIO", _Unbreakable(stream))
+        self._shown = shown
+        self._line: ProgressLine | None = None
+        if stream.isatty() and os.environ.get("TERM") != "dumb" and shown <= PLAIN:
+            from polycube.cli.progress import ProgressLine
+
+            self._line = ProgressLine(self._stream)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a message of a sufficient level; update the current stage and the best value."""
-        if hasattr(record, "stage"):
-            self._stage, self._since = record.stage, time.monotonic()
-        if hasattr(record, "best"):
-            self._best = f", best scaled Jacobian {record.best:.3f}"
-        if self._is_shown(record):
-            self._write(f"{self._blank()}{self.format(record)}\n{self._line()}")
+        """Write a message of a sufficient level; update the progress line."""
+        if self._line and hasattr(record, "stage"):
+            self._line.begin(record.stage)
+        if self._line and hasattr(record, "best"):
+            self._line.show_best(record.best)
+        if self._line and self._is_shown(record):
+            self._line.write(self.format(record))
+        elif self._is_shown(record):
+            self._stream.write(f"{self.format(record)}\n")
+            self._stream.flush()
 
     def _is_shown(self, record: logging.LogRecord) -> bool:
         if record.levelno < self._shown:
@@ -57,40 +59,30 @@ class Terminal(logging.Handler):
         is_stage = record.name.startswith(STAGES)
         return self._shown != PLAIN or is_stage or record.levelno > PLAIN
 
-    def _move(self) -> None:
-        while not self._end.wait(EVERY):
-            self.acquire()
-            try:
-                self._write(self._blank() + self._line())
-            finally:
-                self.release()
-
-    def _blank(self) -> str:
-        return "" if self._mover is None else "\r\x1b[2K"
-
-    def _line(self) -> str:
-        if self._mover is None or not self._stage:
-            return ""
-        now = time.monotonic()
-        spent = f"{now - self._since:.0f} s{self._best}, {now - self._begin:.0f} s in all"
-        columns = os.get_terminal_size(self._stream.fileno()).columns or 80  # 0 if it is unknown
-        return f"{self._stage} {spent}"[: columns - 1]
-
-    def _write(self, text: str) -> None:
-        try:
-            self._stream.write(text)
-            self._stream.flush()
-        except (OSError, ValueError):  # a closed terminal must not end a run
-            self._shown = logging.CRITICAL + 1
-
     def close(self) -> None:
-        """Remove the status line."""
-        self._end.set()
-        if self._mover is not None:
-            self._mover.join()
-            self._write(self._blank())
-            self._mover = None
+        """Remove the progress line."""
+        if self._line:
+            self._line.close()
+            self._line = None
         super().close()
+
+
+class _Unbreakable:
+    """A stream without errors of writing: a closed terminal must not end a run."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> None:
+        with suppress(OSError, ValueError):
+            self._stream.write(text)
+
+    def flush(self) -> None:
+        with suppress(OSError, ValueError):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 class _LogFile(logging.FileHandler):
@@ -150,8 +142,12 @@ def _caught(is_alone: bool) -> Iterator[TextIO]:
     if not (is_alone and _has_descriptors()):
         yield sys.stderr
         return
-    with os.fdopen(os.dup(2), "w", encoding="utf-8", errors="replace") as stream:
+    stream = os.fdopen(os.dup(2), "w", encoding="utf-8", errors="replace")
+    try:
         yield stream
+    finally:
+        with suppress(OSError):
+            stream.close()
 
 
 @contextmanager
@@ -175,6 +171,19 @@ def _heard(is_alone: bool) -> Iterator[None]:
             chatter.seek(0)
             for line in chatter.read().decode(errors="replace").splitlines():
                 logger.debug("message of a library: %s", line)
+
+
+@contextmanager
+def to_a_reader() -> Iterator[None]:
+    """End the process with exit code 0 if its output is no longer read, as by `--help | head`."""
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the last flush
+        sys.exit(0)
 
 
 def _has_descriptors() -> bool:

@@ -14,7 +14,6 @@ from typing import Any, ParamSpec, TypeVar
 
 import hydra
 import lightning.pytorch as L
-import numpy as np
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 
@@ -86,7 +85,8 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     )
     held_out = validation_loader(PairImages(others, denoiser.condition), cfg["held_out"], size)
     checkpoint = _checkpoint(cfg["ckpt"], config, folder)
-    if checkpoint and epochs_of(checkpoint) >= cfg["trainer"].get("max_epochs", np.inf) > 0:
+    most = cfg["trainer"].get("max_epochs") or 0  # 0 and -1: no limit of epochs
+    if checkpoint and 0 < most <= epochs_of(checkpoint):
         logger.info("%s is the end of its training: it is measured and exported", checkpoint)
         cfg = {**cfg, "fit": False}
     trainer = _trainer(cfg, folder)

@@ -17,6 +17,8 @@ from scipy.sparse import csr_matrix
 
 from polycube import types
 
+PLAIN = (str, int, float, bool, type(None))  # types of JSON, which long sequences may contain
+
 
 def save(path: Path, value: object) -> None:
     """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz file."""
@@ -54,6 +56,8 @@ def _pack(value: object, name: str, arrays: dict[str, np.ndarray]) -> object:
             for f in dataclasses.fields(value)
         }
         return {"class": type(value).__name__, "fields": fields}
+    if isinstance(value, list | tuple) and all(type(item) in PLAIN for item in value):
+        return {"tuple" if isinstance(value, tuple) else "list": list(value)}
     if isinstance(value, list | tuple):
         items = [_pack(item, f"{name}.{i}", arrays) for i, item in enumerate(value)]
         return {"tuple" if isinstance(value, tuple) else "list": items}

@@ -51,7 +51,7 @@ def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
     except InputError as error:
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d hexes", path, len(mesh.vertices), len(mesh.hexes))
     return mesh, notes
 

@@ -1,10 +1,10 @@
-"""The files that this program wrote into a folder, so that it never overwrites or deletes others.
+"""Manifest of the files that the program wrote to a folder; no other file is ever overwritten.
 
-`polycube-files.json` in the folder lists each of them with its size and SHA-256.  A file is
-replaced or removed only while it is unchanged since; every other file belongs to the user.  Files
-are written to a scratch folder, listed, and then moved to their places: a program that is killed at
-any moment leaves no file of its own that the list does not contain, and a scratch folder that the
-next run removes.
+`polycube-files.json` in the folder lists each file with its size and SHA-256. A file is replaced or
+removed only if it has not changed since it was written; every other file belongs to the user. Files
+are written to a scratch folder, added to the manifest, and then moved to their places. If the
+program is killed, every file that it wrote is in the manifest, and the next run removes the scratch
+folder.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from polycube.io.atomic import scratch_folder
 NAME = "polycube-files.json"
 REMEDY = "choose another output_dir, or move the file away"
 
-ROOM = 1 << 20  # bytes that a folder must have room for
-UNWRITABLE = {  # errors that say something of the folder, not of the program
+ROOM = 1 << 20  # free space that is required in a folder, in bytes
+UNWRITABLE = {  # errors of the file system, not of the program
     errno.ENOSPC,
     errno.EDQUOT,
     errno.EFBIG,
@@ -36,19 +36,14 @@ UNWRITABLE = {  # errors that say something of the folder, not of the program
 }
 
 State = list[object]  # size in bytes, SHA-256
-Entries = dict[str, list[State]]  # two states while one replaces the other; none: appended to
+Entries = dict[str, list[State]]  # two states during a replacement; none: a log
 
 
 def files(folder: Path) -> list[str]:
-    """Names of the files in `folder` that the program wrote, sorted.
+    """Names of the existing files in a folder that the program wrote, sorted.
 
-    Parameters
-    ----------
-    folder : may lack a manifest, or not exist
-
-    Returns
-    -------
-    Names relative to the folder, with forward slashes; those that were deleted are left out.
+    The names are relative to the folder, with forward slashes. The list is empty if the folder does
+    not exist or has no manifest.
     """
     return sorted(name for name in _read(folder) if os.path.lexists(folder / name))
 
@@ -60,23 +55,28 @@ def check(
 
     Parameters
     ----------
-    folder : need not exist, and is not made
-    names : of the files to be written, relative to the folder
-    inputs : files that are read; they belong to the user, whoever wrote them
-    remedy : what the message proposes
+    folder
+        Path of the folder. It need not exist, and it is not created.
+    names
+        Names of the files to be written, relative to the folder.
+    inputs
+        Input files of the run. They are never overwritten, even if the program wrote them.
+    remedy
+        Advice at the end of the error message.
 
     Raises
     ------
-    InputError : naming the first file that would be overwritten, or why nothing can be written.
+    InputError
+        If a file would be overwritten, or if the folder is not writable.
     """
     _check_writable(folder)
     _check_names(folder, names, _read(folder), inputs, remedy)
 
 
 def remove(folder: Path, names: Iterable[str], inputs: Collection[Path] = ()) -> None:
-    """Remove those of the named files that the program wrote and that are unchanged since.
+    """Remove files that the program wrote and that have not changed since.
 
-    The manifest forgets the others of these names: they are the user's from now on.
+    Changed files are kept and removed from the manifest: they belong to the user from now on.
     """
     entries, read = _read(folder), _resolved(inputs)
     gone = [name for name in names if entries.get(name) and (folder / name).resolve() not in read]
@@ -90,7 +90,7 @@ def remove(folder: Path, names: Iterable[str], inputs: Collection[Path] = ()) ->
 
 
 def append_to(folder: Path, name: str) -> Path:
-    """Make a file to append to, such as a log, or find that of an earlier run; never removed."""
+    """Path of a log file, which is created if it does not exist and is never removed."""
     check(folder, [name])
     with _writable(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -101,12 +101,14 @@ def append_to(folder: Path, name: str) -> Path:
 
 @contextmanager
 def writing(folder: Path, remedy: str = REMEDY) -> Iterator[Path]:
-    """Yield a scratch folder; the files in it move to `folder` when the block ends well.
+    """Yield a scratch folder; its files are moved to `folder` at the end of the block.
+
+    Nothing is moved if the block raises an exception.
 
     Raises
     ------
-    InputError : where a file would overwrite one of the user's, or the disk is full or read-only;
-        then none is moved.
+    InputError
+        If a file of the user would be overwritten, or if the disk is full or read-only.
     """
     with _writable(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -117,7 +119,7 @@ def writing(folder: Path, remedy: str = REMEDY) -> Iterator[Path]:
 
 @contextmanager
 def _writable(folder: Path) -> Iterator[None]:
-    """A folder that cannot be written to is an InputError."""
+    """Turn errors of the file system into InputError."""
     try:
         yield
     except OSError as error:
@@ -166,7 +168,7 @@ def _check_names(
 
 
 def _check_writable(folder: Path) -> None:
-    """Try it: what the operating system says beforehand is not true of every folder."""
+    """Write to the folder, because permissions do not tell for every file system."""
     made = [p for p in (folder, *folder.parents) if not os.path.lexists(p)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -181,7 +183,7 @@ def _check_writable(folder: Path) -> None:
 
 
 def _is_ours(path: Path, states: list[State]) -> bool:
-    """Whether a file is appended to, or in a state that the manifest lists."""
+    """Whether a file is a log or is in a state that the manifest lists."""
     if path.is_symlink() or not path.is_file():
         return False
     sizes = [size for size, _ in states]
@@ -201,7 +203,7 @@ def _resolved(paths: Collection[Path]) -> set[Path]:
 
 
 def _read(folder: Path) -> Entries:
-    """Entries of the manifest, those outside of the folder left out; empty without a manifest."""
+    """Entries of the manifest, without names outside the folder; empty without a manifest."""
     path = folder / NAME
     if not os.path.lexists(path):
         return {}

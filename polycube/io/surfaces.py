@@ -22,6 +22,7 @@ from polycube.io.foreign.process import parsed
 from polycube.io.obj import read_obj
 from polycube.io.stl import read_stl
 from polycube.surface.clouds.options import Points
+from polycube.surface.clouds.points import without_open3d
 from polycube.surface.clouds.reconstruction import Reconstruction, reconstruct
 from polycube.surface.repair.clean import clean, crossings
 from polycube.surface.repair.repair import LEVELS, Repair, finite, repaired
@@ -163,10 +164,7 @@ def _read_fbx(path: Path) -> Soup:
         _, is_missing, why = str(error).partition("open3d does not load: ")
         if not is_missing:
             raise
-        raise InputError(
-            f"FBX needs open3d, which does not load ({why}); on Debian or Ubuntu: "
-            "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
-        ) from None
+        raise without_open3d("FBX needs", why) from None
     if not len(found["faces"]):
         raise InputError("not a complete FBX file, or a file without triangles")
     return found["vertices"], found["faces"]

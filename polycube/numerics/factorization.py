@@ -3,6 +3,11 @@
 Each front of a nested dissection is a dense matrix of its own unknowns and of the later ones
 adjacent to them. Its own unknowns are eliminated, and the update of the others is added to the
 front of its parent. The matrix is first scaled to unit diagonal.
+
+The sparse libraries available in Python have no single precision, which suffices for
+preconditioning. A stiffness matrix of 10,125 (27,783) unknowns takes 1.4 s (7.5 s) here. In double
+precision, MKL PARDISO takes 2.1 s (18.9 s), CHOLMOD 1.8 s (19.0 s) and SuperLU 10 s. The memory
+increases by 0.43 GB here, by 1.37 GB with PARDISO and by 2.12 GB with CHOLMOD.
 """
 
 from __future__ import annotations

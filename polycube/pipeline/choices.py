@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from polycube.kinds import Acceptance
-from polycube.pipeline.search import Options, Variants
 from polycube.pipeline.state import RunState
+from polycube.pipeline.variants import Options, Variants
 from polycube.structure.parametrization import pull_back
 from polycube.structure.recognition import read_structure
 from polycube.types import DRAWN, OVERLAY, SPARE, SWEEP, Candidate, Polycube, Ranked
@@ -73,15 +73,15 @@ def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
 
 
 def _in_order(ranked: Sequence[Ranked], tries: int) -> list[int]:
-    """Numbers of the structures to mesh, in order, without drawn ones.
+    """Numbers of the structures to mesh, in order, if there are no drawn ones.
 
-    The best, the best of the other family, then the best of each other kind, as long as the score
-    is within twice the best's.  Where one family fits badly, the other is the better guess.  Of
-    equal structures that rank close the one from labels is taken, whose rough map is exact.
-    Structures with blocks come first where one ranks first, else after these, whatever `tries` is;
-    but a sweep, whose mesh takes seconds, directly after the best, and one that ranks first is one
-    of `tries`.  Overlays come after all others, whatever `tries` is.  Those of another genus than
-    the part's are meshed only where there is nothing else.
+    The order is: the best, the best of the other family, then the best of each other kind, if the
+    score is at most about twice that of the best. Of equal structures with similar scores, the one
+    of labels is taken, because its rough map is exact. `tries` limits the number of structures,
+    with these exceptions. Structures with blocks come first if one of them ranks first, otherwise
+    after these. Sweeps, which are meshed in seconds, come directly after the best structure; only a
+    sweep that ranks first counts for `tries`. Overlays come after all others. Structures with
+    another genus than the part are meshed only if there is nothing else.
     """
     spares = spares_of(ranked)
     if len(spares) == len(ranked):
@@ -139,29 +139,39 @@ def settled_at(
     return acceptance.excellent if is_close else acceptance.acceptable
 
 
-def drawn_beside(ranked: Sequence[Ranked], found: Variants) -> list[int]:
-    """Number of the drawn structure to mesh beside the one found, if there is one.
+def can_be_better(found: Variants, acceptance: Acceptance) -> bool:
+    """Whether a drawn structure may have a better mesh than the structure found.
+
+    That is not the case if the mesh found is nearly all bricks, or if its polycube is a box, which
+    no other has fewer bricks than, and its mesh is excellent. For a hex mesh to improve there are
+    no structures.
+    """
+    if not found.start.ranked or is_drawn(found.start):
+        return False
+    polycube = found.start.polycube
+    is_box = polycube is not None and polycube.occupancy.all()
+    limit = acceptance.excellent if is_box else BRICKS
+    return found.reaches < limit or bool(found.taken().verdict.warnings)
+
+
+def drawn_beside(ranked: Sequence[Ranked]) -> int | None:
+    """Number of the drawn structure to mesh beside the one found; None if there is none.
 
     Of those with a score similar to that of the best drawn one, it is the one with the fewest full
-    bricks. None if the mesh found is nearly all bricks or is that of a drawn structure.
+    bricks.
     """
-    if is_drawn(found.start):
-        return []
-    if found.reaches >= BRICKS and not found.taken().verdict.warnings:
-        return []
     drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
     near = [i for i in drawn if _is_near(ranked, i)]
     close = [i for i in near if ranked[i].score <= CLOSE * ranked[near[0]].score]
-    close.sort(key=lambda i: ranked[i].candidate.polycube.occupancy.sum())
-    return close[:1]
+    return min(close, key=lambda i: ranked[i].candidate.polycube.occupancy.sum(), default=None)
 
 
 def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     """Whether a structure has no use after those made.
 
-    An overlay has none where a mesh misses nothing and its worst hex is good enough.  Curves of
-    triangles alone are found by angle, and no reason for so many hexes: for these an overlay has
-    none where any mesh is valid.
+    This holds for an overlay if a mesh meets all criteria and its worst hex is good enough. Sharp
+    edges of a surface without CAD faces are found by angle and do not justify so many hexes: there,
+    an overlay is needless if any mesh is valid.
     """
     meshed = [each for each in made if each.attempts]
     if not is_overlay(entry) or not meshed:
@@ -188,6 +198,11 @@ def is_fine(start: RunState) -> bool:
 def is_drawn(start: RunState) -> bool:
     """Whether the structure that is meshed was drawn by a network without a grid."""
     return bool(start.ranked) and _family(start.ranked[start.chosen]) == DRAWN
+
+
+def has_coarse(ranked: Sequence[Ranked]) -> bool:
+    """Whether one of the structures is coarser than an overlay."""
+    return not all(is_overlay(entry) for entry in ranked)
 
 
 def is_overlay(entry: Ranked) -> bool:

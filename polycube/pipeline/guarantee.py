@@ -21,9 +21,9 @@ from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
 from polycube.kinds import KINDS
 from polycube.pipeline.choices import is_overlay
-from polycube.pipeline.search import Variants
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
+from polycube.pipeline.variants import Variants
 from polycube.surface import measures
 from polycube.surface.fit_target import target
 from polycube.types import HexMesh

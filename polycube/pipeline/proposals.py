@@ -26,9 +26,15 @@ Primitives = Mapping[str, np.ndarray]  # voxels (3, 3, 3) by name
 
 
 def propose(
-    settings: Settings, surface: TriMesh, primitives: Primitives, clock: Clock
+    settings: Settings, surface: TriMesh, primitives: Primitives, clock: Clock, late: bool = False
 ) -> tuple[Candidate, ...]:
     """Collect the candidates of each grid, without those of a smaller grid.
+
+    Parameters
+    ----------
+    late
+        Ask the plugins whose proposals are compared with the best mesh of all others, instead of
+        these others.
 
     Raises
     ------
@@ -38,7 +44,7 @@ def propose(
     candidates: tuple[Candidate, ...] = ()
     for grid in grids(settings):
         known = {(c.proposal, c.key) for c in candidates}
-        made = _propose_on(grid, settings, surface, primitives, clock)
+        made = _propose_on(grid, settings, surface, primitives, clock, late)
         candidates += tuple(c for c in made if (c.proposal, c.key) not in known)
     return candidates
 
@@ -79,13 +85,18 @@ def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
 
 
 def _propose_on(
-    grid: Grid, settings: Settings, surface: TriMesh, primitives: Primitives, clock: Clock
+    grid: Grid,
+    settings: Settings,
+    surface: TriMesh,
+    primitives: Primitives,
+    clock: Clock,
+    late: bool,
 ) -> tuple[Candidate, ...]:
     """Candidates of the structure plugins; each receives those of the plugins before it."""
     candidates: tuple[Candidate, ...] = ()
     plugins = _plugins(grid, settings, primitives)
     for name, plugin in plugins:
-        if plugin.any_grid and grid != grids(settings)[-1]:
+        if plugin.late != late or (plugin.any_grid and grid != grids(settings)[-1]):
             continue
         try:
             made = clock.run(f"structure/{name}", partial(plugin, surface, candidates))

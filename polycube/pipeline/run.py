@@ -19,10 +19,12 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import check_requests, unmet
 from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Ranking
-from polycube.pipeline import memory
+from polycube.numerics import memory
 from polycube.pipeline.choices import (
+    can_be_better,
     choose,
     drawn_beside,
+    has_coarse,
     is_drawn,
     is_fine,
     is_needless,
@@ -40,14 +42,15 @@ from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet
 from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.resume import changed_settings, load_stage, save_stage
-from polycube.pipeline.search import Variants, compare, search
+from polycube.pipeline.search import compare, search
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.pipeline.state import RunState
+from polycube.pipeline.variants import Variants
 from polycube.registry import build
 from polycube.structure.labels import nearest_labels
 from polycube.structure.lattice import describe
-from polycube.types import HexMesh
+from polycube.types import Candidate, HexMesh, Ranked
 
 logger = logging.getLogger(__name__)
 
@@ -137,11 +140,27 @@ class Run:
         if self.is_kept("structure"):
             ranked, chosen = self.load("structure")
             return choose(replace(state, ranked=ranked), chosen, self.primitives)
-        candidates = propose(self.settings, state.surface, self.primitives, self.clock)
-        ranked = self.clock.run("ranking", lambda: self.ranking(state.surface, candidates))
+        candidates = self._candidates(state)
+        ranked = self._ranked(state, candidates)
+        if not has_coarse(ranked):
+            candidates += self._candidates(state, late=True)
+            ranked = self._ranked(state, candidates)
         if not ranked:
             raise InputError(explain_none(self.settings, state.surface, len(candidates)))
         return choose(replace(state, ranked=ranked), 0, self.primitives)
+
+    def _candidates(self, state: RunState, late: bool = False) -> tuple[Candidate, ...]:
+        return propose(self.settings, state.surface, self.primitives, self.clock, late)
+
+    def _ranked(self, state: RunState, candidates: Sequence[Candidate]) -> list[Ranked]:
+        return self.clock.run("ranking", lambda: self.ranking(state.surface, candidates))
+
+    def propose_late(self, state: RunState) -> RunState:
+        """Append the structures of late proposals, unless there are some."""
+        if drawn_beside(state.ranked) is not None:
+            return state
+        late = self._ranked(state, self._candidates(state, late=True))
+        return replace(state, ranked=[*state.ranked, *late])
 
     def keep_input(self, state: RunState, folder: Path) -> None:
         """Start the results folder; from here on, results are stored."""
@@ -247,8 +266,11 @@ class Run:
             has_rival=first > self.acceptance.acceptable,
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
-        for index in [] if kept else drawn_beside(ranked, found):
-            found = compare(found, begin(index))
+        if not kept and can_be_better(found, self.acceptance):
+            state = self.propose_late(state)
+            drawn = drawn_beside(state.ranked)
+            if drawn is not None:
+                found = compare(found, begin(drawn))
         keep_features(found)
         meet_creases(found, self.creases)
         meet_deviation(found, self.bundle.get("deviation"))
@@ -259,7 +281,7 @@ class Run:
             last = last_attempt(chain(in_order(made, found), spares), found.why)
             if last is not None:
                 return self._kept(last)
-        return self._finish(found, stages)
+        return self._finish(found, stages, state.ranked)
 
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
         """The variants of the bundle on one structure; with blocks they have no short runs.
@@ -281,9 +303,12 @@ class Run:
             gives_up=not is_fine(start),
         )
 
-    def _finish(self, found: Variants, stages: Sequence[Stage]) -> RunState:
+    def _finish(
+        self, found: Variants, stages: Sequence[Stage], ranked: Sequence[Ranked]
+    ) -> RunState:
         """Run the last stages, and store the result of each stage of the best run."""
         state, path = found.finish()
+        state = replace(state, ranked=ranked)
         self.keep_start(state)
         for stage, result in zip(stages, path, strict=True):
             self._save(stage.kind, result)

@@ -45,8 +45,8 @@ def plugins(report: Json, config: Json) -> Iterator[tuple[str, str]]:
     if proposed and proposed["candidates"]:
         yield "structure", proposed["candidates"][proposed["chosen"]]["proposal"]
     if "hex" in report:
-        bundle = config.get("improve" if "given" in report else "meshing", {})
-        for stage in bundle.get("order", ()):
+        bundle = config["improve" if "given" in report else "meshing"]
+        for stage in bundle["order"]:
             yield stage, bundle[stage.removeprefix("meshing/")]["plugin"]
     if "spline" in report:
         yield "spline", config["spline"]["plugin"]

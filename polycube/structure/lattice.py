@@ -14,6 +14,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from polycube.structure.neighbourhoods import euler_number, solid_genus
 from polycube.types import Polycube, freeze
 
 NAMED = 8  # largest number of cells whose primitives are listed one by one
@@ -181,30 +182,12 @@ def corners(surface: Boundary) -> np.ndarray:
 
 def genus(polycube: Polycube) -> int:
     """Number of handles of a connected polycube without voids: 1 - (V - E + F - H)."""
-    euler = 0
-    for collapsed in np.ndindex(2, 2, 2):  # axes along which the lattice element has no extent
-        solid = np.pad(polycube.occupancy, 1)
-        for axis in np.flatnonzero(collapsed):
-            slabs = np.moveaxis(solid, axis, 0)
-            solid = np.moveaxis(slabs[1:] | slabs[:-1], 0, axis)
-        euler += (-1) ** (3 - sum(collapsed)) * int(solid.sum())
-    return 1 - euler
+    return 1 - euler_number(polycube.occupancy)
 
 
 def is_manifold(polycube: Polycube) -> bool:
     """Whether the boundary is one connected closed manifold, without voids and pinched points."""
-    if not polycube.occupancy.any():
-        return False
-    quads = boundary(polycube).quads
-    pairs, quad, start = _sorted_edges(quads)
-    if (np.diff(np.append(start, len(quad))) != 2).any():
-        return False
-    owners = quad[start], quad[start + 1]
-    ends = pairs[start][:, :, None]  # (E, 2, 1)
-    corner = [4 * o[:, None] + (quads[o][:, None] == ends).argmax(axis=2) for o in owners]
-    fans = _components(corner[0].ravel(), corner[1].ravel(), quads.size)
-    pieces = _components(*owners, len(quads))
-    return pieces.max() == 0 and fans.max() + 1 == len(np.unique(quads))
+    return solid_genus(polycube.occupancy) is not None
 
 
 def cell_at(polycube: Polycube, points: np.ndarray) -> np.ndarray:

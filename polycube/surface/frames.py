@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import minimize
@@ -42,6 +43,11 @@ def turn(boxes: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 def frames(surface: TriMesh, limit: int = 3) -> list[np.ndarray]:
     """Rotations (3, 3) whose rows are the axes of a frame, best first, without duplicates."""
+    return _frames(surface)[:limit]
+
+
+@lru_cache(maxsize=2)  # several plugins need those of the same surface
+def _frames(surface: TriMesh) -> list[np.ndarray]:
     hull = surface.vertices[ConvexHull(surface.vertices).vertices]
     hull = (hull - hull.mean(axis=0)) / np.ptp(hull, axis=0).max()
     normals, areas = _normals(surface)
@@ -59,7 +65,7 @@ def frames(surface: TriMesh, limit: int = 3) -> list[np.ndarray]:
     for rotation in (best, found[0], main, box):
         if not any(_same(rotation, other) for other in distinct):
             distinct.append(rotation)
-    return distinct[:limit]
+    return distinct
 
 
 def _normals(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:

@@ -42,6 +42,7 @@ def test_other_functions_than_those_of_vertices_have_no_model():
     assert VertexModel.of(cube(3, "c0")) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("lumped", [False, True])
 def test_frequencies(monkeypatch, caplog, held, lumped):

@@ -133,6 +133,7 @@ def batch(folder, *words):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "launcher",
     [

@@ -144,6 +144,7 @@ def test_a_page_of_the_user_is_not_overwritten(batch: Path) -> None:
         benchmark.benchmark(batch)
 
 
+@pytest.mark.slow
 def test_what_is_lost_is_red_and_drawn_once(tmp_path: Path, monkeypatch) -> None:
     """A cube of which the mesh reaches only to 0.9 of the height."""
     pytest.importorskip("pyvista")

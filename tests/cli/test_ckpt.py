@@ -55,6 +55,7 @@ def test_weights_of_a_grid_and_of_any_structure_serve_their_own_proposals(caplog
     assert "are for a grid, not any structure; proposals of any structure use" in caplog.text
 
 
+@pytest.mark.slow
 def test_a_training_of_ones_own_proposes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     train(config("train", *TINY, *SHORT), tmp_path / "training")
     monkeypatch.chdir(tmp_path)

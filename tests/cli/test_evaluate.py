@@ -30,6 +30,7 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_weights_and_checkpoint_in_one_table(
     trained: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

@@ -37,6 +37,7 @@ def listed(text: str) -> dict[str, dict[str, str]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_listed_can_be_chosen_and_the_default_is_marked(name, capsys, monkeypatch) -> None:
     text = help_of(name, capsys, monkeypatch)

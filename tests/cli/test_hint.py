@@ -7,6 +7,7 @@ import pytest
 from tests.fixtures.runs import run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "size", "is_doubted"), [("key", "20%", True), ("dice", "12%", False)]
 )

@@ -94,6 +94,7 @@ def test_files_are_written_as_they_are_asked_for(rod, tmp_path):
         run("mesh=example:rod", "files.bext=3", f"output_dir={tmp_path / 'b'}")
 
 
+@pytest.mark.slow
 def test_a_resumed_run_says_which_settings_are_others_and_leaves_no_old_results(
     rod, tmp_path, caplog
 ):
@@ -194,6 +195,7 @@ def test_the_name_of_a_file_alone_is_the_mesh(tmp_path):
     assert ended.returncode == 2 and "error: part.stl: the file is empty" in ended.stderr
 
 
+@pytest.mark.slow
 def test_command_line_exit_codes(tmp_path):
     command = [sys.executable, str(HOME / "infer.py")]
     for override in ("mesh=nowhere.stl", "no_such_option=1"):

@@ -46,6 +46,7 @@ def moments(number: int, changes: int, seconds: float) -> Iterator[dict[str, flo
             yield {"change": int(rng.integers(1, changes + 1))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kills", KILLS)
 def test_inference(kills: int, killed, tmp_path: Path) -> None:
     """In one folder: the files are at last those of a run that nobody killed."""
@@ -75,6 +76,7 @@ def test_inference(kills: int, killed, tmp_path: Path) -> None:
     assert one["hex"] == other["hex"] and one["spline"] == other["spline"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 @pytest.mark.parametrize("kills", KILLS)
 def test_training(kills: int, killed, tmp_path: Path) -> None:

@@ -42,6 +42,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[dict], Path]:
     return make_pairs(cfg, folder / "pairs"), folder / "pairs"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["box", "L"])
 def test_a_part_that_is_a_polycube_is_its_own_pair(
     made: tuple[list[dict], Path], name: str
@@ -61,6 +62,7 @@ def test_a_part_that_is_a_polycube_is_its_own_pair(
     assert part.polycube.occupancy.sum() == (3 if name == "L" else 1)
 
 
+@pytest.mark.slow
 def test_what_gave_no_pairs_is_in_the_table(made: tuple[list[dict], Path]) -> None:
     rows, folder = made
     with (folder / TABLE).open(newline="", encoding="utf-8") as file:
@@ -73,6 +75,7 @@ def test_what_gave_no_pairs_is_in_the_table(made: tuple[list[dict], Path]) -> No
     assert sorted(path.name for path in folder.glob("*.npz")) == ["L.npz", "box.npz"]
 
 
+@pytest.mark.slow
 def test_a_training_takes_them(made: tuple[list[dict], Path], tmp_path: Path) -> None:
     metrics = train(
         config("grid=any", "model=tiny", "data=parts", f"data.path='{made[1]}'"), tmp_path

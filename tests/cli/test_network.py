@@ -31,6 +31,7 @@ def test_a_look_up_is_noticed() -> None:
     assert run("import socket; socket.getaddrinfo('localhost', 80)").returncode == 77
 
 
+@pytest.mark.slow
 def test_inference_asks_nobody(tmp_path: Path) -> None:
     code = "from polycube.cli import infer_command; infer_command()"
     ended = run(code, *INFER, f"output_dir={tmp_path}")

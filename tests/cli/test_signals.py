@@ -109,6 +109,7 @@ def test_an_interruption_after_meshing_keeps_the_mesh(tmp_path, monkeypatch) -> 
     assert report["stopped"] == "the run was interrupted after meshing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_ctrl_c_at_the_real_program(times, tmp_path) -> None:
     command = [sys.executable, str(HOME / "infer.py"), "mesh=example:rod", "structure=slices"]

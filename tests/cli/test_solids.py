@@ -43,6 +43,7 @@ def report(folder):
     return json.loads((folder / "report.json").read_text())
 
 
+@pytest.mark.slow
 def test_one_failure_leaves_the_others_alone_and_the_worst_code_counts(done):
     code, folder = done
     assert code == 2

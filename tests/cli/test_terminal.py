@@ -10,6 +10,8 @@ import subprocess
 import sys
 import time
 import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -60,27 +62,60 @@ def test_what_was_said_before_there_is_a_folder_is_in_the_log_too(tmp_path) -> N
     assert logging.getLogger("polycube").handlers == before
 
 
-def test_on_a_terminal_a_line_moves() -> None:
+@contextmanager
+def on_a_terminal() -> Iterator[tuple[Terminal, Callable[[], str]]]:
+    """A handler of messages on a pseudo-terminal, and a function that reads what was written."""
     ours, theirs = pty.openpty()
+
+    def written() -> str:
+        found = ""
+        while select.select([ours], [], [], 0.2)[0]:
+            found += os.read(ours, 1 << 16).decode()
+        return found
+
+    log = logging.getLogger("polycube")
     with os.fdopen(theirs, "w") as stream:
         terminal = Terminal(stream, PLAIN)
-        log = logging.getLogger("polycube")
         log.addHandler(terminal)
         before, _ = log.level, log.setLevel(logging.DEBUG)
         try:
-            say()
-            time.sleep(0.6)
+            yield terminal, written
         finally:
             log.setLevel(before)
             log.removeHandler(terminal)
             terminal.close()
-        said = ""
-        while select.select([ours], [], [], 0.2)[0]:
-            said += os.read(ours, 1 << 16).decode()
     os.close(ours)
-    assert re.search(r"meshing/smooth \d s, best scaled Jacobian 0\.500, \d s in all", said)
-    assert "meshing/smooth  1.2 s\r\n" in said and "a detail" not in said
-    assert said.endswith("\x1b[2K")  # the line is gone at the end
+
+
+def test_on_a_terminal_the_last_line_shows_the_progress(monkeypatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    with on_a_terminal() as (terminal, written):
+        say()
+        time.sleep(0.6)
+        terminal.close()
+        shown = written()
+    plain = re.sub(r"\x1b\[[^A-Za-z]*[A-Za-z]", "", shown)
+    assert re.search(r"meshing/smooth .* 0:00:00 +scaled Jacobian 0\.500", plain)
+    assert "left" not in plain  # without the structures of this run there is no estimate
+    assert "meshing/smooth  1.2 s\r\n" in plain and "a detail" not in plain
+    assert shown.endswith("\x1b[1A\x1b[2K")  # the line is erased at the end
+
+
+def test_a_terminal_without_control_codes_gets_messages_only(monkeypatch) -> None:
+    monkeypatch.setenv("TERM", "dumb")
+    with on_a_terminal() as (terminal, written):
+        say()
+        terminal.close()
+        assert written() == "meshing/smooth  1.2 s\r\nwarning: look\r\n"
+
+
+def test_a_pipe_gets_no_control_codes_even_if_colours_are_forced(monkeypatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    with logging_to(PLAIN):
+        say()
+    assert stream.getvalue() == "meshing/smooth  1.2 s\nwarning: look\n"
 
 
 CHATTER = """
@@ -118,6 +153,27 @@ def test_a_stream_that_was_closed_ends_no_run() -> None:
     stream.close()
     terminal.emit(logging.LogRecord("polycube.cli", logging.WARNING, "", 0, "said", (), None))
     terminal.close()
+
+
+def test_a_terminal_that_is_closed_ends_no_run(monkeypatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    ours, theirs = pty.openpty()
+    stderr = os.dup(2)
+    os.dup2(theirs, 2)
+    try:
+        with logging_to(PLAIN):
+            say()
+        monkeypatch.setattr(sys, "stderr", open(2, "w", closefd=False))
+        monkeypatch.setattr(sys, "stdout", open(1, "w", closefd=False))
+        with logging_to(PLAIN, is_alone=True):
+            say()
+            os.close(ours)
+            time.sleep(0.6)  # some updates of the line
+            say()
+    finally:
+        os.dup2(stderr, 2)
+        os.close(stderr)
+        os.close(theirs)
 
 
 def test_warnings_are_warnings_again_afterwards() -> None:

@@ -67,6 +67,7 @@ def test_paper_experiment_is_the_published_setting() -> None:
     }
 
 
+@pytest.mark.slow
 def test_command_writes_weights_checkpoints_and_curves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -98,6 +99,7 @@ def test_command_writes_weights_checkpoints_and_curves(
     assert (run / "loss.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_sweep_ends_with_a_table_of_its_trainings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
@@ -131,6 +133,7 @@ def test_a_training_without_weights_is_the_last_of_the_table(tmp_path: Path) -> 
     assert "error" not in rows[2] and rows[2]["folder"] == "0"
 
 
+@pytest.mark.slow
 def test_networks_for_any_size_train_on_thin_images(tmp_path: Path) -> None:
     small = ("model=points", "model.width=8", "model.blocks=1", "model.slots=2")
     errors = [
@@ -166,6 +169,7 @@ def test_resumed_training_follows_the_same_curve(averaged: list[str], tmp_path: 
     assert once | {"samples_per_second": 0} == twice | {"samples_per_second": 0}
 
 
+@pytest.mark.slow
 def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) -> None:
     trained = train(config("trainer.max_epochs=1"), tmp_path / "run")
     ckpt = tmp_path / "run" / "checkpoints" / "last.ckpt"
@@ -176,6 +180,7 @@ def test_a_checkpoint_is_measured_and_exported_without_training(tmp_path: Path) 
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("averaged", [[], ["ema=0.9"]])
 def test_a_training_killed_after_its_last_step_is_exported(
     averaged: list[str], tmp_path: Path
@@ -190,6 +195,7 @@ def test_a_training_killed_after_its_last_step_is_exported(
     assert first.read_bytes() == second.read_bytes()
 
 
+@pytest.mark.slow
 def test_training_imports_no_meshing_libraries() -> None:
     """It runs on a machine without a display, open3d, VTK or igl."""
     code = (

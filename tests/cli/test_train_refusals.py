@@ -12,6 +12,7 @@ from tests.fixtures.trainings import SMALL, command, config
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
     train(config("trainer.max_epochs=1"), tmp_path / "run")
     ckpt = tmp_path / "run" / "checkpoints" / "last.ckpt"

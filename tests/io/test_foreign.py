@@ -53,8 +53,9 @@ def test_one_that_waits_is_stopped(said, monkeypatch: pytest.MonkeyPatch) -> Non
     ("body", "sentence"),
     [
         ("bytearray(10 << 30)", "MemoryError"),
-        ("os.kill(os.getpid(), signal.SIGSEGV)", "its reader ended without a word"),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "its reader crashed"),
         ("sys.exit('what is wrong')", "what is wrong"),
+        ("open(request['output'], 'w').write('half'); sys.exit('disk full')", "disk full"),
     ],
 )
 def test_one_that_fails_is_one_sentence(said, body: str, sentence: str) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from polycube.pipeline.choices import (
     BRICKS,
+    can_be_better,
     choose,
     drawn_beside,
     is_needless,
@@ -75,24 +76,42 @@ def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected)
 
 
 @pytest.mark.parametrize(
-    ("entries", "reaches", "warnings", "expected"),
+    ("proposal", "is_box", "reaches", "warnings", "expected"),
     [
-        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "b", 1)], 0.8, (), [1]),
-        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.2)], 0.8, (), [2]),
-        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.4)], 0.8, (), [1]),
-        ([("bricks", "a", 1), ("drawn", "d", 5)], 0.8, (), []),  # its score is too bad
-        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, (), []),
-        ([("bricks", "a", 1), ("drawn", "d", 1)], 0.9, ("far",), [1]),
-        ([("drawn", "d", 1), ("drawn", "e", 1)], 0.8, (), []),
-        ([("bricks", "a", 1)], 0.8, (), []),
+        ("bricks", False, 0.8, (), True),
+        ("bricks", False, 0.9, (), False),
+        ("bricks", False, 0.9, ("far",), True),
+        ("bricks", True, 0.65, (), False),  # excellent, and nothing is coarser
+        ("bricks", True, 0.55, (), True),
+        ("drawn", False, 0.8, (), False),
+        (None, False, 0.8, (), False),  # a hex mesh to improve
     ],
 )
-def test_a_drawn_structure_is_meshed_beside_the_one_found(entries, reaches, warnings, expected):
-    ranked = [entry(*e) for e in entries]
+def test_a_drawn_structure_may_be_better(proposal, is_box, reaches, warnings, expected):
+    occupancy = np.array([True, is_box])
+    start = SimpleNamespace(
+        ranked=[entry(proposal, "a", 1)] if proposal else [],
+        chosen=0,
+        polycube=SimpleNamespace(occupancy=occupancy),
+    )
     taken = SimpleNamespace(verdict=SimpleNamespace(warnings=warnings))
-    start = SimpleNamespace(ranked=ranked, chosen=0)
     found = SimpleNamespace(start=start, reaches=reaches, taken=lambda: taken)
-    assert drawn_beside(ranked, found) == expected
+    assert can_be_better(found, ACCEPTANCE) == expected
+
+
+@pytest.mark.parametrize(
+    ("entries", "expected"),
+    [
+        ([("bricks", "a", 1), ("drawn", "a", 1), ("drawn", "b", 1)], 1),
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.2)], 2),
+        ([("bricks", "a", 1), ("drawn", "e", 2), ("drawn", "d", 2.4)], 1),
+        ([("bricks", "a", 1), ("drawn", "d", 5)], None),  # its score is too bad
+        ([("bricks", "a", 1)], None),
+    ],
+)
+def test_a_drawn_structure_is_meshed_beside_the_one_found(entries, expected):
+    ranked = [entry(*e) for e in entries]
+    assert drawn_beside(ranked) == expected
 
 
 @pytest.mark.parametrize(

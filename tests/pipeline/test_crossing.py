@@ -17,7 +17,7 @@ def test_a_part_that_crosses_itself_is_meshed_and_told(name, pairs, testdata, tm
     assert report["hex"]["min_scaled_jacobian"] > 0.3  # measured .63, .34 and .47
     assert report["hex"]["vertex_off_surface_max"] < 0.005
     [warning] = report["warnings"]
-    assert f"crosses itself: {pairs} pairs of faces in" in warning and "at (" in warning
+    assert f"surface intersects itself: {pairs} pairs of faces in" in warning and "at (" in warning
 
 
 def test_one_that_is_open_is_refused(testdata, tmp_path, monkeypatch, capsys):

@@ -29,6 +29,7 @@ def proposed(run: Run) -> tuple[Candidate, ...]:
     return propose(run.settings, SURFACE, run.primitives, run.clock)
 
 
+@pytest.mark.slow
 def test_auto_finds_the_grid_of_an_l():
     others = ("drawn", "labels", "midpoint", "sweep")  # that need no grid
     state = run("grid=auto", *(f"~structure.proposals.{name}" for name in others)).begin()
@@ -52,12 +53,14 @@ def test_some_grids_are_tried_unless_one_is_given(override, expected):
 
 
 def test_equal_structures_are_proposed_once():
-    found = run("grid=auto", "grid.among=[[2,1,1],[3,1,1],[2,1,1]]")
-    twice = proposed(found)
-    once = proposed(run("grid=auto", "grid.among=[[2,1,1],[3,1,1]]"))
+    def among(*grids: str) -> Run:
+        return run("~structure.proposals.drawn", "grid=auto", f"grid.among=[{','.join(grids)}]")
+
+    twice = proposed(among("[2,1,1]", "[3,1,1]", "[2,1,1]"))
+    once = proposed(among("[2,1,1]", "[3,1,1]"))
     assert [c.key for c in twice] == [c.key for c in once]
-    on_two = {c.key for c in proposed(run("grid=2x1"))}
-    assert on_two & {c.key for c in proposed(run("grid=3x1"))}  # the same boxes, read again
+    on_two = {c.key for c in proposed(among("[2,1,1]"))}
+    assert on_two & {c.key for c in proposed(among("[3,1,1]"))}  # the same boxes, read again
     assert not on_two & {c.key for c in once if c.polycube.grid == (3, 1, 1)}
 
 

@@ -10,6 +10,7 @@ from tests.fixtures.runs import run
 IDLE = ["improve.order=[]", "order=[meshing,spline,analysis]"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("space", "mesh", "error"),
     [

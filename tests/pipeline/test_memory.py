@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from polycube.pipeline import memory
+from polycube.numerics import memory
 from polycube.pipeline.run import Run
 from polycube.pipeline.stages import Clock, Stage
 from polycube.pipeline.state import RunState

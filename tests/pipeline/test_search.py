@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.pipeline.search import Variants, compare, search
+from polycube.pipeline.search import compare, search
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
+from polycube.pipeline.variants import Variants
 from polycube.types import HexMesh, Labels, Polycube, RoughMap, TriMesh, Verdict
 from tests.fixtures.stages import TETRAHEDRON, BySize, cube
 
@@ -288,7 +289,7 @@ def test_a_short_run_that_loses_more_features_than_the_best_is_not_repeated(per_
 
 @pytest.mark.parametrize(("first", "large", "runs"), [(-1.0, 0, 1), (1.0, 0, 3), (-1.0, 9, 3)])
 def test_large_meshes_with_inverted_hexes_have_no_other_variants(monkeypatch, first, large, runs):
-    monkeypatch.setattr("polycube.pipeline.search.LARGE", large)
+    monkeypatch.setattr("polycube.pipeline.variants.LARGE", large)
     options = [{"meshing/optimize": {"to": to}} for to in (first, 0.2)]
     found = Variants([Stage("meshing/optimize", Grow())], options, START, BySize(), trial=TRIAL)
     found.run(0)
@@ -316,7 +317,7 @@ class Cross:
 def test_meshes_that_cross_themselves_in_many_places_end_the_variants(
     monkeypatch, gives_up, many, runs
 ):
-    monkeypatch.setattr("polycube.pipeline.search.MANY", many)
+    monkeypatch.setattr("polycube.pipeline.variants.MANY", many)
     options = [{"meshing/optimize": {"crosses": crosses}} for crosses in (True, False)]
     trial = {"meshing/optimize": {}}
     stages = [Stage("meshing/optimize", Cross())]

@@ -260,6 +260,7 @@ def test_a_swept_mesh_keeps_the_size_that_it_has():
     assert len(mesh.hexes) == len(candidate.blocks.hexes)
 
 
+@pytest.mark.slow
 def test_without_gmsh_it_is_refused_by_name_and_left_out_among_others(
     tmp_path, monkeypatch, caplog
 ):

@@ -71,6 +71,7 @@ def test_a_plugin_of_another_package_brings_its_own_entry(monkeypatch) -> None:
     assert keys(proposed("mine"))[2:] == ["mine", "li1995midpoint"]
 
 
+@pytest.mark.slow
 def test_a_result_and_its_folder_say_the_same(tmp_path) -> None:
     fast = {"size": "20%", "structure": "slices", "order": "meshing"}
     part = polycube.mesh("example:dice", output_dir=tmp_path, **fast)

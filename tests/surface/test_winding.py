@@ -32,10 +32,10 @@ def test_equal_to_the_slow_sum_inside_outside_and_through_a_hole():
         points = low + np.random.default_rng(0).random((300, 3)) * (high - low)
         slow = summed(surface, points)
         assert np.ptp(slow) > 0.9
-        np.testing.assert_allclose(winding_numbers(surface, points), slow, atol=0.05)
+        np.testing.assert_allclose(winding_numbers(surface, points), slow, atol=0.01)
 
 
 def test_winding_number_counts_turns():
     points = np.array([[0.3, 0.6, 0.5], [1.5, 0.5, 0.5]])  # inside, outside
-    assert winding_numbers(box(), points) == pytest.approx([1, 0], abs=0.04)
+    assert winding_numbers(box(), points) == pytest.approx([1, 0], abs=0.01)
     assert summed(box(), points) == pytest.approx([1, 0])

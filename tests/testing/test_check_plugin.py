@@ -11,6 +11,7 @@ from polycube.testing import CHECKS, check, check_plugin
 from tests.testing.broken import broken
 
 NEEDED = {"given": {"context": ["cube"]}}  # options without a default
+LONG = {("model", "transformer"), ("model", "unet"), ("structure", "drawn")}  # large networks
 ELSEWHERE = {"parts"}  # without files it does nothing: see its own test
 
 
@@ -19,7 +20,13 @@ def test_every_kind_has_a_check() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "name"), [(k, n) for k in KINDS for n in names(k) if n not in ELSEWHERE]
+    ("kind", "name"),
+    [
+        pytest.param(kind, name, marks=pytest.mark.slow if (kind, name) in LONG else ())
+        for kind in KINDS
+        for name in names(kind)
+        if name not in ELSEWHERE
+    ],
 )
 def test_our_own_plugins_conform(kind: str, name: str) -> None:
     check_plugin(kind, {"plugin": name, **NEEDED.get(name, {})})

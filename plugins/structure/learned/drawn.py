@@ -58,6 +58,7 @@ class Drawn(Structure):
 
     any_grid = True
     needs_network = True
+    late = True
 
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]
@@ -99,7 +100,7 @@ class Drawn(Structure):
         ]
 
     def in_view(self, denoiser: Denoiser, view: View, brick: str) -> list[Candidate]:
-        """The structures drawn for a part in a frame."""
+        """Candidates for a part in a frame, the most frequent first."""
         from polycube.diffusion.pairs.shapes import shape_key
 
         from .knots import on_bricks
@@ -119,14 +120,14 @@ class Drawn(Structure):
         return candidates
 
     def polycubes(self, denoiser: Denoiser, surface: TriMesh, genus: int) -> list[Polycube | None]:
-        """What is drawn for a surface in a frame, of diagonal 1; None where it is no solid."""
+        """Polycube of each draw for a surface of diagonal 1; None if it is not a solid."""
         _, drawn = self._lattices(denoiser, surface, genus)
         return [None if each is None else each.polycube for each in drawn]
 
     def _lattices(
         self, denoiser: Denoiser, surface: TriMesh, genus: int
     ) -> tuple[TriMesh, list[Lattice | None]]:
-        """The surface with small triangles, and the lattice of each draw."""
+        """The refined surface, and the lattice of each draw; None for a draw without one."""
         from ..labels.refinement import refined
         from .knots import lattice
         from .reading import readings

@@ -1,4 +1,4 @@
-"""What a network draws for sample points of a part, read off at its triangles and vertices."""
+"""Draws of a network at sample points of a part, interpolated to its triangles and vertices."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from .hypotheses import sample
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
 
-NEAR = 4  # sample points that speak for a triangle
-LOOK = 0.2  # distance, in units of the surface, that opposite normals count for
-READ = 0.2  # share of the steps at which the labels of a draw are read
+NEAR = 4  # number of sample points that are averaged for a triangle
+LOOK = 0.2  # distance that is added between points with opposite normals
+READ = 0.2  # time, as a share of the steps, at which the labels of a draw are read
 
 
 class Reading(NamedTuple):
@@ -43,7 +43,7 @@ class Cloud:
     moved: np.ndarray  # (N, 3) from the points to their places on the polycube
 
     def read(self, surface: TriMesh) -> Reading:
-        """Means of the points near each triangle; a vertex moves as the triangles around it do."""
+        """Interpolate: a triangle has the mean of nearby points, a vertex that of its triangles."""
         near = self._near(surface)
         weight = np.repeat(face_areas(surface), 3)
         moved = np.repeat(self.moved[near].mean(axis=1), 3, axis=0)
@@ -54,7 +54,7 @@ class Cloud:
         return Reading(self.log_axis[near].mean(axis=1), surface.vertices + mean)
 
     def _near(self, surface: TriMesh) -> np.ndarray:
-        """(F, NEAR) sample points near the triangles, and on their side of a wall."""
+        """(F, NEAR) indices of points near the triangles, preferably on the same side of a wall."""
         middle = surface.vertices[surface.faces].mean(axis=1)
         there = np.hstack([middle, LOOK / 2 * face_normals(surface)])
         tree = cKDTree(np.hstack([self.points, LOOK / 2 * self.normals]))
@@ -71,14 +71,20 @@ def readings(
     passes: int,
     seed: int,
 ) -> list[Reading]:
-    """Draws for a surface in a frame, each of several clouds of sample points of its own.
+    """Draws for a surface in a frame.
 
-    Each draw shows the surface to the network in one of the 24 orientations of its axes, so that
-    draws do not depend on which of these the surface has.
+    Each draw has the surface in a random one of the 24 orientations of its axes, so that the result
+    does not depend on the orientation of the part.
 
-    passes : times that the network is asked for a draw, at most: once for two draws, twice for
-        the next two, and so on.  From the second time on it sees the surface where the pass before
-        has put it, and says what is left to move.
+    Parameters
+    ----------
+    draws
+        Number of draws.
+    clouds
+        Number of sets of sample points in each draw.
+    passes
+        Largest number of passes of the network. Two draws have one pass, the next two have two, and
+        so on. The input of a further pass is the surface as moved by the pass before.
     """
     rng = np.random.default_rng(seed)
     turns = rotations()[rng.integers(24, size=draws)]
@@ -101,7 +107,7 @@ def _clouds(
     clouds: int,
     rng: np.random.Generator,
 ) -> list[Cloud]:
-    """A draw for each surface, in an orientation, at sample points of all its clouds together."""
+    """A draw for each surface in its orientation, at the points of all its clouds."""
     n_points, number = denoiser.n_points(genus), clouds * len(turned)
     sampled = [sample(each, n_points, rng) for each, _ in turned for _ in range(clouds)]
     points, normals = (np.stack(rows) for rows in zip(*sampled, strict=True))

@@ -78,7 +78,7 @@ def _fillings(names: Sequence[str | None], n_cells: int) -> Iterator[Context]:
 
 
 def _is_solid(grid: Sequence[int], context: Context, primitives: Mapping[str, np.ndarray]) -> bool:
-    return any(context) and is_manifold(collapse(lattice(grid, context, primitives)))
+    return any(context) and is_manifold(lattice(grid, context, primitives))
 
 
 def template(

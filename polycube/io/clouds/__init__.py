@@ -1,1 +1,1 @@
-"""Files of point clouds: PLY without faces, PCD and XYZ."""
+"""Readers of point clouds: PLY without faces, PCD and XYZ."""

@@ -1,8 +1,8 @@
 """Read PCD files of the Point Cloud Library: text, binary and compressed.
 
-open3d reads them too, but takes damaged files as whole ones: it reads words as zeros, and points
-that are missing from the file from memory. Of 300 damaged files it returned points of 76 that this
-reader refuses, and both gave the same points of 110.
+open3d reads these files too, but accepts damaged ones: it replaces words by zeros, and missing
+points by the content of uninitialised memory. Of 300 damaged files it accepted 76 that this reader
+refuses; both returned the same points for 110.
 """
 
 from __future__ import annotations
@@ -22,7 +22,13 @@ KINDS = {"F": "f", "I": "i", "U": "u"}
 
 
 def read_pcd(path: Path) -> Cloud:
-    """The points, with their normals where the file has them; raises InputError, one sentence."""
+    """Points of a PCD file, with normals if the file contains them.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged or has no coordinates.
+    """
     try:
         columns = _columns(path.read_bytes())
         normals = [columns[name] for name in NORMAL if name in columns]
@@ -35,7 +41,7 @@ def read_pcd(path: Path) -> Cloud:
 
 
 def _columns(data: bytes) -> Mapping[str, np.ndarray]:
-    """(N,) values of each field with one number; raises ValueError where points are missing."""
+    """(N,) values of each scalar field; ValueError if points are missing."""
     head, mark, rest = data.partition(b"\nDATA ")
     way, _, body = rest.partition(b"\n")
     rows = [line.split() for line in head.decode("latin-1").splitlines()]
@@ -58,6 +64,7 @@ def _columns(data: bytes) -> Mapping[str, np.ndarray]:
 
 
 def _text(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
+    """Values of fields in text."""
     width = sum(record[name].shape[0] for name in record.names or ())
     rows = np.loadtxt(body.decode("latin-1").splitlines(), ndmin=2).reshape(-1, width)
     if len(rows) != number:
@@ -67,7 +74,7 @@ def _text(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray
 
 
 def _records(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
-    """Point after point."""
+    """Values of fields in binary records, one for each point."""
     there = len(body) // record.itemsize
     if there < number:
         raise ValueError(f"it ends after {there} of {number} points")
@@ -76,7 +83,7 @@ def _records(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndar
 
 
 def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
-    """Field after field, compressed by LZF."""
+    """Values of fields that are stored one after the other, compressed by LZF."""
     packed, size = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
     whole = size == number * record.itemsize and 8 + packed <= len(body)
     values = _unpacked(np.frombuffer(body[8 : 8 + packed], np.uint8), size * whole)
@@ -89,19 +96,19 @@ def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.n
 
 @njit(cache=True)
 def _unpacked(data: np.ndarray, size: int) -> np.ndarray:
-    """(size,) bytes of an LZF stream; fewer where it is damaged."""
+    """Decompressed LZF stream, `size` bytes; fewer if it is damaged."""
     out = np.zeros(size, np.uint8)
     i = o = 0
     while i < len(data):
         control = int(data[i])
         i += 1
-        if control < 32:  # so many bytes, and one more, as they are
+        if control < 32:  # a literal run
             length = control + 1
             if i + length > len(data) or o + length > size:
                 break
             out[o : o + length] = data[i : i + length]
             i += length
-        else:  # bytes that were there before
+        else:  # a reference to earlier output
             length = control >> 5
             if length == 7 and i < len(data):
                 length += int(data[i])
@@ -113,7 +120,7 @@ def _unpacked(data: np.ndarray, size: int) -> np.ndarray:
             length += 2
             if source < 0 or o + length > size:
                 break
-            for k in range(length):  # they may overlap
+            for k in range(length):  # source and target may overlap
                 out[o + k] = out[source + k]
         o += length
     return out[:o]

@@ -1,7 +1,7 @@
-"""Read the points of a scan, with their normals where the file has them.
+"""Read the points of a scan, with normals if the file contains them.
 
-PLY by trimesh, XYZ by numpy, PCD by `pcd`.  open3d reads them all, but of damaged files it gives
-what it could read, or what the memory held, as a whole one.
+trimesh reads PLY and numpy reads XYZ. open3d reads all of these formats, but it returns the
+readable part of a damaged file without an error.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from polycube.io.clouds.pcd import read_pcd
 from polycube.surface.clouds.points import Cloud
 
 NORMAL = ("nx", "ny", "nz")
-HEADER = 100_000  # bytes at most that the header of a PLY file takes
+HEADER = 100_000  # largest size of the header of a PLY file, in bytes
 
 
 def is_cloud(path: Path) -> bool:
-    """Whether a file holds points without faces, by its name and, for PLY, its header."""
+    """Whether a file contains points only; decided by its suffix and, for PLY, by its header."""
     suffix = path.suffix.lower()
     if suffix == ".ply" and path.is_file():
         with path.open("rb") as file:
@@ -33,7 +33,13 @@ def is_cloud(path: Path) -> bool:
 
 
 def read_cloud(path: Path) -> Cloud:
-    """The points of a file, as they are there; raises InputError, one sentence."""
+    """Points of a file, unchanged.
+
+    Raises
+    ------
+    InputError
+        If the file is empty, damaged or of an unknown kind.
+    """
     if not path.read_bytes():
         raise InputError("the file is empty")
     return READERS[path.suffix.lower()](path)
@@ -46,11 +52,11 @@ def _read_ply(path: Path) -> Cloud:
         cloud = load(path, process=False)
         if not isinstance(cloud, PointCloud):
             raise ValueError("it has no points")
-        rows = cloud.metadata["_ply_raw"]["vertex"]["data"]  # a record array, of a text a dict
+        rows = cloud.metadata["_ply_raw"]["vertex"]["data"]  # record array; dict for text files
         points = np.array(cloud.vertices, dtype=np.float64)
         known = set(rows if isinstance(rows, dict) else rows.dtype.names)
         normals = [np.ravel(rows[name]) for name in NORMAL] if known.issuperset(NORMAL) else []
-    except Exception as error:  # foreign parsers raise whatever broke
+    except Exception as error:  # trimesh raises many kinds of exceptions
         raise InputError(f"not a readable PLY file: {brief(error)}") from error
     return Cloud(points, np.array(normals).T.reshape(-1, 3))
 

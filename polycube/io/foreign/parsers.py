@@ -1,7 +1,7 @@
-"""Read a mesh by another library: `python -m polycube.io.foreign.parsers`, a process of its own.
+"""Worker process that reads a mesh by another library: `python -m polycube.io.foreign.parsers`.
 
-meshio may read a damaged file for minutes, open3d is native code that may crash; both print.
-Reads a request as JSON on standard input; writes arrays to the .npz it names.
+meshio may take minutes for a damaged file, and open3d is native code that may crash; both print
+messages. The request is read as JSON from the standard input; arrays are written to its .npz file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Arrays = dict[str, np.ndarray]
 
 
 def main() -> None:
-    """The arrays of a file, or on standard error one line why there are none."""
+    """Write the arrays of a file, or one line on standard error that says why it cannot be read."""
     request = json.load(sys.stdin)
     limit(request)
     try:
@@ -34,13 +34,14 @@ def main() -> None:
 
 
 def by_meshio(path: str) -> Arrays:
-    """Points, and of each block of cells its kind and number; the nodes of those of hexahedra.
+    """Points, type and size of each block of cells, and the nodes of blocks of hexahedra.
 
-    `hexes` and `cell` have the number of their block: `cell` is the array of our own files.
+    The names `hexes i` and `cell i` contain the number of the block. `cell` is an array of the
+    files that this program writes.
     """
     import meshio
 
-    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):  # it talks
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):  # it prints messages
         mesh = meshio.read(path)
     cells = mesh.cell_data.get("cell", [])
     found = {
@@ -57,7 +58,7 @@ def by_meshio(path: str) -> Arrays:
 
 
 def by_open3d(path: str) -> Arrays:
-    """Vertices and triangles, none where it could not read them, which it only prints."""
+    """Vertices and triangles; empty if open3d cannot read the file, which it only prints."""
     try:
         import open3d
     except (ImportError, OSError) as error:

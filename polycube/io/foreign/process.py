@@ -1,4 +1,4 @@
-"""Let a library read a file in a process of its own, which may crash, loop or want all memory."""
+"""Run the reader of another library in a separate process with limits of time and memory."""
 
 from __future__ import annotations
 
@@ -22,32 +22,40 @@ try:
 except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
 
-SECONDS = 25  # of a processor that reading may take, and 30 more for each MB
-PATIENCE = 5  # times as long by the clock, for a machine that is busy
-MEMORY = 4  # GB of addresses that it may use, and 0.2 more for each MB
+SECONDS = 25  # limit of processor time; each MB of the file adds 30 s
+PATIENCE = 5  # limit of elapsed time, as a multiple of the processor time
+MEMORY = 4  # limit of address space in GB; each MB of the file adds 0.2 GB
 PARSERS = "polycube.io.foreign.parsers"
 
 
 def read_alone(
     worker: str, path: Path, asked: Mapping[str, object], effort: float = 1.0
 ) -> tuple[bytes | None, str]:
-    """Let a module look at a file in a process of its own.
+    """Run a module that reads a file, in a separate process.
 
     Parameters
     ----------
-    worker : module that reads a request, as JSON, from its standard input, obeys its `limit`s and
-        writes to its `output`
-    asked : what the request has beside `path`, `output`, `seconds` and `gigabytes`
-    effort : times as many seconds as usual
+    worker
+        Name of the module. It reads a request, as JSON, from its standard input, calls `limit` and
+        writes to `output`.
+    asked
+        Content of the request in addition to `path`, `output`, `seconds` and `gigabytes`.
+    effort
+        Factor of the time limit.
 
     Returns
     -------
-    What it wrote, None where it did not, and its standard error.
+    output
+        What the module wrote; None if it wrote nothing or failed.
+    said
+        Its standard error.
 
     Raises
     ------
-    InputError : it did not come to an end
-    OSError : the file can not be opened
+    InputError
+        If the time limit is reached.
+    OSError
+        If the file cannot be opened.
     """
     path.open("rb").close()
     megabytes = path.stat().st_size / 1e6
@@ -73,7 +81,8 @@ def read_alone(
             raise _late(seconds) from None
         if resource is not None and done.returncode == -signal.SIGXCPU:
             raise _late(seconds)
-        return (output.read_bytes() if output.is_file() else None), done.stderr
+        is_written = done.returncode == 0 and output.is_file()
+        return (output.read_bytes() if is_written else None), done.stderr
 
 
 def _late(seconds: int) -> InputError:
@@ -83,7 +92,7 @@ def _late(seconds: int) -> InputError:
 
 
 def limit(request: Mapping[str, Any]) -> None:
-    """Limit this process to the `seconds` and `gigabytes` of its request."""
+    """Set the limits `seconds` and `gigabytes` of a request for this process."""
     if resource is None:
         return
     for kind, most in (
@@ -98,7 +107,13 @@ def limit(request: Mapping[str, Any]) -> None:
 
 
 def parsed(path: Path, library: str) -> dict[str, np.ndarray]:
-    """The arrays that a library of `parsers` finds in a file; raises InputError."""
+    """Arrays that a library of `parsers` reads from a file.
+
+    Raises
+    ------
+    InputError
+        If the library cannot read the file or does not finish in time.
+    """
     output, said = read_alone(PARSERS, path, {"library": library})
     if output is None:
         raise unreadable(path, said)
@@ -107,7 +122,7 @@ def parsed(path: Path, library: str) -> dict[str, np.ndarray]:
 
 
 def unreadable(path: Path, said: str) -> InputError:
-    """Of a file that could not be read, with the last line that the process said."""
+    """Error for a file that could not be read, with the last line of the standard error."""
     lines = [line for line in said.strip().splitlines() if line.strip()]
-    last = lines[-1].removeprefix("Exception: ") if lines else "its reader ended without a word"
+    last = lines[-1].removeprefix("Exception: ") if lines else "its reader crashed"
     return InputError(f"not a readable {path.suffix} file: {brief(last)}")

@@ -14,7 +14,7 @@ from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.hexmesh.settings import creases_of
 from polycube.kinds import FollowsCreases
-from polycube.pipeline.search import Attempt, Options, Variants
+from polycube.pipeline.variants import Attempt, Options, Variants
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, TriMesh
 

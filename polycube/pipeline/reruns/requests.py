@@ -13,7 +13,7 @@ import numpy as np
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
 from polycube.kinds import CountsHexes
-from polycube.pipeline.search import Attempt, Variants
+from polycube.pipeline.variants import Attempt, Variants
 
 logger = logging.getLogger(__name__)
 

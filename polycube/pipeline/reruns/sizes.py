@@ -17,7 +17,7 @@ from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.inspection import inspect
 from polycube.kinds import Subdivide
-from polycube.pipeline.search import Attempt, Variants
+from polycube.pipeline.variants import Attempt, Variants
 from polycube.surface.measures import diagonal
 
 logger = logging.getLogger(__name__)

@@ -37,7 +37,7 @@ def reconstruction(report: Json) -> Markup:
     normals = numbers["neighbours"]
     rows = {
         "points": numbers["given"],
-        "not finite or given twice": numbers["dropped"],
+        "not finite or duplicates": numbers["dropped"],
         "outliers removed": numbers["outliers"],
         f"spacing, {length_unit(report)}": numbers["spacing"],
         "normals": "those of the file" if normals is None else f"from {normals} neighbours",

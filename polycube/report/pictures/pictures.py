@@ -1,4 +1,4 @@
-"""The pictures of a run: scenes made from its state, drawn in another process.
+"""The pictures of a run: scenes made from its state, drawn in other processes.
 
 A failed picture must not end a run: it is omitted, with one warning.
 """
@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -33,6 +34,8 @@ from polycube.report.pictures.render import Film, Scene
 from polycube.structure.projection import project
 
 logger = logging.getLogger(__name__)
+
+PROCESSES = 2  # number of drawing processes
 
 
 def makers(
@@ -103,6 +106,15 @@ def denoising(state: RunState) -> dict[str, bytes]:
 
 def draw(found: Mapping[str, Scene | Film], seconds: float = 120) -> dict[str, bytes]:
     """PNG of each scene, GIF of each film; failed ones are omitted, with a warning."""
+    names = list(found)
+    shares = [{name: found[name] for name in names[k::PROCESSES]} for k in range(PROCESSES)]
+    with ThreadPoolExecutor(PROCESSES) as pool:
+        drawn = pool.map(partial(_draw, seconds=seconds), filter(None, shares))
+        return {name: image for share in drawn for name, image in share.items()}
+
+
+def _draw(found: Mapping[str, Scene | Film], seconds: float) -> dict[str, bytes]:
+    """Images that one process draws."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
         "MPLBACKEND": "Agg",

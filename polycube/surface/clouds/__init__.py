@@ -1,4 +1,4 @@
-"""Turn the points of a scan into a closed surface.
+"""Reconstruction of a closed surface from a point cloud.
 
 Imports surface and below.
 """

@@ -1,4 +1,4 @@
-"""How point clouds are made surfaces: the settings `points.*` of `conf/infer.yaml`."""
+"""Options of the reconstruction of point clouds: the settings `points.*` of `conf/infer.yaml`."""
 
 from __future__ import annotations
 
@@ -14,23 +14,27 @@ WHOLE = ("neighbours", "depth")
 
 @dataclass(frozen=True)
 class Points:
-    """How the surface of a point cloud is reconstructed.
+    """Options of the reconstruction of a surface from points.
 
     Parameters
     ----------
-    outliers : points whose distance to their neighbours is so many standard deviations above the
-        mean are removed; None keeps all
-    neighbours : number of nearest points that a normal is estimated from; None: 30, or 12 where
-        these lie on both sides of a wall
-    depth : the grid has 2^depth cells along the longest side; None: cells about as wide as the
-        spacing of the points, at most 2^8
-    trim : parts of the surface farther from the points than so many spacings are replaced by
-        surfaces of least area; None keeps them
+    outliers
+        Points are removed if the distance to their neighbours exceeds the mean by this number of
+        standard deviations. None: all points are kept.
+    neighbours
+        Number of nearest points from which a normal is estimated. None: 30, or 12 or 60 if the
+        normals are inconsistent with 30.
+    depth
+        The grid has 2^depth cells along the longest side. None: the cells are about as wide as the
+        spacing of the points; the depth is at most 8.
+    trim
+        Parts of the surface whose distance from the points exceeds this number of spacings are
+        replaced by surfaces of least area. None: they are kept.
 
     Raises
     ------
     InputError
-        For a value out of range.
+        If a value is out of range.
     """
 
     outliers: float | None = 3.0

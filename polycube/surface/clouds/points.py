@@ -1,4 +1,4 @@
-"""Points of a scan: checked, freed of outliers, and given normals with consistent sides."""
+"""Point clouds: validation, removal of outliers, and estimation of oriented normals."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from polycube.types.checks import freeze
 if TYPE_CHECKING:
     from open3d.geometry import PointCloud
 
-FEWEST = 100  # points
-FLAT = 1e-3  # of the length of a cloud: one that is nowhere wider encloses nothing
-RING = 6  # nearest points whose mean distance is the spacing at a point
-LINKS = 10  # nearest points of each that a normal takes its side from
-DIAGONALS = 1e-30, 1e30  # beyond which coordinates are no lengths of a part
+FEWEST = 100  # smallest number of points
+FLAT = 1e-3  # smallest width of a cloud that bounds a solid, as a share of its length
+RING = 6  # number of nearest points whose mean distance is the spacing at a point
+LINKS = 10  # number of nearest points of a point in the graph that orients normals
+DIAGONALS = 1e-30, 1e30  # range of the diagonal of a cloud
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Points on a surface, in the user's units; `normals` (N, 3), or (0, 3) where not known."""
+    """Points on a surface, in the units of the file; `normals` is (0, 3) if they are unknown."""
 
     points: np.ndarray  # (N, 3)
     normals: np.ndarray  # (N, 3) unit, or (0, 3)
@@ -33,11 +33,11 @@ class Cloud:
         freeze(self, points=("N 3", np.float64), normals=(f"{count} 3", np.float64))
 
     def taken(self, kept: np.ndarray) -> Cloud:
-        """The points of these indices, or where this mask is true."""
+        """The points that are selected by indices or by a mask."""
         return Cloud(self.points[kept], self.normals[kept] if len(self.normals) else self.normals)
 
     def joined(self, other: Cloud) -> Cloud:
-        """The points of both, which have normals, or have none."""
+        """The points of both clouds; either both have normals or neither has."""
         return Cloud(
             np.concatenate([self.points, other.points]),
             np.concatenate([self.normals, other.normals]),
@@ -45,12 +45,12 @@ class Cloud:
 
 
 def checked(cloud: Cloud) -> Cloud:
-    """Points that are finite and distinct, with their unit normals if all have one.
+    """Finite and distinct points, with unit normals if all of them have a normal.
 
     Raises
     ------
     InputError
-        For points that bound no solid: too few, all on a line or in a plane.
+        If there are too few points, or all of them lie on a line or in a plane.
     """
     finite = np.isfinite(cloud.points).all(axis=1)
     _, first = np.unique(cloud.points[finite], axis=0, return_index=True)
@@ -76,14 +76,14 @@ def checked(cloud: Cloud) -> Cloud:
 
 
 def spacings(points: np.ndarray) -> np.ndarray:
-    """(N,) mean distance of each point from the nearest others."""
+    """(N,) mean distance of each point from its nearest points."""
     return cKDTree(points).query(points, RING + 1)[0][:, 1:].mean(axis=1)
 
 
 def without_outliers(cloud: Cloud, deviations: float) -> Cloud:
-    """Leave out points that lie so many standard deviations farther from others than the mean.
+    """Remove points whose spacing exceeds the mean by a number of standard deviations.
 
-    Twice, because far outliers hide near ones.
+    This is done twice, because far outliers hide near ones.
     """
     for _ in range(2):
         away = spacings(cloud.points)
@@ -92,12 +92,12 @@ def without_outliers(cloud: Cloud, deviations: float) -> Cloud:
 
 
 def averaged(cloud: Cloud, cell: float) -> Cloud:
-    """One point, with one normal, for all in a cell of a grid."""
+    """Cloud with one point, the mean, for each cell of a grid that contains points."""
     return _cloud(as_open3d(cloud).voxel_down_sample(cell))
 
 
 def with_normals(cloud: Cloud, neighbours: int) -> Cloud:
-    """Normals from the planes of the nearest points, all on the same side of the surface."""
+    """Estimate normals from planes through the nearest points, and orient them consistently."""
     from open3d.geometry import KDTreeSearchParamKNN
 
     made = as_open3d(cloud)
@@ -107,19 +107,24 @@ def with_normals(cloud: Cloud, neighbours: int) -> Cloud:
 
 
 def as_open3d(cloud: Cloud) -> PointCloud:
-    """The points as open3d has them; raises MissingPackage where it does not load."""
+    """Cloud of open3d; MissingPackage if open3d does not load."""
     try:
         from open3d.geometry import PointCloud
         from open3d.utility import Vector3dVector
     except (ImportError, OSError) as error:
-        raise MissingPackage(
-            f"point clouds need open3d, which does not load ({error}); on Debian or Ubuntu: "
-            "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
-        ) from error
+        raise without_open3d("point clouds need", error) from error
     made = PointCloud(Vector3dVector(cloud.points.copy()))
     if len(cloud.normals):
         made.normals = Vector3dVector(cloud.normals.copy())
     return made
+
+
+def without_open3d(needed: str, why: object) -> MissingPackage:
+    """Error for a file that needs open3d, if it does not load."""
+    return MissingPackage(
+        f"{needed} open3d, which does not load ({why}); on Debian or Ubuntu: "
+        "apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6"
+    )
 
 
 def _cloud(made: PointCloud) -> Cloud:

@@ -1,9 +1,9 @@
-"""Poisson reconstruction: the closed surface that the points of a scan lie on.
+"""Poisson reconstruction of a closed surface from points.
 
 The method is that of Kazhdan and Hoppe, *Screened Poisson surface reconstruction*, ACM Transactions
-on Graphics 32 (2013), in open3d, on one thread, so that the same points give the same surface.
-Where there are no points it makes a surface up, which bulges or stays open. It is reconstructed
-again, with points on the triangulation of least area there.
+on Graphics 32 (2013), as implemented by open3d. It runs on one thread, so that the result is
+reproducible. In regions without points the surface bulges or stays open. Therefore such regions are
+filled with points on a triangulation of least area, and the surface is reconstructed again.
 """
 
 from __future__ import annotations
@@ -30,45 +30,45 @@ from polycube.surface.measures import diagonal, face_normals, is_closed, volume
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
-NEIGHBOURS = 30, 12, 60  # tried in turn: many against noise, few between the sides of a thin wall
-AGREE = 0.98  # share of the normals that look the way of the surface, above which it is taken
-DISAGREE = 0.9  # and below which it is refused
-NEAR = 3.0  # spacings: a point no farther from the surface is on it
-MARGIN = 1.2  # width of the grid over that of the cloud
-DEPTHS = 5, 8  # of the grid, where none is asked for
-SAMPLES = 20_000  # points on the surface whose distance from the cloud is measured
+NEIGHBOURS = 30, 12, 60  # tried in sequence: more for noise, fewer for thin walls
+AGREE = 0.98  # share of normals consistent with the surface at which it is accepted at once
+DISAGREE = 0.9  # smallest share of consistent normals
+NEAR = 3.0  # largest distance of a point on the surface, in spacings
+MARGIN = 1.2  # width of the grid divided by that of the cloud
+DEPTHS = 5, 8  # range of the depth of the grid, if none is given
+SAMPLES = 20_000  # number of points on the surface for the distance from the cloud
 
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """What was made of a point cloud; lengths in the user's units."""
+    """Numbers of a reconstruction; lengths are in the units of the file."""
 
-    given: int  # points in the file
-    dropped: int  # that are not finite, or given twice
-    outliers: int  # removed
-    spacing: float  # median distance of a point from the nearest others
-    neighbours: int | None  # that normals were estimated from; None: they are those of the file
-    normals_agree: float  # share of the normals that look the way of the surface
+    given: int  # number of points in the file
+    dropped: int  # number of points that are not finite or duplicates
+    outliers: int  # number of outliers that were removed
+    spacing: float  # median of the spacings of the points
+    neighbours: int | None  # for estimated normals; None: normals of the file
+    normals_agree: float  # share of the normals that are consistent with the surface
     cell: float  # width of the cells of the grid
-    made_up: float  # share of the area farther than `points.trim` spacings from any point
-    added: int  # points there, on the triangulation of least area
-    deviation_mean: float  # distance of the points, without outliers, from the surface
+    made_up: float  # share of the area without points nearby
+    added: int  # number of points that were added there
+    deviation_mean: float  # distances of the points, without outliers, from the surface
     deviation_p95: float
     deviation_max: float
     deviation_max_percent: float  # of the diagonal
     farthest: float  # largest distance of the surface from the points
 
     def numbers(self) -> dict[str, object]:
-        """For `report.json`."""
+        """Numbers for `report.json`."""
         return asdict(self)
 
     def sentence(self) -> str:
-        """What was done, and how near the surface is to the points."""
+        """Summary in one sentence."""
         left = [f"{self.outliers} outliers"] * (self.outliers > 0)
-        left += [f"{self.dropped} points that are not finite or given twice"] * (self.dropped > 0)
+        left += [f"{self.dropped} invalid or duplicate points"] * (self.dropped > 0)
         without = f" without {' and '.join(left)}" if left else ""
         filled = (
-            f"; {100 * self.made_up:.2g} % of its area had no points near and was closed"
+            f"; {100 * self.made_up:.2g} % of its area had no points and was closed"
             if self.added
             else ""
         )
@@ -81,12 +81,12 @@ class Reconstruction:
 
 
 def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]:
-    """The surface of the points, facing outwards.
+    """Closed surface of points, with triangles that face outwards.
 
     Raises
     ------
     InputError
-        For points that bound no solid, and for walls whose sides cannot be told apart.
+        If the points do not bound a solid, or if their normals cannot be oriented.
     """
     cloud = distinct = checked(given)
     if options.outliers is not None:
@@ -135,7 +135,7 @@ def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]
 
 
 def _grid(cloud: Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
-    """Width of the cells of the grid, and its depth."""
+    """Width of the cells of the grid, and depth of the grid."""
     width = MARGIN * float(np.ptp(cloud.points, axis=0).max())
     if depth is None:
         depth = int(np.clip(np.round(np.log2(width / spacing)), *DEPTHS))
@@ -144,12 +144,12 @@ def _grid(cloud: Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
 
 @dataclass(frozen=True)
 class _Oriented:
-    """A cloud with normals, and its surface."""
+    """A cloud with normals, and the surface reconstructed from it."""
 
     cloud: Cloud
     surface: TriMesh
-    agree: float  # share of the normals that look the way of the surface
-    neighbours: int | None = None  # that the normals were estimated from
+    agree: float  # share of the normals that are consistent with the surface
+    neighbours: int | None = None  # for estimated normals
 
     @classmethod
     def of(cls, cloud: Cloud, depth: int, reach: float, neighbours: int | None = None) -> _Oriented:
@@ -158,7 +158,7 @@ class _Oriented:
 
 
 def _oriented(cloud: Cloud, neighbours: int | None, depth: int, reach: float) -> _Oriented:
-    """Of several numbers of neighbours the first that serves, otherwise the best."""
+    """The first reconstruction with consistent normals, otherwise the best of all."""
     if len(cloud.normals):
         return _Oriented.of(cloud, depth, reach)
     found = []
@@ -170,7 +170,7 @@ def _oriented(cloud: Cloud, neighbours: int | None, depth: int, reach: float) ->
 
 
 def _poisson(cloud: Cloud, depth: int) -> TriMesh:
-    """Of oriented points; raises InputError where there is none."""
+    """Poisson surface of oriented points; InputError if there is none."""
     from open3d.geometry import TriangleMesh
 
     made = TriangleMesh.create_from_point_cloud_poisson(
@@ -183,7 +183,7 @@ def _poisson(cloud: Cloud, depth: int) -> TriMesh:
 
 
 def _agreement(surface: TriMesh, cloud: Cloud, reach: float) -> float:
-    """Share of the points that are near the surface, with normals that look the same way."""
+    """Share of the points that are on the surface and whose normals are consistent with it."""
     normals = face_normals(surface)
     feet, face, _ = closest(tree(surface.vertices[surface.faces], normals), cloud.points)
     near = np.linalg.norm(feet - cloud.points, axis=1) < reach

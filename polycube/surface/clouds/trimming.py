@@ -1,7 +1,7 @@
-"""Parts of a reconstructed surface that no points are near, and what to put in their place.
+"""Regions of a reconstructed surface without points, and points to fill them.
 
-A triangulation of such a hole crosses the surface where the hole's edge is ragged, so it only gives
-points, for a second reconstruction.
+A triangulation of such a hole can cross the surface if the boundary of the hole is ragged.
+Therefore only points on it are used, for a second reconstruction.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from polycube.surface.repair.holes import MAX_LOOP, filling, loops
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
-PIECE = 0.01  # of the points: a piece of the surface with no more of them is left out
-RIM = 0.5  # of `points.trim`: how near to the points the surface is removed around such a part
+PIECE = 0.01  # smallest share of the points for a component of the surface
+RIM = 0.5  # distance at which the rim of a region is removed, as a share of `points.trim`
 
 
 def supported(surface: TriMesh, cloud: Cloud) -> TriMesh:
-    """The pieces that have some of the points."""
+    """The components of the surface that have enough points."""
     piece = components(surface.faces)
     corners = surface.vertices[surface.faces]
     nearest = closest(tree(corners, np.zeros((len(corners), 3))), cloud.points)[1]
@@ -32,14 +32,22 @@ def supported(surface: TriMesh, cloud: Cloud) -> TriMesh:
 
 
 def fillings(surface: TriMesh, cloud: Cloud, spacing: float, trim: float) -> tuple[Cloud, float]:
-    """Points for the parts of a surface that are farther from the points than so many spacings.
+    """Points that fill the regions of a surface that are far from the cloud.
 
-    They lie, as dense as the cloud, on the triangulations of least area that close the holes which
-    such parts leave, and have the normals of these.
+    The regions are removed, and their holes are closed by triangulations of least area. The points
+    lie on these, with their normals and with the density of the cloud.
+
+    Parameters
+    ----------
+    trim
+        Distance from the cloud above which a region is removed, in spacings.
 
     Returns
     -------
-    The points, none where there is no such part or its hole is too long, and the share of its area.
+    points
+        Empty if there is no such region, or if a hole is too long.
+    share
+        Share of the area of the removed regions.
     """
     none = Cloud(np.zeros((0, 3)), np.zeros((0, 3)))
     away, nearest = cKDTree(cloud.points).query(surface.vertices)
@@ -59,7 +67,7 @@ def fillings(surface: TriMesh, cloud: Cloud, spacing: float, trim: float) -> tup
 
 
 def _far(faces: np.ndarray, away: np.ndarray, trim: float) -> np.ndarray:
-    """(F,) faces to remove: those farther than `trim`, and around them those nearly as far.
+    """(F,) whether a face is removed: it is farther than `trim`, or at the rim of such faces.
 
     away : (V,) distance of each vertex from the points, in spacings
     """

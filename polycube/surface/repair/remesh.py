@@ -75,15 +75,14 @@ def _beside_a_change(inside: np.ndarray) -> np.ndarray:
 
 
 def _marching_cubes(value: np.ndarray, origin: np.ndarray, cell: float) -> TriMesh:
-    import pyvista
+    """The surface of level zero, oriented outward."""
+    import igl
 
-    grid = pyvista.ImageData(dimensions=value.shape, spacing=(cell,) * 3, origin=origin)
-    grid["value"] = value.ravel(order="F")
-    found = grid.contour([0.0], scalars="value", compute_normals=False)
-    if not found.n_points:
+    nodes = origin + cell * np.moveaxis(np.indices(value.shape[::-1])[::-1], 0, -1).reshape(-1, 3)
+    points, faces, _ = igl.marching_cubes(value.ravel(order="F"), nodes, *value.shape, 0.0)
+    if not len(points):
         raise InputError("its faces enclose no volume; give the boundary of a solid")
-    faces = found.faces.reshape(-1, 4)[:, 1:]
-    return TriMesh(found.points, faces)
+    return TriMesh(points, faces[:, ::-1])
 
 
 def _links(faces: np.ndarray, size: int) -> coo_array:

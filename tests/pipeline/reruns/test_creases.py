@@ -8,9 +8,9 @@ import pytest
 
 from polycube.hexmesh.inspection import inspect
 from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
-from polycube.pipeline.search import Variants
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
+from polycube.pipeline.variants import Variants
 from polycube.registry import build
 from polycube.types import HexMesh, TriMesh
 from tests.fixtures import hexmeshes

@@ -8,9 +8,9 @@ import pytest
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
 from polycube.pipeline.reruns.requests import meet_requests
-from polycube.pipeline.search import Variants
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
+from polycube.pipeline.variants import Variants
 from polycube.plugins.meshing.subdivide import Template
 from polycube.registry import build
 from polycube.structure.rough_map import identity_map

@@ -1,0 +1,103 @@
+"""Progress line of a run on a terminal: stage, bar, elapsed time, time left, best mesh so far.
+
+The number of meshes that the search will make is unknown, so the time left is an estimate, and is
+given as a range. `SHARES` has the measurement behind it; docs/reference/report.md describes it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TextIO
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
+from rich.text import Text
+
+# quartiles over 134 runs: elapsed share of the total time at the first start of a stage, and at
+# the n-th start of meshing/optimize
+SHARES = {
+    "ranking": (0.17, 0.43, 0.66),
+    "meshing/refine": (0.95, 0.97, 0.98),
+}
+OPTIMIZE = {1: (0.22, 0.58, 0.88), 2: (0.24, 0.48, 0.83), 3: (0.30, 0.41, 0.64)}
+OPTIMIZE |= {6: (0.41, 0.51, 0.70), 9: (0.51, 0.70, 0.82), 15: (0.60, 0.72, 0.86)}
+
+
+class ProgressLine:
+    """The last line of a terminal. Messages are written above it.
+
+    Parameters
+    ----------
+    stream : of a terminal
+    clock : seconds since some time
+    """
+
+    def __init__(self, stream: TextIO, clock: Callable[[], float] = time.monotonic) -> None:
+        self._console = Console(
+            file=stream, force_terminal=True, force_jupyter=False, get_time=clock
+        )
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(10),
+            TimeElapsedColumn(),
+            _TimeLeft(),
+            TextColumn("{task.fields[best]}"),
+            console=self._console,
+            refresh_per_second=4,
+            redirect_stdout=False,
+            redirect_stderr=False,
+            transient=True,
+        )
+        self._task = self._progress.add_task("", total=None, best="", least=0.0, most=0.0)
+        self._is_whole = False  # whether the run began before the ranking of the structures
+        self._optimized = 0
+
+    def write(self, message: str) -> None:
+        """Write a message above the line."""
+        self._console.out(message, highlight=False)
+
+    def begin(self, stage: str) -> None:
+        """A stage begins: show its name, and estimate the total time."""
+        self._progress.update(self._task, description=stage)
+        self._progress.start()  # only once
+        self._is_whole |= stage.startswith("structure/")
+        self._optimized += stage == "meshing/optimize"
+        shares = self._shares(stage)
+        elapsed = self._progress.tasks[0].elapsed
+        if self._is_whole and shares and elapsed:
+            low, middle, high = shares
+            done = max(middle, self._progress.tasks[0].completed)
+            self._progress.update(
+                self._task, total=1, completed=done, least=elapsed / high, most=elapsed / low
+            )
+
+    def _shares(self, stage: str) -> tuple[float, float, float] | None:
+        if stage == "meshing/optimize":
+            return OPTIMIZE[max(n for n in OPTIMIZE if n <= self._optimized)]
+        return SHARES.get(stage)
+
+    def show_best(self, scaled_jacobian: float) -> None:
+        """Show the scaled Jacobian of the best mesh so far."""
+        self._progress.update(self._task, best=f"scaled Jacobian {scaled_jacobian:.3f}")
+
+    def close(self) -> None:
+        """Remove the line."""
+        self._progress.stop()
+
+
+class _TimeLeft(ProgressColumn):
+    """The estimated time left: from the first to the third quartile; empty if that has passed."""
+
+    def render(self, task: Task) -> Text:
+        elapsed = task.elapsed or 0.0
+        return Text(time_left(task.fields["least"] - elapsed, task.fields["most"] - elapsed))
+
+
+def time_left(least: float, most: float) -> str:
+    """A range of seconds in words; empty if it is over."""
+    unit, seconds = ("min", 60) if most > 100 else ("s", 1)
+    low, high = round(least / seconds), round(most / seconds)
+    if high < 1:
+        return ""
+    return f"{low} to {high} {unit} left" if 0 < low < high else f"up to {high} {unit} left"
