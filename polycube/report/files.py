@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -22,6 +23,8 @@ from polycube.pipeline.state import RunState
 from polycube.registry import provide
 from polycube.report.numbers import quality
 from polycube.types import HexMesh, Json, Polycube, Spline, TriMesh
+
+logger = logging.getLogger(__name__)
 
 REPAIRED = ("repaired.stl", "repaired.vtp")  # written before the results
 ALWAYS = ("config.json", "report.json", "polycube.vtu", "trajectory.npz")
@@ -118,6 +121,7 @@ def write_results(
     if "report" in settings.order:
         from polycube.report.page.html import write_report
 
+        logger.debug("report begins", extra={"stage": "report"})
         write_report(folder, state, {**report, "config": settings.composed}, not state.interrupted)
 
 

@@ -53,7 +53,7 @@ def test_the_estimate_follows_from_the_share_of_the_stage_and_the_elapsed_time()
     line = run.begin("ranking", 18)
     assert "0:00:20" in line and time_left(20 / high - 20, 20 / low - 20) in line
     assert run.line._progress.tasks[0].completed == middle
-    assert f"up to {round(20 / low - 30)} s left" in run.begin("meshing/cure", 10)
+    assert time_left(20 / high - 30, 20 / low - 30) in run.begin("meshing/cure", 10)
     done = 0.0
     for _ in range(17):
         line = run.begin("meshing/optimize", 10)
