@@ -22,6 +22,7 @@ BLOCK = box()
 SIDES = TriMesh(BLOCK.vertices, BLOCK.faces, np.arange(12) // 2 + 1, tuple("ABCDEF"))
 
 
+@pytest.mark.slow
 def test_from_an_array_to_modes(capfd):
     given = example("dice")
     surface = SimpleNamespace(vertices=given.vertices + 100.0, faces=given.faces)

@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+from functools import cache
 from importlib.util import find_spec
 from itertools import product
 from pathlib import Path
@@ -67,8 +68,9 @@ def choices(words: list[str]) -> list[list[str]]:
     return [list(each) for each in product(*values)]
 
 
-def check(program: str, overrides: list[str]) -> None:
-    """Compose it, and build what it names."""
+@cache
+def check(program: str, *overrides: str) -> None:
+    """Compose it, and build what it names; once for equal commands of several pages."""
     cfg = compose(program, overrides)
     if program == "infer":
         settings = Settings.of(cfg)
@@ -100,7 +102,7 @@ def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) 
         if word.endswith(".txt"):
             Path(word.partition("=")[2]).write_text("0 1\n")
     for overrides in choices(with_input(in_full(words[found[0] :]))):
-        check(PROGRAMS[tuple(words[: found[0]])], overrides)
+        check(PROGRAMS[tuple(words[: found[0]])], *overrides)
 
 
 @pytest.mark.parametrize(("page", "line"), of_all_pages())

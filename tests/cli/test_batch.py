@@ -157,6 +157,7 @@ def test_all_parts_are_done_the_worst_code_counts_and_a_second_time_is_free(tmp_
     assert again.returncode == 2 and again.stderr.count(", as before") == 3
 
 
+@pytest.mark.slow
 def test_without_a_folder_the_results_go_to_one_of_their_own(tmp_path):
     ended = batch(tmp_path, "mesh=nowhere.stl", "-m", "seed=1,2")
     assert ended.returncode == 2, ended.stderr

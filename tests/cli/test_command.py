@@ -96,7 +96,10 @@ def test_flags_of_other_programs_are_named(monkeypatch):
 
 @pytest.mark.parametrize(
     ("words", "says"),
-    [(["infer.py", "mesh="], "no part given"), (["train.py", "dta=x"], "data")],
+    [
+        (["infer.py", "mesh="], "no part given"),
+        pytest.param(["train.py", "dta=x"], "data", marks=pytest.mark.slow),
+    ],
 )
 def test_programs_end_with_code_2_and_one_line(tmp_path, words, says):
     program = str(HOME / words[0])

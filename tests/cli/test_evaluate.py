@@ -52,6 +52,7 @@ def test_weights_and_checkpoint_in_one_table(
         assert (cell.strip() == "") == ("context" in TABLE[head][0] or "turned" in TABLE[head][0])
 
 
+@pytest.mark.slow
 def test_a_part_has_its_best_structure_and_the_hint(
     trained: Path, testdata: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

@@ -217,6 +217,7 @@ def test_a_context_is_the_only_one_that_is_ranked(tmp_path):
     assert found and {tuple(entry["context"]) for entry in found} == {("cube", "hole_z")}
 
 
+@pytest.mark.slow
 def test_a_new_run_leaves_no_results_of_another_in_the_folder(tmp_path):
     old = {"hex.vtu", "hex.inp", "report.html", "modes.csv", "stages/spline.npz"}
     with writing(tmp_path) as scratch:

@@ -78,6 +78,7 @@ def test_a_file_of_a_results_name_is_refused_before_the_work(name, overrides, he
     assert tree(here) == before
 
 
+@pytest.mark.slow
 def test_an_input_among_the_results_survives(here):
     """What destroyed its own input: `hex=hex.inp output_dir=.`, `mesh=out/repaired.stl ...`."""
     abaqus(here / "hex.inp")
@@ -107,6 +108,7 @@ def test_a_folder_of_an_earlier_run_is_used_again_unless_its_results_changed(her
     assert infer("resume=out", "from=meshing/smooth", "order=[meshing]", "output_dir=new") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kept", ["the manifest", "no manifest"])
 def test_a_folder_without_a_manifest_is_the_users(here, kept):
     assert infer("mesh=dice.stl", "output_dir=out", "order=[]") == 0

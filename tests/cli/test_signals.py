@@ -55,6 +55,7 @@ def test_an_interruption_that_compiled_code_swallowed_is_not_a_failed_stage() ->
         Deadline(interrupt=asked).check()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch, capsys) -> None:
     original = Clock.run

@@ -21,7 +21,9 @@ NETWORKS = [
 ]
 
 
-@pytest.mark.parametrize("network", NETWORKS)
+@pytest.mark.parametrize(
+    "network", [NETWORKS[0], *(pytest.param(each, marks=pytest.mark.slow) for each in NETWORKS[1:])]
+)
 def test_a_training_of_any_structure_gives_weights_that_can_be_measured(
     network: list[str], tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

@@ -52,6 +52,7 @@ def test_some_grids_are_tried_unless_one_is_given(override, expected):
     assert grids(run(override).settings) == expected
 
 
+@pytest.mark.slow
 def test_equal_structures_are_proposed_once():
     def among(*grids: str) -> Run:
         return run("~structure.proposals.drawn", "grid=auto", f"grid.among=[{','.join(grids)}]")

@@ -110,6 +110,7 @@ def false_friend() -> HexMesh:
     return hex_mesh(np.array([*corners, [-2, 3, 2]], float), np.arange(8)[None])
 
 
+@pytest.mark.slow
 def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys):
     path = write_hex_vtu(tmp_path / "one.vtu", false_friend())
     overrides = ["quiet=true", f"hex={path}", "improve.order=[meshing/pillow]", "order=[meshing]"]

@@ -218,6 +218,7 @@ def test_thin_images_are_every_nth_row_and_column(config: dict, batch: Batch) ->
     assert torch.equal(asked[0][:, 3:], batch.geometry[..., ::4, ::4])
 
 
+@pytest.mark.slow
 def test_a_few_steps_on_one_batch_bring_each_term_down(
     config: dict, batch: Batch, turned: np.ndarray
 ) -> None:

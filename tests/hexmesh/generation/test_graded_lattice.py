@@ -118,6 +118,7 @@ def test_three_sizes_from_a_cell_to_blocks_of_four():
     assert len(mesh.hexes) < len(graded(full, [cell]).hexes) / 3
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10_000))
 @settings(max_examples=15, deadline=None)
 def test_any_needed_cells_of_any_block_give_a_conforming_mesh_of_three_sizes(seed):

@@ -136,6 +136,7 @@ def test_scenes_move_and_colour_the_solid(bar, pulled, warm):
     assert (cold[:, 2] > cold[:, 0]).all() and (hot[:, 0] > hot[:, 2]).all()
 
 
+@pytest.mark.slow
 def test_pictures_are_named_by_the_analysis(bar, pulled, warm, monkeypatch):
     pytest.importorskip("pyvista")
     assert set(pictures(RunState(TETRAHEDRON, spline=bar, solution=pulled))) >= {"spline", "static"}

@@ -72,6 +72,7 @@ def test_a_machine_that_cannot_draw_gives_a_warning_and_no_picture(
         assert "no picture of polycube" in caplog.text
 
 
+@pytest.mark.slow
 def test_a_scene_that_cannot_be_drawn_is_named(run, caplog) -> None:
     pytest.importorskip("pyvista")
     empty = np.zeros((0, 3))
