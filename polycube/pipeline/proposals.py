@@ -1,23 +1,24 @@
-"""Candidates of all selected structure plugins on all selected grids."""
+"""Propose structures: the candidates of the structure plugins, ranked."""
 
 from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Mapping
-from dataclasses import fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from polycube.errors import InputError, MissingPackage
-from polycube.kinds import Structure
+from polycube.kinds import Ranking, Structure
+from polycube.pipeline.choices import drawn_beside, has_coarse
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock
 from polycube.registry import build
 from polycube.surface.measures import genus
-from polycube.types import Candidate, TriMesh
+from polycube.types import Candidate, Ranked, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -25,28 +26,73 @@ Grid = tuple[int, ...]
 Primitives = Mapping[str, np.ndarray]  # voxels (3, 3, 3) by name
 
 
-def propose(
-    settings: Settings, surface: TriMesh, primitives: Primitives, clock: Clock, late: bool = False
-) -> tuple[Candidate, ...]:
-    """Collect the candidates of each grid, without those of a smaller grid.
+@dataclass(frozen=True)
+class Proposals:
+    """The structures of a part, from all selected structure plugins on all selected grids."""
 
-    Parameters
-    ----------
-    late
-        Ask the plugins whose proposals are compared with the best mesh of all others, instead of
-        these others.
+    settings: Settings
+    primitives: Primitives
+    ranking: Ranking
+    clock: Clock
 
-    Raises
-    ------
-    InputError
-        If there are options of proposals that a given context replaces.
-    """
-    candidates: tuple[Candidate, ...] = ()
-    for grid in grids(settings):
-        known = {(c.proposal, c.key) for c in candidates}
-        made = _propose_on(grid, settings, surface, primitives, clock, late)
-        candidates += tuple(c for c in made if (c.proposal, c.key) not in known)
-    return candidates
+    def ranked(self, surface: TriMesh) -> list[Ranked]:
+        """The structures, the best first; late proposals are among them if no other is coarse.
+
+        Raises
+        ------
+        InputError
+            If no proposal fits the part, or if a given context replaces proposals with options.
+        """
+        candidates = self.propose(surface)
+        found = self._rank(surface, candidates)
+        if not has_coarse(found):
+            candidates += self.propose(surface, late=True)
+            found = self._rank(surface, candidates)
+        if not found:
+            raise InputError(_explain_none(self.settings, surface, len(candidates)))
+        return found
+
+    def with_late(self, surface: TriMesh, ranked: Sequence[Ranked]) -> list[Ranked]:
+        """The ranked structures, followed by those of late proposals if there were none yet."""
+        if drawn_beside(ranked) is not None:
+            return list(ranked)
+        return [*ranked, *self._rank(surface, self.propose(surface, late=True))]
+
+    def propose(self, surface: TriMesh, late: bool = False) -> tuple[Candidate, ...]:
+        """Candidates of each grid, without those of a smaller grid.
+
+        Parameters
+        ----------
+        late
+            Ask the plugins whose proposals are compared with the best mesh of all others, instead
+            of these others.
+        """
+        candidates: tuple[Candidate, ...] = ()
+        for grid in grids(self.settings):
+            known = {(c.proposal, c.key) for c in candidates}
+            made = self._propose_on(grid, surface, late)
+            candidates += tuple(c for c in made if (c.proposal, c.key) not in known)
+        return candidates
+
+    def _propose_on(self, grid: Grid, surface: TriMesh, late: bool) -> tuple[Candidate, ...]:
+        """Candidates of the structure plugins; each receives those of the plugins before it."""
+        candidates: tuple[Candidate, ...] = ()
+        plugins = _plugins(grid, self.settings, self.primitives)
+        for name, plugin in plugins:
+            if plugin.late != late or (plugin.any_grid and grid != grids(self.settings)[-1]):
+                continue
+            try:
+                made = self.clock.run(f"structure/{name}", partial(plugin, surface, candidates))
+            except MissingPackage as error:
+                if len(plugins) == 1:
+                    raise InputError(f"structure={name} proposes nothing: {error}") from None
+                logger.info("%s: nothing is proposed, because %s", name, error)
+                continue
+            candidates += tuple(made)
+        return candidates
+
+    def _rank(self, surface: TriMesh, candidates: Sequence[Candidate]) -> list[Ranked]:
+        return self.clock.run("ranking", lambda: self.ranking(surface, candidates))
 
 
 def grids(settings: Settings) -> list[Grid]:
@@ -61,7 +107,7 @@ def grids(settings: Settings) -> list[Grid]:
     return large[:1] or shapes[-1:]
 
 
-def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
+def _explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
     """Explain why no candidate has the genus of the surface, and what may help."""
     shapes = " or ".join("x".join(map(str, shape)) for shape in grids(settings))
     named = ", ".join(map(str, settings.primitives["use"]))
@@ -82,31 +128,6 @@ def explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
         f"no polycube of {named} on a {shapes} grid fits this surface of genus {genus(surface)}; "
         "try another grid or more primitives"
     )
-
-
-def _propose_on(
-    grid: Grid,
-    settings: Settings,
-    surface: TriMesh,
-    primitives: Primitives,
-    clock: Clock,
-    late: bool,
-) -> tuple[Candidate, ...]:
-    """Candidates of the structure plugins; each receives those of the plugins before it."""
-    candidates: tuple[Candidate, ...] = ()
-    plugins = _plugins(grid, settings, primitives)
-    for name, plugin in plugins:
-        if plugin.late != late or (plugin.any_grid and grid != grids(settings)[-1]):
-            continue
-        try:
-            made = clock.run(f"structure/{name}", partial(plugin, surface, candidates))
-        except MissingPackage as error:
-            if len(plugins) == 1:
-                raise InputError(f"structure={name} proposes nothing: {error}") from None
-            logger.info("%s: nothing is proposed, because %s", name, error)
-            continue
-        candidates += tuple(made)
-    return candidates
 
 
 def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tuple[str, Structure]]:

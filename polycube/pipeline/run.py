@@ -24,7 +24,6 @@ from polycube.pipeline.choices import (
     can_be_better,
     choose,
     drawn_beside,
-    has_coarse,
     is_drawn,
     is_fine,
     is_needless,
@@ -37,7 +36,7 @@ from polycube.pipeline.choices import (
 from polycube.pipeline.deadline import Deadline, TimeIsUp
 from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
 from polycube.pipeline.primitives import voxels
-from polycube.pipeline.proposals import explain_none, propose
+from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
 from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
@@ -50,7 +49,7 @@ from polycube.pipeline.variants import Variants
 from polycube.registry import build
 from polycube.structure.labels import nearest_labels
 from polycube.structure.lattice import describe
-from polycube.types import Candidate, HexMesh, Ranked
+from polycube.types import HexMesh, Ranked
 
 logger = logging.getLogger(__name__)
 
@@ -90,11 +89,12 @@ class Run:
         except ValueError as error:
             raise InputError(str(error), "meshing.creases") from None
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)
-        self.ranking: Ranking = build("ranking", settings.ranking)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
         wanted = [kind for kind in ("spline", "analysis") if kind in settings.order]
         self.solving = build_stages(wanted, settings.composed)
         self.primitives = voxels(settings.primitives["use"])
+        ranking: Ranking = build("ranking", settings.ranking)
+        self.proposals = Proposals(settings, self.primitives, ranking, self.clock)
         self.names = [*self.before, *(s.kind for s in (*self.meshing, *self.solving))]
         if settings.resume and settings.start not in self.names:
             raise InputError(
@@ -140,27 +140,8 @@ class Run:
         if self.is_kept("structure"):
             ranked, chosen = self.load("structure")
             return choose(replace(state, ranked=ranked), chosen, self.primitives)
-        candidates = self._candidates(state)
-        ranked = self._ranked(state, candidates)
-        if not has_coarse(ranked):
-            candidates += self._candidates(state, late=True)
-            ranked = self._ranked(state, candidates)
-        if not ranked:
-            raise InputError(explain_none(self.settings, state.surface, len(candidates)))
+        ranked = self.proposals.ranked(state.surface)
         return choose(replace(state, ranked=ranked), 0, self.primitives)
-
-    def _candidates(self, state: RunState, late: bool = False) -> tuple[Candidate, ...]:
-        return propose(self.settings, state.surface, self.primitives, self.clock, late)
-
-    def _ranked(self, state: RunState, candidates: Sequence[Candidate]) -> list[Ranked]:
-        return self.clock.run("ranking", lambda: self.ranking(state.surface, candidates))
-
-    def propose_late(self, state: RunState) -> RunState:
-        """Append the structures of late proposals, unless there are some."""
-        if drawn_beside(state.ranked) is not None:
-            return state
-        late = self._ranked(state, self._candidates(state, late=True))
-        return replace(state, ranked=[*state.ranked, *late])
 
     def keep_input(self, state: RunState, folder: Path) -> None:
         """Start the results folder; from here on, results are stored."""
@@ -267,7 +248,7 @@ class Run:
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
         if not kept and can_be_better(found, self.acceptance):
-            state = self.propose_late(state)
+            state = replace(state, ranked=self.proposals.with_late(state.surface, ranked))
             drawn = drawn_beside(state.ranked)
             if drawn is not None:
                 found = compare(found, begin(drawn))

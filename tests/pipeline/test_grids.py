@@ -5,7 +5,7 @@ import pytest
 
 from polycube.config import compose
 from polycube.errors import InputError
-from polycube.pipeline.proposals import grids, propose
+from polycube.pipeline.proposals import grids
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
@@ -26,7 +26,7 @@ def run(*overrides: str) -> Run:
 
 
 def proposed(run: Run) -> tuple[Candidate, ...]:
-    return propose(run.settings, SURFACE, run.primitives, run.clock)
+    return run.proposals.propose(SURFACE)
 
 
 @pytest.mark.slow

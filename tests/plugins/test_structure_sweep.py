@@ -18,7 +18,7 @@ from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.choices import variants_of
-from polycube.pipeline.proposals import propose as propose_all
+from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.stages import Clock
 from polycube.pipeline.state import RunState
@@ -270,7 +270,7 @@ def test_without_gmsh_it_is_refused_by_name_and_left_out_among_others(
 
     def proposed(*overrides: str) -> tuple[Candidate, ...]:
         settings = Settings.of(compose("infer", ["mesh=example:rod", *overrides]))
-        return propose_all(settings, box(), PRIMITIVES, Clock())
+        return Proposals(settings, PRIMITIVES, Registration(), Clock()).propose(box())
 
     with pytest.raises(InputError, match=r"structure=sweep .* gmsh, which does not load; pip"):
         proposed("structure=sweep")
