@@ -80,20 +80,17 @@ def test_a_training_on_a_disk_that_fills_up(size: str, on_disk, tmp_path: Path) 
     check_whole(kept / "out")
 
 
-def test_a_read_only_disk(on_disk, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("command", "folder", "refusal"),
+    [
+        (("infer.py", *INFER), "output_dir", "cannot write results to {}"),
+        pytest.param(("train.py", *TRAIN), "hydra.run.dir", "{}", marks=pytest.mark.slow),
+    ],
+)
+def test_a_read_only_disk(command, folder: str, refusal: str, on_disk, tmp_path: Path) -> None:
     prepare = f'mount -o remount,ro "{tmp_path}/disk"'
-    where = f"output_dir={tmp_path}/disk/out"
-    code, said, kept = on_disk("100k", "infer.py", *INFER, where, prepare=prepare)
+    out = f"{tmp_path}/disk/out"
+    code, said, kept = on_disk("100k", *command, f"{folder}={out}", prepare=prepare)
     assert code == 2
-    assert said == f"error: cannot write results to {tmp_path}/disk/out: Read-only file system\n"
-    assert tree(kept) == {"mine"}
-
-
-@pytest.mark.slow
-def test_a_training_on_a_read_only_disk(on_disk, tmp_path: Path) -> None:
-    prepare = f'mount -o remount,ro "{tmp_path}/disk"'
-    where = f"hydra.run.dir={tmp_path}/disk/out"
-    code, said, kept = on_disk("100k", "train.py", *TRAIN, where, prepare=prepare)
-    assert code == 2
-    assert said == f"error: {tmp_path}/disk/out: Read-only file system\n"
+    assert said == f"error: {refusal.format(out)}: Read-only file system\n"
     assert tree(kept) == {"mine"}

@@ -1,4 +1,4 @@
-"""A small finished run: a cube and a cube with a hole, bent, with spline and modes."""
+"""A small finished run: a cube and a cube with a hole, bent, with spline and modes; and a bar."""
 
 from dataclasses import replace
 
@@ -9,10 +9,12 @@ from scipy.sparse import identity
 from polycube.hexmesh.connectivity import hex_mesh, quad_sides
 from polycube.hexmesh.named_sets import boundary_sets
 from polycube.pipeline.state import RunState
+from polycube.registry import build
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.structure.lattice import boundary, cell_of_box, lattice
-from polycube.types import HexMesh, Labels, Modes, Polycube, Spline, TriMesh
+from polycube.types import Deformation, HexMesh, Labels, Modes, Polycube, Spline, TriMesh
 from tests.fixtures.hexmeshes import CORNERS
+from tests.fixtures.splines import BAR, box
 
 
 def bend(points: np.ndarray) -> np.ndarray:
@@ -105,3 +107,18 @@ def drawn(run: RunState) -> dict[str, bytes]:
 def moving(drawn: dict[str, bytes]) -> dict[str, bytes]:
     """Strip and animation of the run's denoising."""
     return denoising(drawn)
+
+
+@pytest.fixture(scope="session")
+def bar() -> Spline:
+    """A straight bar."""
+    return box((4, 1, 1), BAR)
+
+
+@pytest.fixture(scope="session")
+def pulled(bar: Spline) -> Deformation:
+    """The bar, 1 % longer along x and free to contract."""
+    held = [{"at": f"{axis}_min", "components": [axis]} for axis in "xyz"]
+    pull = {"at": "x_max", "components": ["x"], "value": 0.04}
+    problem = {"plugin": "static", "fixed": [*held, pull], "gravity": [0, 0, 0]}
+    return build("analysis", problem)(bar)

@@ -17,7 +17,7 @@ MOST_TRIANGLES = 40_000  # of the input surface in the page
 MOST_VALUES = 120_000  # vertices times results in the page
 CORNERS = [0, 3, 12, 15, 48, 51, 60, 63]  # of the 64 nodes of a Bezier element
 PASCAL = 1e6  # in a MPa
-STEPS = 32767  # of a component of a displacement in the page; of a value twice as many
+STEPS = 32767  # from 0 to the largest displacement, as int16; values have twice as many, as uint16
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +106,8 @@ def _static(
     stress = found.von_mises[nodes] / PASCAL
     most = found.peak.value / PASCAL if found.peak else float(stress.max())
     times = exaggeration(points, length.max())
-    drawn, shift = (
-        f"displacement drawn {text(float(f'{times:.3g}'))} times as large",
-        _scaled(moved),
-    )
+    drawn = f"displacement drawn {text(float(f'{times:.3g}'))} times as large"
+    shift = _scaled(moved)
     ends = 0.0, float(length.max())
     words, limit = ("0", f"{text(ends[1])} {unit}"), ("0", f"{text(most)} MPa and more")
     return [

@@ -13,25 +13,8 @@ from polycube.report.page import solutions as page
 from polycube.report.pictures import fields
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.pictures import pictures
-from tests.fixtures.splines import box
+from tests.fixtures.splines import BAR
 from tests.fixtures.stages import TETRAHEDRON
-
-BAR = (4.0, 1.0, 1.0)
-
-
-@pytest.fixture(scope="module")
-def bar():
-    return box((4, 1, 1), BAR)
-
-
-@pytest.fixture(scope="module")
-def pulled(bar):
-    """Free to contract: 1 % longer."""
-    held = [{"at": f"{axis}_min", "components": [axis]} for axis in "xyz"]
-    pull = {"at": "x_max", "components": ["x"], "value": 0.04}
-    return build("analysis", {"plugin": "static", "fixed": [*held, pull], "gravity": [0, 0, 0]})(
-        bar
-    )
 
 
 @pytest.fixture(scope="module")

@@ -8,29 +8,12 @@ from polycube.report.page import overlays
 from polycube.report.page.overlays import MOST_VALUES, results, simplified
 from polycube.surface import measures
 from tests.fixtures.hexmeshes import hex_box, surface_of
-from tests.fixtures.splines import box
-
-BAR = (4.0, 1.0, 1.0)
-
-
-@pytest.fixture(scope="module")
-def bar():
-    return box((4, 1, 1), BAR)
+from tests.fixtures.splines import BAR
 
 
 @pytest.fixture(scope="module")
 def points():
     return hex_box((4, 1, 1), BAR).vertices
-
-
-@pytest.fixture(scope="module")
-def pulled(bar):
-    """1 % longer along x."""
-    held = [{"at": f"{axis}_min", "components": [axis]} for axis in "xyz"]
-    pull = {"at": "x_max", "components": ["x"], "value": 0.04}
-    return build("analysis", {"plugin": "static", "fixed": [*held, pull], "gravity": [0, 0, 0]})(
-        bar
-    )
 
 
 def test_displacement_and_stress_of_a_pulled_bar(bar, points, pulled):
