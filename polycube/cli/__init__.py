@@ -30,6 +30,14 @@ def make_pairs_command() -> None:
     _run("make_pairs", "pairs.make")
 
 
+def view_command() -> None:
+    """`polycube-view`, `python -m polycube.view`."""
+    from polycube.cli.view import main
+
+    with to_a_reader():
+        main()
+
+
 def _run(name: str, module: str = "") -> None:
     """Show the help of a program, or import the program and run it."""
     from polycube.cli import help

@@ -8,12 +8,13 @@ import pytest
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers import quality
 from polycube.report.page import html, viewer
+from polycube.report.page.comparison import comparison_page
 from polycube.report.page.html import write_report
 from polycube.report.page.summary import summary_page
 from tests.fixtures import browser
 from tests.fixtures.hexmeshes import hex_box
 
-CANVAS = "#viewer canvas"
+CANVAS = ".viewer canvas"
 # texts that are seen, and the size of their letters, in CSS pixels; [] where all are 14 or more
 SMALL = """[...document.querySelectorAll('body *')].filter((e) => e.getClientRects().length
   && !e.closest('script') && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim())
@@ -84,7 +85,7 @@ def desktop(window, written) -> browser.Page:
     window.said.clear()
     window.asked.clear()
     window.open(written)
-    window.wait("document.querySelector('#viewer output').textContent.includes('hexes')")
+    window.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
     return window
 
 
@@ -95,7 +96,7 @@ def changed(before: np.ndarray, after: np.ndarray) -> float:
 
 
 def said(page: browser.Page) -> str:
-    return page.run("document.querySelector('#viewer output').textContent")
+    return page.run("document.querySelector('.viewer output').textContent")
 
 
 def test_it_opens_without_a_complaint_and_without_the_network(desktop, written) -> None:
@@ -148,7 +149,7 @@ def test_a_large_mesh_is_hollow_where_it_is_cut(window, tmp_path, monkeypatch) -
     path.write_text(html.page("box", viewer.viewer(mesh)), encoding="utf-8")
     window.said.clear()
     window.open(path)
-    window.wait("document.querySelector('#viewer output').textContent.includes('hexes')")
+    window.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
     shell = 8**3 - 6**3
     assert said(window).startswith((f"{shell} of 512 hexes; of the", f"{shell + 1} of 512"))
     window.set("[name=cut]", 0.5)
@@ -156,6 +157,40 @@ def test_a_large_mesh_is_hollow_where_it_is_cut(window, tmp_path, monkeypatch) -
     assert shell // 2 <= half <= shell // 2 + 1
     window.click("[name=worst]")
     assert said(window).startswith("hex ") and window.said == []
+
+
+def test_results_side_by_side_move_together(window, run, tmp_path) -> None:
+    folders = [tmp_path / "coarse", tmp_path / "part"]
+    for folder, mesh in zip(folders, (hex_box((2, 2, 2)), run.hexes), strict=True):
+        folder.mkdir()
+        shown = viewer.viewer(mesh, run.surface)
+        (folder / "report.html").write_text(html.page(folder.name, shown), encoding="utf-8")
+        (folder / "report.json").write_text('{"valid": true}')
+    path = tmp_path / "view.html"
+    path.write_text(comparison_page(folders, tmp_path), encoding="utf-8")
+    window.media()
+    window.size(1280, 900)
+    window.said.clear()
+    window.open(path)
+    window.wait(
+        "[...document.querySelectorAll('output')].every((e) => e.textContent.includes('hexes'))"
+    )
+    first, second = (f".views > :nth-child({i}) " for i in (1, 2))
+    before = window.picture(second + "canvas")
+    window.drag(first + "canvas", 90, 30)
+    assert changed(before, window.picture(second + "canvas")) > 0.05
+    window.click(first + "[name=home]")
+    assert changed(before, window.picture(second + "canvas")) < 0.01
+    window.set(first + "[name=cut]", 0.3)
+    n_hexes = len(run.hexes.hexes)
+    words = window.run(f"document.querySelector('{second} output').textContent")
+    assert int(words.split(" of ")[0]) < n_hexes
+    assert changed(before, window.picture(second + "canvas")) > 0.02
+    window.click(first + "[name=edges]")
+    assert not window.run(f"document.querySelector('{second} [name=edges]').checked")
+    window.set(first + "[name=colour]", "distance")
+    assert window.run(f"document.querySelector('{second} [name=colour]').value") == "distance"
+    assert window.said == [] and window.run(WIDER) == 0
 
 
 @pytest.mark.parametrize("colouring", ["distance", "cell", "set", "primitive"])
@@ -242,7 +277,7 @@ def test_the_modes_swing(desktop) -> None:
 def test_a_phone_shows_all_of_it(desktop, written) -> None:
     desktop.size(390, 844, phone=True)
     desktop.open(written)
-    desktop.wait("document.querySelector('#viewer output').textContent.includes('hexes')")
+    desktop.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
     assert desktop.run(WIDER) == 0
     desktop.run("document.querySelectorAll('details').forEach((e) => { e.open = true; })")
     assert desktop.run(WIDER) == 0

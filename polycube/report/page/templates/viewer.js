@@ -7,7 +7,7 @@
 // a displacement (3 int16).  Hexes, those beyond, cells, numbers and triangles come as differences
 // of the rows.
 (async () => {
-  const root = document.getElementById("viewer");
+  const root = document.currentScript.parentElement;
   const canvas = root.querySelector("canvas");
   const told = root.querySelector("output");
   const given = JSON.parse(root.querySelector("script").textContent);
@@ -215,6 +215,15 @@
 
   let turn, zoom, shift, fit;
   function home() { turn = given.view; zoom = 1; shift = [0, 0]; }
+  function look() { // from a new place, as all views of the page
+    draw();
+    document.dispatchEvent(new CustomEvent("look", { detail: { root, turn, zoom, shift } }));
+  }
+  document.addEventListener("look", ({ detail }) => {
+    if (detail.root === root) return;
+    ({ turn, zoom, shift } = detail);
+    draw();
+  });
   function draw() {
     const ratio = self.devicePixelRatio || 1;
     canvas.width = canvas.clientWidth * ratio;
@@ -357,19 +366,19 @@
       shift = [shift[0] + (2 * dx) / canvas.clientWidth / fingers.size,
                shift[1] - (2 * dy) / canvas.clientHeight / fingers.size];
     } else rotate(dx, dy);
-    draw();
+    look();
   });
   canvas.addEventListener("wheel", (e) => {
     e.preventDefault();
     zoom *= Math.exp(-e.deltaY / 600);
-    draw();
+    look();
   }, { passive: false });
   canvas.addEventListener("keydown", (e) => {
     const step = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, -20], ArrowDown: [0, 20] }[e.key];
     if (!step) return;
     e.preventDefault();
     rotate(...step);
-    draw();
+    look();
   });
   control("cut").addEventListener("input", () => { if (!control("axis").value) control("axis").value = "x"; });
   ["axis", "flip", "cut", "most", "colour", "input", "deformed"].forEach((name) => control(name)?.addEventListener("input", () => {

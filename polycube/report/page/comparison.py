@@ -1,0 +1,75 @@
+"""The page of several results: their 3D views side by side, and their main numbers."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from markupsafe import Markup
+
+from polycube.errors import InputError
+from polycube.report.numbers.verdict import tiles, verdict
+from polycube.report.page.html import page
+from polycube.report.page.templates import Link, Row, render
+from polycube.types import Json
+
+PAGE = "view.html"
+VIEWER = re.compile(r'<div class="viewer">.*?</script>\s*</div>', re.DOTALL)
+
+
+def comparison_page(folders: Sequence[Path], beside: Path) -> str:
+    """HTML of the page.
+
+    Parameters
+    ----------
+    folders
+        Folders of results. The views are those of their reports.
+    beside
+        Folder of the page, from which its links start.
+
+    Raises
+    ------
+    InputError
+        If a report has no 3D view, or if its numbers cannot be read.
+    """
+    parent = Path(os.path.commonpath([folder.resolve() for folder in folders]))
+    names = [folder.resolve().relative_to(parent).as_posix() for folder in folders]
+    links = [
+        Link(folder.resolve().name if name == "." else name, f"{_from(beside, folder)}/report.html")
+        for name, folder in zip(names, folders, strict=True)
+    ]
+    rows = [_row(link, _numbers(folder)) for link, folder in zip(links, folders, strict=True)]
+    views = list(zip(links, map(_view, folders), strict=True))
+    title = f"{len(folders)} results" if len(folders) > 1 else links[0].words
+    return page(title, render("comparison.html", views=views, rows=rows))
+
+
+def _from(beside: Path, folder: Path) -> str:
+    return Path(os.path.relpath(folder.resolve(), beside.resolve())).as_posix()
+
+
+def _row(link: Link, report: Json) -> Row:
+    _, words = verdict(report)
+    return {"result": link, "verdict": words, **{tile.name: tile.value for tile in tiles(report)}}
+
+
+def _numbers(folder: Path) -> Json:
+    path = folder / "report.json"
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        assert isinstance(found, dict)
+    except (OSError, ValueError, AssertionError):
+        raise InputError("it is not the report of a run", str(path)) from None
+    return found
+
+
+def _view(folder: Path) -> Markup:
+    """The 3D view of a report."""
+    path = folder / "report.html"
+    found = VIEWER.search(path.read_text(encoding="utf-8", errors="replace"))
+    if found is None:
+        raise InputError("it has no 3D view that can be shown here; run infer.py again", str(path))
+    return Markup(found[0])

@@ -1,0 +1,93 @@
+"""The page of several results side by side."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from polycube.cli.view import MOST, main, write_view
+from polycube.errors import InputError
+from polycube.report.page.html import page
+from polycube.report.page.viewer import viewer
+from tests.fixtures.hexmeshes import hex_box
+
+REPORT = {"valid": True, "hex": {"hexes": 8, "min": 1.0}}
+
+
+@pytest.fixture(scope="module")
+def html() -> str:
+    return page("box", viewer(hex_box((2, 2, 2))))
+
+
+@pytest.fixture
+def results(html: str, tmp_path: Path) -> Path:
+    """Results of two parts, one of them in two sizes."""
+    for name in ("fine/a", "coarse/a", "b & c"):
+        result(tmp_path / "results" / name, html)
+    return tmp_path / "results"
+
+
+def result(folder: Path, html: str) -> None:
+    folder.mkdir(parents=True)
+    (folder / "report.html").write_text(html, encoding="utf-8")
+    (folder / "report.json").write_text(json.dumps(REPORT))
+
+
+def test_all_results_of_a_folder_are_shown_with_their_numbers(results: Path, capsys) -> None:
+    main([str(results), "--no-browser"])
+    assert capsys.readouterr().out == f"{results / 'view.html'}\n"
+    text = (results / "view.html").read_text(encoding="utf-8")
+    assert text.count('<div class="viewer">') == 3
+    assert "<title>3 results: polycube report</title>" in text
+    for link in ("fine/a/report.html", "coarse/a/report.html", "b%20%26%20c/report.html"):
+        assert text.count(f'<a href="{link}">') == 2  # above the view, and in the table
+    assert text.count("Valid hex mesh") == 3 and "b &amp; c" in text
+
+
+def test_links_start_at_the_page(results: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    folders = [Path("results/fine/a"), results / "coarse", Path("results/fine")]
+    assert write_view(folders) == Path("view.html")
+    text = Path("view.html").read_text(encoding="utf-8")
+    assert text.count('<div class="viewer">') == 2  # one was named twice
+    assert 'href="results/fine/a/report.html">fine/a<' in text
+    write_view([Path("results/fine/a")], Path("other/page.html"))
+    text = Path("other/page.html").read_text(encoding="utf-8")
+    assert 'href="../results/fine/a/report.html">a<' in text
+
+
+def test_the_page_opens(results: Path, monkeypatch) -> None:
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    main([str(results)])
+    assert opened == [(results / "view.html").resolve().as_uri()]
+
+
+def test_a_file_of_the_user_is_kept(results: Path) -> None:
+    write_view([results])
+    write_view([results])  # its own page is replaced
+    (results / "view.html").write_text("mine")
+    with pytest.raises(InputError, match=r"view.html would be overwritten.*another --output"):
+        write_view([results])
+    assert (results / "view.html").read_text() == "mine"
+
+
+def test_refusals_are_one_sentence(results: Path, html: str, tmp_path: Path, capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([str(tmp_path / "none")])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == f"error: {tmp_path / 'none'}: there is no such folder\n"
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"empty: it contains no report.html; name the output"):
+        write_view([tmp_path / "empty"])
+    (results / "fine/a/report.json").write_text("[")
+    with pytest.raises(InputError, match=r"report.json: it is not the report of a run"):
+        write_view([results])
+    (results / "coarse/a/report.html").write_text("<p>failed</p>")
+    with pytest.raises(InputError, match=r"report.html: it has no 3D view .* run infer.py again"):
+        write_view([results / "coarse"])
+    for number in range(MOST + 1):
+        result(tmp_path / "many" / str(number), html)
+    with pytest.raises(InputError, match=r"13 results are too many for a page; name at most 12"):
+        write_view([tmp_path / "many"])
+    assert not list(tmp_path.rglob("view.html"))
