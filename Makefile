@@ -1,5 +1,5 @@
 # make demo    a made part all the way to its report     make demo MESH=part.stl
-# make test    tests that are not slow                   make test MARK=  for all; ARGS=-n2 for two processes
+# make test    tests that are not slow, one process for each core   make test MARK=  for all
 # make train   train the denoiser                        make train ARGS=experiment=smoke
 # make gallery docs/gallery.md with its pictures, from the parts that the program makes itself
 # make bench   a page on a folder of CAD parts      make bench PARTS=parts SUBSET=24 BEFORE=outputs/bench/1a2b3c4
@@ -28,6 +28,7 @@ CODE := polycube plugins tests docs train.py infer.py
 export MPLBACKEND := Agg
 export OPENBLAS_NUM_THREADS := 1
 export PYVISTA_OFF_SCREEN := true
+export PYTHONDONTWRITEBYTECODE := # modules are compiled once, not in each of the many processes
 
 .PHONY: demo test train gallery bench lint types doctor lock
 

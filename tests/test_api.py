@@ -64,6 +64,7 @@ def test_the_mesh_is_saved_by_its_suffix(tmp_path):
         part.save(tmp_path / "part.step")
 
 
+@pytest.mark.slow
 def test_the_mesh_and_the_solution_as_grids_of_pyvista(tmp_path):
     part = polycube.mesh(SIDES, analysis={"modes": 7}, **FAST)
     grid = part.to_pyvista()
@@ -113,6 +114,7 @@ def test_an_error_has_its_parts():
     assert str(InputError("plain")) == "plain"
 
 
+@pytest.mark.slow
 def test_nothing_of_the_process_is_changed_and_threads_work():
     def facts() -> tuple:
         log = logging.getLogger("polycube")

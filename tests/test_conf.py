@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import asdict
+from itertools import zip_longest
 from pathlib import Path
 
 import pytest
@@ -66,30 +67,29 @@ def test_no_file_repeats_a_class() -> None:
         assert not (CONF / kind / f"{name}.yaml").exists(), f"{kind}={name}"
 
 
-def choices() -> list[tuple[str, str]]:
-    """(program, override) for all that its command line may choose."""
-    found = []
+def choices(program: str) -> dict[str, list[str]]:
+    """The names that the command line may choose for each group."""
     search = loader()
-    for program in PROGRAMS:
-        known = search.compute_defaults_list(program, [], RunMode.RUN).overrides.known_choices
-        for key in known:
-            if not key.startswith("hydra/"):
-                names = options_of(search, key.partition("@")[0])
-                found += [(program, f"{key}={name}") for name in names]
-    return found
+    known = search.compute_defaults_list(program, [], RunMode.RUN).overrides.known_choices
+    keys = [key for key in known if not key.startswith("hydra/")]
+    return {key: options_of(search, key.partition("@")[0]) for key in keys}
 
 
-@pytest.mark.parametrize(("program", "override"), choices(), ids=lambda value: value)
-def test_every_choice_composes_and_builds(program: str, override: str) -> None:
-    """Every plugin in the config, wherever it stands."""
-    config = compose(program, [override])
-    key = override.partition("=")[0]
-    group, _, package = key.partition("@")
-    node = config
-    if group != "experiment":
-        for part in (package or group.replace("/", ".")).split("."):
-            node = node[part]
-    _build_all(group, node)
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_every_choice_composes_and_builds(program: str) -> None:
+    """Every plugin in the config, wherever it stands; the n-th choices of all groups together."""
+    given = choices(program)
+    for experiment in given.pop("experiment", []):
+        compose(program, [f"experiment={experiment}"])
+    for row in zip_longest(*given.values()):
+        chosen = {key: name for key, name in zip(given, row, strict=True) if name}
+        config = compose(program, [f"{key}={name}" for key, name in chosen.items()])
+        for key in chosen:
+            group, _, package = key.partition("@")
+            node = config
+            for part in (package or group.replace("/", ".")).split("."):
+                node = node[part]
+            _build_all(group, node)
 
 
 def _build_all(kind: str, node: object) -> None:
@@ -131,4 +131,5 @@ def test_defaults_are_what_a_class_says() -> None:
 
 
 def test_there_is_something_to_test() -> None:
-    assert len(PLUGINS) > 40 and len(choices()) > 40
+    n_choices = sum(len(names) for program in PROGRAMS for names in choices(program).values())
+    assert len(PLUGINS) > 40 and n_choices > 40

@@ -41,6 +41,7 @@ def test_another_hydra_program_can_compose_ours(version_base: str, tmp_path: Pat
     assert done.stdout.split() == ["other"]
 
 
+@pytest.mark.slow
 def test_threads_compose_at_the_same_time() -> None:
     sizes = [f"{n}%" for n in range(1, 9)]
     with ThreadPoolExecutor(4) as pool:

@@ -44,6 +44,7 @@ def test_values_that_the_space_has_are_prescribed_exactly(space):
     assert abs(here.shape @ moved[:, 1]).max() > 0.1
 
 
+@pytest.mark.slow
 def test_inner_functions_vanish_on_the_boundary():
     mesh = hex_ball(2)
     spline = spline_of(mesh, "h2s")  # a function for each vertex

@@ -85,6 +85,7 @@ def test_conduction(monkeypatch):
     assert found.flows == pytest.approx(direct.flows, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_steps_do_not_grow_with_the_number_of_hexes(monkeypatch, caplog):
     monkeypatch.setattr(preconditioner, "LIMIT", 0)
     caplog.set_level(logging.INFO, "polycube.numerics")

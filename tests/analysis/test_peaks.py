@@ -26,6 +26,7 @@ SOLID = Material(3.0, 0.3, 2.0)
 LARGEST, PLACE = 23.62e6, (11.0, 6.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", ["h2s", "optimal"])
 def test_largest_stress_of_a_bracket_is_in_its_fillet(space):
     mesh, surface = filleted_bracket(6, 3, 3), boundary(filleted_bracket(24, 3, 3))
@@ -42,6 +43,7 @@ def test_largest_stress_of_a_bracket_is_in_its_fillet(space):
     assert found.singular is None and 0.01 < found.stress_error < 0.05
 
 
+@pytest.mark.slow
 def test_a_sharp_corner_is_named_and_left_out():
     """With the corner sharp, what is found away from it hardly depends on the size of the hexes."""
     away, near = [], []

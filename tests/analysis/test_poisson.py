@@ -30,6 +30,7 @@ def all_around(spline, value):
     return [Support("all", np.arange(len(spline.sides)), (0,), value)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", ["h2s", "optimal"])
 @pytest.mark.parametrize("mesh", [hex_ball(2), hex_cylinder(2, 2, 2)], ids=["ball", "cylinder"])
 def test_patch_test_on_an_unstructured_mesh(mesh, space):

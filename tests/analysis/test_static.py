@@ -26,23 +26,19 @@ def stress_of(gradient, material):
 HALF = {"boxes": [{"box": [-1, -1, 0, 0, 1, 0.6]}]}
 
 
-def solids():
-    return {
-        "ball": spline_of(hex_ball(2), "h2s"),
-        "cylinder": spline_of(hex_cylinder(2, 2, 2), "h2s"),
-        "cylinder, optimal": spline_of(hex_cylinder(1, 1, 2)),
-        "cylinder, two levels": spline_of(hex_cylinder(2, 1, 2), "h2s", refine=HALF),
-        "cylinder, optimal, two levels": spline_of(hex_cylinder(1, 1, 2), refine=HALF),
-        "unclamped": unclamped(2),
-    }
+SOLIDS = {
+    "ball": lambda: spline_of(hex_ball(2), "h2s"),
+    "cylinder": lambda: spline_of(hex_cylinder(2, 2, 2), "h2s"),
+    "cylinder, optimal": lambda: spline_of(hex_cylinder(1, 1, 2)),
+    "cylinder, two levels": lambda: spline_of(hex_cylinder(2, 1, 2), "h2s", refine=HALF),
+    "cylinder, optimal, two levels": lambda: spline_of(hex_cylinder(1, 1, 2), refine=HALF),
+    "unclamped": lambda: unclamped(2),
+}
 
 
-SOLIDS = solids()
-
-
-@pytest.fixture(params=SOLIDS)
+@pytest.fixture(scope="module", params=SOLIDS)
 def spline(request):
-    return SOLIDS[request.param]
+    return SOLIDS[request.param]()
 
 
 def test_patch_test_with_given_displacements(spline):

@@ -23,6 +23,7 @@ def held(spline, **components):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", ["h2s", "optimal"])
 @pytest.mark.parametrize("mesh", [hex_ball(2), hex_cylinder(2, 2, 2)], ids=["ball", "cylinder"])
 def test_rigid_motions_have_frequency_zero(mesh, space):

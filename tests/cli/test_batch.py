@@ -165,6 +165,7 @@ def test_without_a_folder_the_results_go_to_one_of_their_own(tmp_path):
     assert {"nowhere,seed=1", "nowhere,seed=2"} <= {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

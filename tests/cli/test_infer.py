@@ -70,6 +70,7 @@ def test_six_rigid_modes_and_then_elastic_ones(rod):
     assert [float(r["frequency_hz"]) for r in rows] == report["modes"]["frequency_hz"]
 
 
+@pytest.mark.slow
 def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
     first, folder = rod
     again = run(
@@ -81,6 +82,7 @@ def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
     assert "meshing/optimize" not in again["seconds"]
 
 
+@pytest.mark.slow
 def test_files_are_written_as_they_are_asked_for(rod, tmp_path):
     asked = ("files.bext=2", "files.cells=corners", "files.precision=double")
     half = "order=[meshing,spline,analysis]"

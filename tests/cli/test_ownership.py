@@ -118,6 +118,7 @@ def test_a_folder_without_a_manifest_is_the_users(here, kept):
     assert infer("mesh=dice.stl", "output_dir=out", "order=[]") == code
 
 
+@pytest.mark.slow
 def test_a_batch_refuses_a_row_and_a_table_of_the_user(here, capsys):
     command = [sys.executable, str(HOME / "infer.py"), "mesh=example:dice,example:ring", "order=[]"]
     (here / "out").mkdir()

@@ -8,6 +8,7 @@ import pytest
 from polycube import HOME
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["--help"], ["--cfg", "job"]])
 def test_a_reader_may_go(arguments: list[str]) -> None:
     program = subprocess.Popen(

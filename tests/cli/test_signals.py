@@ -100,6 +100,7 @@ def test_before_there_is_a_mesh_nothing_is_called_valid(tmp_path, monkeypatch) -
     assert report["failure"] == "interrupted before there was a valid mesh"
 
 
+@pytest.mark.slow
 def test_an_interruption_after_meshing_keeps_the_mesh(tmp_path, monkeypatch) -> None:
     def interrupted(self: Run, state):
         raise KeyboardInterrupt

@@ -60,6 +60,7 @@ def test_one_failure_leaves_the_others_alone_and_the_worst_code_counts(done):
     assert "hex.inp" not in tree(folder)  # solvers see no mark
 
 
+@pytest.mark.slow
 def test_the_same_solid_is_meshed_once_and_moved(done):
     _, folder = done
     rows = {row["name"]: row.get("same_as") for row in report(folder)["solids"]}
@@ -140,6 +141,7 @@ def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
     assert not (folder / "hex.inp").exists()
 
 
+@pytest.mark.slow
 def test_looking_at_all_solids_writes_nothing(cubes, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert _command(config(f"mesh={cubes}", "cad.solid=all", "preflight=true")) == 2
@@ -148,6 +150,7 @@ def test_looking_at_all_solids_writes_nothing(cubes, tmp_path, monkeypatch, caps
     assert not tree(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_file_with_one_solid_is_one_run(tmp_path, capsys):
     path = cad_parts.write("bored_block", tmp_path)
     words = ["cad.solid=all", "order=[]", "structure=slices", f"output_dir={tmp_path / 'run'}"]

@@ -26,6 +26,7 @@ def test_every_example_is_tested():
     assert set(EXAMPLES) == set(GENUS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_solid_of_the_right_genus(name):
     surface, warnings = read_surface(f"example:{name}")

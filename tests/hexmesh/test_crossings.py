@@ -122,6 +122,7 @@ def every_pair(mesh: HexMesh) -> list[list[int]]:
     return [list(pair) for pair in sorted(found)]
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_equals_a_linear_program_for_each_pair(seed):

@@ -105,6 +105,7 @@ def test_repaired_copies_equal_the_original(testdata):
         assert volume(copy) == pytest.approx(volume(original), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_given_parts_read_without_change(testdata):
     with (testdata / "surfaces" / "manifest.csv").open() as file:
         rows = list(csv.DictReader(file))

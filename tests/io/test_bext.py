@@ -50,6 +50,7 @@ def test_layout_of_the_file(tmp_path):
     assert sum(line.startswith("belem") for line in lines) == 64
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("write", "share"), [(write_bext, 0.02), (write_bext2, 0.8)])
 def test_memory_hardly_grows_with_the_file(write, share, tmp_path, monkeypatch):
     monkeypatch.setattr(bext, "CHUNK", 8)

@@ -38,6 +38,7 @@ def test_what_it_writes_comes_back(said) -> None:
     assert said("open(request['output'], 'w').write(request['more'])") == "words"
 
 
+@pytest.mark.slow
 def test_one_that_never_ends_is_stopped(said) -> None:
     with pytest.raises(InputError, match="did not finish in 2 s; the file is damaged"):
         said("while True: pass")

@@ -235,6 +235,7 @@ def test_mesh_and_surface_must_lie_in_the_same_place():
         check_place(mesh, box((2.0, 0, 0), (3.0, 1, 1)))
 
 
+@pytest.mark.slow
 def test_published_meshes_are_taken_as_they_are(testdata):
     for path in sorted((testdata / "surfaces" / "ref_hex").glob("*.vtk")):
         mesh, notes = read_hexes(path)

@@ -44,6 +44,7 @@ def test_a_crooked_box_becomes_a_straight_one_in_its_place(crooked, tmp_path):
     assert "polycube" not in report and "polycube.vtu" not in tree(tmp_path)
 
 
+@pytest.mark.slow
 def test_through_to_the_modes_and_again_from_there(tmp_path):
     path = write_hex_vtu(tmp_path / "rod.vtu", hex_cylinder())
     fast = [*FAST[:2], "order=[meshing,spline,analysis]"]
@@ -58,6 +59,7 @@ def test_through_to_the_modes_and_again_from_there(tmp_path):
     assert len(again["modes"]["omega_squared"]) == 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", [0.0, 0.05])
 def test_never_worse_than_what_was_given(damage, tmp_path):
     """Even where the stages may do nothing good."""

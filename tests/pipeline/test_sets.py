@@ -34,6 +34,7 @@ def resumed(block, output, *overrides):
     return [f"resume={block}", "from=spline", f"output_dir={output}", *FAST, *overrides]
 
 
+@pytest.mark.slow
 def test_the_sets_of_the_files_are_those_of_the_analysis(block, tmp_path):
     given = "analysis.loads=[{at: x_max, traction: [1000, 0, 0]}]"
     held = ["analysis=static", "analysis.fixed=[x_min]", "analysis.gravity=[0,0,0]", given]
@@ -93,6 +94,7 @@ def test_a_name_that_can_not_be_is_refused_before_anything_is_read(tmp_path, cap
     assert "a name (x_min to z_max, hole_1, cad_face_1 ...)" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
     asked = resumed(
         block, tmp_path, "order=[meshing,spline]", "acceptance.least_jacobian=1", "export=[abaqus]"

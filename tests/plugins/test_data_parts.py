@@ -65,6 +65,7 @@ def test_every_part_comes_in_every_orientation(folder: Path) -> None:
     assert len(corners) == 12
 
 
+@pytest.mark.slow
 def test_the_rest_are_the_lattices_of_any_other_training(folder: Path) -> None:
     pairs, lattices = stream(folder, share=0.3), LatticePairs(0, 256)
     parts = [pairs.part(number) for number in range(400)]

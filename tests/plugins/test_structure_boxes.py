@@ -105,7 +105,7 @@ def test_given_places_corners_on_the_part(grid, context):
     ("grid", "context", "use"),
     [
         ((2, 2, 1), L, NAMES),
-        ((2, 2, 1), HOLED_L, NAMES),
+        pytest.param((2, 2, 1), HOLED_L, NAMES, marks=pytest.mark.slow),
         ((3, 2, 1), T, ["cube"]),
         ((3, 2, 1), U, ["cube"]),
         ((2, 2, 2), CORNER, ["cube"]),

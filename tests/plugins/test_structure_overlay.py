@@ -151,6 +151,7 @@ def test_cells_far_too_small_are_refused_before_they_are_made(size):
     assert overlay(torus(), size=size) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sheets", ["all", "none"])
 def test_a_pocketed_block_keeps_its_features(sheets):
     surface = pocketed()

@@ -76,6 +76,7 @@ def test_bounds_of_a_box_are_one():
     assert scaled_bounds(spline_of(hex_box((2, 3, 1)))) == pytest.approx(np.ones(6), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_position_is_the_place_of_the_least_value():
     spline = moved(spline_of(hex_ball(2)), 0.1)
     found = min_detj(spline)

@@ -194,6 +194,7 @@ def test_analysis() -> None:
     says("analysis", changed(eigenvalues=lambda m: m.eigenvalues + 1e12), "6 motions are rigid")
 
 
+@pytest.mark.slow
 def test_analysis_at_rest_and_of_potentials() -> None:
     def changed(name: str, **changes: Callable) -> Callable:
         own = build("analysis", {"plugin": name})

@@ -77,6 +77,7 @@ def test_sets_that_an_edge_or_a_vertex_pinches_have_no_sheet():
     assert not has_sheet(mesh, np.ones(64, bool))
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 63), min_size=1, max_size=20, unique=True))
 def test_any_set_that_may_have_a_sheet_gives_a_conforming_mesh(numbers):
     mesh = cube()

@@ -53,6 +53,7 @@ def test_a_box_along_one_axis_leaves_the_others():
     assert (len(y), len(z)) == (5, 5)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.floats(0.1, 0.9), st.floats(0.02, 0.3), st.floats(0.005, 0.2), st.integers(0, 2))
 def test_neighbouring_parts_are_alike_and_knots_are_lines(middle, half, size, axis):

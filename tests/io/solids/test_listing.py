@@ -13,6 +13,7 @@ from polycube.io.surfaces import read_surface
 from tests.fixtures import assemblies
 
 
+@pytest.mark.slow
 def test_pins_are_one_shape_wherever_they_stand_or_lie(tmp_path):
     path = assemblies.named(assemblies.write("pins", tmp_path), "plate", *["pin"] * 4)
     plate, *pins = read_solids(path)

@@ -1,6 +1,7 @@
 """The stages of the morph backend, one after the other."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,13 +17,16 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import check_chain
 from polycube.registry import build
 from polycube.structure.rough_map import affine_map
-from polycube.types import Polycube, TriMesh
+from polycube.types import Json, Polycube, TriMesh
 
-MORPH = compose("infer", ["meshing=morph"])["meshing"]
+
+@cache
+def bundle() -> Json:
+    return compose("infer", ["meshing=morph"])["meshing"]
 
 
 def stage(kind: str, **options: object):
-    return build(f"meshing/{kind}", MORPH[kind] | options)
+    return build(f"meshing/{kind}", bundle()[kind] | options)
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +47,8 @@ def template(cylinder):
 
 
 def test_order_is_a_chain_and_portfolio_names_its_options():
-    check_chain(MORPH["order"], ("surface", "polycube", "rough_map", "blocks"))
-    for variant in MORPH["portfolio"]:
+    check_chain(bundle()["order"], ("surface", "polycube", "rough_map", "blocks"))
+    for variant in bundle()["portfolio"]:
         for kind, options in variant.items():
             stage(kind.removeprefix("meshing/"), **options)
 
@@ -202,6 +206,7 @@ def test_refine_refuses_what_makes_no_sense(options):
         stage("refine", **options)
 
 
+@pytest.mark.slow
 def test_parts_keep_their_quality(testdata):
     """A box of hexes round a real part gives a valid mesh of it."""
     part = trimesh.load(testdata / "surfaces" / "ddpm_dice.obj")

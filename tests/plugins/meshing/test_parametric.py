@@ -1,5 +1,7 @@
 """The stages of the parametric backend."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -13,14 +15,17 @@ from polycube.kinds import check_chain
 from polycube.registry import build
 from polycube.structure.rough_map import affine_map
 from polycube.testing import check_plugin
-from polycube.types import Labels
+from polycube.types import Json, Labels
 from tests.fixtures.charts import ring
 
-PARAMETRIC = compose("infer", ["meshing=parametric"])["meshing"]
+
+@cache
+def bundle() -> Json:
+    return compose("infer", ["meshing=parametric"])["meshing"]
 
 
 def stage(kind: str, **options: object):
-    return build(f"meshing/{kind}", PARAMETRIC[kind] | options)
+    return build(f"meshing/{kind}", bundle()[kind] | options)
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +38,9 @@ def torus():
 
 def test_order_is_a_chain_and_portfolio_names_its_options():
     check_chain(
-        PARAMETRIC["order"], ("surface", "polycube", "rough_map", "blocks", "parametrization")
+        bundle()["order"], ("surface", "polycube", "rough_map", "blocks", "parametrization")
     )
-    for variant in PARAMETRIC["portfolio"]:
+    for variant in bundle()["portfolio"]:
         for kind, options in variant.items():
             stage(kind.removeprefix("meshing/"), **options)
 

@@ -48,6 +48,7 @@ def anywhere(space, seed=0):
     return replace(space, mesh=replace(space.mesh, vertices=rng.random(space.control.shape)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "plugin"),
     [("box", "h2s"), *((name, plugin) for name in MESHES for plugin in ("optimal", "c0"))],

@@ -30,6 +30,7 @@ def test_a_sphere_without_noise():
     assert made.neighbours == 30 and made.normals_agree == 1
 
 
+@pytest.mark.slow
 def test_distances_fall_with_the_number_of_points():
     means = [
         radial(reconstruct(cloud(ball_points(n)), Points())[0].vertices).mean()
@@ -80,6 +81,7 @@ def test_normals_that_contradict_the_points_are_refused():
         reconstruct(cloud(points, signs * points), Points())
 
 
+@pytest.mark.slow
 def test_a_side_that_was_not_scanned_is_closed():
     """A box without points below: closed within its spacings, not a bulge of Poisson's."""
     points = box_points()

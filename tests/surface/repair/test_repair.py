@@ -78,6 +78,7 @@ def test_voids_are_filled_by_size_and_named_with_their_volume():
     assert repair.volume_before == pytest.approx(1 - 0.4**3)
 
 
+@pytest.mark.slow
 def test_overlapping_solids_become_one_and_touching_ones_are_refused():
     two = joined(box(), box((0.51, 0.52, 0.53), (1.51, 1.52, 1.53)))
     surface, repair = repaired(two.vertices, two.faces, "aggressive")
