@@ -1,18 +1,20 @@
 """The page as people meet it: in a browser, with a mouse, on a phone, in the dark, on paper."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers import quality
-from polycube.report.page import html, viewer
-from polycube.report.page.comparison import comparison_page
+from polycube.report.page import html
 from polycube.report.page.html import write_report
 from polycube.report.page.summary import summary_page
+from polycube.report.page.views import viewer
+from polycube.report.page.views.comparison import comparison_page
 from tests.fixtures import browser
-from tests.fixtures.hexmeshes import hex_box
+from tests.fixtures.hexmeshes import hex_box, hex_cylinder
 
 CANVAS = ".viewer canvas"
 # texts that are seen, and the size of their letters, in CSS pixels; [] where all are 14 or more
@@ -157,6 +159,21 @@ def test_a_large_mesh_is_hollow_where_it_is_cut(window, tmp_path, monkeypatch) -
     assert shell // 2 <= half <= shell // 2 + 1
     window.click("[name=worst]")
     assert said(window).startswith("hex ") and window.said == []
+
+
+def test_all_edges_in_front_are_seen(window, tmp_path) -> None:
+    plain = hex_cylinder(6, 6, 12)
+    mesh = replace(plain, vertices=plain.vertices * [1, 1, 6])
+    path = tmp_path / "tall.html"
+    path.write_text(html.page("tall", viewer.viewer(mesh)), encoding="utf-8")
+    window.media()
+    window.size(1280, 900)
+    window.open(path)
+    window.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
+    drawn = window.picture(CANVAS)
+    window.click("[name=edges]")
+    share = changed(drawn, window.picture(CANVAS))
+    assert share == pytest.approx(0.0186, rel=0.05)  # 0.0148 where a fifth lies behind the faces
 
 
 def test_results_side_by_side_move_together(window, run, tmp_path) -> None:

@@ -250,7 +250,11 @@
     };
     gl.uniform1f(uniform("clear"), 0);
     show("triangles", gl.TRIANGLES, 0, 0);
-    if (control("edges").checked) show("lines", gl.LINES, 1, 0);
+    if (control("edges").checked) { // without the offset, which some drivers also apply to lines
+      gl.disable(gl.POLYGON_OFFSET_FILL);
+      show("lines", gl.LINES, 1, 0);
+      gl.enable(gl.POLYGON_OFFSET_FILL);
+    }
     if (isPart) { // the rest of the part, as a shade
       gl.enable(gl.BLEND);
       gl.depthMask(false);
