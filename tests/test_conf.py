@@ -2,7 +2,9 @@
 
 import json
 from dataclasses import asdict
+from functools import reduce
 from itertools import zip_longest
+from operator import getitem
 from pathlib import Path
 
 import pytest
@@ -81,15 +83,15 @@ def test_every_choice_composes_and_builds(program: str) -> None:
     given = choices(program)
     for experiment in given.pop("experiment", []):
         compose(program, [f"experiment={experiment}"])
-    for row in zip_longest(*given.values()):
-        chosen = {key: name for key, name in zip(given, row, strict=True) if name}
-        config = compose(program, [f"{key}={name}" for key, name in chosen.items()])
-        for key in chosen:
-            group, _, package = key.partition("@")
-            node = config
-            for part in (package or group.replace("/", ".")).split("."):
-                node = node[part]
-            _build_all(group, node)
+    inner = [key for key in given if "@" in key]  # of plugins that a choice may replace
+    for keys in ([key for key in given if key not in inner], inner):
+        for row in zip_longest(*(given[key] for key in keys)):
+            chosen = {key: name for key, name in zip(keys, row, strict=True) if name}
+            config = compose(program, [f"{key}={name}" for key, name in chosen.items()])
+            for key in chosen:
+                group, _, package = key.partition("@")
+                path = (package or group.replace("/", ".")).split(".")
+                _build_all(group, reduce(getitem, path, config))
 
 
 def _build_all(kind: str, node: object) -> None:

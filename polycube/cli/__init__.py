@@ -1,13 +1,16 @@
 """The commands of the program, with Hydra and Lightning."""
 
+import os
 import sys
 from importlib import import_module
 
-from polycube.cli.blas import on_one_thread
 from polycube.cli.terminal import to_a_reader
 from polycube.errors import InputError
 
-on_one_thread()
+# The OpenBLAS in the wheels of numpy and scipy reads this when it is loaded.  Its threads wait for
+# each other in busy loops: on two busy cores, the fit of a spline took four times as long with two
+# threads as with one.  With one, sums do not depend on the number of cores either.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def train_command() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from polycube.cli.command import refused
 from polycube.errors import InputError
 from polycube.io import manifest
-from polycube.report.page.comparison import PAGE, comparison_page
+from polycube.report.page.views.comparison import PAGE, comparison_page
 
 MOST = 12  # largest number of results: browsers draw 16 views on a page at most
 REPORT = "report.html"

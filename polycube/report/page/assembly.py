@@ -8,7 +8,7 @@ from pathlib import Path
 from polycube.report.page.header import header
 from polycube.report.page.html import page
 from polycube.report.page.templates import Link, Row, render, show
-from polycube.report.page.viewer import viewer
+from polycube.report.page.views.viewer import viewer
 from polycube.types import HexMesh, Json
 
 

@@ -8,7 +8,7 @@ from polycube.pipeline.state import RunState
 from polycube.report.numbers import features as numbers_of
 from polycube.report.page.features import features
 from polycube.report.page.header import header
-from polycube.report.page.viewer import viewer
+from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures.colours import KEPT, LOST, LOST_FACE, SURFACE, WORST, rgb
 from polycube.report.pictures.features import lost_features, lost_on_mesh, lost_segments
 from polycube.report.pictures.pictures import draw, makers

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from polycube.registry import build
-from polycube.report.page import overlays
-from polycube.report.page.overlays import MOST_VALUES, results, simplified
+from polycube.report.page.views import overlays
+from polycube.report.page.views.overlays import MOST_VALUES, results, simplified
 from polycube.surface import measures
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.splines import BAR

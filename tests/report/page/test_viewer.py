@@ -11,7 +11,7 @@ import pytest
 
 from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.report.page import viewer
+from polycube.report.page.views import viewer
 from polycube.report.pictures.colours import AXIS_COLOURS, rgb
 from tests.fixtures.hexmeshes import hex_box
 

@@ -41,7 +41,12 @@ def comparison_page(folders: Sequence[Path], beside: Path) -> str:
         Link(folder.resolve().name if name == "." else name, f"{_from(beside, folder)}/report.html")
         for name, folder in zip(names, folders, strict=True)
     ]
-    rows = [_row(link, _numbers(folder)) for link, folder in zip(links, folders, strict=True)]
+    numbers = {link.words: _main(_numbers(f)) for link, f in zip(links, folders, strict=True)}
+    quantities = dict.fromkeys(name for found in numbers.values() for name in found)
+    rows: list[Row] = [
+        {"": name, **{words: found.get(name) for words, found in numbers.items()}}
+        for name in quantities
+    ]
     views = list(zip(links, map(_view, folders), strict=True))
     title = f"{len(folders)} results" if len(folders) > 1 else links[0].words
     return page(title, render("comparison.html", views=views, rows=rows))
@@ -51,9 +56,10 @@ def _from(beside: Path, folder: Path) -> str:
     return Path(os.path.relpath(folder.resolve(), beside.resolve())).as_posix()
 
 
-def _row(link: Link, report: Json) -> Row:
+def _main(report: Json) -> dict[str, str]:
+    """The verdict and the main numbers of a report, by name."""
     _, words = verdict(report)
-    return {"result": link, "verdict": words, **{tile.name: tile.value for tile in tiles(report)}}
+    return {"verdict": words, **{tile.name: tile.value for tile in tiles(report)}}
 
 
 def _numbers(folder: Path) -> Json:

@@ -13,8 +13,8 @@ from polycube.hexmesh.connectivity import FACES, neighbours, quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.numbers.verdict import UNKNOWN
-from polycube.report.page.overlays import results, simplified
 from polycube.report.page.templates import NOTHING, render, show
+from polycube.report.page.views.overlays import results, simplified
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
 from polycube.report.pictures.features import lost_segments
 from polycube.report.pictures.fields import AMPLITUDE
