@@ -13,7 +13,7 @@ from markupsafe import Markup
 from polycube.errors import InputError
 from polycube.report.numbers.verdict import tiles, verdict
 from polycube.report.page.html import page
-from polycube.report.page.templates import Link, Row, render
+from polycube.report.page.templates import Link, render
 from polycube.types import Json
 
 PAGE = "view.html"
@@ -41,15 +41,10 @@ def comparison_page(folders: Sequence[Path], beside: Path) -> str:
         Link(folder.resolve().name if name == "." else name, f"{_from(beside, folder)}/report.html")
         for name, folder in zip(names, folders, strict=True)
     ]
-    numbers = {link.words: _main(_numbers(f)) for link, f in zip(links, folders, strict=True)}
-    quantities = dict.fromkeys(name for found in numbers.values() for name in found)
-    rows: list[Row] = [
-        {"": name, **{words: found.get(name) for words, found in numbers.items()}}
-        for name in quantities
-    ]
+    numbers = [_main(_numbers(folder)) for folder in folders]
     views = list(zip(links, map(_view, folders), strict=True))
     title = f"{len(folders)} results" if len(folders) > 1 else links[0].words
-    return page(title, render("comparison.html", views=views, rows=rows))
+    return page(title, render("comparison.html", views=views, numbers=numbers))
 
 
 def _from(beside: Path, folder: Path) -> str:
