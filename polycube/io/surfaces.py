@@ -158,13 +158,9 @@ def _read_trimesh(path: Path) -> Soup:
 
 
 def _read_fbx(path: Path) -> Soup:
-    try:
-        found = parsed(path, "open3d")
-    except InputError as error:
-        _, is_missing, why = str(error).partition("open3d does not load: ")
-        if not is_missing:
-            raise
-        raise without_open3d("FBX needs", why) from None
+    found = parsed(path, "open3d")
+    if "missing" in found:
+        raise without_open3d("FBX needs", found["missing"])
     if not len(found["faces"]):
         raise InputError("not a complete FBX file, or a file without triangles")
     return found["vertices"], found["faces"]
