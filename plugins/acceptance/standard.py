@@ -200,7 +200,8 @@ class Standard(Acceptance):
             )
         if found.lost_faces:
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
-            yield f"{len(found.lost_faces)} CAD faces have no quad: {names}"
+            number = len(found.lost_faces)
+            yield f"{number} CAD {'face has' if number == 1 else 'faces have'} no quad: {names}"
 
     def _lost(self, found: Inspection) -> int:
         """Number of lost points, curves and faces of a CAD part; 0 or 1 for other surfaces."""

@@ -140,4 +140,4 @@ def test_a_cad_face_without_a_quad_counts_less_than_any_criterion():
     whole, bare = (Standard(features=0.1)(mesh, part) for part in (plain, tiny))
     assert (whole.lost, bare.lost) == (0, 1) and bare.reaches == -np.inf
     assert bare.key[:4] == whole.key[:4] and bare.key < whole.key
-    assert "1 CAD faces have no quad: cad_face_7" in bare.warnings
+    assert "1 CAD face has no quad: cad_face_7" in bare.warnings
