@@ -54,7 +54,8 @@ def write_view(folders: Sequence[Path], output: Path | None = None) -> Path:
         If a folder contains no results, if there are too many of them, or if the page would
         overwrite a file of the user.
     """
-    found = list(dict.fromkeys(result for folder in folders for result in results_in(folder)))
+    each = (result for folder in folders for result in results_in(folder))
+    found = list({result.resolve(): result for result in each}.values())
     if len(found) > MOST:
         raise InputError(f"{len(found)} results are too many for a page; name at most {MOST}")
     path = output or (folders[0] if len(folders) == 1 else Path()) / PAGE

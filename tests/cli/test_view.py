@@ -46,7 +46,7 @@ def test_all_results_of_a_folder_are_shown_with_their_numbers(results: Path, cap
 
 def test_links_start_at_the_page(results: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    folders = [Path("results/fine/a"), results / "coarse", Path("results/fine")]
+    folders = [Path("results/fine/a"), results / "coarse", results / "fine"]
     assert write_view(folders) == Path("view.html")
     text = Path("view.html").read_text(encoding="utf-8")
     assert text.count('<div class="viewer">') == 2  # one was named twice
