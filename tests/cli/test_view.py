@@ -80,9 +80,10 @@ def test_refusals_are_one_sentence(results: Path, html: str, tmp_path: Path, cap
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match=r"empty: it contains no report.html; name the output"):
         write_view([tmp_path / "empty"])
-    (results / "fine/a/report.json").write_text("[")
-    with pytest.raises(InputError, match=r"report.json: it is not the report of a run"):
-        write_view([results])
+    for damaged in ("[", "[]", '{"valid": true, "hex": 5}'):
+        (results / "fine/a/report.json").write_text(damaged)
+        with pytest.raises(InputError, match=r"report.json: it is not the report of a run"):
+            write_view([results])
     (results / "coarse/a/report.html").write_text("<p>failed</p>")
     with pytest.raises(InputError, match=r"report.html: it has no 3D view .* run infer.py again"):
         write_view([results / "coarse"])

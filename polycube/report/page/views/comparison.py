@@ -14,7 +14,6 @@ from polycube.errors import InputError
 from polycube.report.numbers.verdict import tiles, verdict
 from polycube.report.page.html import page
 from polycube.report.page.templates import Link, render
-from polycube.types import Json
 
 PAGE = "view.html"
 VIEWER = re.compile(r'<div class="viewer">.*?</script>\s*</div>', re.DOTALL)
@@ -41,7 +40,7 @@ def comparison_page(folders: Sequence[Path], beside: Path) -> str:
         Link(folder.resolve().name if name == "." else name, f"{_from(beside, folder)}/report.html")
         for name, folder in zip(names, folders, strict=True)
     ]
-    numbers = [_main(_numbers(folder)) for folder in folders]
+    numbers = list(map(_main_numbers, folders))
     views = list(zip(links, map(_view, folders), strict=True))
     title = f"{len(folders)} results" if len(folders) > 1 else links[0].words
     return page(title, render("comparison.html", views=views, numbers=numbers))
@@ -51,20 +50,15 @@ def _from(beside: Path, folder: Path) -> str:
     return Path(os.path.relpath(folder.resolve(), beside.resolve())).as_posix()
 
 
-def _main(report: Json) -> dict[str, str]:
+def _main_numbers(folder: Path) -> dict[str, str]:
     """The verdict and the main numbers of a report, by name."""
-    _, words = verdict(report)
-    return {"verdict": words, **{tile.name: tile.value for tile in tiles(report)}}
-
-
-def _numbers(folder: Path) -> Json:
     path = folder / "report.json"
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        assert isinstance(found, dict)
-    except (OSError, ValueError, AssertionError):
+        report = json.loads(path.read_text(encoding="utf-8"))
+        _, words = verdict(report)
+        return {"verdict": words, **{tile.name: tile.value for tile in tiles(report)}}
+    except (OSError, ValueError, LookupError, AttributeError, TypeError):
         raise InputError("it is not the report of a run", str(path)) from None
-    return found
 
 
 def _view(folder: Path) -> Markup:
