@@ -1,20 +1,22 @@
-"""What the published recipe can reach: the network of smallest loss, without a training.
+"""An estimate of what the published recipe can reach, without a training.
 
     python docs/notes/recipe_limit.py OUTPUT [PAIRS]
 
 The loss of `experiment=paper` is the squared error of the predicted noise z.  Its minimum over all
 networks is the conditional mean E[z | x_t, t, context].  The training pairs of a context are one
-polycube with little noise, sorted by x, so the mean is a sum over points p of the polycube:
+polycube with little noise, sorted by x, so the mean for one pixel is a sum over points p of the
+polycube:
 
     x_t = m(p) + sigma z + c_t / c_T eta,   m(p) = sqrt(alpha_bar_t) p + c_t / c_T g(p)
 
 g(p) is the point of the geometry and eta its noise.  Each p stands for the points around it in its
 face, by a normal distribution as wide as the points are apart.  The prior of pixel i of N is the
-density of the i-th of N sorted values at the rank of p.  This network takes the place of the U-Net
-in the documented evaluation: held-out pairs, DDPM with 500 steps.  For contexts that are not among
-the nine published types, it is the network that would have been trained on them.
+density of the i-th of N sorted values at the rank of p.  Other pixels are not taken into account,
+so the loss is an upper bound of the smallest one.  The sums take the place of the U-Net in the
+documented evaluation: held-out pairs, DDPM with 500 steps.  For contexts that are not among the
+nine published types, they are those of a network that would have been trained on them.
 
-OUTPUT is a JSON file with the smallest loss and the columns of `polycube.evaluate`.
+OUTPUT is a JSON file with the loss and the columns of `polycube.evaluate`.
 """
 
 from __future__ import annotations
@@ -88,8 +90,8 @@ class Places:
         self.along = 1 - torch.eye(3)[joined["labels"][order, 0][near] // 2]
 
 
-class Ideal(Denoiser):
-    """The network of smallest loss as a denoiser."""
+class PointwiseMean(Denoiser):
+    """The sums over the points of a polycube as a denoiser."""
 
     def __init__(self, pairs: Pairs, primitives: Sequence[str], jitter: float) -> None:
         cfg = compose("train", ["experiment=paper"])
@@ -131,8 +133,8 @@ class Ideal(Denoiser):
         return z.T.reshape(x_t.shape)
 
 
-def smallest_loss(denoiser: Ideal, pairs: Pairs, n_pairs: int) -> float:
-    """Mean squared error of the noise that the ideal network predicts for training pairs."""
+def loss(denoiser: PointwiseMean, pairs: Pairs, n_pairs: int) -> float:
+    """Mean squared error of the predicted noise of training pairs."""
     process, condition = denoiser.process, denoiser.condition
     generator, errors = torch.Generator().manual_seed(0), []
     for number in range(n_pairs):
@@ -151,7 +153,7 @@ def smallest_loss(denoiser: Ideal, pairs: Pairs, n_pairs: int) -> float:
 
 
 def main(output: Path, n_pairs: int) -> None:
-    """Evaluate the ideal network and write the columns."""
+    """Evaluate the sums and write the columns."""
     torch.set_num_threads(1)
     cfg = compose("evaluate")
     primitives = voxels(compose("train")["primitives"]["use"])
@@ -160,11 +162,11 @@ def main(output: Path, n_pairs: int) -> None:
     recipe, nine = build("data", {"plugin": "paper"}), published(GRID, primitives)
     trained = recipe(GRID, primitives, cfg["seed"])
     trained.contexts = held_out.contexts
-    denoiser = Ideal(trained, list(primitives), recipe.jitter)
+    denoiser = PointwiseMean(trained, list(primitives), recipe.jitter)
     sampler = build("sampler", {"plugin": "ddpm"})
     made, columns = evaluate(denoiser, held_out, n_pairs, primitives, sampler, batch_size=8)
     own = recipe(GRID, primitives, cfg["seed"])  # the nine types
-    found = {"pairs": n_pairs, "smallest loss": smallest_loss(denoiser, own, LOSS_PAIRS)}
+    found = {"pairs": n_pairs, "loss": loss(denoiser, own, LOSS_PAIRS)}
     for name, kept in (("nine types", True), ("others", False)):
         chosen = [
             c for pair, c in zip(made, columns, strict=True) if (pair.context in nine) == kept
