@@ -1,5 +1,7 @@
 """The commands of the program, with Hydra and Lightning."""
 
+import atexit
+import gc
 import os
 import sys
 from importlib import import_module
@@ -43,6 +45,10 @@ def view_command() -> None:
 
 def _run(name: str, module: str = "") -> None:
     """Show the help of a program, or import the program and run it."""
+    # Imports and the configuration make many objects and little garbage, and the collector would
+    # search them again and again. `command.run_hydra` turns it on for the work itself.
+    gc.disable()
+    atexit.register(gc.freeze)
     from polycube.cli import help
     from polycube.cli.command import refused
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
+from functools import wraps
 from pathlib import Path
 
 import hydra
@@ -71,9 +73,17 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
         if word.startswith("-"):
             name = word.lstrip("-").partition("=")[0]
             raise InputError(f"unknown flag {word}; options are given as {name}=value")
+
+    @wraps(task)
+    def collected(cfg: DictConfig) -> None:
+        if not gc.isenabled():  # see `polycube.cli`
+            gc.freeze()  # what is there now stays until the end
+            gc.enable()
+        task(cfg)
+
     main = hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
     try:
-        main(task)()
+        main(collected)()
     except HydraException as error:
         raise refusal(error) from None
     except OSError as error:  # from files of Hydra and TensorBoard

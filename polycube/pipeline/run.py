@@ -78,6 +78,7 @@ class Run:
         self.clock = Clock()
         self.deadline = Deadline(settings.seconds, interrupt or Event())
         self.folder: Path | None = None  # set after the input was accepted
+        self._stored: tuple[Sequence[Ranked], int] | None = None  # structures, and the chosen one
         self._read = read
         try:
             self.requests = requests_of(settings.meshing.get("at") or ())
@@ -153,8 +154,10 @@ class Run:
         self.keep_start(state)
 
     def keep_start(self, state: RunState) -> None:
-        """Store the state from which meshing starts."""
-        self._save("structure", [state.ranked, state.chosen])
+        """Store the state from which meshing starts, unless it is stored already."""
+        if self._stored != (state.ranked, state.chosen):
+            self._save("structure", [state.ranked, state.chosen])
+            self._stored = state.ranked, state.chosen
 
     def mesh(self, state: RunState) -> RunState:
         """Make the hexes on the best structure; see `polycube.pipeline.search`.

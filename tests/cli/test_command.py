@@ -1,5 +1,6 @@
 """A wrong command line is refused in one sentence that names what would be right."""
 
+import gc
 import os
 import re
 import subprocess
@@ -56,6 +57,18 @@ def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch)
         run_hydra(config, lambda cfg: None)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_collector_runs_during_the_work_and_leaves_out_the_imports(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["program", "mesh=example:rod"])
+    seen = []
+    gc.disable()
+    try:
+        run_hydra("infer", lambda cfg: seen.append((gc.isenabled(), gc.get_freeze_count() > 0)))
+    finally:
+        gc.unfreeze()
+        gc.enable()
+    assert seen == [(True, True)]
 
 
 LINES = [

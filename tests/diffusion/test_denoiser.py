@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from polycube.diffusion.conditions import GridContexts
-from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
+from polycube.diffusion.denoiser import AT_ONCE, Denoiser, DenoiserOptions
 from polycube.diffusion.encoding import x_order
 from polycube.diffusion.weights import load_denoiser
 from polycube.registry import build
@@ -62,6 +62,25 @@ def test_labels_are_those_of_each_point() -> None:
     assert axis == pytest.approx(logits - np.log(np.exp(logits).sum(2, keepdims=True)), abs=1e-5)
     assert np.array_equal(cell.argmax(axis=2), points[:, :, :2].argmax(axis=2))
     assert wall == pytest.approx(np.full((2, 1024, 2), np.log(0.5)))
+
+
+@pytest.mark.parametrize(("options", "calls"), [({"steps": 1}, 1), ({"steps": 3}, 3)])
+def test_labels_need_no_further_call_of_the_network(options: dict, calls: int) -> None:
+    denoiser, seen = known(), []
+    denoiser.network.register_forward_hook(lambda *_: seen.append(1))
+    sampler = build("sampler", {"plugin": "ddim", **options})
+    denoiser.denoise(*cloud(), [FOUR[:2]] * 2, sampler, 0)
+    assert len(seen) == calls
+
+
+def test_images_classified_in_groups_have_the_same_probabilities(denoiser: Denoiser) -> None:
+    points, normals = cloud(batch=2 * AT_ONCE + 3)
+    in_groups = denoiser.log_cells(points, normals)
+    one_by_one = [
+        denoiser.log_cells(points[i : i + 1], normals[i : i + 1]) for i in range(len(points))
+    ]
+    for found, single in zip(in_groups, zip(*one_by_one, strict=True), strict=True):
+        assert found == pytest.approx(np.concatenate(single), abs=1e-5)
 
 
 @pytest.mark.parametrize("target", ["noise", "v", "move"])

@@ -177,14 +177,15 @@ class DDPMPolycube(L.LightningModule):
         """Distances of sampled points from the truth, and accuracy of labels and contexts."""
         geometry, truth = batch.geometry, batch.polycube
         generator = torch.Generator().manual_seed(self.learning.seed)
-        predict, x_T = self.denoiser.predict(geometry, batch.context), geometry[:, :3]
+        start, x_T = self.denoiser.at_start(geometry, batch.context), geometry[:, :3]
+        predict = self.denoiser.predict(geometry, batch.context, start)
         first = predict(x_T, self.denoiser.process.steps)
         x_0, _ = self.sampler(predict, x_T, self.denoiser.process, generator)
         real = batch.labels[:, 0] >= 0  # (B, h, w), False in padding
         for name, x in {"error": x_0, "error/one_step": first, "error/untouched": x_T}.items():
             self._measured[name].append((x - truth).norm(dim=1)[real].float())
         if self.denoiser.classes:
-            log_p = self.denoiser.log_labels(geometry, batch.context)
+            log_p = self.denoiser.log_labels(start)
             for i, name in enumerate(self.denoiser.condition.labels):
                 right = log_p[i].argmax(dim=1) == batch.labels[:, i]
                 self._measured[f"right/{name}"].append(right[real].float())
