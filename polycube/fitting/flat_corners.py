@@ -117,10 +117,10 @@ def corners(
     anywhere : also between other edges that lie on curves
     """
     quads = problem.quads
-    onward = placed[np.roll(quads, -1, axis=1)] - placed[quads]
-    back = -np.roll(onward, 1, axis=1)
-    cosine = np.einsum("qkd,qkd->qk", onward, back)
-    cosine /= np.linalg.norm(onward, axis=2) * np.linalg.norm(back, axis=2) + 1e-30
+    direction = placed[np.roll(quads, -1, axis=1)] - placed[quads]
+    back = -np.roll(direction, 1, axis=1)
+    cosine = np.einsum("qkd,qkd->qk", direction, back)
+    cosine /= np.linalg.norm(direction, axis=2) * np.linalg.norm(back, axis=2) + 1e-30
     key = np.array([len(placed), 1])
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2) @ key  # (Q, 4)
 

@@ -100,8 +100,8 @@ def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
     local[part.vertices] = np.arange(len(part.vertices))
     index = local[cover.vertex]  # (S, 4)
     pulls = (cover.along != 0) | (cover.every != 0)
-    kept = (index >= 0).all(axis=1) & part.moves[index].any(axis=1) & pulls
-    return Springs(*(values[kept] for values in cover))._replace(vertex=index[kept])
+    is_inside = (index >= 0).all(axis=1) & part.moves[index].any(axis=1) & pulls
+    return Springs(*(values[is_inside] for values in cover))._replace(vertex=index[is_inside])
 
 
 def rails_of(

@@ -12,7 +12,8 @@ BEYOND = 0.25  # weight of the scaled Jacobian above it
 CREASES = 0.003  # of the diagonal: distance from mesh edges that 5 % of the creases may exceed
 INVALID = 1e6  # penalty of an inverted hex: any valid mesh is better
 LEAST = 0.41  # smallest scaled Jacobian of a refined mesh
-KEPT = 0.9  # share of the scaled Jacobian of the coarse mesh that suffices if it is lower
+# smallest share of the scaled Jacobian of the coarse mesh, if that is less than LEAST
+RELATIVE_LEAST = 0.9
 # a mesh that exceeds one of these limits does not fit the surface
 OFF_SURFACE = 0.005  # of the diagonal, for boundary vertices
 APART = 0.045  # of the diagonal, for all sample points in both directions
@@ -45,15 +46,15 @@ def merit(found: Inspection) -> float:
     of the points, 0.3 % for 95 % of the creases, and 3 % for the volume.
     """
     apart = found.deviation
-    miss = max(apart.to_surface.p99, apart.to_mesh.p99)
+    distance = max(apart.to_surface.p99, apart.to_mesh.p99)
     return (
         merit_of(found.scaled_jacobian, apart.vertices, found.creases)
-        - 5 * max(0, miss - 0.01)
+        - 5 * max(0, distance - 0.01)
         - 4 * max(0, abs(found.volume_ratio - 1) - 0.03)
     )
 
 
-def misses(found: Inspection) -> int:
+def exceeded_limits(found: Inspection) -> int:
     """Number of limits that a mesh exceeds."""
     apart = found.deviation
     farthest = max(apart.to_surface.largest, apart.to_mesh.largest)
@@ -69,4 +70,4 @@ def misses(found: Inspection) -> int:
 
 def least_jacobian(coarse: float) -> float:
     """Smallest scaled Jacobian of a refined mesh, from that of the coarse mesh."""
-    return min(LEAST, KEPT * coarse)
+    return min(LEAST, RELATIVE_LEAST * coarse)

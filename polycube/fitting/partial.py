@@ -1,7 +1,7 @@
 """Fit a valid hex mesh only as far as it stays valid.
 
 A mesh is sound if all scaled Jacobians are positive and its boundary does not cross itself. Each
-vertex of a sound mesh moves a share of the way towards its fitted position. Starting with a share
+vertex of a sound mesh moves by a share of the vector to its fitted position. Starting with a share
 of 1, the vertices of bad hexes are moved back until no hex is bad, and then forward again as far as
 no hex becomes bad. With shares of 0 the mesh is unchanged, so the result is always sound.
 """
@@ -23,7 +23,7 @@ from polycube.types import HexMesh
 LEAST = 0.05  # smallest scaled Jacobian of a hex, unless it was smaller before
 ROUNDING = 1 - 1e-9  # factor that allows for rounding errors in a hex that is only translated
 SMALLEST = 1 / 16  # smallest share; smaller ones become zero
-ADVANCES = 6  # rounds, each of which adds half of the remaining way
+ADVANCES = 6  # rounds, each of which halves the remaining distance
 
 
 def is_sound(mesh: HexMesh) -> bool:
@@ -45,7 +45,7 @@ def partly_fitted(
     Returns
     -------
     mesh : mesh with the same hexes; its vertices are the fitted ones if all of these are sound
-    share : (V,) share of the way of each vertex, from 0 to 1
+    share : (V,) share of the displacement of each vertex, from 0 to 1
 
     Raises
     ------
@@ -103,10 +103,10 @@ def _advanced(
 
 
 def _moved(mesh: HexMesh, fitted: np.ndarray, share: np.ndarray) -> HexMesh:
-    """The mesh with each vertex at its share of the way; exact for 0 and 1."""
-    way = share[:, None]
-    between = mesh.vertices + way * (fitted - mesh.vertices)
-    return replace(mesh, vertices=np.where(way == 1, fitted, between))
+    """The mesh with each vertex moved by its share of the displacement; exact for 0 and 1."""
+    factor = share[:, None]
+    between = mesh.vertices + factor * (fitted - mesh.vertices)
+    return replace(mesh, vertices=np.where(factor == 1, fitted, between))
 
 
 def _bad(mesh: HexMesh, floor: np.ndarray) -> np.ndarray:

@@ -29,8 +29,8 @@ def regions(problem: FitProblem, matching: Matching) -> np.ndarray:
     same = patch[:, 0] == patch[:, 1]
     uncut = same & ~on_crease(problem, matching)
     region = problem.parts(uncut)
-    alone = (np.bincount(region) == 1)[region]  # the path passes on the wrong side of a quad
-    return problem.parts(uncut | (same & alone[problem.side_quads].any(axis=1)))
+    is_single = (np.bincount(region) == 1)[region]  # the path passes on the wrong side of a quad
+    return problem.parts(uncut | (same & is_single[problem.side_quads].any(axis=1)))
 
 
 def smooth_regions(
@@ -56,8 +56,8 @@ def smooth_regions(
     concave = is_sharp & (borders.share(_is_concave(problem, x)) > 0.5)
     taken = np.isin(region, borders.patches[~is_sharp])
     while True:
-        beside = borders.patches[concave]
-        mixed = beside[np.isin(beside, region[taken]).sum(axis=1) == 1]
+        adjacent = borders.patches[concave]
+        mixed = adjacent[np.isin(adjacent, region[taken]).sum(axis=1) == 1]
         if len(mixed) == 0:
             return region, taken
         taken |= np.isin(region, mixed)
@@ -125,10 +125,10 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
     old[moved] += depth * (inwards[moved] - old[moved])
     hexes = np.vstack([mesh.hexes, np.hstack([below, twin[below]])])
     cell = np.append(mesh.cell, mesh.cell[owner[covered]])
-    sides, beside = _rim(quads, covered)
+    sides, uncovered = _rim(quads, covered)
     side_quads = np.hstack([sides, twin[sides]])
     table = np.vstack([twin[below], quads[~covered], side_quads])
-    number = np.concatenate([patch[covered], patch[~covered], patch[beside]])
+    number = np.concatenate([patch[covered], patch[~covered], patch[uncovered]])
     outside, _ = exposed(hexes)
     logger.info("pillow: %d hexes under %d of %d quads", len(below), len(below), len(quads))
     return hex_mesh(

@@ -17,8 +17,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Matching, held_exactly, match, no_features
-from polycube.fitting.creases.recovery import regain
+from polycube.fitting.creases.constraints import Matching, match, no_features, with_tolerances
+from polycube.fitting.creases.recovery import recover_creases
 from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import raise_worst
 from polycube.fitting.problem import FitProblem
@@ -29,16 +29,18 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-KEEP = 0.35, 0.45, 0.55  # scaled Jacobian below which soft features are released, for each pass
-INVERTING = (0.02,)  # below which exact features are released: hexes that are nearly inverted
+# scaled Jacobians below which soft features are released, one for each pass
+RELEASE_BELOW = 0.35, 0.45, 0.55
+INVERTING = (0.02,)  # the same for exact features: only nearly inverted hexes
 STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
 PATIENCE = 8  # rounds without improvement after which a phase ends
 BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first and the last local round
 SHARPEN = 1.6  # factor after a local round of small gain
-LITTLE = 0.004  # gain of a local round that counts as small
-SET_BACK = 0.05  # loss in a local round after which it restarts from the best mesh
+SMALL_GAIN = 0.004  # gain of a local round that counts as small
+RESTART_LOSS = 0.05  # loss in a local round after which it restarts from the best mesh
 MISSED = 0.008  # distance exceeded by 1 % of the surface that has no penalty
-UNCOVERED = 10.0  # scaled Jacobian equivalent to a diagonal beyond it, or beyond the initial value
+# scaled Jacobian equivalent to a diagonal of distance beyond MISSED, or beyond the initial value
+UNCOVERED = 10.0
 
 
 def polish(
@@ -47,7 +49,7 @@ def polish(
     *,
     features: bool = True,
     exact: bool = False,
-    keep: Sequence[float] = KEEP,
+    release_below: Sequence[float] = RELEASE_BELOW,
     soft_rounds: int = 8,
     hard_rounds: int = 4,
     local_rounds: int = 40,
@@ -58,17 +60,19 @@ def polish(
 
     features : also move vertices onto the curves of the surface
     exact : features are not released
-    keep : scaled Jacobians below which features are released otherwise, for each pass
+    release_below : scaled Jacobians below which features are released otherwise, for each pass
     soft_rounds, hard_rounds, local_rounds : largest numbers of rounds of matching and descent
     crease_rounds : largest number of rounds that recover creases
     samples : points of the surface that are matched with the mesh
     """
-    passes = INVERTING if exact else tuple(keep)
+    passes = INVERTING if exact else tuple(release_below)
     rounds = soft_rounds, hard_rounds
-    begun, matching, best = _begun(mesh, target, features, exact, passes, rounds, samples)
-    problem = copy(begun)  # the matches of the last search belong to the copy
+    initial, matching, best = _after_soft_and_hard(
+        mesh, target, features, exact, passes, rounds, samples
+    )
+    problem = copy(initial)  # the matches of the last search belong to the copy
     best = _local(problem, matching, best, local_rounds)
-    best = regain(problem, matching, best, crease_rounds)
+    best = recover_creases(problem, matching, best, crease_rounds)
     logger.info(
         "polish: smallest scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
         best.jacobian,
@@ -77,8 +81,8 @@ def polish(
     return replace(mesh, vertices=target.to_model(best.x))
 
 
-@lru_cache(maxsize=4)  # a short run and a full one of the search begin alike
-def _begun(
+@lru_cache(maxsize=4)  # the short and the full run of a search share these rounds
+def _after_soft_and_hard(
     mesh: HexMesh,
     target: Target,
     features: bool,
@@ -92,7 +96,7 @@ def _begun(
     x = untangled(problem, target.to_unit(mesh.vertices))
     matching = match(problem, x) if features else no_features()
     if exact:
-        matching = held_exactly(matching, len(x))
+        matching = with_tolerances(matching, len(x))
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
     for least in passes if matching.routes else passes[:1]:
         best = _soft(problem, x, matching, best, rounds[0], least)
@@ -119,11 +123,16 @@ def untangled(problem: FitProblem, x: np.ndarray, moves: np.ndarray | None = Non
 
 
 def _soft(
-    problem: FitProblem, x: np.ndarray, matching: Matching, best: State, rounds: int, keep: float
+    problem: FitProblem,
+    x: np.ndarray,
+    matching: Matching,
+    best: State,
+    rounds: int,
+    release_below: float,
 ) -> State:
-    """Best projected state of rounds with springs at the boundary, weak below `keep`."""
+    """Best projected state of rounds with springs at the boundary, weak below `release_below`."""
     jacobian = problem.scaled_jacobian(x)
-    trust = np.where(problem.touching(jacobian < min(0.2, keep)), 0.1, 1.0)
+    trust = np.where(problem.touching(jacobian < min(0.2, release_below)), 0.1, 1.0)
     hold = np.ones(len(x))
     found = rounds // 3  # round of the best state
     for k, step in enumerate(np.linspace(0, 1, rounds)):
@@ -141,11 +150,11 @@ def _soft(
         terms = Terms(shape=0.05, barrel=0.05, jacobian=1.0, beta=beta, offset=offset)
         x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 20)
         jacobian = problem.scaled_jacobian(x)
-        trust = _relaxed(trust, problem.touching(jacobian < keep), 1.3)
+        trust = _relaxed(trust, problem.touching(jacobian < release_below), 1.3)
         hold = _relaxed(hold, problem.touching(jacobian < 0.15), 1.5)
         if k >= rounds // 3:
             at = goals_of(problem, x, matching, trust)
-            new = snap(problem, x, at, min(keep, jacobian.min()), trust)
+            new = snap(problem, x, at, min(release_below, jacobian.min()), trust)
             if new.score > best.score:
                 best, found = new, k
             elif k - found > PATIENCE:
@@ -201,14 +210,14 @@ def _local(problem: FitProblem, matching: Matching, best: State, rounds: int) ->
         cover, missed = cover_of(problem, new, strength)
         strength = 2 * strength if missed > 1.2 * allowed else max(1.0, 0.7 * strength)
         reached = new.score - UNCOVERED * max(0.0, missed - allowed)
-        if reached < value + LITTLE:
+        if reached < value + SMALL_GAIN:
             beta *= SHARPEN
         if reached > value:
             best, value = new, reached
         if beta > BETAS[1]:
             break
         x = new.x
-        if reached < value - SET_BACK:
+        if reached < value - RESTART_LOSS:
             x, (cover, _) = best.x, cover_of(problem, best, strength)
     return best
 

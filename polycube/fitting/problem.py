@@ -50,10 +50,10 @@ class FitProblem:
         degree = sides @ np.ones(len(self.sides))
         self._side_mean = diags(1 / np.maximum(degree, 1)) @ sides  # (V, E)
         points, normals, cad_face = target.samples(samples)
-        some = slice(None, None, 1 + len(target.surface.vertices) // (2 * samples))
-        corners = target.surface.vertices[some]
+        subset = slice(None, None, 1 + len(target.surface.vertices) // (2 * samples))
+        corners = target.surface.vertices[subset]
         self.points = np.concatenate([points, corners])
-        self.point_normals = np.concatenate([normals, target.vertex_normals[some]])
+        self.point_normals = np.concatenate([normals, target.vertex_normals[subset]])
         self.point_face = np.append(cad_face, np.zeros(len(corners), np.int64))
         self.cad_face = np.zeros(len(mesh.quads), np.int64)  # of the quads; 0: unknown
         self.vertex_face = np.zeros(len(self.outer), np.int64)  # the same for the outer vertices
@@ -63,7 +63,7 @@ class FitProblem:
         # arguments of the last closest-point query, positions and normals (B, 6), and the results
         self._last: tuple[tuple[float, float], np.ndarray, np.ndarray] | None = None
 
-    def hold_on_faces(self, cad_face: np.ndarray) -> None:
+    def restrict_to_faces(self, cad_face: np.ndarray) -> None:
         """Fit every quad (Q,) only to its own CAD face from now on; 0: to any."""
         self.cad_face = cad_face
         low, high = np.full(len(self.mesh.vertices), np.inf), np.full(len(self.mesh.vertices), -1.0)
@@ -74,8 +74,8 @@ class FitProblem:
         self._trees = self._last = None
 
     @cached_property
-    def _alike(self) -> csr_matrix:
-        return _alike(self.hexes)
+    def _direction_mean(self) -> csr_matrix:
+        return _direction_mean(self.hexes)
 
     @cached_property
     def side_valence(self) -> np.ndarray:
@@ -105,7 +105,7 @@ class FitProblem:
         length = _edge_lengths(np.ascontiguousarray(x, np.float64), self.hexes)
         log = np.log(np.maximum(length, 0.15 * np.median(length))).ravel()
         for _ in range(smooth):
-            log = 0.5 * log + 0.5 * (self._alike @ log)
+            log = 0.5 * log + 0.5 * (self._direction_mean @ log)
         log = log.reshape(-1, 3)
         return np.exp((1 - isotropy) * log + isotropy * log.mean(axis=1, keepdims=True))
 
@@ -122,18 +122,18 @@ class FitProblem:
 
         Only points that have moved since the last query are updated.
         """
-        asked = np.hstack([x, normals])[self.outer]
-        how = alpha, free
-        if self._last is None or self._last[0] != how:
-            foot, new = np.empty((len(asked), 3)), np.arange(len(asked))
+        query = np.hstack([x, normals])[self.outer]
+        parameters = alpha, free
+        if self._last is None or self._last[0] != parameters:
+            foot, new = np.empty((len(query), 3)), np.arange(len(query))
         else:
             _, before, foot = self._last
-            foot, new = foot.copy(), np.flatnonzero((asked != before).any(axis=1))
+            foot, new = foot.copy(), np.flatnonzero((query != before).any(axis=1))
         face = self._face.copy()
         foot[new], face[new] = self.target.closest(
-            asked[new, :3], asked[new, 3:], alpha, face[new], free, self.vertex_face[new]
+            query[new, :3], query[new, 3:], alpha, face[new], free, self.vertex_face[new]
         )
-        self._face, self._last = face, (how, asked, foot)
+        self._face, self._last = face, (parameters, query, foot)
         return foot, self.target.normals[face]
 
     def cover(
@@ -243,7 +243,7 @@ def _incidence(cells: np.ndarray, n: int) -> csr_matrix:
     return csr_matrix((np.ones(cells.size), (cells.ravel(), column)), shape=(n, len(cells)))
 
 
-def _alike(hexes: np.ndarray) -> csr_matrix:
+def _direction_mean(hexes: np.ndarray) -> csr_matrix:
     """(3H, 3H) mean over the same direction (3 hex + direction) in the neighbouring hexes."""
     a, b = neighbours(hexes)
     first, second = [3 * (a // 6) + a % 6 // 2], [3 * (b // 6) + b % 6 // 2]
@@ -258,5 +258,5 @@ def _alike(hexes: np.ndarray) -> csr_matrix:
     entries = (np.ones(2 * len(i)), (np.append(i, j), np.append(j, i)))
     graph = coo_matrix(entries, shape=(3 * len(hexes),) * 2).tocsr()
     degree = graph @ np.ones(3 * len(hexes))
-    alone = diags((degree == 0).astype(float))
-    return (diags(1 / np.maximum(degree, 1)) @ graph + alone).tocsr()
+    isolated = diags((degree == 0).astype(float))
+    return (diags(1 / np.maximum(degree, 1)) @ graph + isolated).tocsr()

@@ -14,7 +14,7 @@ from polycube.hexmesh.connectivity import EDGES, FACES, neighbours, unique_rows
 from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
-_BESIDE = np.array([[f for f in range(6) if np.isin(e, FACES[f]).all()] for e in EDGES])
+_FACES_OF_EDGE = np.array([[f for f in range(6) if np.isin(e, FACES[f]).all()] for e in EDGES])
 
 
 def quadrant(mesh: HexMesh, hex_: int, face: int, corner: int) -> np.ndarray | None:
@@ -45,14 +45,14 @@ def _opposite(
     """
     _, edge, valence = unique_rows(np.sort(hexes[:, EDGES].reshape(-1, 2), axis=1))
     order = np.argsort(edge, kind="stable")
-    pairs = number.reshape(-1, 6)[:, _BESIDE].reshape(-1, 2)[order]
+    pairs = number.reshape(-1, 6)[:, _FACES_OF_EDGE].reshape(-1, 2)[order]
     first, second = [], []
-    for hexes_there, exposed_there in ((2, 2), (3, 2), (4, 0)):
-        ring = pairs[valence[edge[order]] == hexes_there].reshape(-1, hexes_there, 2)
+    for n_hexes, n_exposed in ((2, 2), (3, 2), (4, 0)):
+        ring = pairs[valence[edge[order]] == n_hexes].reshape(-1, n_hexes, 2)
         is_exposed = count[ring] == 1
-        regular = is_exposed.sum(axis=(1, 2)) == exposed_there
+        regular = is_exposed.sum(axis=(1, 2)) == n_exposed
         ring, is_exposed = ring[regular], is_exposed[regular]
-        if hexes_there == 2:
+        if n_hexes == 2:
             both = ring[is_exposed].reshape(-1, 2).T
             first.append(both[0])
             second.append(both[1])
@@ -61,7 +61,7 @@ def _opposite(
         total = (ring.sum(axis=(1, 2)) + (ring * is_exposed).sum(axis=(1, 2))) // 2
         for one in ring[np.arange(len(ring)), inner].T:
             is_own = (ring == one[:, None, None]).any(axis=2)
-            beside = ((ring.sum(axis=2) - one[:, None]) * is_own).sum(axis=1)
+            adjacent = ((ring.sum(axis=2) - one[:, None]) * is_own).sum(axis=1)
             first.append(one)
-            second.append(total - one - beside)
+            second.append(total - one - adjacent)
     return np.concatenate(first), np.concatenate(second)

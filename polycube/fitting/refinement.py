@@ -18,7 +18,7 @@ from scipy.sparse.linalg import cg
 
 from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
 from polycube.fitting.energy import Terms
-from polycube.fitting.merit import least_jacobian, merit, misses
+from polycube.fitting.merit import exceeded_limits, least_jacobian, merit
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import pull
@@ -63,11 +63,11 @@ def refine(
     reach: float = REACH,
     exact: bool = False,
 ) -> HexMesh:
-    """The mesh with every hex divided into eight, or the same mesh if the quality is not kept.
+    """The mesh with every hex divided into eight, or the same mesh if its quality would be too low.
 
     The result must be closer to the surface or within the reach, with a scaled Jacobian of at least
     0.41 (or 0.9 of that of the given mesh if that is less), and it must not exceed more limits or
-    lose more features of a CAD part. A second recipe is tried if the first is not good or misses
+    lose more features of a CAD part. A second recipe is tried if the first is not good or exceeds
     the reach; the best result within the reach is returned.
 
     features : keep sharp polycube edges on sharp edges of the surface
@@ -78,23 +78,25 @@ def refine(
     least = least_jacobian(before.scaled_jacobian)
     best, fine = None, split(mesh)
     for recipe in RECIPES[:1] if exact else RECIPES:
-        for way, tried in _tries(fine, target(surface), recipe, features, least, exact):
-            found = inspect(tried, surface)
-            apart, value = found.deviation.to_mesh.p99, merit(found)
+        for name, candidate in _candidates(fine, target(surface), recipe, features, least, exact):
+            found = inspect(candidate, surface)
+            distance, value = found.deviation.to_mesh.p99, merit(found)
             logger.info(
                 "refine, %s: smallest scaled Jacobian %.3f, 99 %% of the surface within %.2f %%, "
                 "vertices within %.2f %%",
-                way,
+                name,
                 found.scaled_jacobian,
-                100 * apart,
+                100 * distance,
                 100 * found.deviation.vertices,
             )
-            is_near = apart <= reach or apart + 1e-9 < before.deviation.to_mesh.p99
+            is_near = distance <= reach or distance + 1e-9 < before.deviation.to_mesh.p99
             passes = found.scaled_jacobian >= least and is_near
-            sound = misses(found) <= misses(before) and _lost(found) <= _lost(before)
-            worth = apart <= reach, value - FAR * max(0.0, apart - reach)
-            if passes and sound and (best is None or worth > best[0]):
-                best = worth, tried
+            sound = exceeded_limits(found) <= exceeded_limits(before) and _lost(found) <= _lost(
+                before
+            )
+            rank = distance <= reach, value - FAR * max(0.0, distance - reach)
+            if passes and sound and (best is None or rank > best[0]):
+                best = rank, candidate
         if best is not None and best[0] >= (True, GOOD):
             break
     if best is None:
@@ -108,7 +110,7 @@ def _lost(found: Inspection) -> int:
     return sum(feature.is_lost for feature in found.features)
 
 
-def _tries(
+def _candidates(
     fine: HexMesh, goal: Target, recipe: Recipe, features: bool, least: float, exact: bool
 ) -> Iterator[tuple[str, HexMesh]]:
     """Meshes by a recipe: after the fit, then with an improved worst hex."""

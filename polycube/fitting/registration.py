@@ -74,7 +74,7 @@ def register_mesh(
         turn, pulling, loose = (_between(r, step) for r in (alpha, weight, slack))
         normals, quad_normals = problem.normals(x)
         springs = [
-            onto(problem, x, normals, turn, pulling * trust, loose),
+            surface_springs(problem, x, normals, turn, pulling * trust, loose),
             *along_curves(x, matching, pulling * trust / problem.size(x) ** 2),
             problem.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
         ]
@@ -91,7 +91,7 @@ def matched_curves(mesh: HexMesh, target: Target) -> int:
     return len(match(FitProblem(mesh, target, 1), target.to_unit(mesh.vertices)).routes)
 
 
-def onto(
+def surface_springs(
     problem: FitProblem,
     x: np.ndarray,
     normals: np.ndarray,

@@ -49,10 +49,10 @@ def _measured(
     problem: FitProblem, x: np.ndarray, at: Goals, goal: np.ndarray, trust: np.ndarray
 ) -> State:
     gap = np.linalg.norm(goal - x, axis=1)
-    held = np.append(at.curve, at.corner)
+    on_feature = np.append(at.curve, at.corner)
     strayed = 0.0
     if at.allowed is not None:
-        strayed = float((gap - at.allowed)[held].max(initial=0.0))
+        strayed = float((gap - at.allowed)[on_feature].max(initial=0.0))
     jacobian = float(problem.scaled_jacobian(x).min())
     return State(x, jacobian, float(gap[problem.outer].max(initial=0.0)), trust, strayed)
 

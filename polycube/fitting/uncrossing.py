@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from polycube.fitting.partial import is_sound
 from polycube.fitting.polish import untangled
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import part, quad_edges, quad_sides
@@ -24,8 +25,8 @@ from polycube.types import HexMesh
 logger = logging.getLogger(__name__)
 
 MOST = 40  # largest number of pairs of quads that are repaired
-SHARES = (0.05, 0.1, 0.2, 0.3, 0.45)  # of the way to the mean of the neighbours
-STEPS = 12  # steps of half the way, until no quads cross
+SHARES = (0.05, 0.1, 0.2, 0.3, 0.45)  # of the vector to the mean of the neighbours
+STEPS = 12  # largest number of steps of half of this vector, until no quads cross
 # rings of hexes around the moved vertices that are untangled, tried in sequence
 RINGS = (2, 3, 4, 5)
 
@@ -48,23 +49,19 @@ def without_crossings(mesh: HexMesh, target: Target) -> HexMesh:
         return mesh
     means = _means(mesh)
     moved = np.unique(mesh.quads[np.unique(found)])
-    way = means[moved] @ mesh.vertices - mesh.vertices[moved]
+    step = means[moved] @ mesh.vertices - mesh.vertices[moved]
     for share in SHARES:
         vertices = mesh.vertices.copy()
-        vertices[moved] += share * way
+        vertices[moved] += share * step
         tried = replace(mesh, vertices=vertices)
-        if _is_sound(tried):
+        if is_sound(tried):
             break
     else:
         tried = _unfolded(mesh, target, means)
-        if not _is_sound(tried):
+        if not is_sound(tried):
             return mesh
     logger.info("crossings: %d pairs of quads separated", len(found))
     return tried
-
-
-def _is_sound(mesh: HexMesh) -> bool:
-    return scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0 and not len(crossings(mesh))
 
 
 def _means(mesh: HexMesh) -> csr_matrix:
@@ -82,7 +79,7 @@ def _unfolded(mesh: HexMesh, target: Target, means: csr_matrix) -> HexMesh:
         tried = _parted(tried, means)
         moved = (tried.vertices != mesh.vertices).any(axis=1)
         tried = _untangled_near(tried, moved, rings, target)
-        if _is_sound(tried):
+        if is_sound(tried):
             break
     return tried
 

@@ -27,7 +27,7 @@ def test_lines_of_the_grid():
     assert z == pytest.approx(np.arange(5) / 4)
 
 
-def test_the_map_takes_the_template_to_the_registered_mesh():
+def test_the_map_of_the_template_is_the_registered_mesh():
     start = identity_map(ring())
     parts = counts(ring(), start, 0.25)
     placed = registered_map(ring(), start, target(washer()), parts)

@@ -1,4 +1,4 @@
-"""The kernels against a slow numpy version and finite differences."""
+"""The kernels compared with a simple numpy version and finite differences."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ TERMS = Terms(shape=0.7, eps=0.05, barrel=0.3, jacobian=0.4, beta=3.0, offset=0.
 
 
 @pytest.fixture
-def crooked() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def distorted() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A box with some hexes inverted, and wanted lengths."""
     rng = np.random.default_rng(0)
     vertices, cubes = unit_cubes(3, 2, 2)
@@ -44,8 +44,8 @@ def frames(x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray):
     return np.concatenate([corner, centre[:, None]], axis=1), lengths[:, direction]
 
 
-def slow(x, hexes, lengths, terms, pulls) -> float:
-    """The formulas of the module's docstring, as they stand."""
+def reference(x, hexes, lengths, terms, pulls) -> float:
+    """The formulas of the docstring of the module, without optimisation."""
     edges, wanted = frames(x, hexes, lengths)
     scaled = edges / wanted[..., None]
     d, norm = np.linalg.det(scaled), (scaled**2).sum(axis=(2, 3))
@@ -59,16 +59,16 @@ def slow(x, hexes, lengths, terms, pulls) -> float:
     return total + (pulls.along * across**2 + pulls.every * (r**2).sum(axis=1)).sum()
 
 
-def test_value_equals_the_slow_version(crooked):
-    x, hexes, lengths = crooked
+def test_value_equals_the_reference(distorted):
+    x, hexes, lengths = distorted
     pulls = springs(len(x))
     value, _ = energy.energy(x, hexes, lengths, TERMS, pulls)
-    assert value == pytest.approx(slow(x, hexes, lengths, TERMS, pulls), rel=1e-12)
+    assert value == pytest.approx(reference(x, hexes, lengths, TERMS, pulls), rel=1e-12)
 
 
 @pytest.mark.parametrize("terms", [TERMS, Terms(), Terms(shape=0.0, jacobian=1.0, beta=8.0)])
-def test_gradient_equals_finite_differences(crooked, terms):
-    x, hexes, lengths = crooked
+def test_gradient_equals_finite_differences(distorted, terms):
+    x, hexes, lengths = distorted
     terms = terms._replace(eps=0.05)
     pulls = springs(len(x))
     _, gradient = energy.energy(x, hexes, lengths, terms, pulls)
@@ -87,15 +87,15 @@ def test_an_ideal_hex_has_the_least_shape_energy():
     assert gradient == pytest.approx(0, abs=1e-9)
 
 
-def test_least_determinant_sees_corners_and_centre(crooked):
-    x, hexes, lengths = crooked
+def test_least_determinant_includes_corners_and_centre(distorted):
+    x, hexes, lengths = distorted
     edges, wanted = frames(x, hexes, lengths)
     found = np.linalg.det(edges / wanted[..., None]).min()
     assert energy.least_determinant(x, hexes, lengths) == pytest.approx(found)
 
 
-def test_below_the_floor_is_infinite(crooked):
-    x, hexes, lengths = crooked
+def test_energy_below_the_floor_is_infinite(distorted):
+    x, hexes, lengths = distorted
     least = energy.least_determinant(x, hexes, lengths)
     for floor, finite in ((least - 1e-9, True), (least + 1e-9, False)):
         terms = TERMS._replace(floor=floor)

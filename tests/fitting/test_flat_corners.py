@@ -21,7 +21,7 @@ from tests.fixtures.polycubes import PRIMITIVES
 
 
 def fitted(surface: TriMesh, size: float = 0.5) -> HexMesh:
-    """Hexes of a polycube from labels, registered with the curves held."""
+    """Hexes of a polycube from labels, registered with their vertices on the curves."""
     propose = build("structure", {"plugin": "labels"}, grid=(2, 1, 1), primitives=PRIMITIVES)
     best = propose(surface, ())[0]
     counts = template.counts(best.polycube, best.rough_map, size)
@@ -30,7 +30,7 @@ def fitted(surface: TriMesh, size: float = 0.5) -> HexMesh:
 
 
 def flat_quads(mesh: HexMesh, goal: Target) -> np.ndarray:
-    """Middles (N, 3) of the quads with a flat corner."""
+    """Centres (N, 3) of the quads with a flat corner."""
     problem, x = FitProblem(mesh, goal, 1), goal.to_unit(mesh.vertices)
     matching = match(problem, x)
     flat, _ = corners(problem, on_goals(problem, x, matching), matching)
@@ -56,7 +56,7 @@ def test_the_floor_of_a_triangular_pocket_has_one_flat_corner(pocket):
     assert found[0, 2] == pytest.approx(1, abs=0.05)
 
 
-def test_a_sheet_cures_it_and_keeps_all_features(pocket):
+def test_a_sheet_removes_the_flat_corner_without_loss_of_features(pocket):
     surface, mesh = pocket
     goal = target(surface)
     cured = without_flat_corners(mesh, goal)
@@ -68,7 +68,7 @@ def test_a_sheet_cures_it_and_keeps_all_features(pocket):
     assert max(feature.distance for feature in inspect(good, surface).features) < 0.003
 
 
-def test_each_other_corner_of_the_floor_keeps_its_one_quad(pocket):
+def test_the_other_corners_of_the_floor_have_one_quad_each(pocket):
     surface, mesh = pocket
     goal = target(surface)
     cured = without_flat_corners(mesh, goal)
@@ -80,7 +80,7 @@ def test_each_other_corner_of_the_floor_keeps_its_one_quad(pocket):
     assert at_corners.sum() == 3
 
 
-def test_a_block_has_none_and_stays_the_same():
+def test_a_block_without_flat_corners_is_unchanged():
     block = prism(BLOCK)
     mesh = fitted(block)
     assert without_flat_corners(mesh, target(block)) is mesh
@@ -99,7 +99,7 @@ def test_sheets_are_an_option_of_the_pillow(pocket):
         build("meshing/pillow", {"plugin": "selective", "sheets": "some"})
 
 
-def test_paths_are_kept_through_sheets_and_registration(pocket):
+def test_sheets_and_registration_preserve_paths(pocket):
     surface, mesh = pocket
     goal = target(surface)
     assert not without_flat_corners(mesh, goal).paths

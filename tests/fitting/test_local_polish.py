@@ -1,4 +1,4 @@
-"""Raising the worst hexes: what moves, what stays, and where the boundary lies afterwards."""
+"""Improvement of the worst hexes: moving and fixed vertices, position of the boundary."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def _goals(problem: FitProblem, x: np.ndarray):
     return goals(problem, x, no_features(), 0.04, np.ones(len(x), bool))
 
 
-def test_the_worst_rises_and_the_boundary_stays_on_the_surface(ball):
+def test_the_worst_hex_improves_and_the_boundary_stays_on_the_surface(ball):
     problem, x, lengths, cover = ball
     y = raise_worst(problem, x, lengths, _goals(problem, x), cover, 40.0)
     assert problem.scaled_jacobian(y).min() > problem.scaled_jacobian(x).min() + 0.02
@@ -61,7 +61,7 @@ def test_the_worst_rises_and_the_boundary_stays_on_the_surface(ball):
     assert off.max() < 1e-9
 
 
-def test_all_else_stays_where_it_was(ball):
+def test_other_vertices_do_not_move(ball):
     problem, x, lengths, cover = ball
     one = x.copy()
     inner = np.setdiff1d(np.arange(len(x)), problem.outer)
@@ -78,7 +78,7 @@ def test_all_else_stays_where_it_was(ball):
     assert problem.scaled_jacobian(y).min() > jacobian.min()
 
 
-def test_what_is_off_the_surface_comes_nearer(ball):
+def test_vertices_off_the_surface_approach_it(ball):
     problem, x, lengths, cover = ball
     off = x.copy()
     worst = problem.hexes[problem.scaled_jacobian(x).argmin()]
@@ -92,7 +92,7 @@ def test_what_is_off_the_surface_comes_nearer(ball):
     assert gap(y) < 0.7 * gap(off)
 
 
-def test_a_perfect_mesh_is_left_alone():
+def test_a_perfect_mesh_is_unchanged():
     vertices, cubes = unit_cubes(3, 3, 3)
     solid = trimesh.creation.box(bounds=[[0, 0, 0], [3, 3, 3]])
     goal = target(TriMesh(solid.vertices, solid.faces))
@@ -104,7 +104,7 @@ def test_a_perfect_mesh_is_left_alone():
 
 
 def test_a_pull_along_a_plane_moves_its_vertex_on_the_surface(ball):
-    """Springs that leave one direction free count too; the vertex slides."""
+    """Springs without force in one direction are used too; the vertex slides."""
     problem, x, lengths, cover = ball
     worst = problem.hexes[problem.scaled_jacobian(x).argmin()]
     vertex = np.intersect1d(worst, problem.outer)[:1]

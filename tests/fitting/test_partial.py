@@ -19,7 +19,7 @@ def least_of(mesh):
     return scaled_jacobian(mesh.vertices, mesh.hexes).min()
 
 
-def test_where_the_fitted_mesh_is_valid_it_is_the_result():
+def test_a_valid_fitted_mesh_is_the_result():
     mesh = hex_box((3, 3, 3))
     fitted = 2 * mesh.vertices + 0.1 * np.sin(5 * mesh.vertices[:, ::-1])
     found, share = partly_fitted(mesh, fitted)
@@ -27,7 +27,7 @@ def test_where_the_fitted_mesh_is_valid_it_is_the_result():
     assert (share == 1).all()
 
 
-def test_one_vertex_that_would_invert_its_hexes_is_held_back_alone():
+def test_only_a_vertex_that_would_invert_its_hexes_is_moved_back():
     mesh = hex_box((9, 3, 3), (9.0, 3.0, 3.0))
     fitted = mesh.vertices.copy()
     fitted[0] = [1.5, 1.5, 1.5]  # through the hex at this corner
@@ -37,7 +37,7 @@ def test_one_vertex_that_would_invert_its_hexes_is_held_back_alone():
     assert np.array_equal(found.vertices[1:], fitted[1:])
 
 
-def test_a_hex_that_was_worse_before_keeps_what_it_had():
+def test_a_hex_below_the_limit_does_not_become_worse():
     mesh = hex_box()
     flat = mesh.vertices.copy()
     flat[0] = 0.164
@@ -92,7 +92,7 @@ def test_random_positions_never_make_a_mesh_invalid(seed, size, share, bent):
         assert np.array_equal(found.vertices, fitted)
 
 
-def test_what_cannot_be_is_refused():
+def test_invalid_input_is_refused():
     mesh = hex_box()
     with pytest.raises(ValueError, match="shape"):
         partly_fitted(mesh, mesh.vertices[1:])

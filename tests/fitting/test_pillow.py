@@ -34,7 +34,7 @@ def test_layer_under_the_whole_boundary():
     assert np.bincount(mesh.patch).tolist() == [16] * 6
 
 
-def test_every_boundary_hex_has_one_boundary_face_then():
+def test_every_boundary_hex_under_a_layer_has_one_boundary_face():
     mesh = insert(cube(), np.arange(6))
     _, owner = hexes.exposed(mesh.hexes)
     assert len(np.unique(owner)) == len(owner)
@@ -55,7 +55,7 @@ def test_layer_leaves_through_the_other_patches(covered):
     assert (len(inner) > 0) == (covered not in ([0], [0, 1]))  # where two layers meet
 
 
-def test_outer_vertices_keep_their_places():
+def test_boundary_vertices_do_not_move():
     before, after = cube(), insert(cube(), np.arange(6))
     shown = [np.unique(m.vertices[m.quads].reshape(-1, 3), axis=0) for m in (before, after)]
     assert np.array_equal(*shown)
@@ -93,7 +93,7 @@ def test_smooth_patches_of_known_surfaces():
     assert smooth_patches(cube(), target(surface(ball))).tolist() == [0, 1, 2, 3, 4, 5]
 
 
-def test_caps_of_a_cylinder_stay_bare():
+def test_caps_of_a_cylinder_get_no_layer():
     rod = trimesh.creation.cylinder(radius=0.5 * 2**0.5, height=1, sections=64)
     rod.apply_translation([0.5, 0.5, 0.5])
     goal = target(surface(rod))
@@ -105,7 +105,7 @@ def fitted(solid: Polycube, shape: trimesh.Trimesh) -> tuple[FitProblem, np.ndar
     return FitProblem(mesh, goal, samples=1), goal.to_unit(mesh.vertices)
 
 
-def test_regions_of_a_box_are_its_sides_and_stay_bare():
+def test_regions_of_a_box_are_its_sides_and_get_no_layer():
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     problem, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
     region, taken = smooth_regions(problem, x, match(problem, x))
@@ -114,8 +114,8 @@ def test_regions_of_a_box_are_its_sides_and_stay_bare():
     assert len(np.unique(np.stack([problem.mesh.patch, region]), axis=1).T) == 6
 
 
-def test_by_angle_a_border_with_two_hexes_on_a_plane_stays_bare():
-    """One side of a box is two patches: off the creases, but the hexes there are square."""
+def test_by_angle_a_border_with_two_hexes_on_a_plane_gets_no_layer():
+    """One side of a box is two patches: their border is no crease, but the hexes are square."""
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     mesh, box = cut(solid, 0.125), trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
     halves = (mesh.patch == 4) & (mesh.vertices[mesh.quads].mean(axis=1)[:, 0] > 0.5)
@@ -137,7 +137,7 @@ def test_by_angle_flat_hexes_get_a_layer():
 
 
 def test_a_single_quad_is_no_region():
-    """A path that cuts off the corner of a patch leaves the patch whole."""
+    """A path around a single corner quad does not divide the patch."""
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     problem, x = fitted(solid, trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]]))
     matching = match(problem, x)
@@ -147,7 +147,7 @@ def test_a_single_quad_is_no_region():
     assert regions(problem, replace(matching, routes=(short_cut,))).max() == 5
 
 
-def test_a_crease_within_a_patch_parts_it():
+def test_a_crease_within_a_patch_divides_it():
     """A roof with a sharp ridge on a box: its one top patch is two regions."""
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     outline = np.array([[0, 0], [1, 0], [1, 1], [0.5, 1.3], [0, 1]])

@@ -1,4 +1,4 @@
-"""Polishing: better, on the surface, and never worse than what came in."""
+"""Polishing: better hexes, boundary on the surface, and never worse than the input."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_a_pillowed_ball():
     assert deviation(mesh, ball).vertices < 1e-9
 
 
-def test_sharp_edges_of_a_box_are_met():
+def test_boundary_reaches_the_sharp_edges_of_a_box():
     solid = trimesh.creation.box((1, 2, 3))
     surface = TriMesh(solid.vertices, solid.faces)
     rng = np.random.default_rng(0)
@@ -70,7 +70,7 @@ def test_never_worse_than_before():
     assert worst(polish(mesh, goal, soft_rounds=2, hard_rounds=2)) == pytest.approx(1)
 
 
-def test_what_comes_tangled_leaves_valid():
+def test_a_tangled_mesh_becomes_valid():
     rng = np.random.default_rng(3)
     start = cube(3)
     tangled = hex_mesh(start.vertices + 0.3 * rng.normal(size=start.vertices.shape), start.hexes)
@@ -88,19 +88,21 @@ def test_local_rounds_gain_and_keep_the_surface_covered():
     assert worst(raised) > worst(plain) + 0.02
     before, after = deviation(plain, ball), deviation(raised, ball)
     assert after.vertices < 1e-3
-    lost = max(0.0, after.to_mesh.p99 - before.to_mesh.p99)  # pays what polish asks for it
+    lost = max(
+        0.0, after.to_mesh.p99 - before.to_mesh.p99
+    )  # the gain is at least the penalty of polish
     assert worst(raised) - worst(plain) > module.UNCOVERED * lost
     assert after.to_mesh.p99 < 0.02
 
 
-def test_what_a_longer_run_begins_with_is_that_of_a_short_one():
-    """Soft and hard rounds are run once; what follows has the same bytes as without that."""
+def test_a_longer_run_reuses_the_rounds_of_a_short_one():
+    """Soft and hard rounds are run once; the result has the same bytes as without the cache."""
     ball = sphere(3.0, 7.0)
     start = cube(4)
     start = register_mesh(hex_mesh(start.vertices * 3 + 7, start.hexes), target(ball), rounds=10)
     rounds = {"soft_rounds": 3, "hard_rounds": 2}
     alone = polish(start, target(ball), **rounds, local_rounds=8)
-    module._begun.cache_clear()
+    module._after_soft_and_hard.cache_clear()
     with counted() as first:
         polish(start, target(ball), **rounds, local_rounds=2)
     with counted() as second:
@@ -115,8 +117,8 @@ def test_a_valid_state_beats_every_other():
     assert valid.score > close.score
 
 
-def test_snap_backs_off_where_a_hex_would_suffer():
-    """The foot of a vertex lies beyond its hex: the snap stops short of the bound."""
+def test_snap_moves_less_far_if_a_hex_would_become_too_bad():
+    """The closest point of a vertex is beyond its hex: the snap stops before."""
     start = cube(3)
     problem = FitProblem(start, target(sphere()), 100)
     x = problem.target.to_unit(start.vertices)

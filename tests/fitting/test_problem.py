@@ -1,4 +1,4 @@
-"""What a problem measures of its mesh."""
+"""Lengths, scaled Jacobians and closest points of a FitProblem."""
 
 import numpy as np
 import pytest
@@ -37,14 +37,14 @@ def test_lengths_are_means_of_four_edges(problem):
     assert problem.lengths(x, 0, 0.0) == pytest.approx(length.reshape(-1, 3, 4).mean(axis=2))
 
 
-def test_scaled_jacobians_in_parts_are_those_of_the_whole(problem):
+def test_scaled_jacobians_in_parts_equal_those_in_one_call(problem):
     x = problem.mesh.vertices + np.random.default_rng(0).uniform(
         -0.3, 0.3, problem.mesh.vertices.shape
     )
     assert np.array_equal(problem.scaled_jacobian(x), scaled_jacobian(x, problem.hexes))
 
 
-def test_feet_of_what_has_moved_alone_are_those_of_all(problem):
+def test_incremental_closest_points_equal_those_of_a_full_query(problem):
     rng = np.random.default_rng(4)
     x = problem.target.to_unit(problem.mesh.vertices - 10) + 0.02 * rng.normal(
         size=problem.mesh.vertices.shape

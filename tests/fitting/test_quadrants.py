@@ -21,7 +21,7 @@ def pocketed() -> HexMesh:
 
 
 def at_corner(mesh: HexMesh, point: tuple[float, float, float], normal: int) -> list[np.ndarray]:
-    """Quadrants behind a corner, of the quads at it that look along an axis."""
+    """Quadrants behind a corner, for its quads with the given normal."""
     corner = int(np.flatnonzero((mesh.vertices == point).all(axis=1))[0])
     owner, face = quad_sides(mesh)
     flat = np.ptp(mesh.vertices[mesh.quads][..., normal], axis=1) == 0
@@ -46,7 +46,7 @@ def test_behind_the_corner_of_a_floor_are_all_hexes_on_its_side_of_both_planes(c
     assert np.array_equal(inside, ((middle > low) & (middle < high)).all(axis=1))
 
 
-def test_its_sheet_puts_two_quads_at_the_corner_and_no_more_at_the_others():
+def test_a_sheet_adds_a_quad_at_its_corner_only():
     mesh = pocketed()
     (inside,) = at_corner(mesh, (2, 2, 2), 2)
     assert has_sheet(mesh, inside)
@@ -67,7 +67,7 @@ def test_an_outer_corner_has_no_quadrant():
     assert at_corner(pocketed(), (0, 0, 3), 2) == []
 
 
-def test_faces_that_end_at_an_irregular_edge_do_not_part_the_mesh():
+def test_faces_that_end_at_an_irregular_edge_do_not_divide_the_mesh():
     mesh = pocketed()
     (inside,) = at_corner(mesh, (2, 2, 2), 2)
     cured = with_sheet(mesh, inside)

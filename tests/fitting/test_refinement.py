@@ -1,4 +1,4 @@
-"""Refined meshes: nearer, valid, never worse than allowed."""
+"""Refined meshes: closer to the surface, valid, within the limit of quality."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def coarse() -> HexMesh:
     return replace(block, vertices=round_)
 
 
-def test_a_ball_comes_nearer(coarse, sphere):
+def test_a_refined_ball_is_closer_to_the_surface(coarse, sphere):
     fine = refinement.refine(coarse, sphere)
     assert len(fine.hexes) == 512
     hexes.check_conforming(fine)
@@ -52,7 +52,7 @@ def test_a_ball_comes_nearer(coarse, sphere):
     assert inspect(fine, sphere).scaled_jacobian >= 0.9 * worst
 
 
-def test_a_mesh_that_lies_on_its_part_is_refined_too():
+def test_a_mesh_that_matches_its_part_is_refined_too():
     """A box of hexes on the same box, whose faces are those of a CAD model."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     block = mesh(cube, affine_map(cube, np.eye(3), np.zeros(3)), ([3], [3], [3]))
@@ -65,13 +65,13 @@ def test_a_mesh_that_lies_on_its_part_is_refined_too():
     assert max(feature.distance for feature in found.features) < 1e-3
 
 
-def test_where_no_finer_mesh_keeps_the_quality_the_mesh_is_the_same(coarse, sphere, monkeypatch):
+def test_the_mesh_is_unchanged_if_no_finer_mesh_is_good(coarse, sphere, monkeypatch):
     monkeypatch.setattr(refinement, "least_jacobian", lambda coarse: 1.0)
     assert refinement.refine(coarse, sphere) is coarse
 
 
 def test_harmonic_displacements(coarse, sphere):
-    """Constants and linear fields stay what they are on a regular mesh; the boundary is exact."""
+    """Constant and linear fields are reproduced on a regular mesh; the boundary is exact."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     block = mesh(cube, affine_map(cube, np.diag([2.0, 1.0, 1.0]), np.zeros(3)), ([4], [3], [5]))
     problem = FitProblem(block, target(sphere), 10)
@@ -83,7 +83,7 @@ def test_harmonic_displacements(coarse, sphere):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_advance_keeps_every_hex(coarse, sphere, seed):
+def test_advance_respects_the_limit_of_every_hex(coarse, sphere, seed):
     fine = split(coarse)
     problem = FitProblem(fine, target(sphere), 10)
     x = target(sphere).to_unit(fine.vertices)
@@ -98,7 +98,7 @@ def test_advance_keeps_every_hex(coarse, sphere, seed):
     assert 0.2 < moved < 1
 
 
-def test_advance_goes_all_the_way_where_it_may(coarse, sphere):
+def test_advance_reaches_permitted_positions(coarse, sphere):
     problem = FitProblem(coarse, target(sphere), 10)
     x = target(sphere).to_unit(coarse.vertices)
     assert np.array_equal(refinement.advance(problem, x, x + 0.01, 0.2), x + 0.01)

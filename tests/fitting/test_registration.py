@@ -37,12 +37,12 @@ def test_units_and_placement_do_not_matter():
     assert moved.vertices - 10 == pytest.approx(plain.vertices, abs=1e-9)
 
 
-def test_twice_is_the_same():
+def test_registration_is_reproducible():
     a, b = (register_mesh(cube(), target(sphere()), rounds=3).vertices for _ in range(2))
     assert np.array_equal(a, b)
 
 
-def test_untangles():
+def test_registration_untangles_hexes():
     start = cube()
     rng = np.random.default_rng(0)
     tangled = hex_mesh(start.vertices + 0.2 * rng.normal(size=start.vertices.shape), start.hexes)
@@ -52,7 +52,7 @@ def test_untangles():
 
 
 def test_a_valid_mesh_stays_valid_on_a_surface_it_cannot_fit():
-    """A cube on a surface turned inside out: the pulls all want to invert it."""
+    """A cube on an inside-out surface: all springs act to invert the hexes."""
     ball = sphere()
     inside_out = TriMesh(ball.vertices, ball.faces[:, ::-1])
     mesh = register_mesh(cube(), target(inside_out), rounds=6)

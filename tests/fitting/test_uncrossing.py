@@ -1,4 +1,4 @@
-"""Boundaries that cross themselves at a few places: mended, or left as they are."""
+"""Boundaries that cross themselves at a few places: repaired, or returned unchanged."""
 
 from dataclasses import replace
 
@@ -28,14 +28,14 @@ def slot(**moves: tuple[float, float, float]) -> HexMesh:
 
 
 def own_surface(mesh: HexMesh) -> Target:
-    """The boundary of a mesh as what it is fitted to."""
+    """Fit target that is the boundary of the mesh itself."""
     return target(TriMesh(mesh.vertices, mesh.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)))
 
 
 GOAL = own_surface(slot())
 
 
-def test_a_vertex_that_sticks_into_the_other_leg_goes_back_as_far_as_it_must():
+def test_a_vertex_in_the_other_leg_moves_back_as_little_as_possible():
     before = slot(left=(2.15, 0, 0))
     assert len(crossings(before))
     assert scaled_jacobian(before.vertices, before.hexes).min() > 0
@@ -50,12 +50,12 @@ def test_a_vertex_that_sticks_into_the_other_leg_goes_back_as_far_as_it_must():
     assert set(np.flatnonzero(moved)) <= set(corners.tolist())
 
 
-def test_a_mesh_without_crossings_is_the_same():
+def test_a_mesh_without_crossings_is_unchanged():
     mesh = slot(left=(1.5, 0, 0))
     assert without_crossings(mesh, GOAL) is mesh
 
 
-def test_a_vertex_far_in_the_other_leg_goes_back_and_hexes_near_it_are_untangled():
+def test_a_vertex_far_in_the_other_leg_moves_back_and_hexes_are_untangled():
     before = slot(left=(5.0, 0, 0))
     assert len(crossings(before))
     after = without_crossings(before, GOAL)
@@ -66,7 +66,7 @@ def test_a_vertex_far_in_the_other_leg_goes_back_and_hexes_near_it_are_untangled
     assert np.linalg.norm(slot().vertices[moved] - place, axis=1).max() < 8  # three hexes away
 
 
-def test_what_is_not_mended_is_the_same(monkeypatch):
+def test_a_mesh_that_cannot_be_repaired_is_unchanged(monkeypatch):
     far = slot(left=(5.0, 0, 0))
     monkeypatch.setattr(uncrossing, "MOST", len(crossings(far)) - 1)
     assert without_crossings(far, GOAL) is far

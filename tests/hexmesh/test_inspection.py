@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.merit import misses
+from polycube.fitting.merit import exceeded_limits
 from polycube.hexmesh import quality
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.crossings import crossings
@@ -45,7 +45,7 @@ def test_a_missing_ligament_is_seen_by_the_wall_and_the_edges():
     part = surface_of(hex_beam())
     assert inspect(hex_beam(), part).off_wall.share == pytest.approx(0, abs=1e-9)
     found = inspect(hex_beam(cut=True), part)
-    assert misses(found) == 0
+    assert exceeded_limits(found) == 0
     for local in (found.off_wall, found.off_size):
         assert local.distance == pytest.approx(1, abs=0.05)
         assert local.length == pytest.approx(1)

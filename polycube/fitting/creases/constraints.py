@@ -22,8 +22,8 @@ from polycube.surface import arc_length as sliding
 
 # weight of the difference of unit normals, a length in diagonals, for vertices close by
 NEAR = 0.04
-ALLOWED = 0.0025  # permitted distance from exact features, in diagonals, at straight curves,
-NEAREST = 0.0005  # and its minimum at curved ones
+ALLOWED = 0.0025  # permitted distance from exact features at straight curves, in diagonals
+NEAREST = 0.0005  # smallest permitted distance, at curved ones
 FREE = 1.0  # squared difference of normals (60 degrees) without penalty
 
 
@@ -133,7 +133,7 @@ def match(problem: FitProblem, x: np.ndarray) -> Matching:
     fixed = features.is_fixed[ends]
     found = Matching(tuple(routes), vertices[fixed], features.corners[ends[fixed]])
     matched = [route.crease for route in routes]
-    problem.hold_on_faces(quad_faces(problem, x, on_crease(problem, found), matched))
+    problem.restrict_to_faces(quad_faces(problem, x, on_crease(problem, found), matched))
     return found
 
 
@@ -143,7 +143,7 @@ def on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
     return np.isin(problem.sides @ key, matching.sides @ key)
 
 
-def held_exactly(matching: Matching, n_vertices: int) -> Matching:
+def with_tolerances(matching: Matching, n_vertices: int) -> Matching:
     """The same matching with permitted distances of the vertices (V,) from the features.
 
     The distance is reduced by the chord error of edges between vertices on a curve, and by the
@@ -200,9 +200,3 @@ def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarr
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3))
     points, arc, first, is_loop, vertex, start = matching.rails
     return vertex, *sliding.slide(points, arc, first, is_loop, x[vertex], start)
-
-
-def spread(route: Route, x: np.ndarray) -> np.ndarray:
-    """(N,) closest arc lengths of the vertices of a route, made ascending and kept apart."""
-    crease = route.crease
-    return sliding.spread(crease.points, crease.arc, crease.is_loop, x[route.vertices])

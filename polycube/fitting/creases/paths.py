@@ -74,31 +74,36 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
     A vertex is only used once, except for coincident corners.
     """
     stands_for = merged(features)
-    alone = np.flatnonzero(stands_for == np.arange(len(stands_for)))
+    distinct = np.flatnonzero(stands_for == np.arange(len(stands_for)))
     reach = REACH * mesh.size[problem.outer]
     around = cKDTree(x[problem.outer]).query_ball_point(
-        features.corners[alone], reach.max(), return_sorted=True
+        features.corners[distinct], reach.max(), return_sorted=True
     )
-    corner = np.repeat(np.arange(len(alone)), [len(each) for each in around])
-    beside = np.concatenate([*around, []]).astype(np.int64)
-    gap = np.linalg.norm(x[problem.outer[beside]] - features.corners[alone[corner]], axis=1)
-    near = gap < reach[beside]
-    corner, beside, gap = corner[near], beside[near], gap[near]
-    vertices, column = np.unique(problem.outer[beside], return_inverse=True)
-    cost = np.full((len(alone), len(vertices) + len(alone)), 1e6)
+    corner = np.repeat(np.arange(len(distinct)), [len(each) for each in around])
+    candidate = np.concatenate([*around, []]).astype(np.int64)
+    gap = np.linalg.norm(x[problem.outer[candidate]] - features.corners[distinct[corner]], axis=1)
+    near = gap < reach[candidate]
+    corner, candidate, gap = corner[near], candidate[near], gap[near]
+    vertices, column = np.unique(problem.outer[candidate], return_inverse=True)
+    cost = np.full((len(distinct), len(vertices) + len(distinct)), 1e6)
     cost[corner, column] = (gap / mesh.size[vertices[column]]) ** 2
     cost[corner, column] += _misfits(
-        alone[corner], vertices[column], *_ways(features), mesh.first, mesh.run, mesh.hexes
+        distinct[corner],
+        vertices[column],
+        *_leaving_directions(features),
+        mesh.first,
+        mesh.run,
+        mesh.hexes,
     )
     cost[:, len(vertices) :] = NOT_MATCHED
     row, column = linear_sum_assignment(np.minimum(cost, 1e6))
     found = np.full(len(stands_for), -1)
     real = column < len(vertices)
-    found[alone[row[real]]] = vertices[column[real]]
+    found[distinct[row[real]]] = vertices[column[real]]
     return found[stands_for]
 
 
-def _ways(features: Features) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _leaving_directions(features: Features) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Directions (K, 3) and inside angles (K,) of the creases that leave corners.
 
     The third array gives the index at which the creases of corner c begin.
@@ -111,8 +116,8 @@ def _ways(features: Features) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             arc = 0.0 if sign > 0 else crease.length
             step = min(0.02, crease.length)
             to, _, inside = crease.at(np.array([arc + sign * step]))
-            way = to[0] - features.corners[end]
-            rows.append([*way / max(np.linalg.norm(way), 1e-30), inside[0], end])
+            direction = to[0] - features.corners[end]
+            rows.append([*direction / max(np.linalg.norm(direction), 1e-30), inside[0], end])
     table = np.reshape(rows, (-1, 5))
     table = table[np.argsort(table[:, 4], kind="stable")]
     first = np.searchsorted(table[:, 4], np.arange(len(features.corners) + 1))
@@ -123,9 +128,9 @@ def _ways(features: Features) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _misfits(
     corner: np.ndarray,
     vertex: np.ndarray,
-    way: np.ndarray,
+    direction: np.ndarray,
     inside: np.ndarray,
-    first_way: np.ndarray,
+    first_direction: np.ndarray,
     first: np.ndarray,
     run: np.ndarray,
     hexes: np.ndarray,
@@ -133,13 +138,17 @@ def _misfits(
     """(N,) mean cost of the creases that leave each corner, on the edges of a vertex."""
     found = np.zeros(len(corner))
     for n in range(len(corner)):
-        ways = range(first_way[corner[n]], first_way[corner[n] + 1])
-        for k in ways:
+        leaving = range(first_direction[corner[n]], first_direction[corner[n] + 1])
+        for k in leaving:
             least = np.inf
             for e in range(first[vertex[n]], first[vertex[n] + 1]):
-                askew = 1 - (way[k, 0] * run[e, 0] + way[k, 1] * run[e, 1] + way[k, 2] * run[e, 2])
+                askew = 1 - (
+                    direction[k, 0] * run[e, 0]
+                    + direction[k, 1] * run[e, 1]
+                    + direction[k, 2] * run[e, 2]
+                )
                 least = min(least, ASKEW * askew + CROWDED * crowding(inside[k], hexes[e]))
-            found[n] += least / len(ways)
+            found[n] += least / len(leaving)
     return found
 
 
@@ -148,7 +157,7 @@ def find_routes(
 ) -> tuple[list[Route], np.ndarray, np.ndarray]:
     """Paths of the creases, for those with a good path; paths share vertices only at corners.
 
-    Paths that exist in the mesh are kept, and curves that coincide with others have none. The
+    Paths that exist in the mesh are reused, and curves that coincide with others have none. The
     others are routed in the order of cost. If a path blocks another crease, that crease is routed
     first in a new attempt; the attempt with the most paths is used.
 
@@ -158,31 +167,31 @@ def find_routes(
     """
     mesh = net(problem, x)
     placed = place_corners(features, problem, x, mesh)
-    kept = [Route(features.creases[int(k)], path) for k, path in problem.mesh.paths.items()]
+    existing = [Route(features.creases[int(k)], path) for k, path in problem.mesh.paths.items()]
     taken = np.zeros(len(x), bool)
-    for route in kept:
+    for route in existing:
         taken[route.vertices] = True
     placed[taken[placed]] = -1
-    for route in kept:
+    for route in existing:
         if not route.crease.is_loop:
             placed[list(route.crease.ends)] = route.vertices[[0, -1]]
     taken[placed[placed >= 0]] = True
-    known = {id(route.crease) for route in kept}
+    known = {id(route.crease) for route in existing}
     creases = [
         c
         for c, is_double in zip(features.creases, covered(features), strict=True)
         if not is_double and id(c) not in known and (c.is_loop or (placed[list(c.ends)] >= 0).all())
     ]
     fields = [field(c, problem, x, mesh) for c in creases]
-    alone = [cheapest(c, own, x, placed, taken) for c, own in zip(creases, fields, strict=True)]
-    possible = [k for k in range(len(creases)) if _is_good(creases[k], *alone[k], x, mesh)]
-    order = sorted(possible, key=lambda k: alone[k][1])
+    unblocked = [cheapest(c, own, x, placed, taken) for c, own in zip(creases, fields, strict=True)]
+    possible = [k for k in range(len(creases)) if _is_good(creases[k], *unblocked[k], x, mesh)]
+    order = sorted(possible, key=lambda k: unblocked[k][1])
     routes: list[Route] = []
     for _ in range(ATTEMPTS):
         found, blocked, used = [], [], taken.copy()
         for k in order:
             crease, own = creases[k], fields[k]
-            path, is_good = alone[k][0], True
+            path, is_good = unblocked[k][0], True
             needed = own.vertex if crease.is_loop else path[1:-1]
             if not np.array_equal(used[needed], taken[needed]):
                 path, cost = cheapest(crease, own, x, placed, used)
@@ -197,7 +206,7 @@ def find_routes(
         if not blocked:
             break
         order = blocked + [k for k in order if k not in blocked]
-    routes = kept + routes
+    routes = existing + routes
     ends = np.unique([end for r in routes for end in r.crease.ends if end >= 0]).astype(np.int64)
     ends = ends[np.unique(placed[ends], return_index=True)[1]]
     if features.creases:
@@ -214,8 +223,8 @@ def _is_good(crease: Crease, path: np.ndarray, cost: float, x: np.ndarray, mesh:
     step = np.diff(x[closed], axis=0)
     length = np.linalg.norm(step, axis=1)
     arc, gap = crease.nearest(x[closed], expected_arc(crease, x, closed))
-    _, way, _ = crease.at((arc[1:] + arc[:-1]) / 2)
-    along = np.einsum("nd,nd->n", step, way).sum() / length.sum()
+    _, direction, _ = crease.at((arc[1:] + arc[:-1]) / 2)
+    along = np.einsum("nd,nd->n", step, direction).sum() / length.sum()
     near = (gap / mesh.size[closed]).mean() < MEAN_REACH
     skip = np.abs(np.diff(arc)) < length + GAP * mesh.size[closed[1:]]
     return bool(near and along > ALONG and skip.all())

@@ -22,16 +22,16 @@ from polycube.hexmesh.quality import off_creases
 logger = logging.getLogger(__name__)
 
 PULL = 0.2  # weight of a crease on vertices that are not on it, per square of the size
-GROW = 1.2  # factor on it after a round that ends at the limit
-EASE = 0.7  # factor after a round that ends more than SHORT below it
+GROW = 1.2  # factor on this weight after a round with the worst hex at the limit
+WEAKEN = 0.7  # factor on this weight after a round with the worst hex more than SHORT below
 SHORT = 0.01
 BETA = 60.0  # sharpness of the soft minimum
-PATIENCE = 4  # rounds without gain after which it ends
+PATIENCE = 4  # rounds without gain after which the recovery ends
 GAIN = 0.0005  # smallest gain, in units of the score
 SOFT = 0.0005  # of the diagonal: distance that 5 % of the creases may exceed if features are soft
 
 
-def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
+def recover_creases(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
     """The best state by merit, of the given one and those after each round.
 
     The given state is returned if the creases are already within 0.3 % of the diagonal (0.05 % for
@@ -47,7 +47,7 @@ def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) ->
     lengths, (cover, _) = problem.lengths(best.x, 2, 0.05), cover_of(problem, best, 1.0)
     x, pull, before, last = best.x, PULL, off, best.jacobian
     for k in range(rounds):
-        state = _back(problem, x, matching, floor)
+        state = _snapped_to_creases(problem, x, matching, floor)
         here = _off(problem, state)
         reached = _merit(problem, state, here, limit)
         if reached > value + GAIN:
@@ -67,7 +67,9 @@ def regain(problem: FitProblem, matching: Matching, best: State, rounds: int) ->
     return best
 
 
-def _back(problem: FitProblem, x: np.ndarray, matching: Matching, floor: float) -> State:
+def _snapped_to_creases(
+    problem: FitProblem, x: np.ndarray, matching: Matching, floor: float
+) -> State:
     """Move vertices to their creases if the hexes permit it; all others get a low trust."""
     every = np.ones(len(x))
     at = goals_of(problem, x, matching, every)
@@ -77,11 +79,11 @@ def _back(problem: FitProblem, x: np.ndarray, matching: Matching, floor: float) 
     return snap(problem, y, goals_of(problem, y, matching, trust), floor, trust)
 
 
-def _factor(spare: float, gain: float) -> float:
+def _factor(margin: float, gain: float) -> float:
     """Factor on the pull, from the margin of the worst hex above the limit and its gain."""
-    if spare < -SHORT and gain < 0:
-        return EASE
-    return GROW if spare > -SHORT / 5 else 1.0
+    if margin < -SHORT and gain < 0:
+        return WEAKEN
+    return GROW if margin > -SHORT / 5 else 1.0
 
 
 def _off(problem: FitProblem, state: State) -> float:
@@ -91,8 +93,8 @@ def _off(problem: FitProblem, state: State) -> float:
 def _missed(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
     """(N,) whether vertices of the paths are away from their creases and corners."""
     at = goals_of(problem, x, matching, np.ones(len(x)))
-    held = np.append(at.curve, at.corner)
-    return np.linalg.norm(at.place(problem, x) - x, axis=1)[held] > ON_GOAL
+    on_feature = np.append(at.curve, at.corner)
+    return np.linalg.norm(at.place(problem, x) - x, axis=1)[on_feature] > ON_GOAL
 
 
 def _merit(problem: FitProblem, state: State, off: float, limit: float) -> float:

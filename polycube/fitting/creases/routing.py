@@ -84,10 +84,10 @@ def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net) -> Fiel
     one, two, used = one[stays], two[stays], leaving[stays]
     start, end = mesh.start[used], mesh.end[used]
     arc, off = crease.nearest((x[start] + x[end]) / 2)
-    _, way, inside = crease.at(arc)
+    _, direction, inside = crease.at(arc)
     size = (mesh.size[start] + mesh.size[end]) / 2
     square = (gap[one] ** 2 + gap[two] ** 2 + off**2) / 3
-    askew = 1 - np.einsum("nd,nd->n", way, mesh.run[used])
+    askew = 1 - np.einsum("nd,nd->n", direction, mesh.run[used])
     each = 0.1 + AWAY * square / size**2 + ASKEW * askew
     each += CROWDED * crowding(inside, mesh.hexes[used])
     first = np.searchsorted(one, np.arange(len(vertex) + 1))
@@ -164,13 +164,13 @@ def _cycle(field: Field, anchors: np.ndarray, taken: np.ndarray) -> tuple[np.nda
 
 def _between(field: Field, start: int, end: int, taken: np.ndarray) -> tuple[np.ndarray, float]:
     """Cheapest path between two vertices over free vertices."""
-    nothing = np.zeros(0, np.int64), np.inf
+    no_path = np.zeros(0, np.int64), np.inf
     ends = np.searchsorted(field.vertex, [start, end])
     if start == end or (np.append(field.vertex, -1)[ends] != [start, end]).any():
-        return nothing
+        return no_path
     first, last = ends.tolist()
     path, cost = _shortest(field.first, field.end, field.cost, taken[field.vertex], first, last)
-    return (field.vertex[path], cost) if np.isfinite(cost) else nothing
+    return (field.vertex[path], cost) if np.isfinite(cost) else no_path
 
 
 @njit(cache=True)

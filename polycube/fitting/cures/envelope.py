@@ -15,7 +15,7 @@ import numpy as np
 from polycube.fitting import energy
 from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.cures.neighbourhood import Neighbourhood
-from polycube.fitting.cures.refit import Refit, at_goals, judged
+from polycube.fitting.cures.refit import Refit, at_goals, evaluated
 from polycube.fitting.energy import Terms
 from polycube.fitting.snapping import goals_of
 from polycube.fitting.springs import Springs, pull
@@ -26,9 +26,9 @@ BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in sequence
 ROUNDS = 2  # rounds for each; closest points are updated once per round
 ITERATIONS = 20
 REACH = 0.25  # of the size: largest move of a vertex in a round, so that the surface is flat enough
-EVERY_WAY = np.eye(3)[None]
+ALL_DIRECTIONS = np.eye(3)[None]
 WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to their goals
-LITTLE = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
+SMALL_LOSS = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
 
 
 def envelopes(width: float) -> list[tuple[float, float]]:
@@ -36,7 +36,7 @@ def envelopes(width: float) -> list[tuple[float, float]]:
     return [(0.0, 0.0), (width, 0.0), (width, HOLD)] if width else [(0.0, 0.0)]
 
 
-def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refit:
+def fit_in_envelope(near: Neighbourhood, aim: float, width: float, hold: float) -> Refit:
     """The best positions found.
 
     near : the neighbourhood
@@ -49,10 +49,10 @@ def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refi
     x = problem.mesh.vertices.copy()
     lengths = problem.lengths(x, 2, 0.05)
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
-    room = _room(near, np.linalg.norm(x - at.place(problem, x), axis=1), width)
+    permitted = _permitted_distance(near, np.linalg.norm(x - at.place(problem, x), axis=1), width)
     start, every = x[problem.outer], hold / problem.size(x)[problem.outer] ** 2
     springs = pull(problem.outer, start, np.zeros_like(start), 0 * every, every)
-    best = judged(near, x, aim)
+    best = evaluated(near, x, aim)
     for beta in np.repeat(BETAS, ROUNDS):
         least = energy.least_determinant(x, problem.hexes, lengths)
         if least <= 0 or best.least >= aim:
@@ -62,19 +62,19 @@ def loosened(near: Neighbourhood, aim: float, width: float, hold: float) -> Refi
         function = partial(_energy, near, lengths, terms, springs)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
-        back = partial(_held, x, reach, at.place(problem, x), _off(near, at), room)
+        back = partial(_limited, x, reach, at.place(problem, x), _off(near, at), permitted)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))
-        x = _landed(near, at.place(problem, x), room, x, aim)
-        best = min(best, judged(near, x, aim), key=lambda each: each.cost)
-    return _home(near, best, aim)
+        x = _close_to_goals(near, at.place(problem, x), permitted, x, aim)
+        best = min(best, evaluated(near, x, aim), key=lambda each: each.cost)
+    return _returned_to_goals(near, best, aim)
 
 
-def _home(near: Neighbourhood, found: Refit, aim: float) -> Refit:
+def _returned_to_goals(near: Neighbourhood, found: Refit, aim: float) -> Refit:
     """Return vertices to their goals if no hex becomes poor or worse."""
     least = min(aim, found.least)
-    home = judged(near, at_goals(near, found.x, least), aim)
-    return home if home.least >= least - WORSE else found
+    returned = evaluated(near, at_goals(near, found.x, least), aim)
+    return returned if returned.least >= least - WORSE else found
 
 
 def _energy(
@@ -84,14 +84,14 @@ def _energy(
     return value, gradient * near.moves[:, None]
 
 
-def _room(near: Neighbourhood, gap: np.ndarray, width: float) -> np.ndarray:
+def _permitted_distance(near: Neighbourhood, gap: np.ndarray, width: float) -> np.ndarray:
     """(N',) permitted distance of each vertex from its goal, from its present distance (N',)."""
     allowed = near.matching.allowed
     assert allowed is not None  # the matching is exact
-    room = np.full(len(gap), width)
-    held = np.append(near.matching.curve, near.matching.corner)
-    room[held] = np.minimum(width, allowed[held])
-    return np.maximum(room, gap)
+    permitted = np.full(len(gap), width)
+    on_feature = np.append(near.matching.curve, near.matching.corner)
+    permitted[on_feature] = np.minimum(width, allowed[on_feature])
+    return np.maximum(permitted, gap)
 
 
 def _off(near: Neighbourhood, at: Goals) -> np.ndarray:
@@ -104,38 +104,40 @@ def _off(near: Neighbourhood, at: Goals) -> np.ndarray:
     return off
 
 
-def _held(
-    begun: np.ndarray,
+def _limited(
+    start: np.ndarray,
     reach: np.ndarray,
     goal: np.ndarray,
     off: np.ndarray,
-    room: np.ndarray,
+    permitted: np.ndarray,
     x: np.ndarray,
 ) -> np.ndarray:
     """Limit positions to the reach from the start of the round, and from their goals."""
-    return _nearer(goal, off, room, _nearer(begun, EVERY_WAY, reach, x))
+    return _within_distance(goal, off, permitted, _within_distance(start, ALL_DIRECTIONS, reach, x))
 
 
-def _landed(
-    near: Neighbourhood, goal: np.ndarray, room: np.ndarray, x: np.ndarray, aim: float
+def _close_to_goals(
+    near: Neighbourhood, goal: np.ndarray, permitted: np.ndarray, x: np.ndarray, aim: float
 ) -> np.ndarray:
     """Limit positions to the permitted distance from their goals, unless hexes become poor.
 
     Goals may have changed discontinuously near narrow gaps.
     """
-    landed = _nearer(goal, EVERY_WAY * near.moves[:, None, None], room, x)
-    least = np.minimum(near.problem.scaled_jacobian(x) - LITTLE, aim)
-    while (poor := near.problem.scaled_jacobian(landed) < least).any():
+    limited = _within_distance(goal, ALL_DIRECTIONS * near.moves[:, None, None], permitted, x)
+    least = np.minimum(near.problem.scaled_jacobian(x) - SMALL_LOSS, aim)
+    while (poor := near.problem.scaled_jacobian(limited) < least).any():
         vertex = np.unique(near.problem.hexes[poor])
-        if np.array_equal(landed[vertex], x[vertex]):
+        if np.array_equal(limited[vertex], x[vertex]):
             break
-        landed[vertex] = x[vertex]
-    return landed
+        limited[vertex] = x[vertex]
+    return limited
 
 
-def _nearer(goal: np.ndarray, off: np.ndarray, room: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _within_distance(
+    goal: np.ndarray, off: np.ndarray, permitted: np.ndarray, x: np.ndarray
+) -> np.ndarray:
     """Limit positions to the permitted distance from their goals."""
     away = np.einsum("vij,vj->vi", np.broadcast_to(off, (len(x), 3, 3)), x - goal)
     distance = np.linalg.norm(away, axis=1)
-    too_far = np.maximum(0, 1 - room / np.maximum(distance, 1e-30))
-    return x - too_far[:, None] * away
+    excess = np.maximum(0, 1 - permitted / np.maximum(distance, 1e-30))
+    return x - excess[:, None] * away

@@ -19,26 +19,26 @@ from polycube.surface.measures import connected
 class Faces:
     """The quads of a fitted mesh, in parts enclosed by the paths of the curves."""
 
-    def __init__(self, whole: Fitted) -> None:
-        mesh, self.owner = whole.mesh, whole.sides[0]
+    def __init__(self, fit: Fitted) -> None:
+        mesh, self.owner = fit.mesh, fit.sides[0]
         self.quads, self.hexes = mesh.quads, mesh.hexes
         sides, pair = quad_edges(mesh.quads)
-        self._on = np.sort(whole.on_path)
-        joined = ~np.isin(edge_keys(sides, len(whole.gap)), self._on)
+        self._on = np.sort(fit.on_path)
+        joined = ~np.isin(edge_keys(sides, len(fit.gap)), self._on)
         self.part = connected(pair[joined, 0], pair[joined, 1], len(mesh.quads))
-        self.flat, self.sharp = self._corners(whole)
+        self.flat, self.sharp = self._corners(fit)
 
-    def _corners(self, whole: Fitted) -> tuple[np.ndarray, np.ndarray]:
+    def _corners(self, fit: Fitted) -> tuple[np.ndarray, np.ndarray]:
         """Quads (Q,) with flat corners between edges on paths, and quads (Q,) with other ones."""
-        x, quads = whole.mesh.vertices, self.quads
-        onward = x[np.roll(quads, -1, axis=1)] - x[quads]
-        onward /= np.linalg.norm(onward, axis=2, keepdims=True) + 1e-30
-        is_flat = np.einsum("qkd,qkd->qk", onward, -np.roll(onward, 1, axis=1)) < np.cos(FLAT)
+        x, quads = fit.mesh.vertices, self.quads
+        direction = x[np.roll(quads, -1, axis=1)] - x[quads]
+        direction /= np.linalg.norm(direction, axis=2, keepdims=True) + 1e-30
+        is_flat = np.einsum("qkd,qkd->qk", direction, -np.roll(direction, 1, axis=1)) < np.cos(FLAT)
         ends = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
         on = np.isin(edge_keys(ends, len(x)), self._on).reshape(-1, 4)
         between = on & np.roll(on, 1, axis=1)
         flat = (between & is_flat).any(axis=1)
-        ends = between & np.isin(quads, whole.corners) & ~is_flat
+        ends = between & np.isin(quads, fit.corners) & ~is_flat
         return flat, ends.any(axis=1) & ~flat
 
     def under(self, quads: np.ndarray) -> np.ndarray:

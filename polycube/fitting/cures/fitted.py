@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Matching, held_exactly, match
+from polycube.fitting.creases.constraints import Matching, match, with_tolerances
 from polycube.fitting.creases.paths import path_sides
 from polycube.fitting.cures import losses
 from polycube.fitting.problem import FitProblem
@@ -19,8 +19,8 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
-OFF = 50.0  # cost of a diagonal of distance from the surface, beyond
-NO_LOSS = 2e-3  # this distance
+OFF = 50.0  # cost of a diagonal of distance from the surface, beyond FREE_DISTANCE
+FREE_DISTANCE = 2e-3  # distance from the surface, in diagonals, without cost
 POWER = 4  # exponent in the cost of a hex: one bad hex counts more than many slightly poor ones
 STRAYED = 100.0  # cost of a diagonal of distance from exact features, beyond the permitted distance
 
@@ -82,7 +82,7 @@ def fitted(mesh: HexMesh, target: Target) -> Fitted:
     """Prepare a mesh in model units that is fitted to its target."""
     unit = replace(mesh, vertices=target.to_unit(mesh.vertices), patch=np.arange(len(mesh.quads)))
     problem = FitProblem(unit, target, samples=1)
-    matching = held_exactly(match(problem, unit.vertices), len(unit.vertices))
+    matching = with_tolerances(match(problem, unit.vertices), len(unit.vertices))
     gap, strayed = distances(problem, unit.vertices, matching)
     number = {id(crease): k for k, crease in enumerate(target.followed.creases)}
     paths = {number[id(route.crease)]: route.vertices for route in matching.routes}
@@ -107,9 +107,9 @@ def distances(
     at = goals_of(problem, x, matching, np.ones(len(x)))
     gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
     strayed = np.zeros(len(x))
-    held = np.append(at.curve, at.corner)
+    on_feature = np.append(at.curve, at.corner)
     assert at.allowed is not None  # the matching is exact
-    strayed[held] = np.maximum(0, gap[held] - at.allowed[held])
+    strayed[on_feature] = np.maximum(0, gap[on_feature] - at.allowed[on_feature])
     return gap, strayed
 
 
@@ -123,20 +123,20 @@ def cost(
     The total cost, and the smallest scaled Jacobian
     """
     least = float(jacobian.min())
-    poor = float(poorness(jacobian, aim).sum()) + 10 * (least <= 0)
-    return poor + float(offness(gap, strayed).max(initial=0)), least
+    poor = float(hex_costs(jacobian, aim).sum()) + 10 * (least <= 0)
+    return poor + float(vertex_costs(gap, strayed).max(initial=0)), least
 
 
-def offness(gap: np.ndarray, strayed: np.ndarray) -> np.ndarray:
+def vertex_costs(gap: np.ndarray, strayed: np.ndarray) -> np.ndarray:
     """(V,) cost of vertices.
 
     gap : (V,) distances from their goals
     strayed : (V,) distances from exact features, minus the permitted distance
     """
-    return OFF * np.maximum(0, gap - NO_LOSS) + STRAYED * strayed
+    return OFF * np.maximum(0, gap - FREE_DISTANCE) + STRAYED * strayed
 
 
-def poorness(jacobian: np.ndarray, aim: float) -> np.ndarray:
+def hex_costs(jacobian: np.ndarray, aim: float) -> np.ndarray:
     """Cost of hexes by their scaled Jacobians (H,): 1 for a flat hex, 0 above the aim."""
     return (np.maximum(0, aim - jacobian) / aim) ** POWER
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Matching, held_exactly
+from polycube.fitting.creases.constraints import Matching, with_tolerances
 from polycube.fitting.creases.paths import Route, path_sides
 from polycube.fitting.cures.fitted import Fitted, edge_keys
 from polycube.fitting.problem import FitProblem
@@ -51,13 +51,13 @@ class Neighbourhood:
 
 
 def neighbourhood(
-    whole: Fitted, seeds: np.ndarray, inside: np.ndarray | None = None
+    fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None = None
 ) -> Neighbourhood | None:
     """Extract a neighbourhood.
 
     Parameters
     ----------
-    whole : the mesh
+    fit : the mesh
     seeds : (S,) hexes around which vertices move, without a sheet
     inside : (H,) hexes to surround by a sheet
 
@@ -65,8 +65,8 @@ def neighbourhood(
     -------
     The neighbourhood, or None if the sheet would be pinched or break a path
     """
-    hexes = whole.mesh.hexes
-    moves = np.zeros(len(whole.gap), bool)
+    hexes = fit.mesh.hexes
+    moves = np.zeros(len(fit.gap), bool)
     if inside is None:
         moves[hexes[seeds]] = True
     else:
@@ -77,7 +77,7 @@ def neighbourhood(
     for _ in range(RINGS):
         moves[hexes[moves[hexes].any(axis=1)]] = True
     elements = np.flatnonzero(moves[hexes].any(axis=1))
-    piece, used = part(whole.mesh, elements, np.stack(whole.sides, axis=1))
+    piece, used = part(fit.mesh, elements, np.stack(fit.sides, axis=1))
     moves, own, twin = moves[used], None, np.full(len(used), -1)
     if inside is not None:
         own = inside[elements]
@@ -85,16 +85,16 @@ def neighbourhood(
             return None
         piece, twin = _with_sheet(piece, own)
         moves = np.append(moves, np.ones(len(piece.vertices) - len(used), bool))
-    problem = FitProblem(piece, whole.target, samples=1)
-    problem.hold_on_faces(whole.cad_face[piece.patch])
-    found = _routes(whole, piece, used, twin)
+    problem = FitProblem(piece, fit.target, samples=1)
+    problem.restrict_to_faces(fit.cad_face[piece.patch])
+    found = _routes(fit, piece, used, twin)
     if found is None:
         return None
     routes, detours = found
-    is_here = np.isin(whole.corners, used)
-    corner = np.searchsorted(used, whole.corners[is_here])
-    matching = Matching(tuple(routes), corner, whole.corner_goals[is_here])
-    matching = held_exactly(matching, len(piece.vertices))
+    is_here = np.isin(fit.corners, used)
+    corner = np.searchsorted(used, fit.corners[is_here])
+    matching = Matching(tuple(routes), corner, fit.corner_goals[is_here])
+    matching = with_tolerances(matching, len(piece.vertices))
     return Neighbourhood(problem, matching, used, elements, moves, own, detours)
 
 
@@ -108,24 +108,24 @@ def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
 
 
 def _routes(
-    whole: Fitted, piece: HexMesh, used: np.ndarray, twin: np.ndarray
+    fit: Fitted, piece: HexMesh, used: np.ndarray, twin: np.ndarray
 ) -> tuple[list[Route], Detours] | None:
     """Paths of the part, and their detours; None if a path is broken."""
     n = len(piece.vertices)
     edges = np.sort(edge_keys(quad_edges(piece.quads, is_closed=False)[0], n))
-    is_here = np.zeros(len(whole.gap), bool)
+    is_here = np.zeros(len(fit.gap), bool)
     is_here[used] = True
     routes: list[Route] = []
     detours: Detours = {}
-    for number, path in whole.paths.items():
+    for number, path in fit.paths.items():
         if not is_here[path].any():
             continue
-        crease = whole.target.followed.creases[number]
+        crease = fit.target.followed.creases[number]
         for run, start, end in _runs(crease.is_loop, is_here[path]):
             vertices = np.searchsorted(used, path[run])
             own = crease
             if len(run) < len(path) or start != 0:
-                x = whole.mesh.vertices[path]
+                x = fit.mesh.vertices[path]
                 arc = arc_length.spread(crease.points, crease.arc, crease.is_loop, x)
                 high = arc[end % len(path)] + crease.length * (end // len(path))
                 own = crease.piece(arc[start], high)
@@ -163,8 +163,8 @@ def _detour(a: int, b: int, twin: np.ndarray, edges: np.ndarray, n: int) -> list
     """The new vertices between a and b."""
     known = [int(twin[v]) if v < len(twin) else -1 for v in (a, b)]
     for between in ([known[0]], [known[1]], known):
-        way = np.array([a, *between, b])
-        if min(between) >= 0 and _among(edges, edge_keys(path_sides(way, False), n)).all():
+        path = np.array([a, *between, b])
+        if min(between) >= 0 and _among(edges, edge_keys(path_sides(path, False), n)).all():
             return between
     return None
 
@@ -174,9 +174,9 @@ def with_detours(path: np.ndarray, is_loop: bool, detours: Detours) -> np.ndarra
     if not detours:
         return path
     sides = path_sides(path, is_loop).tolist()
-    whole = [[a, *detours.get((a, b), [])] for a, b in sides]
+    pieces = [[a, *detours.get((a, b), [])] for a, b in sides]
     last = [] if is_loop else [path[-1]]
-    return np.array([*(v for each in whole for v in each), *last], np.int64)
+    return np.array([*(v for each in pieces for v in each), *last], np.int64)
 
 
 def _among(ordered: np.ndarray, keys: np.ndarray) -> np.ndarray:

@@ -18,9 +18,10 @@ from polycube.numerics.lbfgs import descend
 
 WEIGHTS = (1.0, 10.0, 100.0)  # weights of the boundary while a sheet unfolds
 BETAS = (20.0, 20.0, 30.0, 30.0, 40.0, 60.0)  # sharpness of the soft minimum in each round
-# factor on the cost before, for each round, above which the fit is abandoned
-HOPELESS = (2.5, 2.0, 1.5, 1.3, 1.2, 1.1)
-SNAPPED = (0.05, 0.1)  # scaled Jacobian below which hexes keep vertices away from their goals
+# factor on the original cost, for each round, above which the fit is abandoned
+ABANDON = (2.5, 2.0, 1.5, 1.3, 1.2, 1.1)
+# scaled Jacobian below which the vertices of a hex are not moved to their goals
+SNAPPED = (0.05, 0.1)
 WORSE = 1.2  # factor on the cost for vertices moved to their goals
 
 
@@ -52,10 +53,10 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     x = _descended(near, x, lengths, soft, 30, WEIGHTS[-1])
     lengths = problem.lengths(x, 2, 0.05)
     x = at_goals(near, x, SNAPPED[0])
-    best = judged(near, x, aim)
-    for beta, most in zip(BETAS, HOPELESS, strict=True):
+    best = evaluated(near, x, aim)
+    for beta, most in zip(BETAS, ABANDON, strict=True):
         x = _slid(near, x, lengths, beta)
-        free, snapped = (judged(near, y, aim) for y in (x, at_goals(near, x, SNAPPED[1])))
+        free, snapped = (evaluated(near, y, aim) for y in (x, at_goals(near, x, SNAPPED[1])))
         best = min(best, free, snapped, key=lambda each: each.cost)
         x = snapped.x if snapped.cost < WORSE * free.cost else x
         if best.cost == 0 or best.cost > most * before:
@@ -63,7 +64,7 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     return best
 
 
-def judged(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
+def evaluated(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
     """Positions (N', 3) of a neighbourhood with their cost."""
     gap, strayed = distances(near.problem, x, near.matching)
     gap[~near.moves] = strayed[~near.moves] = 0
@@ -103,8 +104,8 @@ def _springs(near: Neighbourhood, x: np.ndarray, at: Goals, weight: float) -> li
 def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) -> np.ndarray:
     """Positions with a higher soft minimum of the scaled Jacobian; the boundary slides."""
     problem = near.problem
-    everything = np.arange(len(problem.hexes)), np.arange(len(x))
-    region = Region(*everything, problem.hexes, near.moves)
+    all_indices = np.arange(len(problem.hexes)), np.arange(len(x))
+    region = Region(*all_indices, problem.hexes, near.moves)
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
     is_away = np.linalg.norm(at.place(problem, x) - x, axis=1) > ON_GOAL
     springs = together([pull_back(problem, x, at, region, is_away)])

@@ -1,4 +1,4 @@
-"""More parts along bent edges, on a block whose edges bulge along x alone."""
+"""More parts along curved edges, on a block whose edges are curved only along x."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ PLENTY = 10**6
 
 
 def block(parts, bulge=0.2):
-    """So many parts of each interval; y is wider in the middle of x, by a parabola."""
+    """Block with the given parts of each interval; its y sides bulge as a parabola in x."""
     straight = mesh(BLOCK, affine_map(BLOCK, 2 * np.eye(3), [-2, -1, -1]), parts)
     x = straight.vertices.copy()
     x[:, 1] *= 1 + bulge * (1 - (x[:, 0] / 2) ** 2)
@@ -44,15 +44,15 @@ def found_by(wanted, bulge=0.2, most=PLENTY, counts=None):
     return [number.tolist() for number in found]
 
 
-def test_straight_edges_ask_for_nothing():
+def test_straight_edges_need_no_more_parts():
     assert found_by(1e-4, bulge=0.0) == [[3, 3], [3], [3]]
 
 
-def test_chords_that_are_near_ask_for_nothing():
+def test_chords_within_the_distance_need_no_more_parts():
     assert found_by(0.01) == [[3, 3], [3], [3]]
 
 
-def test_only_the_intervals_along_bent_edges_have_more_parts():
+def test_only_intervals_along_curved_edges_get_more_parts():
     # an edge of length h is h^2 / 8 R off, and R = 2^2 / (2 * 0.2) in the middle of x
     unit = np.linalg.norm(np.ptp(surface().vertices, axis=0))
     off = (4 / 6) ** 2 / 8 / 10 / unit
@@ -62,7 +62,7 @@ def test_only_the_intervals_along_bent_edges_have_more_parts():
     assert abs(found[0][0] - found[0][1]) <= 1
 
 
-def test_the_distance_gives_way_to_the_number_of_hexes():
+def test_the_distance_is_increased_until_the_hexes_are_permitted():
     few = parts_of([3, 3], 3, 3)
     found = found_by(1e-6)
     assert [3, 3] < found[0] and found[1:] == [[3], [3]]
@@ -70,11 +70,11 @@ def test_the_distance_gives_way_to_the_number_of_hexes():
     assert found_by(1e-6, most=1) == [[3, 3], [3], [3]]
 
 
-def test_parts_that_there_are_count():
+def test_existing_parts_are_counted():
     assert found_by(1e-3, counts=parts_of([20, 20], 3, 3)) == [[20, 20], [3], [3]]
 
 
-def test_counts_stay_where_no_distance_makes_the_mesh_small_enough(monkeypatch):
-    """A loop of less than three edges asks for three at any distance."""
+def test_counts_are_unchanged_if_every_distance_needs_too_many_hexes(monkeypatch):
+    """A loop of less than three edges needs three at any distance."""
     monkeypatch.setattr(chord_counts, "raised", lambda *given: parts_of([30, 30], 30, 30))
     assert found_by(1e-3) == [[3, 3], [3], [3]]

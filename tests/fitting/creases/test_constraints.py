@@ -1,4 +1,4 @@
-"""Sharp edges of a cube found by a box of hexes in it."""
+"""Sharp edges of a cube that are matched with a box of hexes inside it."""
 
 from dataclasses import replace
 
@@ -12,14 +12,14 @@ from polycube.fitting.creases.constraints import (
     Matching,
     chains,
     goals,
-    held_exactly,
     match,
     no_features,
-    spread,
+    with_tolerances,
 )
 from polycube.fitting.creases.paths import Route
 from polycube.fitting.problem import FitProblem
 from polycube.structure.lattice import boundary, edges
+from polycube.surface import arc_length
 from polycube.surface.curves.features import Crease
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
@@ -27,7 +27,7 @@ from tests.fixtures.polycubes import cut, ring
 
 
 def cube_body(surface: trimesh.Trimesh, turn: float = 0.0) -> tuple[FitProblem, np.ndarray]:
-    """A unit cube of hexes, at the unit scale of the surface; turned about z by an angle."""
+    """A unit cube of hexes at the unit scale of the surface, rotated about z by `turn`."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     goal = target(TriMesh(surface.vertices, surface.faces))
     problem = FitProblem(cut(cube, 0.25), goal, 100)
@@ -61,7 +61,7 @@ def test_share_of_marked_edges():
     assert found.share(marked).tolist() == [0.25 * (k == 3) for k in range(12)]
 
 
-def test_less_is_allowed_off_a_curve_that_edges_cut_short():
+def test_chord_error_reduces_the_permitted_distance():
     line = Crease(np.array([[0.0, 0, 0], [1, 0, 0]]), np.array([0.0, 1.0]), np.ones(1), (0, 1))
     loop = circle(720)
     size = loop.length / (2 * np.pi)  # its radius
@@ -70,7 +70,7 @@ def test_less_is_allowed_off_a_curve_that_edges_cut_short():
     assert found[1].sagitta == pytest.approx(size * (1 - np.cos(np.pi / 20)), rel=1e-3)
     small = Route(replace(loop, points=0.1 * loop.points, arc=0.1 * loop.arc), np.arange(25, 45))
     matching = Matching((*found, small), np.zeros(0, int), np.zeros((0, 3)))
-    allowed = held_exactly(matching, 50).allowed
+    allowed = with_tolerances(matching, 50).allowed
     assert (allowed[:5] == allowed[45:]).all() and allowed[0] == 0.0025
     assert (allowed[5:25] == 0.0005).all()
     assert allowed[25:45] == pytest.approx(0.0025 - small.sagitta)
@@ -111,7 +111,7 @@ def test_springs_hold_across_edges_and_at_corners():
     assert (corner.along == 0).all() and (corner.every == 2).all()
 
 
-def test_unused_features_are_left_out():
+def test_goals_without_unused_features():
     problem, x = cube_body(unit_box())
     at = goals(problem, x, match(problem, x), 0.04, np.zeros(len(x), bool))
     assert len(at.curve) == len(at.corner) == 0
@@ -127,12 +127,18 @@ def circle(n: int) -> Crease:
     return Crease(points, arc, np.full(n, np.pi / 2), (-1, -1))
 
 
+def spread(route: Route, x: np.ndarray) -> np.ndarray:
+    """(N,) ascending arc lengths of the vertices of a route."""
+    crease = route.crease
+    return arc_length.spread(crease.points, crease.arc, crease.is_loop, x[route.vertices])
+
+
 def line(length: float) -> Crease:
     points = np.array([[0.0, 0, 0], [length, 0, 0]])
     return Crease(points, np.array([0, length]), np.array([np.pi / 2]), (0, 1))
 
 
-def test_spread_keeps_places_that_are_in_order():
+def test_spread_does_not_change_ordered_positions():
     x = np.array([[0, 0.1, 0], [1, -0.2, 0], [2.5, 0, 0.3], [4, 0, 0]])
     route = Route(line(4.0), np.arange(4))
     assert spread(route, x) == pytest.approx([0, 1, 2.5, 4])
@@ -152,8 +158,8 @@ def test_spread_never_folds(seed, n):
     assert (np.diff(around) >= 0.2 * loop.length / n - 1e-12).all()
 
 
-def test_vertices_stay_on_their_own_crease():
-    """Two parallel creases: a vertex that is nearer to the other one does not change over."""
+def test_vertices_stay_on_their_own_crease_near_another():
+    """Two parallel creases: a vertex closer to the other crease stays on its own."""
     other = Crease(line(1.0).points + np.array([0, 0.3, 0]), np.array([0, 1.0]), np.ones(1), (2, 3))
     routes = (Route(line(1.0), np.arange(3)), Route(other, np.arange(3, 6)))
     matching = Matching(routes, np.zeros(0, int), np.zeros((0, 3)))
@@ -166,8 +172,8 @@ def test_vertices_stay_on_their_own_crease():
 
 @given(st.integers(0, 10**6))
 @settings(max_examples=40, deadline=None)
-def test_spread_goes_on_from_where_vertices_are(seed):
-    """On a loop of six straight pieces, unevenly: they stay, and a small way moves them little."""
+def test_spread_is_continuous_in_the_positions(seed):
+    """Vertices on a loop of six segments keep their arc lengths; small moves change them little."""
     rng = np.random.default_rng(seed)
     loop = circle(6)
     step = rng.uniform(0.4, 1, 12)
@@ -190,8 +196,8 @@ def plate(thickness: float) -> tuple[FitProblem, np.ndarray]:
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.2, 0.4])
-def test_feet_keep_to_their_side_of_a_thin_wall(turn):
-    """A plate thinner than the hexes' tilt moves them: vertices a small way through stay."""
+def test_closest_points_stay_on_their_side_of_a_thin_wall(turn):
+    """A plate thinner than a vertex is tilted: closest points stay on the side of the vertex."""
     problem, x = plate(0.05)
     height = x[problem.outer, 2].copy()
     rng = np.random.default_rng(1)
@@ -202,11 +208,11 @@ def test_feet_keep_to_their_side_of_a_thin_wall(turn):
     assert at.foot[inner, 2] == pytest.approx(height[inner], abs=1e-12)
 
 
-def test_feet_stay_at_a_seam():
-    """An inner edge of 90 degrees: its vertices are moved out along the floor, and stay there.
+def test_closest_points_stay_on_their_face_at_a_concave_edge():
+    """Vertices of a concave edge of 90 degrees are moved along the floor and stay there.
 
-    Their normals lean to the wall, for its quads are higher than the floor's are long: up to 0.03
-    away the foot was on the wall.
+    Their normals are closer to that of the wall, because its quads are larger than those of the
+    floor. In a former version, the closest point was on the wall for moves of up to 0.03.
     """
     solid = np.ones((2, 1, 2))
     solid[1, :, 1] = 0

@@ -27,7 +27,7 @@ def expected(mesh: HexMesh) -> np.ndarray:
     return np.select(sides, [1, 2, 3, 4, 5, 6], 7)
 
 
-def test_quads_know_their_cad_face(mesh):
+def test_cad_face_of_each_quad(mesh):
     goal = target(halved_box())
     problem, x = FitProblem(mesh, goal, 1), goal.to_unit(mesh.vertices)
     matching = match(problem, x)
@@ -37,7 +37,7 @@ def test_quads_know_their_cad_face(mesh):
     assert inside.sum() == sum((a - 1) * (b - 1) for a, b in [(4, 4)] * 4 + [(8, 4)] * 3)
 
 
-def test_a_face_whose_border_is_not_closed_is_not_known(mesh):
+def test_a_face_without_a_closed_border_is_unknown(mesh):
     goal = target(halved_box())
     problem, x = FitProblem(mesh, goal, 1), goal.to_unit(mesh.vertices)
     matching = match(problem, x)
@@ -49,7 +49,7 @@ def test_a_face_whose_border_is_not_closed_is_not_known(mesh):
 
 
 def test_a_curve_within_a_flat_side_gets_its_edges(mesh):
-    """The lattice is 8 % of its length off: nearest points alone would leave it so."""
+    """The lattice is shifted by 8 % of its length; closest points alone would not correct it."""
     goal = target(halved_box())
     bent = mesh.vertices + np.outer(0.16 * np.sin(np.pi * mesh.vertices[:, 0] / 2), [1, 0, 0])
     start = hex_mesh(bent, mesh.hexes, mesh.quads, mesh.patch, mesh.cell)

@@ -1,4 +1,4 @@
-"""Creases found on mesh edges: of a box, moved, with a rim inside a flat patch, and refused."""
+"""Paths of creases on mesh edges: box, perturbed box, rims inside a flat patch, no path."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def stepped(height: float = 0.25, radius: float = 0.3) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
 
 
-def test_net_knows_the_hexes_at_each_edge():
+def test_net_counts_the_hexes_at_each_edge():
     problem, x = body_of(trimesh.creation.box((1, 1, 1)), 0.25)
     found = net(problem, x)
     half = 0.5 / problem.target.scale
@@ -76,7 +76,7 @@ def test_every_edge_of_a_box_has_its_path():
 
 @given(st.integers(0, 10**6))
 @settings(max_examples=10, deadline=None)
-def test_paths_of_a_shaken_box_are_those_of_the_polycube(seed):
+def test_paths_of_a_perturbed_box_are_those_of_the_polycube(seed):
     problem, x = body_of(trimesh.creation.box((1, 1, 1)))
     calm = match(problem, x)
     size = 0.125 / problem.target.scale
@@ -109,7 +109,7 @@ def test_rims_inside_a_flat_patch_are_found():
     assert len(np.unique(used)) == len(used)
 
 
-def test_a_crease_far_from_the_mesh_is_left_out():
+def test_a_crease_far_from_the_mesh_has_no_path():
     surface = trimesh.util.concatenate(
         [trimesh.creation.box((1, 1, 1)), trimesh.creation.box(bounds=[[2, 0, 0], [3, 1, 1]])]
     )
@@ -122,7 +122,7 @@ def test_a_crease_far_from_the_mesh_is_left_out():
 
 
 def test_creases_closer_than_a_hex_do_not_share_vertices():
-    """Rim and foot of a boss a third of a hex high: both loops find their own way, or only one."""
+    """Rim and foot of a boss a third of a hex high: both have separate paths, or only one has."""
     problem, x = body_of(stepped(height=0.02), 1 / 16)
     matching = match(problem, x)
     used = np.concatenate([np.setdiff1d(r.vertices, matching.corner) for r in matching.routes])

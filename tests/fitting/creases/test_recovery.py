@@ -1,10 +1,10 @@
-"""Creases that gave way come back, for no hex that counts."""
+"""Recovery of released creases without loss of the relevant scaled Jacobian."""
 
 import numpy as np
 import pytest
 
-from polycube.fitting.creases.constraints import held_exactly, match, no_features
-from polycube.fitting.creases.recovery import regain
+from polycube.fitting.creases.constraints import match, no_features, with_tolerances
+from polycube.fitting.creases.recovery import recover_creases
 from polycube.fitting.local_polish import raise_worst
 from polycube.fitting.merit import FULL, merit_of
 from polycube.fitting.problem import FitProblem
@@ -19,7 +19,7 @@ ROUNDS = 12
 
 
 def wedge(slope: float) -> tuple[FitProblem, np.ndarray]:
-    """4^3 hexes in a box of which one side slopes outwards, all creases held; unit scale."""
+    """4^3 hexes in a box with one sloped side, at unit scale; its edges are on all creases."""
 
     def sloped(vertices):
         return vertices * (1 + slope * vertices[:, 2:] / 4 * [1, 0, 0])
@@ -37,8 +37,8 @@ def state(problem: FitProblem, x: np.ndarray) -> State:
     return State(x, float(problem.scaled_jacobian(x).min()), 0.0, np.ones(len(x)))
 
 
-def given_way(problem: FitProblem, x: np.ndarray) -> State:
-    """The worst hexes raised on the surface, creases or not."""
+def released(problem: FitProblem, x: np.ndarray) -> State:
+    """State after improving the worst hexes on the surface without regard to creases."""
     every, free, lengths = np.ones(len(x)), no_features(), problem.lengths(x, 2, 0.05)
     for _ in range(8):
         found = snap(problem, x, goals_of(problem, x, free, every), 0.3, every)
@@ -57,37 +57,37 @@ def stray(problem: FitProblem, found: State) -> float:
 
 
 def pushed(problem: FitProblem, x: np.ndarray, far: float) -> State:
-    """An edge but its ends is so far inside, on the top."""
+    """Move the inner vertices of an edge inwards by `far`, within the top."""
     moved = x.copy()
     top = np.isclose(x[:, 2], x[:, 2].max()) & np.isclose(x[:, 0], x[:, 0].max())
     moved[top & (np.abs(x[:, 1]) < 0.9 * x[:, 1].max()), 0] -= far
     return state(problem, moved)
 
 
-def test_an_edge_that_gave_way_for_nothing_comes_back():
+def test_an_edge_released_without_need_is_recovered():
     problem, x = wedge(0.5)
     start = pushed(problem, x, 0.03)
     assert off(problem, start) > 0.01
-    found = regain(problem, match(problem, x), start, ROUNDS)
+    found = recover_creases(problem, match(problem, x), start, ROUNDS)
     assert off(problem, found) < 1e-6
     assert stray(problem, found) < 1e-9
     assert found.jacobian > start.jacobian
 
 
-def test_a_little_comes_back_where_creases_are_soft_and_is_no_loss_where_exact():
+def test_small_deviations_are_recovered_for_soft_creases_only():
     problem, x = wedge(0.5)
     start, matching = pushed(problem, x, 0.002), match(problem, x)
     assert 0.001 < off(problem, start) < 0.003
-    assert off(problem, regain(problem, matching, start, ROUNDS)) < 1e-6
-    assert regain(problem, held_exactly(matching, len(x)), start, ROUNDS) is start
+    assert off(problem, recover_creases(problem, matching, start, ROUNDS)) < 1e-6
+    assert recover_creases(problem, with_tolerances(matching, len(x)), start, ROUNDS) is start
 
 
 @pytest.mark.parametrize("slope", [1.0, 1.6, 2.2])
-def test_what_counts_in_the_worst_hex_is_not_given(slope):
+def test_recovery_does_not_reduce_the_relevant_scaled_jacobian(slope):
     problem, x = wedge(slope)
-    start = given_way(problem, x)
+    start = released(problem, x)
     assert off(problem, start) > 0.005
-    found = regain(problem, match(problem, x), start, ROUNDS)
+    found = recover_creases(problem, match(problem, x), start, ROUNDS)
 
     def value(one):
         return merit_of(one.jacobian, stray(problem, one), off(problem, one))
@@ -98,10 +98,10 @@ def test_what_counts_in_the_worst_hex_is_not_given(slope):
     assert stray(problem, found) < 0.002
 
 
-def test_creases_that_hold_or_have_no_path_leave_the_mesh_as_it_is():
+def test_creases_on_their_paths_or_without_path_leave_the_mesh_unchanged():
     problem, x = wedge(1.6)
-    held, loose = state(problem, x), given_way(problem, x)
+    on_paths, loose = state(problem, x), released(problem, x)
     matching = match(problem, x)
-    assert regain(problem, matching, held, ROUNDS) is held
-    assert regain(problem, no_features(), loose, ROUNDS) is loose
-    assert regain(problem, matching, loose, 0) is loose
+    assert recover_creases(problem, matching, on_paths, ROUNDS) is on_paths
+    assert recover_creases(problem, no_features(), loose, ROUNDS) is loose
+    assert recover_creases(problem, matching, loose, 0) is loose

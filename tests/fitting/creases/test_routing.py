@@ -1,4 +1,4 @@
-"""Fields of creases and cheapest paths on them, against slow obvious versions."""
+"""Fields of creases and cheapest paths on them, compared with simple implementations."""
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ from tests.fixtures.polycubes import cut
 
 
 @pytest.fixture(scope="module")
-def shaken() -> tuple[FitProblem, np.ndarray, routing.Net]:
-    """A unit cube of hexes on a cube, shaken: no two paths cost the same."""
+def perturbed() -> tuple[FitProblem, np.ndarray, routing.Net]:
+    """A unit cube of hexes on a cube, perturbed so that no two paths have the same cost."""
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     solid = trimesh.creation.box((1, 1, 1))
     problem = FitProblem(cut(cube, 0.125), target(TriMesh(solid.vertices, solid.faces)), 100)
@@ -46,8 +46,8 @@ def test_shortest_paths_are_those_of_scipy():
             assert steps.sum() == pytest.approx(total) and (steps > 0).all()
 
 
-def test_the_field_has_all_edges_within_reach(shaken):
-    problem, x, mesh = shaken
+def test_the_field_has_all_edges_within_reach(perturbed):
+    problem, x, mesh = perturbed
     for crease in problem.target.features.creases:
         found = routing.field(crease, problem, x, mesh)
         gap = crease.nearest(x)[1]
@@ -60,9 +60,9 @@ def test_the_field_has_all_edges_within_reach(shaken):
         assert (found.cost > 0).all()
 
 
-def test_corners_go_to_the_vertices_that_cost_least(shaken):
-    """Each corner of a cube has a vertex of its own: the best one is the cheapest for each."""
-    problem, x, mesh = shaken
+def test_corners_are_assigned_to_the_cheapest_vertices(perturbed):
+    """On a cube, the best assignment gives every corner its own cheapest vertex."""
+    problem, x, mesh = perturbed
     features = problem.target.features
     placed = paths.place_corners(features, problem, x, mesh)
     for number, corner in enumerate(features.corners):
@@ -78,9 +78,9 @@ def test_corners_go_to_the_vertices_that_cost_least(shaken):
                         sign = 1 if crease.ends[0] == number else -1
                         arc = 0.02 if sign > 0 else crease.length - 0.02
                         place, _, inside = crease.at(np.array([arc]))
-                        way = (place[0] - corner) / np.linalg.norm(place[0] - corner)
+                        direction = (place[0] - corner) / np.linalg.norm(place[0] - corner)
                         crowded = routing.crowding(inside, mesh.hexes[leaving])
-                        askew = 1 - mesh.run[leaving] @ way
+                        askew = 1 - mesh.run[leaving] @ direction
                         least.append((2 * askew + crowded).min())
                 cost[v] += np.mean(least)
         assert placed[number] == cost.argmin()

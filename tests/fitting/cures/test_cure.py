@@ -1,10 +1,10 @@
-"""Cures of a whole mesh: what they gain, what they keep."""
+"""Cures of a complete mesh: the gain, and the features and labels that must not be lost."""
 
 import numpy as np
 import pytest
 
 from polycube.fitting.cures.cure import cure
-from polycube.fitting.cures.fitted import poorness
+from polycube.fitting.cures.fitted import hex_costs
 from polycube.hexmesh import connectivity
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.inspection import inspect
@@ -39,7 +39,7 @@ def test_the_mesh_is_conforming_and_keeps_its_labels(cured):
     assert cured.primitives == mesh.primitives
 
 
-def test_all_features_are_kept_and_nothing_crosses(cured):
+def test_no_feature_is_lost_and_the_boundary_does_not_cross_itself(cured):
     surface, _ = lattice_on_rod()
     assert max(each.distance for each in inspect(cured, surface).features) < 0.003
     assert not len(crossings(cured))
@@ -54,7 +54,7 @@ def test_paths_lie_on_their_curves(cured):
         assert off.max() < 1e-6
 
 
-def test_a_good_mesh_is_returned_as_it_is(cured):
+def test_a_good_mesh_is_returned_unchanged(cured):
     surface, _ = lattice_on_rod()
     assert cure(cured, target(surface), 0.3, 0.0015) is cured
 
@@ -65,7 +65,7 @@ def test_without_sheets_the_boundary_stays_in_the_envelope(width):
     goal = target(surface)
     found = cure(mesh, goal, 0.4, width)
     before, after = (
-        poorness(scaled_jacobian(each.vertices, each.hexes), 0.4).sum() for each in (mesh, found)
+        hex_costs(scaled_jacobian(each.vertices, each.hexes), 0.4).sum() for each in (mesh, found)
     )
     assert after < 0.95 * before
     place = goal.to_unit(found.vertices[np.unique(found.quads)])
@@ -102,6 +102,6 @@ def test_a_mesh_that_crosses_itself_in_many_places_is_not_cured(monkeypatch):
         ({"envelope": 0.01}, "envelope must be"),
     ],
 )
-def test_wrong_options_are_refused(option, message):
+def test_invalid_options_are_refused(option, message):
     with pytest.raises(ValueError, match=message):
         build("meshing/cure", {"plugin": "sheets", **option})

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.envelope import envelopes, loosened
+from polycube.fitting.cures.envelope import envelopes, fit_in_envelope
 from polycube.fitting.cures.fitted import fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
-from polycube.fitting.cures.refit import judged
+from polycube.fitting.cures.refit import evaluated
 from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.surface.fit_target import target
@@ -21,13 +21,13 @@ WIDTHS = (0.0, 0.0005, 0.0015)
 @pytest.fixture(scope="module")
 def near():
     surface, mesh = lattice_on_rod()
-    whole = fitted(mesh, target(surface))
-    return neighbourhood(whole, np.flatnonzero(whole.jacobian < whole.jacobian.min() + 0.05)[:1])
+    fit = fitted(mesh, target(surface))
+    return neighbourhood(fit, np.flatnonzero(fit.jacobian < fit.jacobian.min() + 0.05)[:1])
 
 
 @pytest.fixture(scope="module")
 def found(near):
-    return {width: loosened(near, AIM, width, 0.0) for width in WIDTHS}
+    return {width: fit_in_envelope(near, AIM, width, 0.0) for width in WIDTHS}
 
 
 def away(near, x):
@@ -44,38 +44,40 @@ def test_the_boundary_is_in_the_envelope(near, found, width):
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_what_is_round_it_stays(near, found, width):
+def test_vertices_around_the_neighbourhood_are_fixed(near, found, width):
     start = near.problem.mesh.vertices
     assert np.array_equal(found[width].x[~near.moves], start[~near.moves])
 
 
 def test_poor_hexes_cost_less(near, found):
     start = near.problem.mesh.vertices
-    costs = [judged(near, start, AIM).cost, *(found[width].cost for width in WIDTHS)]
+    costs = [evaluated(near, start, AIM).cost, *(found[width].cost for width in WIDTHS)]
     assert costs[1] < 0.6 * costs[0]
     assert max(costs[2:]) < costs[1]
 
 
-def test_a_hold_keeps_it_nearer(near, found):
+def test_springs_to_the_start_reduce_the_distance(near, found):
     start = near.problem.mesh.vertices
-    held = loosened(near, AIM, 0.0015, 10.0)
+    sprung = fit_in_envelope(near, AIM, 0.0015, 10.0)
     outer = near.problem.outer
-    far = [np.linalg.norm((each.x - start)[outer], axis=1).max() for each in (held, found[0.0015])]
+    far = [
+        np.linalg.norm((each.x - start)[outer], axis=1).max() for each in (sprung, found[0.0015])
+    ]
     assert far[0] < far[1]
 
 
-def test_a_neighbourhood_without_boundary_is_raised():
+def test_a_neighbourhood_without_boundary_is_improved():
     vertices, hexes = unit_cubes(13, 13, 13)
     middle = np.flatnonzero((vertices == 6).all(axis=1))
     vertices[middle] += 0.3
-    whole = fitted(hex_mesh(vertices, hexes), target(box(high=(13, 13, 13))))
-    inner = neighbourhood(whole, np.flatnonzero((hexes == middle).any(axis=1))[:1])
+    fit = fitted(hex_mesh(vertices, hexes), target(box(high=(13, 13, 13))))
+    inner = neighbourhood(fit, np.flatnonzero((hexes == middle).any(axis=1))[:1])
     assert not len(inner.problem.outer)
-    before = judged(inner, inner.problem.mesh.vertices, AIM)
-    assert 0 < before.least < AIM <= loosened(inner, AIM, 0.0005, 0.0).least
+    before = evaluated(inner, inner.problem.mesh.vertices, AIM)
+    assert 0 < before.least < AIM <= fit_in_envelope(inner, AIM, 0.0005, 0.0).least
 
 
-def test_the_most_exact_is_tried_first():
+def test_the_most_exact_envelope_is_tried_first():
     assert envelopes(0.0) == [(0.0, 0.0)]
     widths = [width for width, _ in envelopes(0.0015)]
     assert widths == sorted(widths)

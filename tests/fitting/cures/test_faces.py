@@ -10,21 +10,21 @@ from tests.fixtures.cures import lattice_on_rod
 
 
 @pytest.fixture(scope="module")
-def whole():
+def rod():
     surface, mesh = lattice_on_rod()
     return fitted(mesh, target(surface))
 
 
-def test_the_ends_of_a_rod_have_flat_corners_and_its_wall_has_none(whole):
-    found = dict(Faces(whole).with_flat_corners(whole.cad_face))
+def test_the_ends_of_a_rod_have_flat_corners_and_its_wall_has_none(rod):
+    found = dict(Faces(rod).with_flat_corners(rod.cad_face))
     assert set(found) == {1, 2}
-    height = whole.target.to_model(whole.mesh.vertices)[whole.mesh.hexes].mean(axis=1)[:, 2]
+    height = rod.target.to_model(rod.mesh.vertices)[rod.mesh.hexes].mean(axis=1)[:, 2]
     for face, inside in found.items():
         assert inside.sum() == 36
         assert (abs(height[inside] - 2 * (face - 1)) < 0.5).all()
 
 
-def test_parts_are_the_faces(whole):
-    faces = Faces(whole)
+def test_parts_are_the_cad_faces(rod):
+    faces = Faces(rod)
     for number in np.unique(faces.part):
-        assert len(np.unique(whole.cad_face[faces.part == number])) == 1
+        assert len(np.unique(rod.cad_face[faces.part == number])) == 1

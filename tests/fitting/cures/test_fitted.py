@@ -1,10 +1,10 @@
-"""What a mesh is held to, and what its hexes and features cost."""
+"""A fitted mesh with its constraints, and the cost of its hexes and features."""
 
 import numpy as np
 import pytest
 
 from polycube.fitting.creases.paths import path_sides
-from polycube.fitting.cures.fitted import cost, edge_keys, fitted, poorness
+from polycube.fitting.cures.fitted import cost, edge_keys, fitted, hex_costs
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import target
@@ -12,13 +12,13 @@ from tests.fixtures.cures import lattice_on_rod
 
 
 @pytest.fixture(scope="module")
-def whole():
+def rod():
     surface, mesh = lattice_on_rod()
     return fitted(mesh, target(surface))
 
 
-def test_a_flat_hex_costs_one_and_one_at_the_aim_nothing():
-    found = poorness(np.array([0.0, 0.25, 0.5, 0.9]), 0.5)
+def test_cost_is_one_for_a_flat_hex_and_zero_at_the_aim():
+    found = hex_costs(np.array([0.0, 0.25, 0.5, 0.9]), 0.5)
     assert found == pytest.approx([1, 0.5**4, 0, 0])
 
 
@@ -31,11 +31,11 @@ def test_an_inverted_hex_costs_more_than_any_distance():
     assert inverted > 10 > off > 0
 
 
-def test_paths_are_boundary_edges(whole):
-    n = len(whole.gap)
-    edges = edge_keys(quad_edges(whole.mesh.quads)[0], n)
-    assert len(whole.on_path) > 40
-    assert np.isin(whole.on_path, edges).all()
+def test_paths_are_boundary_edges(rod):
+    n = len(rod.gap)
+    edges = edge_keys(quad_edges(rod.mesh.quads)[0], n)
+    assert len(rod.on_path) > 40
+    assert np.isin(rod.on_path, edges).all()
 
 
 def test_sides_of_a_loop_close_it():
@@ -44,7 +44,7 @@ def test_sides_of_a_loop_close_it():
     assert path_sides(path, False).tolist() == [[4, 2], [2, 7]]
 
 
-def test_it_knows_the_scaled_jacobians_and_the_faces(whole):
+def test_scaled_jacobians_and_cad_faces(rod):
     _, mesh = lattice_on_rod()
-    assert whole.jacobian == pytest.approx(scaled_jacobian(mesh.vertices, mesh.hexes), abs=1e-9)
-    assert np.unique(whole.cad_face).tolist() == [1, 2, 3]
+    assert rod.jacobian == pytest.approx(scaled_jacobian(mesh.vertices, mesh.hexes), abs=1e-9)
+    assert np.unique(rod.cad_face).tolist() == [1, 2, 3]

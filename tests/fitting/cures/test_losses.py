@@ -1,4 +1,4 @@
-"""Features that a mesh loses: as in the report, and kept up to date."""
+"""Features that a mesh loses: the same as in the report, also after updates."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ def test_losses_are_those_of_the_report(rod, factor):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_distances_kept_up_to_date_are_those_of_the_whole_mesh(rod, seed):
+def test_updated_distances_equal_those_of_the_complete_mesh(rod, seed):
     _, samples, mesh = rod
     rng = np.random.default_rng(seed)
     moves = np.zeros(len(mesh.vertices), bool)

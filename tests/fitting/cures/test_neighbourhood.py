@@ -1,4 +1,4 @@
-"""What is cut out round a sheet, and the paths that pass it."""
+"""The neighbourhood of a sheet, and the paths that cross the sheet."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from tests.fixtures.cures import lattice_on_rod
 
 
 @pytest.fixture(scope="module")
-def whole():
+def rod():
     surface, mesh = lattice_on_rod()
     return fitted(mesh, target(surface))
 
@@ -37,32 +37,32 @@ def test_runs_of_a_path(is_loop, marks, expected):
     assert runs(is_loop, marks) == expected
 
 
-def test_the_last_of_a_run_over_the_seam_of_a_loop_is_beyond_the_end():
+def test_a_run_across_the_start_of_a_loop_ends_beyond_its_length():
     [(run, start, end)] = _runs(True, np.array([True, True, False, True]))
     assert run.tolist() == [3, 0, 1]
     assert (start, end) == (3, 5)
 
 
-def test_detours_are_put_between():
+def test_detours_are_inserted_between_their_ends():
     path = np.array([5, 6, 7])
     assert with_detours(path, False, {(5, 6): [8, 9]}).tolist() == [5, 8, 9, 6, 7]
     assert with_detours(path, True, {(7, 5): [8]}).tolist() == [5, 6, 7, 8]
     assert with_detours(path, True, {}) is path
 
 
-def test_all_hexes_of_moving_vertices_are_there(whole):
-    near = neighbourhood(whole, np.array([0]))
+def test_a_neighbourhood_has_all_hexes_of_its_moving_vertices(rod):
+    near = neighbourhood(rod, np.array([0]))
     moving = near.used[near.moves]
-    there = np.isin(whole.mesh.hexes, moving).any(axis=1)
+    there = np.isin(rod.mesh.hexes, moving).any(axis=1)
     assert set(np.flatnonzero(there)) == set(near.elements)
     assert near.inside is None
     x = near.problem.mesh.vertices
-    assert np.array_equal(x, whole.mesh.vertices[near.used])
+    assert np.array_equal(x, rod.mesh.vertices[near.used])
 
 
-def test_a_sheet_has_new_vertices_that_move_and_paths_on_edges(whole):
-    for _, inside in Faces(whole).with_flat_corners(whole.cad_face):
-        near = neighbourhood(whole, np.array([0]), inside)
+def test_a_sheet_has_new_vertices_that_move_and_paths_on_edges(rod):
+    for _, inside in Faces(rod).with_flat_corners(rod.cad_face):
+        near = neighbourhood(rod, np.array([0]), inside)
         mesh = near.problem.mesh
         assert len(mesh.hexes) > len(near.elements)
         assert near.moves[len(near.used) :].all()
@@ -72,13 +72,13 @@ def test_a_sheet_has_new_vertices_that_move_and_paths_on_edges(whole):
             assert np.isin(edge_keys(route.sides, len(mesh.vertices)), edges).all()
 
 
-def test_a_set_that_pinches_itself_has_no_sheet(whole):
+def test_a_pinched_set_has_no_sheet(rod):
     """Two hexes that meet at one vertex, in the middle of the mesh."""
-    hexes = whole.mesh.hexes
-    is_outer = np.zeros(len(whole.gap), bool)
-    is_outer[whole.mesh.quads] = True
+    hexes = rod.mesh.hexes
+    is_outer = np.zeros(len(rod.gap), bool)
+    is_outer[rod.mesh.quads] = True
     middle = np.flatnonzero(~is_outer[hexes].any(axis=1))
     shared = np.array([[np.isin(hexes[a], hexes[b]).sum() for b in middle] for a in middle])
     one, other = np.argwhere(shared == 1)[0]
     inside = np.isin(np.arange(len(hexes)), middle[[one, other]])
-    assert neighbourhood(whole, np.array([0]), inside) is None
+    assert neighbourhood(rod, np.array([0]), inside) is None

@@ -1,4 +1,4 @@
-"""The fit of a neighbourhood: what moves, where to, and what it costs."""
+"""The fit of a neighbourhood: moving vertices, goals and cost."""
 
 import numpy as np
 import pytest
@@ -16,11 +16,11 @@ AIM = 0.4
 @pytest.fixture(scope="module")
 def trial():
     surface, mesh = lattice_on_rod()
-    whole = fitted(mesh, target(surface))
-    _, inside = next(Faces(whole).with_flat_corners(whole.cad_face))
-    near = neighbourhood(whole, np.array([0]), inside)
+    fit = fitted(mesh, target(surface))
+    _, inside = next(Faces(fit).with_flat_corners(fit.cad_face))
+    near = neighbourhood(fit, np.array([0]), inside)
     moving = near.used[near.moves[: len(near.used)]]
-    before, _ = cost(whole.jacobian[near.elements], whole.gap[moving], whole.strayed[moving], AIM)
+    before, _ = cost(fit.jacobian[near.elements], fit.gap[moving], fit.strayed[moving], AIM)
     return near, refit(near, AIM, before), before
 
 
@@ -31,7 +31,7 @@ def test_a_sheet_under_an_end_of_a_rod_costs_less(trial):
     assert found.least == pytest.approx(near.problem.scaled_jacobian(found.x).min())
 
 
-def test_what_is_round_it_stays(trial):
+def test_vertices_around_the_neighbourhood_are_fixed(trial):
     near, found, _ = trial
     still = ~near.moves
     assert still.any()
@@ -47,6 +47,6 @@ def test_the_boundary_is_on_the_surface(trial):
     assert found.strayed.max() == 0
 
 
-def test_a_hopeless_fit_ends_early(trial):
+def test_a_fit_with_a_large_cost_is_abandoned(trial):
     near, found, _ = trial
     assert refit(near, AIM, 0.0).cost >= found.cost

@@ -9,7 +9,7 @@ import trimesh
 
 from polycube.config import compose
 from polycube.errors import BadOption, MeshingError
-from polycube.fitting.merit import misses
+from polycube.fitting.merit import exceeded_limits
 from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import deviation
@@ -61,7 +61,7 @@ def test_from_template_to_an_accepted_mesh(cylinder, template):
     check_conforming(mesh)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.7
     assert deviation(mesh, cylinder).vertices < 1e-9
-    assert not misses(inspect(mesh, cylinder))
+    assert not exceeded_limits(inspect(mesh, cylinder))
     assert set(mesh.patch) == set(template.patch)
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     assert (middle[mesh.cell == 0, 2] < 0.3).all() and (middle[mesh.cell == 1, 2] > -0.3).all()
@@ -218,4 +218,4 @@ def test_parts_keep_their_quality(testdata):
     for kind in ("smooth", "pillow", "optimize"):
         mesh = stage(kind)(surface, mesh)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.5
-    assert not misses(inspect(mesh, surface))
+    assert not exceeded_limits(inspect(mesh, surface))

@@ -7,7 +7,7 @@ import pytest
 
 from polycube.config import compose
 from polycube.errors import MeshingError
-from polycube.fitting.merit import misses
+from polycube.fitting.merit import exceeded_limits
 from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -55,7 +55,7 @@ def test_from_labels_to_an_accepted_mesh(torus):
     mesh = stage("optimize", soft_rounds=6, hard_rounds=4)(surface, mesh)
     check_conforming(mesh)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.5
-    assert not misses(inspect(mesh, surface))
+    assert not exceeded_limits(inspect(mesh, surface))
 
 
 def test_map_keeps_its_promises():
