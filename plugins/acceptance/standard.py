@@ -191,11 +191,11 @@ class Standard(Acceptance):
         lost = self._off(found)
         if lost:
             worst = max(lost, key=lambda each: each.distance)
-            beside = " and ".join(f"cad_face_{face}" for face in worst.faces)
+            faces = " and ".join(f"cad_face_{face}" for face in worst.faces)
             yield (
                 f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
                 f"are more than {self.features:.1%} of the diagonal away, the farthest is the "
-                f"{worst.kind} of {beside} at {np.round(worst.place, 3).tolist()}: "
+                f"{worst.kind} of {faces} at {np.round(worst.place, 3).tolist()}: "
                 f"{worst.distance:.2%}"
             )
         if found.lost_faces:

@@ -63,8 +63,8 @@ class Modal:
         """The problem, for input files of other solvers."""
         from polycube.analysis.problem import Vibration
 
-        held, lumped = prescribed(self.fixed), self.mass == "lumped"
-        return Vibration(self.units, held, material(self.material), self.modes, lumped)
+        fixed, lumped = prescribed(self.fixed), self.mass == "lumped"
+        return Vibration(self.units, fixed, material(self.material), self.modes, lumped)
 
     def __call__(self, spline: Spline) -> Modes:
         """The modes in SI units; logs mass and the elastic frequencies."""

@@ -67,9 +67,9 @@ class Poisson:
         """The problem, for input files of other solvers."""
         from polycube.analysis.problem import Conduction, Flow, Prescribed
 
-        held = tuple(Prescribed(at, (0,), (item["value"],)) for at, item in places(self.fixed))
+        fixed = tuple(Prescribed(at, (0,), (item["value"],)) for at, item in places(self.fixed))
         flows = tuple(Flow(at, item["value"]) for at, item in places(self.flux))
-        return Conduction(self.units, held, self.conductivity, flows, self.source)
+        return Conduction(self.units, fixed, self.conductivity, flows, self.source)
 
     def __call__(self, spline: Spline) -> Potential:
         """u with its flux; logs the heat flow through the places with prescribed u."""

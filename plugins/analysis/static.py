@@ -96,8 +96,8 @@ class Static:
         from polycube.analysis.problem import Applied, Statics
 
         loads = tuple(Applied(place, **item) for place, item in places(self.loads))
-        held = prescribed(self.fixed)
-        return Statics(self.units, held, material(self.material), loads, self._acceleration)
+        fixed = prescribed(self.fixed)
+        return Statics(self.units, fixed, material(self.material), loads, self._acceleration)
 
     def __call__(self, spline: Spline) -> Deformation:
         """The deformed solid; logs the resultant of the loads."""

@@ -59,7 +59,7 @@ class Abaqus:
         return 20 if self.element.startswith("C3D20") else 8
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file.
+        """Write a file at `path`, with the suffix of this format, and return its path.
 
         Raises
         ------

@@ -50,7 +50,7 @@ class Exodus:
     suffix: ClassVar[str] = ".exo"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file."""
+        """Write a file at `path`, with the suffix of this format, and return its path."""
         from scipy.io import netcdf_file
 
         from polycube.spline.second_order import hex_elements

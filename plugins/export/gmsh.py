@@ -53,7 +53,7 @@ class Gmsh:
     suffix: ClassVar[str] = ".msh"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file."""
+        """Write a file at `path`, with the suffix of this format, and return its path."""
         from polycube.spline.second_order import hex_elements
 
         own = hex_elements(hexes, self.spline, self.nodes)

@@ -31,7 +31,7 @@ class Jaxiga:
     suffix: ClassVar[str] = ".npz"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file."""
+        """Write a file at `path`, with the suffix of this format, and return its path."""
         named = replace(hexes, sets=side_sets(hexes))
         space = _trilinear(named) if self.spline is None else _tricubic(self.spline, named)
         path = path.with_suffix(self.suffix)

@@ -26,7 +26,7 @@ class LsDyna:
     suffix: ClassVar[str] = ".k"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file."""
+        """Write a file at `path`, with the suffix of this format, and return its path."""
         elements = count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
         parts = ["*KEYWORD\n"]
         parts += [f"$ part {hexes.cell[own[0]] + 1}: {n}\n" for n, own in blocks(hexes).items()]

@@ -26,7 +26,7 @@ class Medit:
     suffix: ClassVar[str] = ".mesh"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file."""
+        """Write a file at `path`, with the suffix of this format, and return its path."""
         flat = np.zeros((len(hexes.vertices), 1))
         return write(
             path.with_suffix(self.suffix),
@@ -46,9 +46,9 @@ def _legend(mesh: HexMesh) -> list[str]:
     rows = []
     for name, quads in side_sets(mesh).items():
         own = np.unique(mesh.patch[quads])
-        whole = np.isin(mesh.patch, own).sum() == len(quads)
-        what = "references" if whole else "numbers"
-        listed = " ".join(map(str, own if whole else quads + 1))
+        is_patches = np.isin(mesh.patch, own).sum() == len(quads)
+        what = "references" if is_patches else "numbers"
+        listed = " ".join(map(str, own if is_patches else quads + 1))
         rows.append(f"# {name}: quadrilaterals with {what} {listed}\n")
     rows += [
         f"# {name}: hexahedra with reference {mesh.cell[own[0]]}\n"

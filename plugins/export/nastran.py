@@ -32,7 +32,7 @@ class Nastran:
     suffix: ClassVar[str] = ".bdf"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file."""
+        """Write a file at `path`, with the suffix of this format, and return its path."""
         from polycube.hexmesh.connectivity import quad_sides
 
         owner, _ = quad_sides(hexes)

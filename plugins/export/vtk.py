@@ -41,7 +41,7 @@ class LegacyVtk:
     suffix: ClassVar[str] = ".vtk"
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write beside `path`, with the suffix of this format, and return the path of the file."""
+        """Write a file at `path`, with the suffix of this format, and return its path."""
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
         from polycube.io.vtk import numbered_primitives, set_arrays
         from polycube.spline.second_order import hex_elements

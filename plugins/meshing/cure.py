@@ -44,11 +44,11 @@ class Sheets:
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The mesh with fewer poor hexes; the same object if there is no improvement."""
         from polycube.fitting.cures.cure import cure
-        from polycube.hexmesh.crossings import MANY, crossings
+        from polycube.hexmesh.crossings import MOST_CROSSINGS, crossings
         from polycube.surface.fit_target import target
 
         if not self.aim or features_of(self.features, surface) != "exact":
             return hexes
-        if len(crossings(hexes)) >= MANY:
+        if len(crossings(hexes)) >= MOST_CROSSINGS:
             return hexes
         return cure(hexes, target(surface), self.aim, self.envelope)

@@ -48,13 +48,13 @@ class Polish:
         from polycube.fitting.uncrossing import without_crossings
         from polycube.surface.fit_target import target
 
-        kept = features_of(self.features, surface)
+        mode = features_of(self.features, surface)
         goal = target(surface)
         best = polish(
             hexes,
             goal,
-            features=kept == "exact" or (kept == "soft" and not self.release),
-            exact=kept == "exact",
+            features=mode == "exact" or (mode == "soft" and not self.release),
+            exact=mode == "exact",
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,

@@ -61,20 +61,20 @@ class Selective:
 
         goal = target(surface)
         exact = features_of(self.features, surface) == "exact"
-        whole = hexes
+        original = hexes
         if exact and self.patches == "auto" and self.sheets != "none":
             hexes = without_flat_corners(hexes, goal, self.sheets == "all")
-        region, taken = self._taken(surface, hexes, goal)
+        region, taken = self._layer_quads(surface, hexes, goal)
         layered = layer(hexes, region, taken, self.depth) if taken.any() else hexes
-        if len(layered.hexes) == len(whole.hexes):
-            return whole
-        settled = self._settled(layered, goal, exact)
+        if len(layered.hexes) == len(original.hexes):
+            return original
+        settled = self._registered(layered, goal, exact)
         if not exact or (self.patches, self.sheets) != ("all", "all"):
             return settled
         cured = without_flat_corners(settled, goal, True, keep_paths=True)
-        return settled if cured is settled else self._settled(cured, goal, exact)
+        return settled if cured is settled else self._registered(cured, goal, exact)
 
-    def _settled(self, layered: HexMesh, goal: Target, exact: bool) -> HexMesh:
+    def _registered(self, layered: HexMesh, goal: Target, exact: bool) -> HexMesh:
         """A mesh with new layers after a registration."""
         from polycube.fitting.registration import register_mesh
 
@@ -89,7 +89,7 @@ class Selective:
             features=exact,
         )
 
-    def _taken(
+    def _layer_quads(
         self, surface: TriMesh, hexes: HexMesh, goal: Target
     ) -> tuple[np.ndarray, np.ndarray]:
         """Regions of the quads, and the quads that get a layer."""

@@ -50,8 +50,10 @@ class Split:
             elif done >= max(self.most, self.times):
                 stop = f"{done} refinements are the largest allowed number"
             else:
-                kept = features_of(self.features, surface)
-                finer = refine(hexes, surface, kept != "off", wanted or REACH, kept == "exact")
+                features = features_of(self.features, surface)
+                finer = refine(
+                    hexes, surface, features != "off", wanted or REACH, features == "exact"
+                )
                 stop = "no mesh of eight times the hexes keeps its quality" * (finer is hexes)
                 hexes, done = finer, done + 1
             if stop:

@@ -119,7 +119,7 @@ class Template:
         unit = diagonal(surface)
         size = sizing.length(self.size, unit) / self.finer
         parts = self._parts(polycube, rough_map, size)
-        self._afford(
+        self._check_max_hexes(
             sizing.number_of_hexes(polycube, parts), size, self._number(polycube, rough_map)
         )
         coarse = sizing.length(self.coarse, unit)
@@ -129,14 +129,14 @@ class Template:
             placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
         is_curved = self.curvature is not None and self.level is None
         is_followed = self.creases is not None and self.level is None
-        if is_curved or self._asks or is_followed:
+        if is_curved or self._has_requests or is_followed:
             few = self._counts(polycube, rough_map, max(size, coarse))
             near = register_mesh(
                 mesh(polycube, placed, few), target(surface), *QUICK, features=exact
             )
             if is_curved:
                 parts = self._curved(polycube, target(surface), parts, near, few, exact)
-            if self._asks:
+            if self._has_requests:
                 parts = self._demanded(surface, polycube, parts, near, few)
             if is_followed:
                 chord = sizing.length(self.creases, unit) / unit
@@ -150,7 +150,7 @@ class Template:
             placed = registered_map(polycube, rough_map, target(surface), few, exact)
         lines = sizing.graded(polycube, placed, parts, boxes)
         fine = sizing.counts_of(polycube, lines)
-        self._afford(
+        self._check_max_hexes(
             sizing.number_of_hexes(polycube, fine), size, self._number(polycube, rough_map)
         )
         return mesh_between(polycube, placed, lines)
@@ -173,7 +173,7 @@ class Template:
         return {"more": [a + b for a, b in zip(before, missing, strict=True)]}
 
     @property
-    def _asks(self) -> bool:
+    def _has_requests(self) -> bool:
         """Whether there are requests that the smallest numbers of parts do not meet."""
         is_more = self.across_wall > self.least or self.around_hole > 4 * self.least
         return self.level != 0 and (bool(self.at) or is_more)
@@ -190,9 +190,9 @@ class Template:
         from polycube.hexmesh.generation import interval_counts as counts
 
         lattice, most = (polycube, near, few, surface), self.max_hexes
-        asked = counts.demands(*lattice, requests_of(self.at), self.more)
-        least = counts.least_demands(*lattice, self.across_wall, self.around_hole, asked)
-        parts = counts.with_demands(polycube, parts, asked, most)
+        requested = counts.demands(*lattice, requests_of(self.at), self.more)
+        least = counts.least_demands(*lattice, self.across_wall, self.around_hole, requested)
+        parts = counts.with_demands(polycube, parts, requested, most)
         return counts.raised(polycube, parts, least, most)
 
     def _curved(
@@ -209,8 +209,8 @@ class Template:
 
         gap = chords.gaps(polycube, near, few, goal)
         assert self.curvature is not None
-        asked = sizing.length(curvature_of(self.curvature, exact), goal.scale)
-        wanted = asked / goal.scale / max(1.0, self.finer) ** 2
+        chord = sizing.length(curvature_of(self.curvature, exact), goal.scale)
+        wanted = chord / goal.scale / max(1.0, self.finer) ** 2
         more = chords.finer(polycube, parts, few, gap, wanted)
         number, old = (sizing.number_of_hexes(polycube, n) for n in (more, parts))
         if number == old or number > self.max_hexes:
@@ -240,7 +240,7 @@ class Template:
         parts = parts_of(size)
         if self.level is not None:
             parts = np.full_like(parts, 2**self.level)
-        self._afford(
+        self._check_max_hexes(
             blocks.number_of_hexes(parts), size, lambda s: blocks.number_of_hexes(parts_of(s))
         )
         found = blocks.cut(given, parts)
@@ -252,20 +252,22 @@ class Template:
             polycube, self._counts(polycube, rough_map, size)
         )
 
-    def _afford(self, number: float, size: float, number_at: Callable[[float], float]) -> None:
+    def _check_max_hexes(
+        self, number: float, size: float, number_at: Callable[[float], float]
+    ) -> None:
         """Log the size of the mesh, or raise MeshingError with a size that is possible."""
         if number <= self.max_hexes:
             gigabytes = number * sizing.BYTES / 2**30
             logger.info("subdivide: %.0f hexes before pillowing, about %.1f GiB", number, gigabytes)
             return
-        asked = f"size {size:.4g}" if self.level is None else f"level {self.level}"
+        request = f"size {size:.4g}" if self.level is None else f"level {self.level}"
         raise MeshingError(
-            f"stage meshing/subdivide: {asked} needs {number:.3g} hexes"
+            f"stage meshing/subdivide: {request} needs {number:.3g} hexes"
             f"{' with the regions' if self.regions else ''}, more than max_hexes "
-            f"{self.max_hexes}; {self._instead(size, number_at)}"
+            f"{self.max_hexes}; {self._alternative(size, number_at)}"
         )
 
-    def _instead(self, size: float, number_at: Callable[[float], float]) -> str:
+    def _alternative(self, size: float, number_at: Callable[[float], float]) -> str:
         """A size that is possible, rounded up."""
 
         def fits(larger: float) -> bool:
@@ -278,9 +280,10 @@ class Template:
 
     def __post_init__(self) -> None:
         check_features(self.features)
-        words = {"curvature": (None, "auto"), "creases": (None,)}  # values that are not lengths
+        # values that are not lengths
+        other_values = {"curvature": (None, "auto"), "creases": (None,)}
         for name in ("size", "coarse", "curvature", "creases"):
-            if getattr(self, name) not in words.get(name, ()):
+            if getattr(self, name) not in other_values.get(name, ()):
                 sizing.check_length(name, getattr(self, name))
         for name in ("finer", "least", "across", "max_hexes"):
             if getattr(self, name) <= 0:

@@ -70,15 +70,15 @@ class Registration:
         ranked = []
         coarse = _coarser([c for c in fitting if c.family != OVERLAY], fitting)
         for proposal in dict.fromkeys(c.proposal for c in coarse):
-            ours = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)
-            ranked += [self._judged(c, goal, ours[0].cost) for c in ours[: self.limit]]
+            own = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)
+            ranked += [self._scored(c, goal, own[0].cost) for c in own[: self.limit]]
         ranked.sort(key=lambda entry: entry.score)
         ranked += [_unregistered(c) for c in fitting if c.family == OVERLAY]
         ranked += [_unregistered(c) for c in solid if c.family == SPARE]
         _log(ranked)
         return ranked
 
-    def _judged(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
+    def _scored(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
         """A candidate with its score and its coarse mesh."""
         from polycube.fitting.registration import matched_curves, register_mesh, short_quality
         from polycube.hexmesh.generation import blocks
@@ -98,7 +98,7 @@ class Registration:
         effort = self.rounds, self.iterations, self.samples
         hexes = register_mesh(coarse, goal, *effort, features=exact)
         quality = short_quality(hexes, goal)
-        score = judge(quality) + self.trust * (candidate.cost - cheapest)
+        score = short_score(quality) + self.trust * (candidate.cost - cheapest)
         score += self.corner * (len(corners(boundary(polycube))) - 8)
         if exact:
             number = len(goal.followed.creases)
@@ -136,7 +136,7 @@ def _unregistered(candidate: Candidate) -> Ranked:
     return Ranked(candidate, np.inf, {}, mesh(polycube, candidate.rough_map, (x, y, z)), positions)
 
 
-def judge(quality: ShortQuality) -> float:
+def short_score(quality: ShortQuality) -> float:
     """Score of a mesh after a short registration; smaller is better."""
     return (
         quality.to_surface

@@ -8,7 +8,7 @@ import numpy as np
 
 from polycube.analysis.boundary_sets import place_of, quads_of
 from polycube.errors import InputError
-from polycube.hexmesh.cad_faces import kept_faces
+from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 
 def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spline:
     """The spline; logs how many edges are sharp and the smallest det J."""
-    best = _better(options, surface, hexes)
+    best = _best_trial(options, surface, hexes)
     spline, sharp = best.spline, best.sharp
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     logger.info(
@@ -62,13 +62,13 @@ def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spl
     return spline
 
 
-def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
+def _best_trial(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
     """The spline with the smallest cost.
 
     Tried are splines with all creases, with the harmless ones, and with all creases and straight
     hexes; each is only made if the earlier ones are not good.
     """
-    creases, on = _creases(options, hexes, surface), kept_faces(hexes, surface)
+    creases, on = _creases(options, hexes, surface), unique_cad_faces(hexes, surface)
     harmless = _sharp(options, hexes, creases)
 
     def trial(name: str, sharp: Sharp) -> Trial:
@@ -77,18 +77,18 @@ def _better(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
 
     if options.fit.iterations == 0:
         return trial("harmless", harmless)
-    every = creases.all_but(NO_EDGES) if options.sharp == "auto" else harmless
-    trials = [trial("all", every)]
-    if trials[0].cost > GOOD and not all(map(np.array_equal, every, harmless)):
+    all_creases = creases.all_but(NO_EDGES) if options.sharp == "auto" else harmless
+    trials = [trial("all", all_creases)]
+    if trials[0].cost > GOOD and not all(map(np.array_equal, all_creases, harmless)):
         trials.append(trial("harmless", harmless))
     if min(t.cost for t in trials) > POOR or trials[0].cost >= INVALID:
-        eased = creases.straightened(every)
-        if len(eased.straight):
-            trials.append(trial("all", eased))
+        straightened = creases.straightened(all_creases)
+        if len(straightened.straight):
+            trials.append(trial("all", straightened))
     best = min(trials, key=lambda t: t.cost)
     if options.sharp == "auto" or len(trials) > 1:
-        words = "; ".join(t.words(surface) for t in trials)
-        logger.info("creases: %s; %s", best.name, words)
+        summary = "; ".join(t.summary(surface) for t in trials)
+        logger.info("creases: %s; %s", best.name, summary)
     return best
 
 
@@ -119,14 +119,14 @@ def _sharp(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:
     sharp = union(found.forced, found.borders)
     if options.sharp == "none":
         return Sharp(sharp, found.folds(sharp))
-    sharp = union(sharp, _given(options, hexes))
+    sharp = union(sharp, _listed_edges(options, hexes))
     return Sharp(sharp, union(found.folds(sharp), found.kinks(sharp)))
 
 
 def _creases(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) -> Creases:
     forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
-    held = (border(hexes, quads_of(hexes, place_of(item))) for item in options.held)
-    borders = union(NO_EDGES, *held)
+    supported = (border(hexes, quads_of(hexes, place_of(item))) for item in options.held)
+    borders = union(NO_EDGES, *supported)
     angle, fold = np.radians(options.angle), options.single_hex_edges
     if surface is None or not len(surface.region):
         return Creases(hexes, forced, angle, fold, borders)
@@ -134,7 +134,7 @@ def _creases(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) ->
     return Creases(hexes, forced, angle, fold, borders, found, cad_corners(hexes, surface))
 
 
-def _given(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
+def _listed_edges(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
     """(S, 2) the edges of the option or of its file, with ascending ends, without duplicates.
 
     A file has one edge per line; or one vertex per line, alone or after a 0 as in TH-spline3D: then

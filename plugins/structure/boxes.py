@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-Way = tuple[Polycube, np.ndarray, int]  # shape, rotation (3, 3) from the frame to its axes, frame
+Trial = tuple[Polycube, np.ndarray, int]  # shape, rotation (3, 3) from the frame to its axes, frame
 
 STARTS = 9  # starts of the final search for knots
 
@@ -72,7 +72,7 @@ class BoxFitting(Structure):
         if candidates:
             return []
         every = frames(surface, self.frames)
-        ways = [
+        trials = [
             (shape, rotation, frame)
             for shape in self._shapes(surfaces.genus(surface))
             for rotation in distinct_turns(shape)
@@ -82,10 +82,12 @@ class BoxFitting(Structure):
             [View(frame, np.eye(3), voxels(surface, frame, resolution)) for frame in every]
             for resolution in (self.rough, self.resolution)
         )
-        looks = self._fitted(rough, ways, 1)
-        found = self._fitted(fine, [way for _, way in looks[: 2 * self.kept]], STARTS)
+        rough_fits = self._fitted(rough, trials, 1)
+        found = self._fitted(fine, [trial for _, trial in rough_fits[: 2 * self.kept]], STARTS)
         logger.info(
-            "boxes: %d placements tried, %d of them with the fine voxels", len(looks), len(found)
+            "boxes: %d placements tried, %d of them with the fine voxels",
+            len(rough_fits),
+            len(found),
         )
         return [candidate for candidate, _ in found[: self.kept]]
 
@@ -100,19 +102,19 @@ class BoxFitting(Structure):
         named = sorted(contexts(self.grid, self.primitives), key=lambda c: -c.count(None))
         solids = [collapse(lattice(self.grid, context, self.primitives)) for context in named]
         solids.sort(key=lambda solid: solid.occupancy.size)
-        unlike: dict[str, Polycube] = {}
+        distinct: dict[str, Polycube] = {}
         for solid in solids:
-            if len(unlike) < self.tried and genus(solid) == wanted:
-                unlike.setdefault(min(structure_key(solid, r, 0) for r in rotations()), solid)
-        return list(unlike.values())
+            if len(distinct) < self.tried and genus(solid) == wanted:
+                distinct.setdefault(min(structure_key(solid, r, 0) for r in rotations()), solid)
+        return list(distinct.values())
 
     def _fitted(
-        self, views: list[View], ways: list[Way], starts: int
-    ) -> list[tuple[Candidate, Way]]:
+        self, views: list[View], trials: list[Trial], starts: int
+    ) -> list[tuple[Candidate, Trial]]:
         """Candidates of the possible placements, cheapest first."""
         found = [
             (candidate, (shape, rotation, frame))
-            for shape, rotation, frame in ways
+            for shape, rotation, frame in trials
             for candidate in boxed(
                 shape, views[frame], [rotation], frame, "boxes", starts, self.knot
             )

@@ -53,12 +53,12 @@ class Given(Reader, Structure):
         for frame, view in enumerate(views(self, surface)):
             aligned = [
                 reading
-                for solid, letters in self._words(full).items()
+                for solid, pattern in self._patterns(full).items()
                 for reading in readings(
                     self,
                     view,
                     distinct_turns(solid, of_row=True),
-                    [Word(letters, (collapse(solid),))],
+                    [Word(pattern, (collapse(solid),))],
                 )
             ]
             found += [as_candidate(reading, "given", frame) for reading in aligned]
@@ -67,7 +67,7 @@ class Given(Reader, Structure):
         logger.info("given: %d placements of %s", len(found), named)
         return sorted(found, key=lambda candidate: candidate.cost)
 
-    def _words(self, full: Polycube) -> dict[Polycube, str]:
+    def _patterns(self, full: Polycube) -> dict[Polycube, str]:
         """The polycube and its slab pattern, if any; for one cell also those of its rotations."""
         from polycube.structure.lattice import lattice
         from polycube.surface.frames import rotations, turn
@@ -84,8 +84,8 @@ class Given(Reader, Structure):
             names = [name for name, cell in self.primitives.items() if cell.tobytes() in turned]
             rest = (None,) * (len(full.context) - 1)
             solids = [lattice(self.grid, (name, *rest), self.primitives) for name in names]
-        words = {solid: spell(solid.context, self.primitives) for solid in solids}
-        return {solid: letters for solid, letters in words.items() if letters}
+        patterns = {solid: spell(solid.context, self.primitives) for solid in solids}
+        return {solid: pattern for solid, pattern in patterns.items() if pattern}
 
     def _polycube(self) -> Polycube:
         from polycube.structure.lattice import lattice

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from polycube.analysis.slopes import held_slopes
+from polycube.analysis.slopes import zero_slope_edges
 from polycube.analysis.trace import Trace, trace
 from polycube.types import Spline
 
@@ -51,7 +51,7 @@ class Support:
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class BoundTrace:
     """Constraints of one component: dependent coefficients and their dependence."""
 
     trace: Trace
@@ -90,33 +90,33 @@ class Constraints:
     """Constraints of all components; coefficient i of function a is number n a + i."""
 
     supports: tuple[Support, ...]
-    held: tuple[Held | None, ...]  # one for each component
+    bound: tuple[BoundTrace | None, ...]  # one for each component
     basis: csr_matrix  # (n C, free)
     offset: np.ndarray  # (n C,)
 
     def points(self, spline: Spline) -> np.ndarray:
         """(free, 3) approximate position of each free coefficient."""
         weight = abs(self.basis).T
-        near = weight @ np.repeat(spline.control, len(self.held), axis=0)
+        near = weight @ np.repeat(spline.control, len(self.bound), axis=0)
         return near / np.asarray(weight.sum(axis=1))
 
     def reactions(self, residual: np.ndarray) -> np.ndarray:
         """(supports, n) resultant on each support for a residual (n C,), K u - f."""
-        n = len(self.held)
+        n = len(self.bound)
         found = np.zeros((len(self.supports), n))
-        for i, held in enumerate(self.held):
+        for i, bound in enumerate(self.bound):
             for k, support in enumerate(self.supports):
-                if held is not None and i in support.components:
-                    found[k, i] = held.resultant(residual[i::n], k)
+                if bound is not None and i in support.components:
+                    found[k, i] = bound.resultant(residual[i::n], k)
         return found
 
 
 def constrain(spline: Spline, supports: Sequence[Support], n_components: int) -> Constraints:
     """The space of fields with the prescribed values; the last support of a face has precedence."""
     size = len(spline.control)
-    held: list[Held | None] = []
+    bound: list[BoundTrace | None] = []
     bases: list[csr_matrix] = []
-    known: dict[bytes, tuple[Held, csr_matrix]] = {}  # by the owner of each face
+    known: dict[bytes, tuple[BoundTrace, csr_matrix]] = {}  # by the owner of each face
     offset = np.zeros((size, n_components))
     for i in range(n_components):
         owner = np.full(len(spline.sides), -1)
@@ -124,19 +124,21 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
             if i in support.components:
                 owner[support.faces] = k
         if (owner < 0).all():
-            held.append(None)
+            bound.append(None)
             bases.append(eye(size, format="csr"))
             continue
         key = owner.tobytes()
         if key not in known:
-            found = _hold(spline, owner)
+            found = _bind(spline, owner)
             known[key] = found, found.basis(size)
-            _warn_of_flat(*held_slopes(spline, np.flatnonzero(owner >= 0), known[key][1]))
+            _warn_of_zero_slopes(
+                *zero_slope_edges(spline, np.flatnonzero(owner >= 0), known[key][1])
+            )
         found, basis = known[key]
-        held.append(found)
+        bound.append(found)
         bases.append(basis)
-        offset[:, i] = _given(found, supports, i, size)
-    return Constraints(tuple(supports), tuple(held), _interleave(bases), offset.ravel())
+        offset[:, i] = _prescribed_coefficients(found, supports, i, size)
+    return Constraints(tuple(supports), tuple(bound), _interleave(bases), offset.ravel())
 
 
 def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
@@ -144,18 +146,18 @@ def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
     middle = spline.control.mean(axis=0)
     size = np.linalg.norm(np.ptp(spline.control, axis=0))
     energy = np.zeros((6, 6))
-    for i, held in enumerate(constraints.held):
-        if held is not None:
-            x = (held.trace.points - middle) / size
+    for i, bound in enumerate(constraints.bound):
+        if bound is not None:
+            x = (bound.trace.points - middle) / size
             turns = np.stack([np.cross(axis, x)[:, i] for axis in np.eye(3)], axis=1)
             moves = np.broadcast_to(np.eye(3)[i], (len(x), 3))
             motion = np.concatenate([moves, turns], axis=1)  # (P, 6)
-            energy += motion.T @ (motion * held.trace.area[:, None]) / held.trace.area.sum()
+            energy += motion.T @ (motion * bound.trace.area[:, None]) / bound.trace.area.sum()
     values = np.linalg.eigvalsh(energy)
     return int((values <= RIGID * max(values[-1], np.finfo(float).tiny)).sum())
 
 
-def _warn_of_flat(flat: int, border: int) -> None:
+def _warn_of_zero_slopes(flat: int, border: int) -> None:
     if flat:
         logger.warning(
             "warning: the spline is smooth at %d of the %d edges round the supports, so the result "
@@ -165,17 +167,19 @@ def _warn_of_flat(flat: int, border: int) -> None:
         )
 
 
-def _given(held: Held, supports: Sequence[Support], i: int, size: int) -> np.ndarray:
+def _prescribed_coefficients(
+    bound: BoundTrace, supports: Sequence[Support], i: int, size: int
+) -> np.ndarray:
     """(C,) coefficients of the prescribed values of component i."""
-    values = np.zeros(len(held.owner))
+    values = np.zeros(len(bound.owner))
     for k, support in enumerate(supports):
         if i in support.components:
-            here = held.owner == k
-            values[here] = support.at(held.trace.points[here])[:, support.components.index(i)]
-    return held.project(values, size) if values.any() else np.zeros(size)
+            here = bound.owner == k
+            values[here] = support.at(bound.trace.points[here])[:, support.components.index(i)]
+    return bound.project(values, size) if values.any() else np.zeros(size)
 
 
-def _hold(spline: Spline, owner: np.ndarray) -> Held:
+def _bind(spline: Spline, owner: np.ndarray) -> BoundTrace:
     faces = np.flatnonzero(owner >= 0)
     here = trace(spline, faces)
     gram = here.gram
@@ -188,7 +192,7 @@ def _hold(spline: Spline, owner: np.ndarray) -> Held:
     ratio = factor.solve(small[pivots][:, others].toarray())
     ratio[np.abs(ratio) < 1e-12] = 0
     per_face = len(here.area) // len(faces)
-    return Held(
+    return BoundTrace(
         trace=here,
         owner=np.repeat(owner[faces], per_face),
         pivots=bound[pivots],
@@ -230,7 +234,7 @@ def _interleave(bases: list[csr_matrix]) -> csr_matrix:
         shape = (n * basis.shape[0], basis.shape[1])
         parts.append(csr_matrix((part.data, (n * part.row + k, part.col)), shape))
         first = np.full(basis.shape[1], np.iinfo(np.int64).max)
-        alone = np.diff(basis.indptr) == 1
-        np.minimum.at(first, basis.indices[basis.indptr[:-1][alone]], np.flatnonzero(alone))
+        is_single = np.diff(basis.indptr) == 1
+        np.minimum.at(first, basis.indices[basis.indptr[:-1][is_single]], np.flatnonzero(is_single))
         places.append(n * first + k)
     return csr_matrix(hstack(parts, format="csc")[:, np.argsort(np.concatenate(places))])

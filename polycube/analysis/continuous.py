@@ -109,7 +109,7 @@ def corrected(
     elasticity: Elasticity,
     force: np.ndarray,
     start: np.ndarray,
-    held: np.ndarray,
+    is_prescribed: np.ndarray,
     coarse: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
     """(B, 3) Bezier coefficients of the displacement in continuous tricubic functions.
@@ -118,12 +118,12 @@ def corrected(
     ----------
     force : (B, 3) forces of the loads
     start : (B, 3) solution in the spline space
-    held : (B, 3) whether a component is prescribed at a node
+    is_prescribed : (B, 3) whether a component is prescribed at a node
     coarse : function from forces (B, 3) to the displacement (B, 3) in the spline space
 
     Where elements of two levels meet, only the functions of the spline connect them.
     """
-    is_free = ~held
+    is_free = ~is_prescribed
     is_free[_between_levels(spline)] = False
     energy = elasticity.diagonal()
     step = np.where(is_free & (energy > 0), 1 / np.where(energy > 0, energy, 1), 0)

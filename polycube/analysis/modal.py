@@ -52,39 +52,41 @@ def free_modes(
     lumped : use the row sums of M instead of M; less accurate
     supports : prescribed zero components of the displacement
     """
-    held = constrain(spline, supports, 3)
-    if not 0 < n_modes < held.basis.shape[1]:
-        raise ValueError(f"modes must be in [1, {held.basis.shape[1] - 1}]; got {n_modes}")
+    constraints = constrain(spline, supports, 3)
+    if not 0 < n_modes < constraints.basis.shape[1]:
+        raise ValueError(f"modes must be in [1, {constraints.basis.shape[1] - 1}]; got {n_modes}")
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = replace(spline, control=spline.control / diagonal)
     stiffness, mass = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
     each = mass @ np.ones(mass.shape[0])  # mass of each function
-    near = elastic_preconditioner(unit, held, material.poisson, SHIFT)
+    near = elastic_preconditioner(unit, constraints, material.poisson, SHIFT)
     if near is None:
         inertia = diags(each) if lumped else mass.full().tocsr()
-        values, vectors = _direct(stiffness, inertia, held, n_modes, held.points(spline))
+        values, vectors = _direct(
+            stiffness, inertia, constraints, n_modes, constraints.points(spline)
+        )
     else:
         inertia = near.restricted(diags(each) if lumped else mass)
         values, vectors = davidson(near.restricted(stiffness), inertia, near, n_modes, SHIFT)
     length = diagonal * METRES[length_unit]
     weight = material.density * length**3
-    logger.info("%d modes of %d degrees of freedom", n_modes, held.basis.shape[1])
+    logger.info("%d modes of %d degrees of freedom", n_modes, constraints.basis.shape[1])
     return Modes(
         eigenvalues=values * material.young / (material.density * length**2),
-        shapes=(held.basis @ vectors).T.reshape(n_modes, -1, 3) / np.sqrt(weight),
+        shapes=(constraints.basis @ vectors).T.reshape(n_modes, -1, 3) / np.sqrt(weight),
         mass=weight * each.sum(),
         units={"length": length_unit, "mass": "kg", "time": "s", "frequency": "Hz"},
-        rigid=min(n_modes, free_rigid_motions(spline, held)),
+        rigid=min(n_modes, free_rigid_motions(spline, constraints)),
     )
 
 
 def _direct(
-    stiffness: Symmetric, mass: spmatrix, held: Constraints, n_modes: int, points: np.ndarray
+    stiffness: Symmetric, mass: spmatrix, constraints: Constraints, n_modes: int, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """`lowest` for the free unknowns."""
-    if not held.supports:
+    if not constraints.supports:
         return lowest(stiffness.full(), mass, n_modes, points=points)
-    basis, inertia = held.basis, kron(mass, eye(3), "csr")
+    basis, inertia = constraints.basis, kron(mass, eye(3), "csr")
     free, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness.full(), inertia))
     return lowest(free, inertia, n_modes, points=points)
 

@@ -50,7 +50,7 @@ def conduct(
             "u is determined only up to a constant; prescribe it on at least one patch"
         )
     metre = METRES[length_unit]
-    held = constrain(spline, supports, 1)
+    constraints = constrain(spline, supports, 1)
     stiffness, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
     stiffness.blocks[:] *= conductivity * metre
     if callable(source):
@@ -61,9 +61,9 @@ def conduct(
         here = trace(spline, inflow.faces)
         flux = inflow.flux(here.points, here.normals) if callable(inflow.flux) else inflow.flux
         supplied = supplied + metre**2 * here.moments(np.broadcast_to(flux, here.area.shape))
-    basis, offset = held.basis, held.offset
-    near = scalar_preconditioner(spline, held)
-    solve, _ = solvers(stiffness, held, held.points(spline), near)
+    basis, offset = constraints.basis, constraints.offset
+    near = scalar_preconditioner(spline, constraints)
+    solve, _ = solvers(stiffness, constraints, constraints.points(spline), near)
     u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     return Potential(
@@ -72,7 +72,7 @@ def conduct(
             spline, spline.extraction @ u, lambda slope: -conductivity / metre * slope[:, 0]
         ),
         supports=tuple(support.name for support in supports),
-        flows=held.reactions(stiffness @ u - supplied)[:, 0],
+        flows=constraints.reactions(stiffness @ u - supplied)[:, 0],
         supplied=float(supplied.sum()),
         units={"length": length_unit, "u": "K", "flux": "W/m^2", "flow": "W"},
     )

@@ -97,7 +97,7 @@ class Preconditioner:
 
 
 def elastic_preconditioner(
-    spline: Spline, held: Constraints, poisson: float, shift: float = 0.0
+    spline: Spline, constraints: Constraints, poisson: float, shift: float = 0.0
 ) -> Preconditioner | None:
     """Approximate inverse of K - shift M of elasticity, for Young's modulus and density 1.
 
@@ -109,36 +109,38 @@ def elastic_preconditioner(
         stiffness.blocks[:] -= shift * mass.blocks * np.eye(3)
         return stiffness
 
-    return _preconditioner(spline, held, shifted)
+    return _preconditioner(spline, constraints, shifted)
 
 
-def scalar_preconditioner(spline: Spline, held: Constraints) -> Preconditioner | None:
+def scalar_preconditioner(spline: Spline, constraints: Constraints) -> Preconditioner | None:
     """Approximate inverse of the Laplacian, or None as in `elastic_preconditioner`."""
     return _preconditioner(
-        spline, held, lambda elements: assemble_scalar_lower(elements, N_GAUSS)[0]
+        spline, constraints, lambda elements: assemble_scalar_lower(elements, N_GAUSS)[0]
     )
 
 
 def _preconditioner(
-    spline: Spline, held: Constraints, assembled: Callable[[Elements], Symmetric]
+    spline: Spline, constraints: Constraints, assembled: Callable[[Elements], Symmetric]
 ) -> Preconditioner | None:
     if len(spline.control) < LIMIT:
         return None
     model = VertexModel.of(spline)
-    chosen = held.basis.nnz == held.basis.shape[1] and (held.basis.data == 1).all()
+    chosen = (
+        constraints.basis.nnz == constraints.basis.shape[1] and (constraints.basis.data == 1).all()
+    )
     if model is None or not chosen:
         return None
     try:
         stiffness = assembled(model.elements)
     except MeshingError:  # the hexes of the vertices are worse than the spline
         return None
-    free = np.diff(held.basis.indptr) > 0
+    free = np.diff(constraints.basis.indptr) > 0
     return Preconditioner.of(model, stiffness, free)
 
 
 def solvers(
     stiffness: Symmetric,
-    held: Constraints,
+    constraints: Constraints,
     points: np.ndarray,
     near: Preconditioner | None,
 ) -> tuple[Operator, Operator]:
@@ -147,6 +149,6 @@ def solvers(
     Both are the direct factor if there is no preconditioner.
     """
     if near is None:
-        solve = factorize(held.basis.T @ stiffness.full() @ held.basis, points).solve
+        solve = factorize(constraints.basis.T @ stiffness.full() @ constraints.basis, points).solve
         return solve, solve
     return partial(conjugate_gradients, near.restricted(stiffness).matvec, precondition=near), near

@@ -19,7 +19,7 @@ from polycube.spline.bernstein import bernstein, derivative
 from polycube.spline.boundary import boundary_nodes
 from polycube.types import Spline
 
-FREE, HELD, SLIDING = 200, 65, 100  # degrees above which an edge is singular
+FREE, CLAMPED, SLIDING = 200, 65, 100  # degrees above which an edge is singular
 ALONG = 0.99  # cosine between the normal of a face and its single constrained component
 LINE = (np.arange(4) + 0.5) / 4  # points along an edge
 
@@ -49,11 +49,11 @@ def singular_places(
 
     found = along(angle > FREE, "sharp inner edge")
     for support in supports:
-        is_held = np.isin(np.arange(len(spline.sides)), support.faces)
-        is_border = is_held[first] != is_held[second]
-        limit = np.full(len(first), HELD)
+        is_supported = np.isin(np.arange(len(spline.sides)), support.faces)
+        is_border = is_supported[first] != is_supported[second]
+        limit = np.full(len(first), CLAMPED)
         if len(support.components) == 1:
-            normal = np.where(is_held[first, None], normals[:, 0], normals[:, 1])
+            normal = np.where(is_supported[first, None], normals[:, 0], normals[:, 1])
             limit[abs(normal[:, support.components[0]]) > ALONG] = SLIDING
         found += along(is_border & (angle > limit), f"border of {support.name}")
     for faces in loaded:

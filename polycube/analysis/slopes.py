@@ -1,4 +1,4 @@
-"""Whether functions that vanish on some boundary faces can have a slope beside them."""
+"""Edges next to constrained faces at which the functions of a spline space have zero slope."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from polycube.types import Spline
 ZERO = 1e-12  # smaller coefficients count as zero
 
 
-def held_slopes(spline: Spline, faces: np.ndarray, basis: csr_matrix) -> tuple[int, int]:
-    """Number of edges beside held faces at which the slope is zero, and number of all such edges.
+def zero_slope_edges(spline: Spline, faces: np.ndarray, basis: csr_matrix) -> tuple[int, int]:
+    """Number of edges of constrained faces with zero slope on the other side, and of all edges.
 
     faces : (F,) indices of `spline.sides`
     basis : (C, free) functions that vanish there

@@ -63,7 +63,7 @@ def deform(
     acceleration : gravity in m/s^2
     away : distance from a singular place, in diagonals, within which points belong to it
     """
-    held = _held(spline, supports)
+    constraints = _supported(spline, supports)
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
@@ -76,9 +76,9 @@ def deform(
         on_nodes += _force(nodal, load, METRES[length_unit])
     scaled = on_nodes / (material.young * metres**2)  # for displacements in diagonals
     force = (spline.extraction.T @ scaled).ravel()
-    basis, offset = held.basis, held.offset / diagonal
-    near = elastic_preconditioner(unit, held, material.poisson)
-    solve, rough = solvers(stiffness, held, held.points(spline), near)
+    basis, offset = constraints.basis, constraints.offset / diagonal
+    near = elastic_preconditioner(unit, constraints, material.poisson)
+    solve, rough = solvers(stiffness, constraints, constraints.points(spline), near)
 
     def coarse(rest: np.ndarray) -> np.ndarray:
         forces = basis.T @ (spline.extraction.T @ rest).ravel()
@@ -100,7 +100,7 @@ def deform(
     return Deformation(
         displacement=u.reshape(-1, 3) * diagonal,
         supports=tuple(support.name for support in supports),
-        reactions=held.reactions(residual),
+        reactions=constraints.reactions(residual),
         load=on_nodes.sum(axis=0),
         strain_energy=float(u @ (stiffness @ u)) / 2 * material.young * metres**3,
         mass=float(weight.sum()),
@@ -169,16 +169,16 @@ def _relative(rest: np.ndarray, stress: np.ndarray, elasticity: Elasticity) -> f
     return float(np.sqrt(energy(rest) / max(energy(stress), np.finfo(float).tiny)))
 
 
-def _held(spline: Spline, supports: Sequence[Support]) -> Constraints:
+def _supported(spline: Spline, supports: Sequence[Support]) -> Constraints:
     """The constraints of the supports; raises InputError if they leave rigid motions free."""
-    held = constrain(spline, supports, 3)
-    free = free_rigid_motions(spline, held)
+    constraints = constrain(spline, supports, 3)
+    free = free_rigid_motions(spline, constraints)
     if free:
         raise InputError(
             f"the supports leave {free} of 6 rigid motions free, so the loads are not balanced; "
             "fix more patches or components"
         )
-    return held
+    return constraints
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:

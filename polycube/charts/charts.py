@@ -98,8 +98,8 @@ def plane_of(axis: int) -> list[int]:
 
 def _map_patch(drawing: Drawing, patch: int, axis: int) -> int:
     """Map the regions of a patch with fixed borders; returns the number of flipped triangles."""
-    ours = drawing.sheet.tag == patch
-    region, faces = drawing.regions(ours), drawing.sheet.faces[ours]
+    is_own = drawing.sheet.tag == patch
+    region, faces = drawing.regions(is_own), drawing.sheet.faces[is_own]
     return sum(_map_region(drawing, faces[region == r], axis) for r in range(region.max() + 1))
 
 

@@ -14,16 +14,16 @@ def seams(quads: np.ndarray, plane: list[int]) -> list[np.ndarray]:
     middle = quads.mean(axis=1)[:, plane]
     filled = np.zeros([len(line) + 1 for line in lines], bool)  # with an empty border
     filled[tuple(np.searchsorted(line, m) for line, m in zip(lines, middle.T, strict=True))] = True
-    ways: list[list[np.ndarray]] = []
+    choices: list[list[np.ndarray]] = []
     for cells, order in ((filled, (0, 1)), (filled.T, (1, 0))):
         along, across = (lines[d] for d in order)
-        ways.append([])
+        choices.append([])
         for row, first, last in _runs(cells):
             points = np.tile(quads[0, 0], (last - first + 1, 1))
             points[:, plane[order[0]]] = along[first : last + 1]
             points[:, plane[order[1]]] = across[row]
-            ways[-1].append(points)
-    return min(ways, key=lambda way: sum(np.ptp(cut, axis=0).sum() for cut in way))
+            choices[-1].append(points)
+    return min(choices, key=lambda cuts: sum(np.ptp(cut, axis=0).sum() for cut in cuts))
 
 
 def _runs(filled: np.ndarray) -> list[tuple[int, int, int]]:

@@ -111,9 +111,11 @@ def _draw(empty: Segmentation, labels: Labels, width: float, order: np.ndarray) 
         guide = near(outside.vertices[list(arc.vertices)], width)
 
         def cost(sheet: Sheet, sides: Sides, arc: Arc = arc, guide: Cost = guide) -> np.ndarray:
-            ours = np.isin(labels.patch[sheet.tag], (arc.left, arc.right))
-            favour = np.where(sides.sharp, SHARP, 1.0)
-            return guide(sheet, sides) * np.where(sides.inside(ours), favour, favour * FOREIGN)
+            is_adjacent = np.isin(labels.patch[sheet.tag], (arc.left, arc.right))
+            factor = np.where(sides.sharp, SHARP, 1.0)
+            return guide(sheet, sides) * np.where(
+                sides.inside(is_adjacent), factor, factor * FOREIGN
+            )
 
         ends = corners[arc.vertices[0]], corners[arc.vertices[-1]]
         between = _sector(net, drawing, number, 0), _sector(net, drawing, number, -1)
@@ -162,19 +164,19 @@ def _patches(found: Segmentation) -> np.ndarray:
         for a, b in pairwise(path):
             for patch, face in ((arc.left, half[a, b]), (arc.right, half[b, a])):
                 if owner.setdefault(int(region[face]), patch) != patch:
-                    raise _wrong(found, patch, "overlaps another face")
+                    raise _topology_error(found, patch, "overlaps another face")
     names = np.array([owner.get(r, -1) for r in range(region.max() + 1)])
     for patch in range(outside.patch.max() + 1):
         if (names == patch).sum() != 1:
-            raise _wrong(found, patch, f"has {(names == patch).sum()} regions")
+            raise _topology_error(found, patch, f"has {(names == patch).sum()} regions")
         number = euler(faces[names[region] == patch])
         wanted = euler(outside.quads[outside.patch == patch])
         if number != wanted:
-            raise _wrong(found, patch, f"has Euler number {number}, not {wanted}")
+            raise _topology_error(found, patch, f"has Euler number {number}, not {wanted}")
     return names[region]
 
 
-def _wrong(found: Segmentation, patch: int, what: str) -> MeshingError:
+def _topology_error(found: Segmentation, patch: int, what: str) -> MeshingError:
     return MeshingError(
         f"the polycube does not fit the surface: on it {found.describe(patch)} {what}"
     )

@@ -77,12 +77,12 @@ class Drawing:
 
     def regions(self, faces: np.ndarray | None = None) -> np.ndarray:
         """(F,) region between the paths for each face (of a mask)."""
-        ours = np.arange(len(self.sheet.faces)) if faces is None else np.flatnonzero(faces)
-        edge = self.sides.of_face[ours].ravel()
+        selected = np.arange(len(self.sheet.faces)) if faces is None else np.flatnonzero(faces)
+        edge = self.sides.of_face[selected].ravel()
         order = np.argsort(edge, kind="stable")
         first, second = order[:-1], order[1:]
         open_ = (edge[first] == edge[second]) & ~self.drawn()[edge[first]]
-        return connected(first[open_] // 3, second[open_] // 3, len(ours))
+        return connected(first[open_] // 3, second[open_] // 3, len(selected))
 
     def move(self, vertices: np.ndarray, places: np.ndarray) -> None:
         """Set the positions (N, 3) of vertices (N,) on the polycube."""

@@ -67,8 +67,8 @@ def model_sets(surface: TriMesh) -> dict[str, np.ndarray]:
     Numbers of triangles (N,) by name: ends, holes, and the faces of a CAD model.
     """
     if not len(surface.region):
-        alike = np.zeros(len(surface.faces), np.int64)
-        return ends_and_holes(surface.vertices, surface.faces, alike)
+        label = np.zeros(len(surface.faces), np.int64)
+        return ends_and_holes(surface.vertices, surface.faces, label)
     found = _numbers(surface)
     return {n: np.flatnonzero(np.isin(surface.region, own)) for n, own in found.items()}
 
@@ -121,7 +121,7 @@ def _regions(mesh: HexMesh, surface: TriMesh, named: np.ndarray) -> tuple[np.nda
     return region, (found == region[:, None]).mean(axis=1)
 
 
-def kept_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+def unique_cad_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     """(Q,) number of the CAD face to which the whole quad is close.
 
     It is 0 without sets of CAD faces, and for quads that cover several faces.

@@ -95,8 +95,8 @@ def exposed(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Boundary quads (Q, 4) and the hex of each (Q,)."""
     faces = hexes[:, FACES].reshape(-1, 4)
     _, inverse, count = unique_rows(np.sort(faces, axis=1))
-    alone = np.flatnonzero(count[inverse] == 1)
-    return faces[alone], alone // 6
+    single = np.flatnonzero(count[inverse] == 1)
+    return faces[single], single // 6
 
 
 def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -116,13 +116,13 @@ def part(mesh: HexMesh, elements: np.ndarray, sides: np.ndarray) -> tuple[HexMes
     sides : (Q, 2) hex and local face of each boundary quad of the mesh
     """
     used, hexes = np.unique(mesh.hexes[elements], return_inverse=True)
-    kept = np.isin(sides[:, 0], elements)
+    is_inside = np.isin(sides[:, 0], elements)
     piece = replace(
         mesh,
         vertices=mesh.vertices[used],
         hexes=hexes.reshape(-1, 8),
-        quads=np.searchsorted(used, mesh.quads[kept]),
-        patch=mesh.patch[kept],
+        quads=np.searchsorted(used, mesh.quads[is_inside]),
+        patch=mesh.patch[is_inside],
         cell=mesh.cell[elements],
     )
     return piece, used

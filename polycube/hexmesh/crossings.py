@@ -20,10 +20,10 @@ from polycube.surface.closest import tree
 from polycube.surface.intersections import overlapping_boxes
 from polycube.types import HexMesh
 
-# In the order of `connectivity.FACES`, the faces 3-0-4-7 and 2-3-7-6 start beside that corner.
+# the faces 3-0-4-7 and 2-3-7-6 of `connectivity.FACES` start next to the first corner of Abaqus
 _OTHER_DIAGONAL = np.array([True, False, False, True, False, False])
 # number of crossing pairs of quads above which later stages are not expected to separate them
-MANY = 20
+MOST_CROSSINGS = 20
 _GAP = 1e-9  # of the size of two triangles: a smaller gap is a contact
 
 

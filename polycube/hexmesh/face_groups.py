@@ -19,7 +19,9 @@ from polycube.types import TriMesh
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that divides a label
-WHOLE = 0.5  # of the area of its segment: smaller pieces may end in the middle of a smooth face
+LARGE_SHARE = (
+    0.5  # of the area of its segment: smaller pieces may end in the middle of a smooth face
+)
 FLAT, PART = 0.95, 0.2  # least mean normal of a smaller piece, and its least share of its segment
 ROUND = 0.4  # smallest length of the mean normal towards an end, for a CAD face that is not flat
 OUTERMOST = 0.05  # of the diagonal: largest distance of an end from the bounding box
@@ -57,16 +59,16 @@ class Faces:
 
 @dataclass(frozen=True, eq=False)
 class _Borders:
-    """Pairs of faces that share an edge; a face beside smaller ones may have no partner there."""
+    """Pairs of faces that share an edge; a face adjacent to smaller ones may have no partner."""
 
     first: np.ndarray  # (P,)
     second: np.ndarray  # (P,)
     cosine: np.ndarray  # (P,) cosine between the normals
     inwards: np.ndarray  # (P,) sine of the concave angle
 
-    def components(self, kept: np.ndarray, number: int) -> np.ndarray:
-        """(N,) connected component of each face over the borders kept (P,)."""
-        return connected(self.first[kept], self.second[kept], number)
+    def components(self, selected: np.ndarray, number: int) -> np.ndarray:
+        """(N,) connected component of each face over the selected borders (P,)."""
+        return connected(self.first[selected], self.second[selected], number)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,19 +129,21 @@ def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
     """
     cut = _cut(surface.vertices, surface.faces, surface.region)
     numbers, face = np.unique(surface.region, return_inverse=True)
-    whole = cut.measured.joined(face)
+    cad_faces = cut.measured.joined(face)
     ends = {}
     for end, name in enumerate(ENDS):
         out = cut.reach(end, face)
-        towards = (2 * (end % 2) - 1) * whole.normal[:, end // 2]
-        own = np.flatnonzero((out >= out.max() - LEVEL * cut.size) & (facing(whole.normal) == end))
+        towards = (2 * (end % 2) - 1) * cad_faces.normal[:, end // 2]
+        own = np.flatnonzero(
+            (out >= out.max() - LEVEL * cut.size) & (facing(cad_faces.normal) == end)
+        )
         own = own[towards[own] >= (FLAT if (towards[own] >= FLAT).any() else ROUND)]
         if len(own):
-            ends[name] = _farthest(whole, own, end, cut.size)
+            ends[name] = _farthest(cad_faces, own, end, cut.size)
     is_end = np.isin(face, np.concatenate([[], *ends.values()]))
     for name, walls in _holes(cut, cut.piece[is_end]).items():
         area = np.bincount(face, np.isin(cut.piece, walls) * cut.measured.area)
-        ends[name] = np.flatnonzero(area > whole.area / 2)
+        ends[name] = np.flatnonzero(area > cad_faces.area / 2)
     return {name: numbers[own] for name, own in ends.items() if len(own)}
 
 
@@ -169,9 +173,9 @@ def _cut(points: np.ndarray, faces: np.ndarray, label: np.ndarray) -> _Cut:
     direction = facing(measured.normal)
     borders = _borders(faces, measured)
     a, b = borders.first, borders.second
-    whole = (label[a] == label[b]) & (borders.cosine > SHARP)
-    segment = borders.components(whole, len(faces))
-    piece = borders.components(whole & (direction[a] == direction[b]), len(faces))
+    is_smooth = (label[a] == label[b]) & (borders.cosine > SHARP)
+    segment = borders.components(is_smooth, len(faces))
+    piece = borders.components(is_smooth & (direction[a] == direction[b]), len(faces))
     return _Cut(corners, measured, borders, segment, piece, measured.joined(piece))
 
 
@@ -181,7 +185,7 @@ def _flat_ends(cut: _Cut) -> dict[str, np.ndarray]:
     direction = facing(cut.measured.normal)[one]
     share = cut.pieces.area / cut.measured.joined(cut.segment).area[cut.segment[one]]
     length = np.linalg.norm(cut.pieces.normal, axis=1)
-    is_clear = (share >= WHOLE) | ((share >= PART) & (length >= FLAT))
+    is_clear = (share >= LARGE_SHARE) | ((share >= PART) & (length >= FLAT))
     names = {}
     for end, name in enumerate(ENDS):
         out = cut.reach(end, cut.piece)
@@ -217,8 +221,8 @@ def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:
     is_end = np.isin(np.arange(n), ends)
     pair = np.sort(np.stack([cut.piece[borders.first], cut.piece[borders.second]], axis=1), axis=1)
     between = (pair[:, 0] != pair[:, 1]) & ~is_end[pair].any(axis=1)
-    pairs, first, which = np.unique(pair[between] @ [n, 1], return_index=True, return_inverse=True)
-    mean = np.bincount(which, borders.inwards[between]) / np.bincount(which).clip(1)
+    pairs, first, index = np.unique(pair[between] @ [n, 1], return_index=True, return_inverse=True)
+    mean = np.bincount(index, borders.inwards[between]) / np.bincount(index).clip(1)
     smooth = (cut.segment[borders.first] == cut.segment[borders.second])[between][first]
     first, second = np.divmod(pairs[mean > np.where(smooth, -CONCAVE, CONCAVE)], n)
     group = connected(first, second, n)

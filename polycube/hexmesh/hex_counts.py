@@ -51,9 +51,9 @@ def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
     """
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     n = len(points)
-    lone = edges[~np.isin(edges @ [n, 1], edges @ [1, n])]
-    group = connected(lone[:, 0], lone[:, 1], n)[lone[:, 0]]
-    curves = [lone[group == k] for k in np.unique(group)]
+    border = edges[~np.isin(edges @ [n, 1], edges @ [1, n])]
+    group = connected(border[:, 0], border[:, 1], n)[border[:, 0]]
+    curves = [border[group == k] for k in np.unique(group)]
     length = [curve_length(points, curve) for curve in curves]
     return [c for c, own in zip(curves, length, strict=True) if own >= RIM * max(length, default=0)]
 

@@ -15,7 +15,7 @@ from polycube.hexmesh.connectivity import quad_sides
 from polycube.hexmesh.face_groups import ENDS, ends_and_holes
 from polycube.types import HexMesh, Spline
 
-MANY = 500  # number of patches above which they get no names
+MOST_PATCHES = 500  # number of patches above which they get no names
 Sets = Mapping[str, np.ndarray]  # numbers of boundary faces (N,) by name
 
 
@@ -34,10 +34,10 @@ def sets_of_quads(
 def patch_sets(patch: np.ndarray) -> dict[str, np.ndarray]:
     """Numbers of the boundary quads of each patch (Q,), as `patch_0` etc.
 
-    Empty if there are more than `MANY`, as in a lattice as fine as the hexes, which has a patch at
-    every step.
+    Empty if there are more than `MOST_PATCHES`, as in a lattice as fine as the hexes, which has a
+    patch at every step.
     """
-    if patch.max(initial=0) >= MANY:
+    if patch.max(initial=0) >= MOST_PATCHES:
         return {}
     return {f"patch_{n}": np.flatnonzero(patch == n) for n in np.unique(patch).tolist()}
 
@@ -69,16 +69,16 @@ def cad_faces(mesh: HexMesh) -> np.ndarray:
 
 def listed(sets: Sets) -> str:
     """List the names in a sentence; of numbered names, the first and the last."""
-    said: list[str] = []
+    texts: list[str] = []
     numbered: dict[str, list[str]] = {}
     for name in sets:
         kind, _, number = name.rpartition("_")
         if kind in ("patch", "cad_face") and number.isdigit():
             numbered.setdefault(kind, []).append(name)
         else:
-            said.append(name)
-    said += [f"{n[0]} to {n[-1]}" if len(n) > 1 else n[0] for n in numbered.values()]
-    return ", ".join(said)
+            texts.append(name)
+    texts += [f"{n[0]} to {n[-1]}" if len(n) > 1 else n[0] for n in numbered.values()]
+    return ", ".join(texts)
 
 
 def set_name(place: object) -> str:

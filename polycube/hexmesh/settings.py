@@ -64,26 +64,26 @@ class MeshingSettings:
                 )
 
 
-def curvature_of(asked: float | str, exact: bool) -> float | str:
-    """The setting of the chord error, with auto resolved."""
-    return ("0.2%" if exact else "0.3%") if asked == "auto" else asked
+def curvature_of(value: float | str, exact: bool) -> float | str:
+    """The value of the setting `curvature`; auto depends on whether features are exact."""
+    return ("0.2%" if exact else "0.3%") if value == "auto" else value
 
 
-def creases_of(asked: float | str | None, surface: TriMesh) -> float | str | None:
-    """The setting of the distance of sharp edges, with auto resolved."""
-    if asked != "auto":
-        return asked
+def creases_of(value: float | str | None, surface: TriMesh) -> float | str | None:
+    """The value of the setting `creases`; auto depends on whether the surface has CAD faces."""
+    if value != "auto":
+        return value
     return None if len(surface.region) else "0.1%"
 
 
-def check_features(asked: str) -> None:
+def check_features(value: str) -> None:
     """Raise ValueError for an invalid value of `features`."""
-    if asked not in FEATURES:
-        raise ValueError(f"features must be {', '.join(FEATURES)}; got {asked!r}")
+    if value not in FEATURES:
+        raise ValueError(f"features must be {', '.join(FEATURES)}; got {value!r}")
 
 
-def features_of(asked: str, surface: TriMesh) -> str:
-    """The setting of the features of a surface, with auto resolved."""
-    if asked != "auto":
-        return asked
+def features_of(value: str, surface: TriMesh) -> str:
+    """The value of the setting `features`; auto depends on whether the surface has CAD faces."""
+    if value != "auto":
+        return value
     return "exact" if len(surface.region) else "soft"

@@ -26,7 +26,7 @@ logger = logging.getLogger(__name__)
 
 # of the residual, in the norm of the inverse, relative to the root of lambda - shift
 TOLERANCE = 1e-10
-ROOM = 8  # vectors stored per requested pair, before a restart with a quarter of them
+VECTORS_PER_PAIR = 8  # vectors stored per requested pair, before a restart with a quarter of them
 ROUNDING = 1e-6  # residual below which one that does not halve in PATIENCE iterations is final
 PATIENCE = 3
 ITERATIONS = 500  # largest number of iterations
@@ -49,7 +49,7 @@ def davidson(
     neither is reached within ITERATIONS.
     """
     start = np.random.default_rng(0).standard_normal((stiffness.shape[0], n_pairs))
-    space = _Space(stiffness, mass, ROOM * max(n_pairs, 4))
+    space = _Space(stiffness, mass, VECTORS_PER_PAIR * max(n_pairs, 4))
     space.add(precondition(mass @ start))
     error = np.full(n_pairs, np.inf)  # of each pair at its last check
     errors: list[float] = []
@@ -83,19 +83,19 @@ def davidson(
 class _Space:
     """M-orthonormal vectors V, K V and M V."""
 
-    def __init__(self, stiffness: spmatrix, mass: LinearOperator, room: int) -> None:
-        """`room` : largest number of vectors; more are reduced to the lowest Ritz vectors."""
+    def __init__(self, stiffness: spmatrix, mass: LinearOperator, capacity: int) -> None:
+        """`capacity` : largest number of vectors; more are reduced to the lowest Ritz vectors."""
         self.stiffness, self.mass = stiffness, mass
         self.seen = self.size = 0
-        self._kept = np.zeros((3, stiffness.shape[0], room))
-        self._small = np.zeros((room, room))  # V^T K V
+        self._vectors = np.zeros((3, stiffness.shape[0], capacity))
+        self._small = np.zeros((capacity, capacity))  # V^T K V
 
     def add(self, w: np.ndarray) -> None:
         """Extend the space by the columns of w (N, k), made M-orthonormal."""
         self.seen += w.shape[1]
-        if self.size + w.shape[1] > self._kept.shape[2]:
-            self._reduce(self._kept.shape[2] // 4)
-        v, _, mv = self._kept[..., : self.size]
+        if self.size + w.shape[1] > self._vectors.shape[2]:
+            self._reduce(self._vectors.shape[2] // 4)
+        v, _, mv = self._vectors[..., : self.size]
         w = w / np.linalg.norm(w, axis=0)
         for _ in range(2):
             w = w - _combined(v, _products(mv, w))
@@ -106,17 +106,17 @@ class _Space:
             w, mw = w @ turn, mw @ turn
         kw = self.stiffness @ w
         new = slice(self.size, self.size + w.shape[1])
-        for part, columns in zip(self._kept, (w, kw, mw), strict=True):
+        for part, columns in zip(self._vectors, (w, kw, mw), strict=True):
             part[:, new] = columns
         self.size = new.stop
-        beside = _products(self._kept[0, :, : self.size], kw)
-        self._small[: self.size, new] = beside
-        self._small[new, : self.size] = beside.T
+        coupling = _products(self._vectors[0, :, : self.size], kw)
+        self._small[: self.size, new] = coupling
+        self._small[new, : self.size] = coupling.T
 
     def ritz(self, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Lowest n Ritz values (n,), vectors x (N, n), K x and M x."""
         values, turn = self._lowest(n)
-        x, kx, mx = (_combined(part[:, : self.size], turn) for part in self._kept)
+        x, kx, mx = (_combined(part[:, : self.size], turn) for part in self._vectors)
         return values, x, kx, mx
 
     def _lowest(self, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -126,7 +126,7 @@ class _Space:
 
     def _reduce(self, n: int) -> None:
         values, turn = self._lowest(n)
-        for part in self._kept:
+        for part in self._vectors:
             part[:, :n] = _combined(part[:, : self.size], turn)
         self._small[:n, :n] = np.diag(values)
         self.size = n

@@ -32,7 +32,7 @@ def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
     """
     touches = np.ones(matrix.nnz)  # values could cancel when the neighbours of a row are counted
     pattern = csr_matrix((touches, matrix.indices, matrix.indptr), matrix.shape)
-    group, first = _alike(pattern)
+    group, first = _equal_rows(pattern)
     graph = csr_matrix(pattern[first][:, first])
     members = np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))[:-1])
     size = np.bincount(group)
@@ -42,7 +42,7 @@ def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
     return fronts
 
 
-def _alike(pattern: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+def _equal_rows(pattern: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
     """Group of each row, with equal patterns in one group, and one row of each group."""
     rng = np.random.default_rng(0)
     _, first, group = np.unique(

@@ -20,21 +20,21 @@ def needed(functions: int) -> float:
 
 def available() -> float | None:
     """Bytes that this process can still allocate; None if the system does not say."""
-    found = [room for room in (_of_machine(), _of_group()) if room is not None]
+    found = [free for free in (_of_machine(), _of_group()) if free is not None]
     return min(found, default=None)
 
 
 def warn(functions: int) -> None:
     """Log a warning if the analysis may need more memory than is available."""
-    room, wanted = available(), needed(functions)
-    if room is None or wanted <= room:
+    free, wanted = available(), needed(functions)
+    if free is None or wanted <= free:
         return
     logger.warning(
         "warning: the analysis of %d functions needs about %.2g GB of memory, and %.2g GB are "
         "available; a larger meshing.size needs less",
         functions,
         wanted / 1e9,
-        room / 1e9,
+        free / 1e9,
     )
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from polycube.errors import InputError, MeshingError
-from polycube.hexmesh.crossings import MANY, crossings
+from polycube.hexmesh.crossings import MOST_CROSSINGS, crossings
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import KINDS, Acceptance
 from polycube.pipeline.deadline import Deadline
@@ -107,7 +107,7 @@ class Variants:
         return bool(meshes) and all(mesh and self._is_lost(mesh) for mesh in meshes)
 
     def _is_lost(self, mesh: HexMesh) -> bool:
-        if self.gives_up and len(crossings(mesh)) >= MANY:
+        if self.gives_up and len(crossings(mesh)) >= MOST_CROSSINGS:
             return True
         is_large = len(mesh.hexes) > LARGE
         return is_large and scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0

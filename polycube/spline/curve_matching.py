@@ -39,14 +39,14 @@ class CurveMatcher:
                 np.stack([crease.points[:-1], crease.points[1:]], axis=1)
             )
         first, second = twins(corner_nodes(spline))
-        beside = np.sort(cad_face[np.stack([first, second], axis=1) // 4], axis=1)
-        between = (beside[:, 0] > 0) & (beside[:, 0] < beside[:, 1])
+        adjacent = np.sort(cad_face[np.stack([first, second], axis=1) // 4], axis=1)
+        between = (adjacent[:, 0] > 0) & (adjacent[:, 0] < adjacent[:, 1])
         self._trees, parts = [], []
-        for pair in np.unique(beside[between], axis=0).tolist():
+        for pair in np.unique(adjacent[between], axis=0).tolist():
             if tuple(pair) in curves:
                 ends = np.concatenate(curves[tuple(pair)])
                 self._trees.append(closest.tree(ends[:, [0, 1, 1]], np.zeros((len(ends), 3))))
-                parts.append(first[(beside == pair).all(axis=1)])
+                parts.append(first[(adjacent == pair).all(axis=1)])
         edges = np.concatenate([np.zeros(0, np.int64), *parts])
         self._counts = [len(part) * len(LINE) for part in parts]
         self.side = np.repeat(edges // 4, len(LINE))

@@ -10,7 +10,7 @@ from numba import njit
 from polycube.numerics.fast_math import FAST
 from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import bernstein, derivative
-from polycube.spline.element_tangents import LANES, add_back, gather, room, tangents
+from polycube.spline.element_tangents import LANES, add_back, buffers, gather, tangents
 
 LEAST = 256  # smallest number of elements for a thread
 
@@ -38,7 +38,7 @@ def least_detj(
     return np.concatenate(least), np.concatenate(volume)
 
 
-def squared_lack(
+def squared_shortfall(
     points: np.ndarray, nodes: np.ndarray, line: np.ndarray, unit: np.ndarray, wanted: float
 ) -> tuple[float, np.ndarray]:
     """Sum of max(wanted - det J / unit, 0)^2 over elements and grid, and its gradient (B, 3).
@@ -47,7 +47,7 @@ def squared_lack(
 
     It runs on the calling thread and releases the global interpreter lock.
     """
-    return _lack(points, nodes, bernstein(line), derivative(line), unit, wanted)
+    return _shortfall(points, nodes, bernstein(line), derivative(line), unit, wanted)
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
@@ -80,7 +80,7 @@ def _by_tangents(by_det: np.ndarray, tangents: np.ndarray, out: np.ndarray) -> N
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
-def _take_in(det: np.ndarray, weights: np.ndarray, low: np.ndarray, sums: np.ndarray) -> None:
+def _accumulate(det: np.ndarray, weights: np.ndarray, low: np.ndarray, sums: np.ndarray) -> None:
     """Update the minima and weighted sums (LANES,) with a plane (n^2, LANES)."""
     for s in range(len(det)):
         for at in range(len(low)):
@@ -89,7 +89,7 @@ def _take_in(det: np.ndarray, weights: np.ndarray, low: np.ndarray, sums: np.nda
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
-def _lack_of(det: np.ndarray, goal: np.ndarray, inverse: np.ndarray) -> float:
+def _shortfall_of(det: np.ndarray, goal: np.ndarray, inverse: np.ndarray) -> float:
     """Squared shortfall of det J (n^2, LANES), which is replaced by the derivatives.
 
     goal, inverse : (LANES,) wanted value in units, and 1 / unit
@@ -98,9 +98,9 @@ def _lack_of(det: np.ndarray, goal: np.ndarray, inverse: np.ndarray) -> float:
     for s in range(len(det)):
         row = det[s]
         for at in range(len(goal)):
-            lack = max(goal[at] - row[at] * inverse[at], 0.0)
-            total += lack * lack
-            row[at] = -2 * lack * inverse[at]
+            shortfall = max(goal[at] - row[at] * inverse[at], 0.0)
+            total += shortfall * shortfall
+            row[at] = -2 * shortfall * inverse[at]
     return total
 
 
@@ -111,7 +111,7 @@ def _values(
     """(E, n^3) values of det J."""
     n = len(values)
     found = np.empty((len(nodes), n**3))
-    net, planes, lines, slope, det = room(n)
+    net, planes, lines, slope, det = buffers(n)
     for start in range(0, len(nodes), LANES):
         gather(points, nodes, start, net)
         for k in range(n):
@@ -134,7 +134,7 @@ def _least(
     """Smallest value (E,) and weighted sum (E,)."""
     n = len(values)
     least, total = np.empty(len(nodes)), np.empty(len(nodes))
-    net, planes, lines, slope, det = room(n)
+    net, planes, lines, slope, det = buffers(n)
     square = np.outer(weights, weights).ravel()
     low, sums = np.empty(LANES), np.empty(LANES)
     for start in range(0, len(nodes), LANES):
@@ -143,14 +143,14 @@ def _least(
         for k in range(n):
             tangents(net, values, slopes, k, planes, lines, slope)
             _determinants(slope, det)
-            _take_in(det, weights[k] * square, low, sums)
+            _accumulate(det, weights[k] * square, low, sums)
         for at in range(min(LANES, len(nodes) - start)):
             least[start + at], total[start + at] = low[at], sums[at]
     return least, total
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _lack(
+def _shortfall(
     points: np.ndarray,
     nodes: np.ndarray,
     values: np.ndarray,
@@ -161,7 +161,7 @@ def _lack(
     """The value, and its derivatives (B, 3) with respect to the points."""
     n, value = len(values), 0.0
     by_point = np.zeros(points.shape)
-    net, planes, lines, slope, det = room(n)
+    net, planes, lines, slope, det = buffers(n)
     goal, inverse = np.full(LANES, wanted), np.zeros(LANES)
     by_net, by_tangents = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
     for start in range(0, len(nodes), LANES):
@@ -169,18 +169,18 @@ def _lack(
         gather(points, nodes, start, net)
         by_net[:], goal[used:] = 0, -np.inf
         inverse[:used] = 1 / unit[start : start + used]
-        lacks = False
+        falls_short = False
         for k in range(n):
             tangents(net, values, slopes, k, planes, lines, slope)
             _determinants(slope, det)
-            here = _lack_of(det, goal, inverse)
+            here = _shortfall_of(det, goal, inverse)
             if here == 0:
                 continue
             value += here
-            lacks = True
+            falls_short = True
             _by_tangents(det, slope, by_tangents)
             add_back(by_tangents, values, slopes, k, planes, lines, by_net)
-        if not lacks:
+        if not falls_short:
             continue
         for at in range(used):
             for r in range(64):

@@ -16,7 +16,7 @@ LANES = 16
 
 
 @njit(cache=True, error_model="numpy")
-def room(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def buffers(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Buffers for net, planes, lines, tangents and determinants."""
     planes, lines = np.empty((2, 48 * LANES)), np.empty((3, 12 * LANES))
     tangents, det = np.empty((n * n, 3, 3 * LANES)), np.empty((n * n, LANES))

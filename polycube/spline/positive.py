@@ -15,12 +15,12 @@ from scipy.sparse import csr_matrix
 from polycube.numerics.lbfgs import descend
 from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bezier import scaled_detj
-from polycube.spline.det_kernels import detj, squared_lack
+from polycube.spline.det_kernels import detj, squared_shortfall
 from polycube.spline.matching import Matches
 from polycube.types import Spline
 
 LINE = np.arange(5) / 4  # samples of an element while it is raised, in each direction
-DAMPINGS = 8  # largest number of dampings; the last one takes the whole move back
+DAMPINGS = 8  # largest number of dampings; the last one restores the old positions
 DAMPED = 0.6  # factor of a damping
 INFLUENCE = 0.02  # smallest coefficient, on an element to raise, of a control point that moves
 ABOVE = 1.1  # factor on the floor for samples, because det J is lower between them
@@ -46,18 +46,18 @@ def damped(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matr
     They are closer to the spline at elements whose scaled det J would fall below their floor (E,).
     """
     step = moved - spline.control
-    kept, scaled = np.ones(len(step)), np.empty(len(floor))
+    factor, scaled = np.ones(len(step)), np.empty(len(floor))
     near: np.ndarray | slice = slice(None)  # elements that changed
     for number in range(DAMPINGS):
-        now = replace(spline, control=spline.control + kept[:, None] * step)
+        now = replace(spline, control=spline.control + factor[:, None] * step)
         scaled[near] = scaled_detj(now, near)
         low = np.flatnonzero(scaled < floor)
         if len(low) == 0:
             break
-        felt = np.minimum(3 * share[low].max(axis=0).toarray().ravel(), 1)
-        kept *= (DAMPED if number < DAMPINGS - 1 else 0.0) ** felt
-        near = np.flatnonzero(share @ felt)
-    return spline.control + kept[:, None] * step
+        influence = np.minimum(3 * share[low].max(axis=0).toarray().ravel(), 1)
+        factor *= (DAMPED if number < DAMPINGS - 1 else 0.0) ** influence
+        near = np.flatnonzero(share @ influence)
+    return spline.control + factor[:, None] * step
 
 
 def restored(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_matrix) -> np.ndarray:
@@ -69,11 +69,11 @@ def restored(spline: Spline, moved: np.ndarray, floor: np.ndarray, share: csr_ma
     near: np.ndarray | slice = slice(None)  # elements that changed
     while True:
         scaled[near] = scaled_detj(replace(spline, control=control), near)
-        felt = share[np.flatnonzero(scaled < floor)].getnnz(axis=0) > 0
-        if np.array_equal(control[felt], spline.control[felt]):
+        affected = share[np.flatnonzero(scaled < floor)].getnnz(axis=0) > 0
+        if np.array_equal(control[affected], spline.control[affected]):
             return control
-        control[felt] = spline.control[felt]
-        near = np.flatnonzero(share @ felt)
+        control[affected] = spline.control[affected]
+        near = np.flatnonzero(share @ affected)
 
 
 def raised(
@@ -95,11 +95,11 @@ def raised(
     """
     moves = np.flatnonzero((share[scaled < wanted] > INFLUENCE).sum(axis=0))
     near = np.flatnonzero((share[:, moves] > INFLUENCE).sum(axis=1))
-    felt = np.flatnonzero(matches.rows[:, moves].getnnz(axis=1))
-    terms: list[_Lack | _Gap] = [
-        _Lack(spline, moves, near[part], wanted, floor) for part in parts(len(near), ELEMENTS)
+    chosen = np.flatnonzero(matches.rows[:, moves].getnnz(axis=1))
+    terms: list[_Shortfall | _Gap] = [
+        _Shortfall(spline, moves, near[part], wanted, floor) for part in parts(len(near), ELEMENTS)
     ]
-    terms += [_Gap(spline.control, moves, matches, felt[p]) for p in parts(len(felt), GAPS)]
+    terms += [_Gap(spline.control, moves, matches, chosen[p]) for p in parts(len(chosen), GAPS)]
     membrane = graph[moves][:, moves]
     stiff = STIFF * matches.weight.mean() / membrane.diagonal().mean()
     start = spline.control[moves]
@@ -114,7 +114,7 @@ def raised(
     return control
 
 
-class _Lack:
+class _Shortfall:
     """Squared shortfall of det J in elements (e,), as a function of control points (n,)."""
 
     def __init__(
@@ -130,7 +130,7 @@ class _Lack:
 
     def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         points = self.rows @ y + self.rest
-        value, by_point = squared_lack(points, self.local, LINE, self.unit, self.wanted)
+        value, by_point = squared_shortfall(points, self.local, LINE, self.unit, self.wanted)
         return value, self.rows.T @ by_point
 
 
@@ -138,12 +138,12 @@ class _Gap:
     """Weighted squared gaps of some matches (m,), as a function of control points (n,)."""
 
     def __init__(
-        self, control: np.ndarray, moves: np.ndarray, matches: Matches, felt: np.ndarray
+        self, control: np.ndarray, moves: np.ndarray, matches: Matches, chosen: np.ndarray
     ) -> None:
-        rows = matches.rows[felt]
+        rows = matches.rows[chosen]
         self.rows = rows[:, moves]
-        self.rest = rows @ control - self.rows @ control[moves] - matches.goal[felt]
-        self.normal, self.weight = matches.normal[felt], matches.weight[felt]
+        self.rest = rows @ control - self.rows @ control[moves] - matches.goal[chosen]
+        self.normal, self.weight = matches.normal[chosen], matches.weight[chosen]
 
     def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         rows = self.rows.indptr, self.rows.indices, self.rows.data

@@ -23,12 +23,12 @@ from polycube.spline.positive import damped, raised, restored, shares
 from polycube.surface.fit_target import target
 from polycube.types import Spline, TriMesh
 
-FAIR = 0.02  # weight of the membrane relative to the squared gaps, by their mean diagonals
-STILL = 1e-6  # relative contribution below which control points stay fixed
+MEMBRANE = 0.02  # weight of the membrane relative to the squared gaps, by their mean diagonals
+REGULARIZATION = 1e-6  # relative contribution below which control points stay fixed
 EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface
 LOOSE = 0.5  # share of its scaled det J that an element keeps before it is raised
-# distance, in diagonals, equivalent to half of the least scaled det J below the floor
-WORTH = 0.001
+# cost of each halving of the least scaled det J below the floor, as a distance in diagonals
+HALVED_DETJ = 0.001
 SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}  # and positive definite
 FIRST = 0.2  # share of the floor used first if the whole floor cannot be reached at once
 
@@ -64,7 +64,7 @@ def _positive(
 ) -> np.ndarray:
     """The moved control points (C, 3), moved back or further as det J requires."""
     share, old = shares(spline), scaled_detj(spline)
-    enough = np.clip(old.min(), 0, options.floor)
+    reachable = np.clip(old.min(), 0, options.floor)
 
     def at(control: np.ndarray) -> tuple[Spline, np.ndarray]:
         now = replace(spline, control=control)
@@ -76,11 +76,11 @@ def _positive(
             return 0.0, float(least)
         rows, goal, _, weight = matcher(state[0].control)
         gaps = np.linalg.norm(rows @ state[0].control - goal, axis=1)[weight > 0]
-        price = np.percentile(gaps, 99) + WORTH * max(np.log2(options.floor / least), 0)
-        return 1 + min(least, enough), -price
+        cost = np.percentile(gaps, 99) + HALVED_DETJ * max(np.log2(options.floor / least), 0)
+        return 1 + min(least, reachable), -cost
 
     best = at(damped(spline, moved, LOOSE * np.minimum(old, options.floor), share))
-    worth, part = value(best), 1.0
+    best_value, part = value(best), 1.0
     for _ in range(options.rounds):
         low = best[1].min()
         wanted = options.floor * (part if low > 0 else FIRST)
@@ -89,17 +89,21 @@ def _positive(
         matches = matcher(best[0].control)
         higher = at(raised(*best, wanted, options.floor, share, matches, graph))
         reached = value(higher)
-        if reached > worth:
-            best, worth = higher, reached
+        if reached > best_value:
+            best, best_value = higher, reached
         elif low <= 0 or part == FIRST:
             break
         else:
             part = FIRST
     control = best[0].control
-    back = damped(spline, control, np.minimum(old, max(enough, LOOSE * options.floor)), share)
-    safe = restored(spline, control, np.minimum(old, enough), share)
-    worths = {worth: control} | {value(at(other)): other for other in (safe, back)}
-    return worths[max(worths)]
+    partly_restored = damped(
+        spline, control, np.minimum(old, max(reachable, LOOSE * options.floor)), share
+    )
+    fully_restored = restored(spline, control, np.minimum(old, reachable), share)
+    controls = {best_value: control} | {
+        value(at(other)): other for other in (fully_restored, partly_restored)
+    }
+    return controls[max(controls)]
 
 
 def laplacian(spline: Spline) -> csr_matrix:
@@ -145,8 +149,8 @@ def _on_boundary(
         weighted = at.T @ diags(weight)
         square = weighted @ at
         size = square.diagonal().mean()
-        square = square + FAIR * size / fair.diagonal().mean() * fair
-        square = square + STILL * size * identity(len(touched))
+        square = square + MEMBRANE * size / fair.diagonal().mean() * fair
+        square = square + REGULARIZATION * size * identity(len(touched))
         factor = splu(square.tocsc(), **SYMMETRIC, options={"SymmetricMode": True})
         step = factor.solve(weighted @ (goal - rows @ control))
         last, longest = longest, np.linalg.norm(step, axis=1).max()

@@ -53,8 +53,8 @@ def majority(patch: np.ndarray, faces: np.ndarray, rounds: int) -> np.ndarray:
         around = patch[neighbour]
         a, b, c = around.T
         winner = np.where((a == b) | (a == c), a, b)
-        outvoted = ((a == b) | (a == c) | (b == c)) & (around != patch[:, None]).all(axis=1)
-        if not outvoted.any():
+        is_isolated = ((a == b) | (a == c) | (b == c)) & (around != patch[:, None]).all(axis=1)
+        if not is_isolated.any():
             break
-        patch = np.where(outvoted, winner, patch)
+        patch = np.where(is_isolated, winner, patch)
     return patch

@@ -11,37 +11,37 @@ from scipy.special import ndtr
 from polycube.structure.lattice import collapse, genus, is_manifold, lattice
 from polycube.types import Polycube
 
-CHANGES = 2  # largest number of cells that differ from the supposed structure
+CHANGES = 2  # largest number of cells that differ from the expected structure
 NOISE = (0.03, 0.06, 0.12, 0.2)  # standard deviations of the noise, in cells
-STRAY = 1e-3  # density of outliers, per cell^3
+OUTLIERS = 1e-3  # density of outliers, per cell^3
 
 
 def read_structure(
     points: np.ndarray,
-    supposed: Polycube,
+    expected: Polycube,
     primitives: Mapping[str, np.ndarray],
     margin: float = 0.0,
 ) -> Polycube:
-    """The most probable polycube of points (N, 3), with the grid and genus of the supposed one.
+    """The most probable polycube of points (N, 3), with the grid and genus of the expected one.
 
-    The candidates are all structures that differ from the supposed one in at most CHANGES cells; on
+    The candidates are all structures that differ from the expected one in at most CHANGES cells; on
     a grid of two cells these are all structures. For evenly distributed points, all 24 contexts of
     2x1 are recognised up to a noise of 0.1 cells; at 0.15, half the thickness of a wall, the
     directions of holes are lost.
 
     primitives : voxels (3, 3, 3) bool for each name
-    margin : smallest gain in log-likelihood per point for a structure other than the supposed one
+    margin : smallest gain in log-likelihood per point for a structure other than the expected one
 
-    Returns the supposed polycube itself, or another one, collapsed.
+    Returns the expected polycube itself, or another one, collapsed.
     """
-    wanted = genus(supposed)
-    best, most = supposed, log_likelihood(points, collapse(supposed)) + margin * len(points)
-    for context in _changed(supposed.context, tuple(primitives)):
-        polycube = lattice(supposed.grid, context, primitives)
+    wanted = genus(expected)
+    best, most = expected, log_likelihood(points, collapse(expected)) + margin * len(points)
+    for context in _changed(expected.context, tuple(primitives)):
+        polycube = lattice(expected.grid, context, primitives)
         if is_manifold(polycube) and genus(polycube) == wanted:
-            likely = log_likelihood(points, collapse(polycube))
-            if likely > most:
-                best, most = collapse(polycube), likely
+            log_p = log_likelihood(points, collapse(polycube))
+            if log_p > most:
+                best, most = collapse(polycube), log_p
     return best
 
 
@@ -90,5 +90,5 @@ def log_likelihood(points: np.ndarray, polycube: Polycube) -> float:
             )
             for axis, wall in enumerate(walls)
         )
-        best = max(best, float(np.log(density / area + STRAY).sum()))
+        best = max(best, float(np.log(density / area + OUTLIERS).sum()))
     return best

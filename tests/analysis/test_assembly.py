@@ -41,7 +41,7 @@ def test_matrices_are_symmetric_and_positive(spline):
     assert np.linalg.eigvalsh(stiffness.toarray())[:7].round(10)[6] > 0
 
 
-def test_rigid_motions_cost_nothing(spline):
+def test_rigid_motions_have_no_energy(spline):
     stiffness, _ = assemble(spline, 1.0, 0.3, 1.0)
     assert abs(stiffness @ rigid_motions(spline.control)).max() < 1e-14
 
@@ -64,7 +64,7 @@ def test_constant_strain_is_exact(spline):
     assert u @ stiffness @ u == pytest.approx(energy, rel=1e-12)
 
 
-def test_constant_strain_is_in_balance_inside():
+def test_constant_strain_is_in_equilibrium_inside():
     mesh = MESHES["ball"]
     spline = spline_of(mesh)
     u = spline.control @ np.diag([1.0, -2.0, 3.0])
@@ -121,7 +121,7 @@ def test_refuses_inverted_elements():
         assemble(replace(spline, control=-spline.control), 1.0, 0.3, 1.0)
 
 
-def test_functions_that_share_256_elements_are_a_pair():
+def test_functions_that_share_256_elements_are_counted():
     both = csr_matrix(np.ones((512, 64)))
     functions = ElementFunctions(np.arange(257) * 2, np.tile([0, 1], 256), both)
     (matrix,) = zero_matrices(functions, 2, 1)

@@ -57,7 +57,7 @@ def test_faces_of_several_spellings():
     assert len(faces_of(spline, {"box": [1, 0, 1, 2, 1, 1]})) == 1
 
 
-def test_places_in_words():
+def test_names_of_places():
     assert [place_name(place) for place in ("x_min", 7, {"plane": [1, 0, 0, 2.5]})] == [
         "x_min",
         "7",
@@ -68,6 +68,6 @@ def test_places_in_words():
 @pytest.mark.parametrize(
     "bad", [None, True, 1.5, "top", "x_mid", "hole", {"box": [1]}, {"ball": [0, 0, 0, 1]}, {}]
 )
-def test_refuses_what_is_no_place(bad):
+def test_refuses_invalid_places(bad):
     with pytest.raises(ValueError, match=r"boundary faces are a patch number, a name \(x_min to z"):
         check_place(bad)

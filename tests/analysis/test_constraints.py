@@ -17,29 +17,29 @@ SPACES = {
 
 
 @pytest.mark.parametrize("space", SPACES)
-def test_free_fields_vanish_on_the_held_faces_and_only_as_many_are_held_as_needed(space):
+def test_free_fields_vanish_on_constrained_faces_with_the_fewest_constraints(space):
     spline = SPACES[space]()
     faces = faces_of(spline, "z_min")
-    held = constrain(spline, [Support("z_min", faces, (0,))], 1)
+    constraints = constrain(spline, [Support("z_min", faces, (0,))], 1)
     here = trace(spline, faces)
-    assert abs(here.shape @ held.basis).max() < 1e-9
+    assert abs(here.shape @ constraints.basis).max() < 1e-9
     rank = np.linalg.matrix_rank(here.shape.toarray(), tol=1e-9)
-    assert held.basis.shape == (len(spline.control), len(spline.control) - rank)
-    assert np.linalg.matrix_rank(held.basis.toarray()) == held.basis.shape[1]
+    assert constraints.basis.shape == (len(spline.control), len(spline.control) - rank)
+    assert np.linalg.matrix_rank(constraints.basis.toarray()) == constraints.basis.shape[1]
 
 
 @pytest.mark.parametrize("space", SPACES)
-def test_values_that_the_space_has_are_prescribed_exactly(space):
+def test_values_in_the_space_are_prescribed_exactly(space):
     spline = SPACES[space]()
     faces = np.arange(len(spline.sides))
     slopes = np.array([[1.0, -2.0], [3.0, 0.5], [0.0, 7.0]])
-    held = constrain(spline, [Support("all", faces, (0, 2), lambda x: x @ slopes)], 3)
+    constraints = constrain(spline, [Support("all", faces, (0, 2), lambda x: x @ slopes)], 3)
     here = trace(spline, faces)
-    found = here.shape @ held.offset.reshape(-1, 3)
+    found = here.shape @ constraints.offset.reshape(-1, 3)
     assert found[:, [0, 2]] == pytest.approx(here.points @ slopes, abs=1e-8)
-    assert not held.offset.reshape(-1, 3)[:, 1].any()
+    assert not constraints.offset.reshape(-1, 3)[:, 1].any()
     rng = np.random.default_rng(0)
-    moved = (held.basis @ rng.normal(size=held.basis.shape[1])).reshape(-1, 3)
+    moved = (constraints.basis @ rng.normal(size=constraints.basis.shape[1])).reshape(-1, 3)
     assert abs(here.shape @ moved[:, [0, 2]]).max() < 1e-8
     assert abs(here.shape @ moved[:, 1]).max() > 0.1
 
@@ -48,12 +48,12 @@ def test_values_that_the_space_has_are_prescribed_exactly(space):
 def test_inner_functions_vanish_on_the_boundary():
     mesh = hex_ball(2)
     spline = spline_of(mesh, "h2s")  # a function for each vertex
-    held = constrain(spline, [Support("all", np.arange(len(spline.sides)), (0,))], 1)
-    assert np.array_equal(np.sort(held.held[0].pivots), np.unique(mesh.quads))
+    constraints = constrain(spline, [Support("all", np.arange(len(spline.sides)), (0,))], 1)
+    assert np.array_equal(np.sort(constraints.bound[0].pivots), np.unique(mesh.quads))
 
 
 @pytest.mark.parametrize(
-    ("held", "free"),
+    ("components", "free"),
     [
         ({}, 6),
         ({"z_min": "xyz"}, 0),
@@ -64,33 +64,35 @@ def test_inner_functions_vanish_on_the_boundary():
         ({"z_min": "x", "z_max": "x"}, 3),
     ],
 )
-def test_counts_the_rigid_motions_that_are_left(held, free):
+def test_number_of_free_rigid_motions(components, free):
     spline = box((2, 1, 1), (3.0, 1.0, 2.0), "h2s")
     supports = [
         Support(place, faces_of(spline, place), tuple("xyz".index(axis) for axis in axes))
-        for place, axes in held.items()
+        for place, axes in components.items()
     ]
     assert free_rigid_motions(spline, constrain(spline, supports, 3)) == free
 
 
-def test_the_last_support_of_a_face_rules_it():
+def test_the_last_support_of_a_face_has_precedence():
     spline = cube(2)
     every = np.arange(len(spline.sides))
     top = faces_of(spline, "z_max")
     supports = [Support("all", every, (0,), 1.0), Support("all but the bottom", every, (0,), 3.0)]
-    held = constrain(spline, supports, 1)
-    assert trace(spline, top).shape @ held.offset == pytest.approx(np.full(100, 3.0), abs=1e-12)
+    constraints = constrain(spline, supports, 1)
+    assert trace(spline, top).shape @ constraints.offset == pytest.approx(
+        np.full(100, 3.0), abs=1e-12
+    )
 
 
 def test_resultants_of_a_known_traction():
-    """Of a traction on two faces that share an edge: the sum exact, each up to the jump there."""
+    """Traction on two faces with a common edge: exact sum; the parts differ by the jump there."""
     spline = unclamped(3)
     ends = {"x_min": 2.0, "y_max": -5.0}
     faces = {name: faces_of(spline, name) for name in ends}
-    held = constrain(spline, [Support(name, faces[name], (0,)) for name in ends], 1)
+    constraints = constrain(spline, [Support(name, faces[name], (0,)) for name in ends], 1)
     residual = sum(
         trace(spline, faces[name]).moments(np.full(9 * 25, value)) for name, value in ends.items()
     )
     each = np.array([[2.0], [-5.0]])
-    assert held.reactions(residual).sum() == pytest.approx(-3.0, abs=1e-8)
-    assert held.reactions(residual) == pytest.approx(each, abs=0.3)
+    assert constraints.reactions(residual).sum() == pytest.approx(-3.0, abs=1e-8)
+    assert constraints.reactions(residual) == pytest.approx(each, abs=0.3)

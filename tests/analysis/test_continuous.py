@@ -1,4 +1,4 @@
-"""Stress in all continuous functions: exact polynomials, the same space solved directly, Lame."""
+"""Stress recovery in continuous functions: polynomials, a direct solution, Lame's solution."""
 
 from dataclasses import replace
 
@@ -44,8 +44,8 @@ def test_pure_bending_is_exact(space, nu):
         return c * (x[:, 2] * normal[:, 0])[:, None] * [1, 0, 0]
 
     ends = [sides_where(spline, lambda x, end=end: x[:, 0] - end) for end in (0, 2)]
-    held, load = Support("x_min", ends[0], value=bent), Load(ends[1], traction=pull)
-    found = deform(spline, Material(1.0, nu, 1.0), [held], [load], length_unit="m")
+    support, load = Support("x_min", ends[0], value=bent), Load(ends[1], traction=pull)
+    found = deform(spline, Material(1.0, nu, 1.0), [support], [load], length_unit="m")
     exact = np.zeros((len(points_of(spline)), 6))
     exact[:, 0] = c * points_of(spline)[:, 2]
     off = abs(samples(spline, found.stress).reshape(-1, 6) - exact).max()
@@ -83,7 +83,7 @@ def quarter_ring(n: int, space: str) -> Spline:
 
 
 def pressed(n, space):
-    """The ring under unit pressure from inside, in plane strain, and its stress by Lame."""
+    """The ring under internal unit pressure in plane strain, and the stress of Lame's solution."""
     spline = quarter_ring(n, space)
     inner = sides_where(spline, lambda x: np.hypot(x[:, 0], x[:, 1]) - 1)
     flat = [

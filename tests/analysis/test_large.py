@@ -1,4 +1,4 @@
-"""Models from `preconditioner.LIMIT` functions on: the same answers as by the direct factor."""
+"""Models with at least `preconditioner.LIMIT` functions: the results of the direct solver."""
 
 import logging
 
@@ -20,7 +20,7 @@ STEEL = MATERIALS["steel"]
 
 
 def both(monkeypatch, solve):
-    """What a function gives by the direct factor and iteratively."""
+    """Results of a function with the direct and with the iterative solver."""
     direct = solve()
     monkeypatch.setattr(preconditioner, "LIMIT", 0)
     return direct, solve()
@@ -36,18 +36,18 @@ def test_mean_at_vertices_has_its_eigenvalues_between_a_27th_and_one(mesh):
     assert model.values @ np.ones(len(spline.control)) == pytest.approx(1)
 
 
-def test_other_functions_than_those_of_vertices_have_no_model():
+def test_functions_without_vertices_have_no_vertex_model():
     assert VertexModel.of(cube(3, "h2s")) is not None
     assert VertexModel.of(cube(3, "optimal")) is None
     assert VertexModel.of(cube(3, "c0")) is None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("is_clamped", [False, True])
 @pytest.mark.parametrize("lumped", [False, True])
-def test_frequencies(monkeypatch, caplog, held, lumped):
+def test_frequencies(monkeypatch, caplog, is_clamped, lumped):
     spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
-    supports = [Support("end", faces_of(spline, "z_min"), (0, 2))] if held else []
+    supports = [Support("end", faces_of(spline, "z_min"), (0, 2))] if is_clamped else []
     caplog.set_level(logging.INFO)
     direct, found = both(
         monkeypatch, lambda: free_modes(spline, STEEL, 12, lumped=lumped, supports=supports)

@@ -57,7 +57,7 @@ def axial_errors(n, is_held):
     return values[0 if is_held else 1 :][:3] / (np.pi * np.arange(1, 4)) ** 2 - 1
 
 
-def test_free_bar_converges_with_the_third_power_and_held_bar_with_the_sixth():
+def test_free_bar_converges_with_the_third_power_and_clamped_bar_with_the_sixth():
     assert axial_errors(8, False) == pytest.approx([1.08e-3, 4.67e-3, 1.22e-2], rel=0.01)
     assert axial_errors(8, True) == pytest.approx([1.31e-7, 1.03e-5, 1.60e-4], rel=0.01)
     for is_held, rate in ((False, 3.0), (True, 6.0)):
@@ -111,14 +111,14 @@ def test_unit_and_size_scale_the_frequency():
     assert inches.frequency[6:] == pytest.approx(in_mm.frequency[6:] / 25.4, rel=1e-9)
 
 
-def test_same_input_same_modes():
+def test_modes_are_reproducible():
     spline = spline_of(hex_ball(2))
     first, again = (free_modes(spline, MATERIALS["steel"], 10) for _ in range(2))
     assert np.array_equal(first.eigenvalues, again.eigenvalues)
     assert np.array_equal(first.shapes, again.shapes)
 
 
-def test_lumped_mass_keeps_the_mass_and_lowers_the_frequencies():
+def test_lumped_mass_preserves_the_mass_and_lowers_the_frequencies():
     spline = spline_of(hex_ball(2))
     steel = MATERIALS["steel"]
     full, lumped = (free_modes(spline, steel, 9, lumped=lumped) for lumped in (False, True))
@@ -127,7 +127,7 @@ def test_lumped_mass_keeps_the_mass_and_lowers_the_frequencies():
 
 
 @pytest.mark.parametrize("n_modes", [0, 24])
-def test_refuses_more_modes_than_there_are(n_modes):
+def test_refuses_too_many_modes(n_modes):
     with pytest.raises(ValueError, match=rf"modes must be in \[1, 23\]; got {n_modes}"):
         free_modes(box_spline((1, 1, 1), (1, 1, 1)), MATERIALS["steel"], n_modes)
 

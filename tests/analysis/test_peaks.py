@@ -1,4 +1,4 @@
-"""The largest stress: its value and place in an L-bracket, singular places and squashed hexes."""
+"""The largest stress: value and position in an L-bracket, singular places, distorted hexes."""
 
 from dataclasses import replace
 
@@ -44,8 +44,8 @@ def test_largest_stress_of_a_bracket_is_in_its_fillet(space):
 
 
 @pytest.mark.slow
-def test_a_sharp_corner_is_named_and_left_out():
-    """With the corner sharp, what is found away from it hardly depends on the size of the hexes."""
+def test_a_sharp_corner_is_named_and_excluded():
+    """With a sharp corner, the result away from it hardly depends on the size of the hexes."""
     away, near = [], []
     for n in (8, 16):
         spline = spline_of(bracket(0.0, n), "optimal")
@@ -74,10 +74,10 @@ def places(spline, supports=(), loaded=(), radius=0.1):
 def test_singular_places_follow_from_the_angles():
     spline = box((2, 2, 2))
     assert places(spline) == []
-    held = Support("wall", faces_of(spline, "x_min"))
-    assert places(spline, [held]) == ["border of wall"]
-    assert places(spline, [replace(held, components=(0,))]) == []  # a plane of symmetry
-    assert places(spline, [replace(held, components=(1,))]) == ["border of wall"]
+    support = Support("wall", faces_of(spline, "x_min"))
+    assert places(spline, [support]) == ["border of wall"]
+    assert places(spline, [replace(support, components=(0,))]) == []  # a plane of symmetry
+    assert places(spline, [replace(support, components=(1,))]) == ["border of wall"]
     every = Support("all", np.arange(len(spline.sides)))
     assert places(spline, [every]) == []
     assert places(spline_of(bracket())) == ["sharp inner edge"]
@@ -95,7 +95,7 @@ def test_points_of_singular_places_lie_on_them():
     assert len(border.nodes) == 8 * 3  # of eight edges of cubic elements
 
 
-def squashed(by):
+def distorted(by):
     """A block of 4^3 cubes, the inner corner at (1, 1, 1) moved `by` of the way to (2, 2, 2)."""
     spline = box((4, 4, 4), (4.0, 4.0, 4.0), "c0")
     points = spline.extraction @ spline.control
@@ -106,24 +106,24 @@ def squashed(by):
 
 
 @pytest.mark.parametrize(("by", "poor"), [(0.2, 0), (0.325, 1)])
-def test_squashed_elements_are_counted_and_their_stress_left_out(by, poor):
-    spline = squashed(by)
+def test_distorted_elements_are_counted_and_their_stress_is_excluded(by, poor):
+    spline = distorted(by)
     assert poor_elements(spline).sum() == poor
-    held = Support("foot", faces_of(spline, {"plane": [0, 0, 1, 0]}))
+    support = Support("foot", faces_of(spline, {"plane": [0, 0, 1, 0]}))
     top = Load(faces_of(spline, {"plane": [0, 0, 1, 4]}), traction=(0.5, 0.0, 1.0))
-    found = deform(spline, SOLID, [held], [top], length_unit="m")
+    found = deform(spline, SOLID, [support], [top], length_unit="m")
     assert found.poor == poor
-    reference = deform(squashed(0.0), SOLID, [held], [top], length_unit="m")
+    reference = deform(distorted(0.0), SOLID, [support], [top], length_unit="m")
     assert found.peak.value == pytest.approx(reference.peak.value, rel=0.02)
     x, y, z = reference.peak.at  # or at its mirror image across y = 2: equal up to rounding
     assert found.peak.at in (pytest.approx((x, y, z)), pytest.approx((x, 4 - y, z)))
 
 
-def test_even_places_and_bezier_points_are_two_forms_of_a_polynomial():
+def test_even_points_and_bezier_points_are_equivalent():
     assert TO_BEZIER @ EVEN == pytest.approx(np.eye(64), abs=1e-12)
 
 
-def test_boundary_faces_are_named_after_the_model_where_they_can_be():
+def test_boundary_faces_have_names_of_the_model_if_possible():
     spline = box((2, 1, 1), (2.0, 1.0, 1.0))
     assert boundary_name(spline, np.array([2.0, 1 / 3, 2 / 3])) == "x_max"
     assert boundary_name(spline, np.array([0.7, 1 / 3, 2 / 3])) == ""

@@ -45,7 +45,7 @@ def test_patch_test_on_an_unstructured_mesh(mesh, space):
 
 
 @pytest.mark.parametrize("spline", [cube(2), cube(1, "c0"), unclamped(2)], ids=str)
-def test_cubic_polynomials_are_exact_where_the_space_has_them(spline):
+def test_cubic_polynomials_in_the_space_are_exact(spline):
     def u(x):
         return x[:, 0] ** 3 - 2 * x[:, 1] * x[:, 2] ** 2 + x[:, 0] * x[:, 1]
 
@@ -118,13 +118,13 @@ def errors(spline):
     return np.sqrt(square)
 
 
-def test_rates_of_a_made_solution():
+def test_rates_of_a_manufactured_solution():
     coarse, fine = (errors(cube(n)) for n in (4, 8))
     assert np.log2(coarse / fine) == pytest.approx([4.0, 3.0], abs=0.3)
     assert fine[0] < 2e-5
 
 
-def test_natural_boundary_of_h2s_costs_an_order():
+def test_natural_boundary_of_h2s_reduces_the_order():
     coarse, fine = (errors(cube(n, "h2s")) for n in (3, 6))
     rates = np.log2(coarse / fine)
     assert rates[0] == pytest.approx(2.5, abs=0.4) and rates[1] == pytest.approx(1.5, abs=0.4)

@@ -1,4 +1,4 @@
-"""Elastic solids at rest: states of constant strain exactly, then beams and a pressed sphere."""
+"""Elastic statics: constant strain exactly, then beams and a sphere under pressure."""
 
 import numpy as np
 import pytest
@@ -43,8 +43,8 @@ def spline(request):
 
 def test_patch_test_with_given_displacements(spline):
     every = np.arange(len(spline.sides))
-    held = Support("all", every, value=lambda x: x @ GRADIENT.T)
-    found = deform(spline, SOLID, [held], length_unit="m", n_gauss=5)
+    support = Support("all", every, value=lambda x: x @ GRADIENT.T)
+    found = deform(spline, SOLID, [support], length_unit="m", n_gauss=5)
     x, u = (samples(spline, spline.extraction @ a) for a in (spline.control, found.displacement))
     assert u == pytest.approx(x @ GRADIENT.T, abs=1e-12)
     s = stress_of(GRADIENT, SOLID)
@@ -63,7 +63,7 @@ def von_mises_of(stress):
 
 
 def test_patch_test_with_given_tractions(spline):
-    """Constant stress pulls at all faces but some, which are held as the exact solution moves."""
+    """Traction of a constant stress on all faces but some, which have the exact displacement."""
     s = stress_of(GRADIENT, SOLID)
     size = np.ptp(spline.control, axis=0)
     low = spline.control.min(axis=0)
@@ -82,14 +82,14 @@ def test_patch_test_with_given_tractions(spline):
     assert found.reactions[0] == pytest.approx(-found.load, abs=1e-9 * abs(found.load).max())
 
 
-def test_uniform_pressure_shrinks_any_solid_alike(spline):
+def test_uniform_pressure_shrinks_any_solid_uniformly(spline):
     every = np.arange(len(spline.sides))
     bulk = SOLID.young / (3 * (1 - 2 * SOLID.poisson))
     pressure = 3e-3
     exact = -pressure / (3 * bulk)
     some = faces_of(spline, {"box": [*spline.control.min(axis=0), *([1e9] * 3)]})[:3]
-    held = Support("some", some, value=lambda x: exact * x)
-    found = deform(spline, SOLID, [held], [Load(every, pressure)], length_unit="m", n_gauss=5)
+    support = Support("some", some, value=lambda x: exact * x)
+    found = deform(spline, SOLID, [support], [Load(every, pressure)], length_unit="m", n_gauss=5)
     assert abs(found.load).max() < 1e-12
     x, u = (samples(spline, spline.extraction @ a) for a in (spline.control, found.displacement))
     assert u == pytest.approx(exact * x, abs=2e-6 * abs(u).max())
@@ -110,7 +110,7 @@ def test_hanging_bar_under_its_weight():
     assert found.reactions == pytest.approx(np.array([[0, 0, 1e4]]), abs=1e-6)
 
 
-def test_cantilever_bends_as_timoshenko_says():
+def test_cantilever_bends_as_a_timoshenko_beam():
     length, height, force = 1.0, 0.1, 7.0
     spline = box((8, 1, 1), (length, height, height))
     solid = Material(1e7, 0.0, 1.0)
@@ -132,12 +132,12 @@ def test_cantilever_bends_as_timoshenko_says():
 
 
 def test_a_larger_part_is_stiffer_and_less_stressed():
-    """A thousand times longer, the same force: a thousandth of the way, a millionth of stress."""
+    """A thousand times the length, the same force: 1e-3 of the displacement, 1e-6 of the stress."""
     spline = box((2, 1, 1), (50.0, 20.0, 10.0))
-    held = [Support("x_min", faces_of(spline, "x_min"))]
+    support = [Support("x_min", faces_of(spline, "x_min"))]
     loads = [Load(faces_of(spline, "x_max"), force=(0, 5.0, 0))]
     in_mm, in_m = (
-        deform(spline, MATERIALS["steel"], held, loads, length_unit=unit) for unit in ("mm", "m")
+        deform(spline, MATERIALS["steel"], support, loads, length_unit=unit) for unit in ("mm", "m")
     )
     largest = abs(in_mm.displacement).max()
     assert in_m.displacement == pytest.approx(in_mm.displacement * 1e-6, abs=1e-15 * largest)
@@ -145,7 +145,7 @@ def test_a_larger_part_is_stiffer_and_less_stressed():
     assert in_m.strain_energy == pytest.approx(in_mm.strain_energy * 1e-3)
 
 
-def test_refuses_a_part_that_may_move():
+def test_refuses_a_part_with_free_rigid_motions():
     spline = cube(1)
     with pytest.raises(InputError, match="the supports leave 6 of 6 rigid motions free"):
         deform(spline, SOLID, [])

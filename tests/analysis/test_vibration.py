@@ -16,7 +16,7 @@ from tests.fixtures.splines import box, cube, spline_of
 STRAIGHT = Material(1.0, 0.0, 1.0)
 
 
-def held(spline, **components):
+def clamped(spline, **components):
     return [
         Support(place, faces_of(spline, place), tuple("xyz".index(axis) for axis in axes))
         for place, axes in components.items()
@@ -36,7 +36,7 @@ def test_rigid_motions_have_frequency_zero(mesh, space):
 def test_waves_of_a_cube_with_sliding_faces(space, n, off):
     """S waves mu k^2 and P waves (lambda + 2 mu) k^2; no normal motion, no shear on the faces."""
     spline = cube(n, space)
-    supports = held(spline, **{end: end[0] for end in ENDS})
+    supports = clamped(spline, **{end: end[0] for end in ENDS})
     modes = free_modes(spline, Material(1.0, 0.3, 1.0), 9, "m", supports=supports)
     shear, pressure = 1 / 2.6, 2 / 2.6 + 0.3 / (1.3 * 0.4)
     exact = np.pi**2 * np.array([2 * shear] * 3 + [3 * shear] * 2 + [pressure] * 3)
@@ -77,10 +77,10 @@ def timoshenko(height, is_held, slender):
     [(False, 6, (22.37329, 61.67282)), (True, 0, (3.516015, 22.034492))],
     ids=["free", "cantilever"],
 )
-def test_beams_bend_as_timoshenko_says(is_held, first, slender):
+def test_beams_bend_as_timoshenko_beams(is_held, first, slender):
     height = 0.1
     spline = box((8, 1, 1), (1.0, height, height))
-    supports = held(spline, x_min="xyz") if is_held else []
+    supports = clamped(spline, x_min="xyz") if is_held else []
     modes = free_modes(spline, STRAIGHT, first + 4, "m", supports=supports)
     omega = np.sqrt(modes.eigenvalues[first:])
     for pair, (value, off) in enumerate(zip(slender, (5e-5, 5e-4), strict=True)):
@@ -93,7 +93,7 @@ def test_lumped_mass_lowers_eigenvalues_by_a_third_of_the_wave_number_times_h_sq
     n = 48
     spline = box((n, 1, 1), (1.0, 0.01, 0.01), "h2s")
     sides = Support("all", np.arange(len(spline.sides)), (1, 2))
-    supports = [sides, *held(spline, x_min="x", x_max="x")]
+    supports = [sides, *clamped(spline, x_min="x", x_max="x")]
     modes = free_modes(spline, STRAIGHT, 3, "m", lumped=True, supports=supports)
     k = np.pi * np.arange(1, 4)
     lowered = 1 - modes.eigenvalues / k**2

@@ -28,7 +28,7 @@ def folds(found, polycube) -> int:
 
 @pytest.mark.parametrize("context", [("cube", "cube"), ("hole_y", "hole_x"), ("cube", "hole_z")])
 def test_a_sheared_polycube_is_flattened_onto_itself(context):
-    """Its charts are linear, so the harmonic maps are exact, rings and all."""
+    """Its charts are linear, so the harmonic maps are exact, also those of rings."""
     surface, polycube, labels, places = given(context)
     pieces = segment(surface, polycube, labels, Parametrization(places), 0.1)
     before = pieces.drawing.sheet
@@ -50,7 +50,7 @@ def test_a_round_ring_is_flattened_one_to_one(caplog):
 
 
 def test_a_patch_that_folds_is_cut_into_rectangles(caplog):
-    """Places turned by half a side on one rim: the harmonic ring map twists and folds."""
+    """Positions on one rim are shifted by half a side: the harmonic map of the ring folds."""
     surface, polycube, labels, places = ring()
     x, y, z = places.positions.T
     twist = np.pi / 5 * (np.maximum(np.abs(x - 0.5), np.abs(y - 0.5)) < 0.3)
@@ -65,7 +65,7 @@ def test_a_patch_that_folds_is_cut_into_rectangles(caplog):
     assert folds(found, polycube) == 0
 
 
-def test_knots_lie_where_the_places_say_and_partly_where_even_spacing_does():
+def test_knots_are_between_their_guided_and_even_positions():
     pen = Drawing(sheet(torus(60, 12)), ())
     pen.paths[0] = np.arange(31) * 12  # half way round the outer circle
     share = np.linspace(0, 1, 31) ** 2
@@ -80,7 +80,7 @@ def test_knots_lie_where_the_places_say_and_partly_where_even_spacing_does():
     assert (np.diff(pen.sheet.places[pen.paths[0], 1]) > 0).all()
 
 
-def test_crowded_knots_get_vertices_of_their_own():
+def test_close_knots_get_separate_vertices():
     pen = Drawing(sheet(torus(60, 12)), ())
     pen.paths[0] = np.arange(7) * 12
     pen.move(pen.paths[0], np.zeros((7, 3)))  # no guidance at all

@@ -49,7 +49,7 @@ def test_mean_value_weights_never_fold_onto_a_square(seed, height):
     assert not flipped(extend(weights, np.where(rim[:, None], points, 0), rim), faces).any()
 
 
-def test_flipped_faces_are_found_and_flat_ones_forgiven():
+def test_flipped_faces_are_found_and_flat_ones_ignored():
     points, faces, _ = square(4)
     assert not flipped(points, faces).any()
     assert flipped(points, faces[:, ::-1]).all()
@@ -57,7 +57,7 @@ def test_flipped_faces_are_found_and_flat_ones_forgiven():
     assert 0 < flipped(points, faces).sum() < len(faces)
 
 
-def test_nothing_free_nothing_moves():
+def test_without_free_vertices_nothing_moves():
     points, faces, rim = square(3)
     weights = cotangent(np.column_stack([points, points[:, :1]])[faces], faces, 9)
     np.testing.assert_array_equal(extend(weights, points, np.ones(9, bool)), points)

@@ -15,7 +15,7 @@ def surface_of(found: Sheet) -> TriMesh:
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(0, 1))
-def test_any_edges_can_be_split_and_the_shape_stays(seed, share):
+def test_splitting_any_edges_preserves_the_shape(seed, share):
     before = sheet(torus(8, 5))
     found = sides(before)
     marked = np.random.default_rng(seed).random(len(found.ends)) < share
@@ -30,14 +30,14 @@ def test_any_edges_can_be_split_and_the_shape_stays(seed, share):
     assert (face_areas(surface_of(after)) > 0).all()
 
 
-def test_places_of_new_vertices_are_means():
+def test_positions_of_new_vertices_are_means():
     before = sheet(box())
     after = split(before, sides(before), np.ones(18, bool))
     np.testing.assert_array_equal(after.places, after.vertices)
     assert len(after.faces) == 48
 
 
-def test_refined_edges_are_short_and_the_volume_stays():
+def test_refined_edges_are_short_and_the_volume_is_preserved():
     found = refine(sheet(box(high=(3, 1, 0.1))), 0.3)
     assert 0.15 < sides(found).length.max() <= 0.3
     np.testing.assert_allclose(volume(surface_of(found)), 0.3)

@@ -14,7 +14,7 @@ def quads_of(cells: np.ndarray) -> np.ndarray:
 
 
 def pieces(cells: np.ndarray, cuts: list[np.ndarray]) -> np.ndarray:
-    """Numbers of the pieces that cuts leave, on a lattice of half cells."""
+    """Numbers of the pieces between cuts, on a lattice of half cells."""
     open_ = np.zeros(2 * np.array(cells.shape) + 1, bool)
     for i, j in np.argwhere(cells):
         open_[2 * i + 1, 2 * j + 1] = True
@@ -40,7 +40,7 @@ def test_known_shapes(cells, number):
     assert len(seams(quads_of(np.array(cells, bool)), [1, 2])) == number
 
 
-def test_the_shorter_way_is_taken():
+def test_the_shorter_cuts_are_chosen():
     frame = np.ones((7, 3), bool)
     frame[5, 1] = False
     cuts = seams(quads_of(frame), [1, 2])
@@ -49,7 +49,7 @@ def test_the_shorter_way_is_taken():
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1))
-def test_the_pieces_are_whole_rectangles(seed):
+def test_the_pieces_are_rectangles(seed):
     cells = np.random.default_rng(seed).random((4, 5)) < 0.75
     names = label(cells)[0]
     cells = names == names[tuple(np.argwhere(cells)[0])] if cells.any() else np.ones((1, 1), bool)

@@ -11,7 +11,7 @@ from tests.fixtures.polycubes import PRIMITIVES, TWO
 
 
 @pytest.mark.parametrize("context", [("cube", "cube"), ("hole_y", "hole_x"), ("cube", "hole_z")])
-def test_a_polycube_falls_into_its_own_faces(context):
+def test_a_polycube_is_divided_into_its_own_faces(context):
     surface, polycube, labels, places = given(context)
     found = segment(surface, polycube, labels, Parametrization(places), 0.1).drawing.sheet
     _, face = project_onto(boundary(polycube), found.places[found.faces].mean(axis=1))
@@ -19,7 +19,7 @@ def test_a_polycube_falls_into_its_own_faces(context):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_noise_and_useless_labels_leave_the_topology(seed):
+def test_topology_is_correct_with_noise_and_useless_labels(seed):
     surface, polycube, labels, places = given(("cube", "hole_z"))
     rng = np.random.default_rng(seed)
     useless = Labels(labels.axis, rng.permutation(labels.patch))
@@ -31,7 +31,7 @@ def test_noise_and_useless_labels_leave_the_topology(seed):
         assert euler(sheet.faces[sheet.tag == patch]) == euler(quads)
 
 
-def test_what_a_patch_is_called():
+def test_description_of_a_patch():
     surface, polycube, labels, places = given(("cube", "hole_z"))
     found = segment(surface, polycube, labels, Parametrization(places), 0.1)
     outside = boundary(polycube)

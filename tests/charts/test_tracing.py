@@ -16,7 +16,7 @@ def length(sheet, sides):
     return sides.length
 
 
-def test_the_shortest_path_with_at_least_so_many_edges():
+def test_the_shortest_path_with_a_least_number_of_edges():
     pen = drawing(box())
     assert pen.draw(0, (0, 1), length, least=4)
     places = pen.sheet.vertices[pen.paths[0]]
@@ -24,7 +24,7 @@ def test_the_shortest_path_with_at_least_so_many_edges():
     np.testing.assert_allclose(places[:, :2], 0)
 
 
-def test_edges_between_taken_vertices_are_opened():
+def test_edges_between_used_vertices_are_halved():
     pen = drawing(box(), range(8))  # all 18 edges join corners
     assert len(pen.sheet.vertices) == 26
     assert not pen.taken()[pen.sheet.faces].all(axis=1).any()
@@ -32,8 +32,8 @@ def test_edges_between_taken_vertices_are_opened():
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32 - 1))
-def test_paths_never_meet_and_a_region_lets_any_two_points_join(seed):
-    """Paths from one corner of a box: a tree never parts a sphere, so none is blocked."""
+def test_paths_do_not_cross_and_any_two_points_of_a_region_can_be_joined(seed):
+    """Paths from one corner of a box: a tree does not divide a sphere, so none is blocked."""
     pen = drawing(box(), range(8))
     order = np.random.default_rng(seed).permutation(7) + 1
     for name, goal in enumerate(order.tolist()):
@@ -68,7 +68,7 @@ def test_a_path_leaves_in_its_sector():
     assert pen.paths[0][1] == ring[2] and pen.paths[0][-1] == goal
 
 
-def test_near_a_line_a_side_costs_its_length():
+def test_the_cost_of_a_side_on_the_line_is_its_length():
     pen = drawing(box())
     cost = near(np.array([[0, 0, 0], [0, 0, 1.0]]), 0.5)(pen.sheet, pen.sides)
     assert cost[(pen.sides.ends == [0, 1]).all(axis=1)] == 1

@@ -30,7 +30,7 @@ def test_a_sheared_polycube_gets_its_own_shear(context):
     )
 
 
-def test_a_ring_has_its_boundary_on_the_surface_and_keeps_the_map_of_the_hole():
+def test_a_ring_has_its_boundary_on_the_surface_and_the_given_map_in_the_hole():
     surface, polycube, labels, places = ring()
     pieces = segment(surface, polycube, labels, places, 0.05)
     rough = affine_map(polycube, np.diag([5.0, 5.0, 1.0]), np.array([-2.5, -2.5, -0.5]))

@@ -1,4 +1,4 @@
-"""Contours against volumes that are known, and solids against distances that are."""
+"""Contours compared with known volumes, and solids with known distances."""
 
 import numpy as np
 import pytest
@@ -22,14 +22,14 @@ def test_volume_of_a_ball_converges_with_the_square_of_the_cell():
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2, abs=0.3)
 
 
-def test_sharp_edges_are_kept():
+def test_sharp_edges_are_preserved():
     box = implicit.box((0.03, 0.02, 0.01), (1.0, 0.83, 0.71))
     found = volume(contour(box, -REACH, REACH, 0.2)) / (8 * 0.83 * 0.71)
     assert found == pytest.approx(1, abs=0.01)  # 0.045 off with edges cut by the grid
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_torus_has_a_handle_and_its_vertices_lie_on_it(axis):
+def test_torus_has_genus_one_and_its_vertices_are_on_the_surface(axis):
     field = implicit.torus((0, 0, 0), axis, 1.0, 0.3)
     surface = contour(field, -REACH, REACH, 0.15)
     assert genus(surface) == 1
@@ -37,7 +37,7 @@ def test_torus_has_a_handle_and_its_vertices_lie_on_it(axis):
     assert volume(surface) == pytest.approx(2 * np.pi**2 * 0.09, rel=0.05)
 
 
-def test_solid_that_leaves_the_box_is_refused():
+def test_solid_that_exceeds_the_box_is_refused():
     with pytest.raises(ValueError, match="leaves the box"):
         contour(implicit.sphere((1, 0, 0), 1.0), -REACH, REACH, 0.2)
 

@@ -1,4 +1,4 @@
-"""The made parts: solids of the right genus, evenly triangulated, always the same."""
+"""The example parts: solids of the correct genus with regular triangles, reproducible."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_every_example_is_tested():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_solid_of_the_right_genus(name):
+def test_solid_of_the_correct_genus(name):
     surface, warnings = read_surface(f"example:{name}")
     check_surface(surface)
     assert warnings == []
@@ -47,7 +47,7 @@ def test_triangles_are_well_shaped(name):
     assert np.mean(shape) > 0.8
 
 
-def test_made_the_same_every_time():
+def test_examples_are_reproducible():
     first, again = (example.__wrapped__("rod") for _ in range(2))
     assert (first.vertices == again.vertices).all() and (first.faces == again.faces).all()
 

@@ -1,4 +1,4 @@
-"""CAD faces on a hex mesh: exactly where quads and faces agree, else by the larger share."""
+"""CAD faces on a hex mesh: exact if quads follow the faces, else by the larger share."""
 
 from dataclasses import replace
 
@@ -56,7 +56,7 @@ def test_a_quad_on_two_faces_goes_to_the_larger_share(cut, shares):
     assert share[below] == pytest.approx(shares)
 
 
-def test_a_border_on_no_mesh_edge_is_straight():
+def test_a_border_between_mesh_edges_is_straight():
     """Two faces meet in a row of quads, a quarter of a quad left and right of its middle."""
     n = 12
     fine = boundary(hex_box((4 * n, n, 1)))
@@ -71,7 +71,7 @@ def test_a_border_on_no_mesh_edge_is_straight():
     assert set(found[lid & (column <= 6)]) == {6} and set(found[lid & (column > 6)]) == {7}
 
 
-def test_quads_beside_a_curve_that_they_follow_are_on_their_side_of_it():
+def test_quads_along_a_curve_belong_to_the_face_on_their_side():
     """Thin quads outside an octagon lie within the circle where the two upper faces meet."""
     fine = boundary(rings([0.6, 0.8, 1, 1.06, 1.5], 128))
     middle = fine.vertices[fine.faces].mean(axis=1)
@@ -100,7 +100,7 @@ def test_faces_too_small_for_a_quad_have_no_set(caplog):
     )
 
 
-def test_thin_walls_keep_their_sides_apart():
+def test_sides_of_a_thin_wall_are_distinguished_by_normals():
     """Quads nearer to the other side of a sheet than to their own, by their normals."""
     surface = box((0.0, 0.0, 0.0), (1.0, 1.0, 0.01))
     mesh = hex_box((2, 2, 1), (1.0, 1.0, 0.01))

@@ -51,7 +51,7 @@ AREAS = {  # of all names, those of walls that a cylinder cuts from a cylinder a
 
 
 @pytest.mark.parametrize("name", AREAS)
-def test_names_of_a_part_are_whole_faces(tmp_path, name):
+def test_named_sets_of_a_part_are_complete_faces(tmp_path, name):
     surface, _ = read_surface(cad_parts.write(name, tmp_path))
     area = np.bincount(surface.region, face_areas(surface))
     found = {set_: area[own].sum() for set_, own in cad_ends_and_holes(surface).items()}
@@ -87,7 +87,7 @@ def arc(middle, first, last, n=24):
     return middle + np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def test_a_round_end_is_its_whole_face():
+def test_a_round_end_is_a_complete_face():
     """A bar with half cylinders of radius 1 at its ends; 3 and 5 are flat, 4 and 6 are round."""
     ends = [arc([5, 0], -np.pi / 2, np.pi / 2), arc([0, 0], np.pi / 2, 3 * np.pi / 2)]
     side = [*[4] * 24, 5, *[6] * 24, 3]

@@ -1,4 +1,4 @@
-"""det J of trilinear hexes: exact polynomials, a hex that only its corners pass, brute force."""
+"""det J of trilinear hexes: exact polynomials, positive only at corners, dense sampling."""
 
 import numpy as np
 import pytest
@@ -80,7 +80,7 @@ def test_coefficients_are_those_of_det_j():
         np.testing.assert_allclose(found, det_on_grid(hexa, 6) / 6**6, rtol=1e-9, atol=1e-8)
 
 
-def test_certified_or_refuted_as_dense_samples_say():
+def test_certificate_agrees_with_dense_samples():
     points, hexes = random_hexes(600, 0.42, 0)
     found = certify(points.astype(float), hexes)
     assert (found.positive | found.refuted).all()
@@ -103,7 +103,7 @@ def test_too_few_halvings_leave_a_hex_undecided(monkeypatch):
     assert not (found.positive & ~full.positive).any()
 
 
-def test_chunks_units_and_placement_change_nothing(monkeypatch):
+def test_result_is_independent_of_chunks_units_and_placement(monkeypatch):
     points, hexes = random_hexes(100, 0.3, 1)
     once = certify(points.astype(float), hexes)
     monkeypatch.setattr(certificate, "CHUNK", 9)

@@ -1,4 +1,4 @@
-"""Connectivity of hex meshes against counts known by hand."""
+"""Connectivity of hex meshes compared with counts by hand."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_numbering_is_that_of_a_right_handed_cube():
         assert np.array_equal(b - a, np.eye(3)[k // 4])
 
 
-def test_hex_mesh_fills_in_the_rest():
+def test_hex_mesh_has_default_quads_patches_and_cells():
     mesh = hexes.hex_mesh(*unit_cubes(2, 2, 2))
     assert mesh.quads.shape == (24, 4)
     assert not mesh.patch.any() and not mesh.cell.any()
@@ -54,7 +54,7 @@ def test_extraordinary_edge_of_three_hexes_round_a_line():
     assert inner.tolist() == [[0, 7]]
 
 
-def test_exposed_names_the_owner():
+def test_exposed_returns_the_hex_of_each_quad():
     _, cubes = unit_cubes(3, 1, 1)
     quads, owner = hexes.exposed(cubes)
     assert np.bincount(owner).tolist() == [5, 4, 5]
@@ -103,7 +103,7 @@ def test_check_finds_two_fans_at_a_vertex():
         (lambda h: np.vstack([h, h[:1]]), "has 3 hexes"),
     ],
 )
-def test_check_names_what_is_wrong(change, message):
+def test_check_describes_the_defect(change, message):
     vertices, cubes = unit_cubes(2, 1, 1)
     mesh = hexes.HexMesh(
         vertices,
@@ -116,7 +116,7 @@ def test_check_names_what_is_wrong(change, message):
         hexes.check_conforming(mesh)
 
 
-def test_check_wants_the_boundary_as_quads():
+def test_check_requires_the_boundary_as_quads():
     vertices, cubes = unit_cubes(2, 1, 1)
     mesh = hexes.hex_mesh(vertices, cubes, hexes.boundary_quads(cubes)[:-1])
     with pytest.raises(ValueError, match="quads are not the boundary"):

@@ -1,4 +1,4 @@
-"""Crossings of the boundary with itself: counted by hand, and by a linear program for each pair."""
+"""Self-intersections of the boundary: counted by hand, and by a linear program per pair."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def both(first: HexMesh, second: HexMesh) -> HexMesh:
 
 
 @pytest.mark.parametrize("mesh", [hex_box(), hex_box((5, 4, 3), (9, 1, 0.01)), hex_cylinder()])
-def test_clean_meshes_have_none_however_they_are_turned(mesh):
+def test_valid_meshes_have_no_crossings_in_any_orientation(mesh):
     for seed in range(4):
         turn = Rotation.random(random_state=seed).as_matrix()
         turned = hex_mesh(mesh.vertices @ turn.T, mesh.hexes)
@@ -49,7 +49,7 @@ def test_a_bar_through_a_block_crosses_top_and_bottom_with_each_of_its_sides():
 
 
 @pytest.mark.parametrize(("gap", "meet"), [(0.1, False), (0.0, True), (-0.1, True)])
-def test_blocks_whose_tops_are_in_one_plane_meet_from_contact_on(gap, meet):
+def test_blocks_with_coplanar_tops_cross_from_contact_on(gap, meet):
     first = block((0, 0, 0), (1, 1, 1))
     second = block((1 + gap, 0.25, 0.5), (2, 0.75, 1))
     found = crossings(both(first, second))
@@ -59,7 +59,7 @@ def test_blocks_whose_tops_are_in_one_plane_meet_from_contact_on(gap, meet):
 
 @pytest.mark.parametrize(("shear", "cross"), [(0.4, False), (0.5, True), (0.8, True)])
 def test_legs_bent_into_each_other(shear, cross):
-    """All hexes are sheared cubes, so nothing but the crossing tells that they overlap."""
+    """All hexes are sheared cubes: only the crossings show that the legs overlap."""
     vertices, hexes = unit_cubes(3, 1, 3, missing=((1, 0, 1), (1, 0, 2)))
     left = vertices[:, 0] <= 1
     vertices[left, 0] += shear * np.maximum(vertices[left, 2] - 1, 0)

@@ -98,12 +98,12 @@ def test_ends_and_holes_of_a_cad_part_are_its_cad_faces():
         assert sets[end].tolist() == sets[f"cad_face_{number}"].tolist()
 
 
-def test_a_face_that_is_not_at_the_end_is_no_end():
+def test_a_face_that_is_not_outermost_is_no_end():
     """A thin rod on a block: its tip is slanted, so that only the block's face looks along it."""
     box = hex_box((4, 3, 3), (4, 3, 3))
     middle = box.vertices[box.hexes].mean(axis=1)
-    kept = (middle[:, 0] > 2) | (abs(middle[:, 1:] - 1.5) < 0.1).all(axis=1)
-    used, hexes = np.unique(box.hexes[kept], return_inverse=True)
+    is_inside = (middle[:, 0] > 2) | (abs(middle[:, 1:] - 1.5) < 0.1).all(axis=1)
+    used, hexes = np.unique(box.hexes[is_inside], return_inverse=True)
     points = box.vertices[used] * [3, 1, 1]
     rod = hex_mesh(points, hexes.reshape(-1, 8))
     assert areas(replace(rod, patch=patches(rod)))["x_min"] == pytest.approx(1)
@@ -123,7 +123,7 @@ def test_a_passage_of_any_section_is_a_hole(n):
     assert found == pytest.approx({"hole_1": polygon(n, 1.0)[0] * 0.2})
 
 
-def test_an_analysis_that_asks_for_a_missing_end_is_refused():
+def test_an_analysis_with_a_missing_end_is_refused():
     mesh = part.flange()
     with pytest.raises(InputError, match="no boundary set 'x_min'; there are z_min, z_max, hole_1"):
         quads_of(replace(mesh, sets=groups(mesh)), "x_min")

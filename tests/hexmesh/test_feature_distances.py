@@ -1,4 +1,4 @@
-"""Distances of points, curves and faces from a hex mesh, where they are known."""
+"""Known distances of points, curves and faces from a hex mesh."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tests.fixtures.polycubes import bar, cut
 from tests.fixtures.surfaces import box, halved_box
 
 
-def test_a_mesh_of_the_part_keeps_all():
+def test_a_mesh_of_the_part_loses_no_feature():
     found = inspect(cut(bar(), 0.25), halved_box()).features
     kinds = [each.kind for each in found]
     assert [kinds.count(kind) for kind in ("point", "curve", "face")] == [10, 15, 7]
@@ -34,5 +34,5 @@ def test_a_curve_across_the_middle_of_quads_is_lost():
     assert curve.distance * diagonal(part) == pytest.approx(0.95 / 8, rel=0.02)
 
 
-def test_without_cad_faces_there_is_nothing_to_measure():
+def test_without_cad_faces_there_are_no_features():
     assert inspect(cut(bar(), 0.25), box((0, 0, 0), (2, 1, 1))).features == []

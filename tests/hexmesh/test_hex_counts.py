@@ -1,4 +1,4 @@
-"""Hexes through walls and edges on rims, on meshes in which they can be counted by hand."""
+"""Hexes through walls and edges on rims, compared with counts by hand."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def test_a_layer_under_the_boundary_counts_on_both_sides():
     assert set(count.tolist()) == {3 + 4}  # a core of 3 and two layers at each end
 
 
-def test_the_way_turns_where_a_sheet_turns():
+def test_the_path_follows_a_sheet_around_a_corner():
     """Of a cube of 4 hexes, with a layer round the 2 in the middle of x and y."""
     mesh = pillowed_cube(axes=2)
     count, end = through(mesh)

@@ -1,4 +1,4 @@
-"""Measurements of meshes whose faults are known, and which the diagonal alone hides."""
+"""Measurements of meshes with known faults that are small relative to the diagonal."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from tests.fixtures.surfaces import box as surface_box
 from tests.fixtures.surfaces import joined
 
 
-def test_a_mesh_that_fills_its_surface():
+def test_a_mesh_that_matches_its_surface():
     found = inspect(hex_mesh(*unit_cubes(2, 2, 2)), surface_box((0, 0, 0), (2, 2, 2)))
     assert found.scaled_jacobian == 1
     assert len(found.crossings) == 0
@@ -26,7 +26,7 @@ def test_a_mesh_that_fills_its_surface():
     assert found.lost_faces == () and found.lost_area == 0
 
 
-def test_a_moved_mesh_is_as_far_away_as_it_moved():
+def test_distance_of_a_moved_mesh():
     """The cube of edge 2 moved by 0.1: mesh edges of 1 along the face, a wall of 2."""
     vertices, cubes = unit_cubes(2, 2, 2)
     mesh = hex_mesh(vertices + np.array([0.1, 0, 0]), cubes)
@@ -40,8 +40,8 @@ def test_a_moved_mesh_is_as_far_away_as_it_moved():
         assert local.place[0] == pytest.approx(0) or local.place[0] == pytest.approx(2.1)
 
 
-def test_a_missing_ligament_is_seen_by_the_wall_and_the_edges():
-    """1.6 % of the diagonal and 0.6 % of the volume: no limit by the diagonal is missed."""
+def test_a_missing_ligament_is_large_relative_to_wall_and_edges():
+    """1.6 % of the diagonal and 0.6 % of the volume: no limit by the diagonal is exceeded."""
     part = surface_of(hex_beam())
     assert inspect(hex_beam(), part).off_wall.share == pytest.approx(0, abs=1e-9)
     found = inspect(hex_beam(cut=True), part)
@@ -55,7 +55,7 @@ def test_a_missing_ligament_is_seen_by_the_wall_and_the_edges():
 
 
 def test_a_fold_of_the_surface_is_no_wall():
-    """A speck in a face of the block: between both there is next to no solid."""
+    """A small fold in a face of the block: there is almost no solid between its sides."""
     block, speck = (
         surface_box((0, 0, 0), (2, 2, 2)),
         surface_box((1, 1, 1.9995), (1.001, 1.001, 2.0005)),
@@ -81,7 +81,7 @@ def test_cad_faces_without_a_quad_are_named():
     assert found.lost_area == pytest.approx(5 / (50 + 20 + 4))
 
 
-def test_each_measurement_is_made_once_and_only_when_it_is_read():
+def test_measurements_are_lazy_and_cached():
     mesh, surface = hex_mesh(*unit_cubes(2, 2, 2)), surface_box((0, 0, 0), (2, 2, 2))
     found = inspect(mesh, surface)
     assert isinstance(found, Inspection) and inspect(mesh, surface) is found

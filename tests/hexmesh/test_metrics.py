@@ -1,4 +1,4 @@
-"""Measures of single hexes: known solids, VTK's own numbers on random hexes, published meshes."""
+"""Measures of single hexes: known solids, values of VTK on random hexes, published meshes."""
 
 import csv
 
@@ -73,7 +73,7 @@ def test_equal_to_vtk_on_random_hexes(amplitude):
         np.testing.assert_allclose(found[name], by_vtk(function, points, hexes), 1e-9, 1e-12)
 
 
-def test_edge_ratio_is_vtks_once_all_edges_have_had_their_turn():
+def test_edge_ratio_is_that_of_vtk_for_all_orders_of_edges():
     points, hexes = random_hexes(300, 0.2)
     turned = [hexes, hexes[:, ROTATED], hexes[:, ROTATED][:, ROTATED]]
     ratios = np.max([by_vtk("HexEdgeRatio", points, h) for h in turned], axis=0)
@@ -82,7 +82,7 @@ def test_edge_ratio_is_vtks_once_all_edges_have_had_their_turn():
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(1e-3, 1e3))
-def test_size_place_and_turning_change_nothing(seed, scale):
+def test_measures_are_independent_of_size_position_and_rotation(seed, scale):
     points, hexes = random_hexes(5, 0.15, seed)
     turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -91,7 +91,7 @@ def test_size_place_and_turning_change_nothing(seed, scale):
         np.testing.assert_allclose(moved[name], values, 1e-6, 1e-6)
 
 
-def test_in_chunks_as_at_once(monkeypatch):
+def test_chunks_do_not_change_the_result(monkeypatch):
     points, hexes = random_hexes(50, 0.2)
     at_once = metrics(points, hexes)
     monkeypatch.setattr(module, "CHUNK", 7)
@@ -99,13 +99,13 @@ def test_in_chunks_as_at_once(monkeypatch):
         np.testing.assert_array_equal(values, at_once[name])
 
 
-def test_worst_knows_which_end_is_bad():
+def test_worst_depends_on_the_direction_of_the_measure():
     values = np.array([0.3, 0.9, 0.1])
     assert worst("scaled_jacobian", values, 2).tolist() == [2, 0]
     assert worst("edge_ratio", values, 2).tolist() == [1, 0]
 
 
-def test_published_meshes_have_the_numbers_of_their_table(testdata):
+def test_published_meshes_have_their_published_values(testdata):
     meshio = pytest.importorskip("meshio")
     folder = testdata / "surfaces" / "ref_hex"
     with (folder / "README.csv").open() as file:

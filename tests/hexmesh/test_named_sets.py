@@ -1,4 +1,4 @@
-"""Names of parts of the boundary, on solids whose parts are known."""
+"""Names of parts of the boundary of simple solids."""
 
 from dataclasses import replace
 
@@ -28,12 +28,12 @@ def names_of(mesh):
 
 
 def without(counts, taken):
-    """Box of hexes of edge 1, those with the middles in `taken` left out."""
-    whole = hex_box(counts, counts)
-    middle = whole.vertices[whole.hexes].mean(axis=1)
+    """Box of unit hexes without those whose centres are in `taken`."""
+    box = hex_box(counts, counts)
+    middle = box.vertices[box.hexes].mean(axis=1)
     gone = (np.abs(middle[:, None] - np.array(taken)) < 0.1).all(axis=2).any(axis=1)
-    used, local = np.unique(whole.hexes[~gone], return_inverse=True)
-    return with_patches(hex_mesh(whole.vertices[used], local.reshape(-1, 8)))
+    used, local = np.unique(box.hexes[~gone], return_inverse=True)
+    return with_patches(hex_mesh(box.vertices[used], local.reshape(-1, 8)))
 
 
 def test_the_six_sides_of_a_box():
@@ -66,7 +66,7 @@ def test_holes_are_counted_along_x_then_y():
     assert listed(sets).startswith("x_min, x_max, y_min, y_max, z_min, z_max, hole_1, hole_2, hole")
 
 
-def test_an_inner_angle_is_no_hole():
+def test_a_concave_corner_is_no_hole():
     mesh = without((2, 2, 1), [(1.5, 1.5, 0.5)])
     assert len(np.unique(mesh.patch)) == 8
     assert set(names_of(mesh)) == set(ENDS)
@@ -91,7 +91,7 @@ def test_smooth_solids():
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-6, 6))
-def test_names_do_not_depend_on_size_place_and_order(seed, power):
+def test_names_do_not_depend_on_size_position_and_order(seed, power):
     mesh, rng = without((3, 3, 1), [(1.5, 1.5, 0.5)]), np.random.default_rng(seed)
     order, scale = rng.permutation(len(mesh.quads)), 10.0**power
     points = scale * (mesh.vertices + 100 * rng.normal(size=3))
@@ -118,7 +118,7 @@ def test_a_spline_refined_somewhere_has_the_sets_of_its_mesh(space):
     assert all(np.array_equal(sets[name], own[name]) for name in ENDS)
 
 
-def test_names_that_could_be():
+def test_possible_names():
     good = ["x_min", "z_max", "hole_12", "patch_0", "cad_face_3", "cad_top", 7, "7"]
     assert all(map(may_name, good))
     assert not any(map(may_name, ["x_mid", "top", "hole", "hole_", "xx_min", "x_minx", -1, "1.5"]))

@@ -1,4 +1,4 @@
-"""Hexes in eight: counts, order and places known exactly."""
+"""Hexes divided into eight: counts, order and positions are known exactly."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from polycube.structure.rough_map import identity_map
 from tests.fixtures.polycubes import bar, cut, ring
 
 
-def test_a_cube_becomes_the_cubes_of_half_its_size():
+def test_a_cube_is_divided_into_cubes_of_half_its_size():
     unit = template.mesh(bar(), identity_map(bar()), ([2], [1], [1]))
     fine = split(unit)
     assert len(fine.vertices) == 5 * 3 * 3 and len(fine.hexes) == 16
@@ -33,7 +33,7 @@ def test_twice_on_a_ring():
     assert np.array_equal(fine.cell, np.repeat(coarse.cell, 64))
 
 
-def test_children_lie_where_their_parents_do():
+def test_children_fill_their_parents():
     rng = np.random.default_rng(0)
     coarse = cut(ring(), 1 / 4)
     bent = hexes.hex_mesh(

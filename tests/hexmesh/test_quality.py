@@ -1,4 +1,4 @@
-"""Scaled Jacobian against known numbers and VTK; distances and volume against exact ones."""
+"""Scaled Jacobian compared with known values and VTK; exact distances and volumes."""
 
 import csv
 
@@ -34,15 +34,15 @@ def test_sheared_cube_has_the_sine_of_its_angle():
     assert scaled_jacobian(sheared, cube)[0] == pytest.approx(np.sqrt(0.5))
 
 
-def test_mirrored_cube_is_minus_one_and_flat_edge_too():
+def test_mirrored_cube_and_flat_edge():
     vertices, cube = unit_cubes(1, 1, 1)
     assert scaled_jacobian(vertices * [-1, 1, 1], cube)[0] == -1
     vertices[cube[0, 1]] = vertices[cube[0, 0]]
     assert scaled_jacobian(vertices, cube)[0] == -1
 
 
-def test_centre_counts():
-    """Corners all right-handed, and yet inside out in the middle."""
+def test_scaled_jacobian_includes_the_centre():
+    """All corners are right-handed, but the centre is inverted."""
     rng = np.random.default_rng(0)
     for _ in range(20000):
         p = rng.normal(size=(8, 3))
@@ -88,7 +88,7 @@ def test_volume_of_a_box_far_away_and_of_a_bilinear_one():
     assert quality.volume(hex_mesh(vertices, cube)) == pytest.approx(1.25)
 
 
-def test_a_mesh_of_the_cube_deviates_by_nothing():
+def test_a_mesh_of_the_cube_has_no_deviation():
     mesh = hex_mesh(*unit_cubes(2, 2, 2))
     found = quality.deviation(mesh, cube_surface())
     assert found.vertices == pytest.approx(0, abs=1e-12)
@@ -96,7 +96,7 @@ def test_a_mesh_of_the_cube_deviates_by_nothing():
     assert found.to_mesh.largest == pytest.approx(0, abs=1e-12)
 
 
-def test_a_moved_mesh_deviates_by_its_move():
+def test_deviation_of_a_moved_mesh_is_its_displacement():
     vertices, cubes = unit_cubes(2, 2, 2)
     mesh = hex_mesh(vertices + np.array([0.1, 0, 0]), cubes)
     found = quality.deviation(mesh, cube_surface())

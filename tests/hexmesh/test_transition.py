@@ -1,4 +1,4 @@
-"""Why there is no local refinement by templates: what the best of them does to a perfect cube.
+"""Why there is no local refinement by templates: the best template in a perfect cube.
 
 One corner of a hex is refined to a third; three hexes join the small cube to the far faces.  Along
 the edge from the far corner inwards all three meet, so one of their angles there is at most that
@@ -33,11 +33,11 @@ def worst(corners: np.ndarray) -> float:
     ).min()
 
 
-def test_on_a_perfect_cube():
+def test_template_in_a_perfect_cube():
     assert worst(transition(np.full(3, 1 / 3))) == pytest.approx(1 / np.sqrt(3))
 
 
-def test_no_place_of_the_inner_vertex_is_better():
+def test_no_position_of_the_inner_vertex_is_better():
     rng = np.random.default_rng(0)
     for inner in rng.uniform(0.05, 0.95, (300, 3)):
         assert worst(transition(inner)) <= 1 / np.sqrt(3) + 1e-9

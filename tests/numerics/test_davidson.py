@@ -38,7 +38,7 @@ def test_repeated_eigenvalues_of_a_lattice(dtype):
 
 @pytest.mark.parametrize("n_pairs", [1, 5])
 def test_dense_answer_with_a_mass_and_through_restarts(n_pairs, caplog):
-    """A preconditioner that knows the diagonal only takes many steps, to the same answer."""
+    """A diagonal preconditioner needs many steps but gives the same result."""
     rng = np.random.default_rng(3)
     parts = rng.normal(size=(2, 80, 80))
     k, m = parts @ parts.swapaxes(1, 2) / 80 + np.diag(np.arange(1.0, 81.0)) / 8
@@ -53,8 +53,8 @@ def test_dense_answer_with_a_mass_and_through_restarts(n_pairs, caplog):
     assert abs(x.T @ m @ vectors[:, :n_pairs]) == pytest.approx(np.eye(n_pairs), abs=1e-6)
 
 
-def test_stops_where_rounding_does():
-    """Rigid motions of a stiff thing beside a soft one: residuals cannot fall below rounding."""
+def test_stops_at_rounding_errors():
+    """Rigid motions of a stiff part next to a soft one: residuals are limited by rounding."""
     line = diags([-np.ones(39), np.r_[1, np.full(38, 2.0), 1], -np.ones(39)], [-1, 0, 1]).toarray()
     stiffness = csr_matrix(np.kron(np.diag([1.0, 1e9]), line))
     mass = eye(80, format="csr")
@@ -63,7 +63,7 @@ def test_stops_where_rounding_does():
     assert values == pytest.approx(np.sort(np.r_[0, soft]), abs=1e-6)
 
 
-def test_says_when_it_has_not_converged(monkeypatch):
+def test_reports_that_it_has_not_converged(monkeypatch):
     monkeypatch.setattr("polycube.numerics.davidson.ITERATIONS", 3)
     stiffness, _ = cube_of_springs(9)
     with pytest.raises(MeshingError, match="did not converge in 3 iterations: residual"):

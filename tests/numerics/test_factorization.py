@@ -31,7 +31,7 @@ def test_solves_as_a_dense_solver_does(solid):
         assert factor.solve(right[:, 0]).shape == (len(points),)
 
 
-def test_any_pattern_will_do():
+def test_any_sparsity_pattern_is_accepted():
     rng = np.random.default_rng(1)
     loose = random(900, 900, 0.002, rng=rng)
     matrix = csr_matrix(loose + loose.T + diags(np.full(900, 9.0)))
@@ -41,8 +41,8 @@ def test_any_pattern_will_do():
         assert matrix @ found == pytest.approx(right, abs=1e-11)
 
 
-def test_unknowns_apart_from_each_other():
-    """Two halves that do not touch, though each is one piece: no separator is needed."""
+def test_disconnected_unknowns():
+    """Two connected halves that are not adjacent: no separator is needed."""
     row = np.ones(599)
     row[298] = 0
     matrix = csr_matrix(diags([-row, np.full(600, 4.0), -row], [-1, 0, 1]))
@@ -60,8 +60,8 @@ def cancelling():
 
 
 @pytest.mark.parametrize("made", [SOLIDS["bar"], cancelling])
-def test_fronts_part_the_unknowns_and_halves_do_not_touch(made):
-    """Also where the values that a row has beyond the cut cancel."""
+def test_fronts_partition_the_unknowns_and_halves_are_not_adjacent(made):
+    """Also if the values of a row beyond the cut cancel."""
     matrix, points = made()
     fronts = dissect(matrix, points)
     assert np.array_equal(np.sort(np.concatenate([f.own for f in fronts])), np.arange(len(points)))
@@ -74,7 +74,7 @@ def test_fronts_part_the_unknowns_and_halves_do_not_touch(made):
         below.append(np.concatenate([front.own, *inside]))
 
 
-def test_a_cube_is_cut_at_three_layers_of_functions():
+def test_the_separator_of_a_cube_has_three_layers_of_functions():
     """As many as a C2 cubic needs between functions that do not overlap."""
     matrix, points = elastic(box((8, 8, 8), space="h2s"))
     root = dissect(matrix, points)[-1].own
@@ -82,7 +82,7 @@ def test_a_cube_is_cut_at_three_layers_of_functions():
     assert sorted(len(np.unique(x)) for x in points[root].T) == [3, 9, 9]
 
 
-def test_single_precision_is_kept_and_double_is_not_lost():
+def test_single_and_double_precision_are_preserved():
     matrix, points = SOLIDS["bar"]()
     right = np.random.default_rng(5).normal(size=len(points))
     for dtype, error in ((np.float32, 1e-3), (np.float64, 1e-11)):
@@ -93,7 +93,7 @@ def test_single_precision_is_kept_and_double_is_not_lost():
         assert np.linalg.norm(matrix @ found - right) < error * np.linalg.norm(right)
 
 
-def test_keeps_far_less_than_the_whole_triangle():
+def test_fill_is_much_smaller_than_the_dense_triangle():
     matrix, points = elastic(box((100, 2, 2), (50.0, 1.0, 1.0), "h2s"))
     assert factorize(matrix, points).entries < 0.1 * matrix.shape[0] ** 2
 

@@ -1,4 +1,4 @@
-"""The branch-free functions against the library's."""
+"""The branch-free functions compared with those of numpy."""
 
 import numpy as np
 import pytest

@@ -16,7 +16,7 @@ def test_rosenbrock():
     assert descend(rosenbrock, np.array([-1.2, 1.0]), 100) == pytest.approx([1, 1], abs=1e-4)
 
 
-def test_value_never_rises():
+def test_value_never_increases():
     x = np.array([-1.2, 1.0])
     values = [rosenbrock(descend(rosenbrock, x, n))[0] for n in range(0, 40, 5)]
     assert values[0] == rosenbrock(x)[0]
@@ -50,17 +50,17 @@ def test_a_retraction_keeps_every_point_on_the_sphere():
     assert np.linalg.norm(met, axis=1) == pytest.approx(1)
 
 
-def test_stops_where_nothing_is_lower():
+def test_stops_at_a_minimum():
     assert descend(lambda x: (float(x @ x), 2 * x), np.zeros(3), 50) == pytest.approx(np.zeros(3))
 
 
-def test_a_gradient_that_lies_ends_the_search():
+def test_a_wrong_gradient_ends_the_search():
     x = np.ones(2)
     assert np.array_equal(descend(lambda y: (float(y @ y), -2 * y), x, 50), x)
 
 
 def test_counts_steps_and_evaluations():
-    """The first step is 1e-4 long, the second lands on the minimum of x^2: nothing is lower."""
+    """The first step is 1e-4 long, the second reaches the minimum of x^2."""
     calls = []
 
     def square(x: np.ndarray) -> tuple[float, np.ndarray]:

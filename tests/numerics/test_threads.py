@@ -22,13 +22,13 @@ def test_parts_cover_everything_once_and_evenly():
         assert len(cuts) == 1 or min(sizes) >= least
 
 
-def test_results_come_in_order_and_failures_come_through():
+def test_results_are_in_order_and_errors_are_raised():
     assert threads.side_by_side([lambda k=k: k for k in range(9)]) == list(range(9))
     with pytest.raises(ZeroDivisionError):
         threads.side_by_side([lambda: 1, lambda: 1 / 0])
 
 
-def test_a_thread_that_is_done_takes_what_no_other_has_begun(monkeypatch):
+def test_an_idle_thread_takes_the_next_task(monkeypatch):
     monkeypatch.setattr(threads, "cores", lambda: 2)
     threads.pool.cache_clear()
     begun, done = Event(), Event()
@@ -48,7 +48,7 @@ def test_a_thread_that_is_done_takes_what_no_other_has_begun(monkeypatch):
 
 
 @pytest.mark.parametrize("cores", [1, 2, 8])
-def test_numbers_do_not_depend_on_the_cores(cores, monkeypatch):
+def test_results_do_not_depend_on_the_number_of_cores(cores, monkeypatch):
     rng = np.random.default_rng(0)
     x, hexes = unit_cubes(20, 20, 20)
     x = x + 0.1 * rng.normal(size=x.shape)
@@ -68,7 +68,7 @@ def test_numbers_do_not_depend_on_the_cores(cores, monkeypatch):
     assert all(np.array_equal(a, b) for a, b in zip(found, numbers(), strict=True))
 
 
-def test_cut_work_is_the_whole_work(monkeypatch):
+def test_divided_work_equals_undivided_work(monkeypatch):
     rng = np.random.default_rng(0)
     x, hexes = unit_cubes(20, 20, 20)
     x = x + 0.1 * rng.normal(size=x.shape)
@@ -76,6 +76,6 @@ def test_cut_work_is_the_whole_work(monkeypatch):
     assert len(threads.parts(len(hexes), energy.LEAST)) > 1
     value, gradient = energy.energy(*at)
     monkeypatch.setattr(energy, "LEAST", len(hexes))
-    whole = energy.energy(*at)
-    assert value == pytest.approx(whole[0], rel=1e-12)
-    assert gradient == pytest.approx(whole[1], rel=1e-9, abs=1e-9 * abs(whole[1]).max())
+    expected = energy.energy(*at)
+    assert value == pytest.approx(expected[0], rel=1e-12)
+    assert gradient == pytest.approx(expected[1], rel=1e-9, abs=1e-9 * abs(expected[1]).max())

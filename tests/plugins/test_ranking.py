@@ -8,7 +8,7 @@ import pytest
 
 from polycube.fitting.registration import ShortQuality
 from polycube.hexmesh.generation.template import counts, mesh
-from polycube.plugins.ranking.registration import Registration, judge
+from polycube.plugins.ranking.registration import Registration, short_score
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map, identity_map
 from polycube.types import Candidate, Ranked, TriMesh
@@ -121,6 +121,6 @@ def test_twice_is_the_same():
     ],
 )
 def test_the_score_adds_what_is_wrong(worse, by):
-    assert judge(PERFECT) == 0.5
+    assert short_score(PERFECT) == 0.5
     quality = ShortQuality(**{**PERFECT.__dict__, **worse})
-    assert judge(quality) == pytest.approx(0.5 + by)
+    assert short_score(quality) == pytest.approx(0.5 + by)

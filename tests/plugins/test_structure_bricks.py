@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from polycube.plugins.structure.bricks.cut import minimum_cut
 from polycube.plugins.structure.bricks.knots import hole_knots, segment_costs, segmentations
-from polycube.plugins.structure.bricks.topology import corners, defect, mend
+from polycube.plugins.structure.bricks.topology import corners, defect, repaired
 from polycube.registry import build
 from polycube.structure.lattice import boundary, collapse, genus, is_manifold, lattice
 from polycube.structure.lattice import corners as lattice_corners
@@ -112,7 +112,7 @@ def test_mending_reaches_the_genus_and_then_a_minimum(wanted):
     rng, n_mended = np.random.default_rng(wanted), 0
     for _ in range(10):
         gain, areas = random_energies(rng, (5, 4, 5))
-        found = mend(minimum_cut(gain, areas), gain, areas, wanted)
+        found = repaired(minimum_cut(gain, areas), gain, areas, wanted)
         if found is None:
             continue
         n_mended += 1

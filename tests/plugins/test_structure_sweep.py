@@ -25,7 +25,7 @@ from polycube.pipeline.state import RunState
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.sweep.arrangement import arrangement
 from polycube.plugins.structure.sweep.axis import stack
-from polycube.plugins.structure.sweep.borders import alike
+from polycube.plugins.structure.sweep.borders import equalized
 from polycube.plugins.structure.sweep.cells import loop_area, loops_of
 from polycube.plugins.structure.sweep.columns import layers
 from polycube.plugins.structure.sweep.curves import Curve
@@ -227,7 +227,7 @@ def test_equal_circles_have_the_number_of_edges_of_the_finest():
     circle[-1] = circle[0]
     chains = [Curve(np.zeros(0), r * circle + [x, 0]) for r, x in ((1, 0), (2, 9), (1, 5), (1, 8))]
     chains.append(Curve(np.zeros(0), circle[:13] / circle[:13, :1].max() * 2))  # half of a circle
-    assert alike(chains, np.array([8, 16, 12, 8, 4])).tolist() == [12, 16, 12, 12, 4]
+    assert equalized(chains, np.array([8, 16, 12, 8, 4])).tolist() == [12, 16, 12, 12, 4]
 
 
 def test_smoothing_unfolds_quads_and_leaves_the_others_where_they_are():

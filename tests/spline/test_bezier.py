@@ -45,7 +45,7 @@ def test_volume_is_that_inside_the_boundary():
 
 @pytest.mark.parametrize("amount", [0.02, 0.1, 0.2])
 @pytest.mark.parametrize("solid", [hex_ball(2), hex_cylinder(2, 2, 2)], ids=["ball", "cylinder"])
-def test_bound_lies_below_every_sample_and_close_to_the_least(solid, amount):
+def test_bound_is_below_all_samples_and_close_to_the_least(solid, amount):
     spline = moved(spline_of(solid), amount)
     found = min_detj(spline)
     values = dense_detj(spline, np.linspace(0, 1, 17))
@@ -77,7 +77,7 @@ def test_bounds_of_a_box_are_one():
 
 
 @pytest.mark.slow
-def test_position_is_the_place_of_the_least_value():
+def test_position_of_the_least_value():
     spline = moved(spline_of(hex_ball(2)), 0.1)
     found = min_detj(spline)
     values = dense_detj(spline, np.linspace(0, 1, 41))[found.element]
@@ -86,7 +86,7 @@ def test_position_is_the_place_of_the_least_value():
     assert found.position == pytest.approx(place, abs=0.02)
 
 
-def test_inverted_and_flat_elements_are_seen():
+def test_inverted_and_flat_elements_are_found():
     spline = spline_of(hex_box((2, 2, 2)))
     mirrored = min_detj(replace(spline, control=spline.control * [-1, 1, 1]))
     assert mirrored.min_detj == pytest.approx(-1 / 8)

@@ -1,11 +1,11 @@
-"""Splines on meshes of CAD parts: creases are the CAD's, sides and edges stay on their faces."""
+"""Splines on meshes of CAD parts: creases of the CAD model, sides and edges on their faces."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from polycube.hexmesh.cad_faces import kept_faces, with_sets
+from polycube.hexmesh.cad_faces import unique_cad_faces, with_sets
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.named_sets import cad_faces, quads_of_spline
 from polycube.io.hex_meshes import boundary, patches
@@ -65,7 +65,7 @@ def test_a_curve_between_cad_faces_is_a_crease_above_ten_degrees(rise, creased):
     assert not on_ridge(mesh, flat.sharpened(mesh, surface).edges).any()
 
 
-def test_a_part_of_planes_is_exact():
+def test_a_planar_part_is_exact():
     mesh, surface = roof(0.2)
     apart = deviation(h2s()(surface, mesh), surface)
     assert max(apart.to_surface.largest, apart.to_spline.largest) < 1e-9
@@ -74,7 +74,7 @@ def test_a_part_of_planes_is_exact():
     assert plain.to_spline.largest > 1e-3
 
 
-def test_an_edge_between_coplanar_faces_goes_to_their_curve():
+def test_an_edge_between_coplanar_faces_is_fitted_to_their_curve():
     """The mesh has the border of two faces at x = .75, the surface at .72: nothing but the curve
     tells where it is.
     """
@@ -89,11 +89,11 @@ def test_an_edge_between_coplanar_faces_goes_to_their_curve():
     assert borders == pytest.approx((split, split), abs=2e-3)
 
 
-def test_a_quad_on_two_faces_is_held_to_none():
+def test_a_quad_on_two_faces_is_fitted_to_any_face():
     mesh, surface = roof(0)
-    assert (kept_faces(mesh, surface) == cad_faces(mesh)).all()
+    assert (unique_cad_faces(mesh, surface) == cad_faces(mesh)).all()
     mixed = by_side(boundary(hex_box((50, 4, 4), HIGH)), 0.65)
-    face = kept_faces(with_sets(mesh, mixed), mixed)
+    face = unique_cad_faces(with_sets(mesh, mixed), mixed)
     middle = mesh.vertices[mesh.quads].mean(axis=1)
     between = (abs(middle[:, 0] - 0.625) < 1e-9) & (middle[:, 2] > 0.9)
     assert (face == 0).tolist() == between.tolist()

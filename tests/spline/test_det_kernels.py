@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from polycube.spline.bernstein import gauss, volume_basis
-from polycube.spline.det_kernels import detj, least_detj, squared_lack
+from polycube.spline.det_kernels import detj, least_detj, squared_shortfall
 
 LINE = np.array([0.0, 0.3, 0.5, 1.0])
 SIZES = [1, 16, 17, 600]  # elements: one, all lanes, one more, several threads
@@ -17,8 +17,8 @@ def nets(number, seed=0):
     return points + rng.uniform(-0.15, 0.15, points.shape), nodes
 
 
-def slow(points, nodes, line):
-    """Tangents (E, q, 3, 3) by the whole tables of the basis."""
+def reference(points, nodes, line):
+    """Tangents (E, q, 3, 3) from the complete tables of the basis."""
     _, gradients = volume_basis(line)
     return np.einsum("aqm,emc->eqac", gradients, points[nodes])
 
@@ -26,7 +26,7 @@ def slow(points, nodes, line):
 @pytest.mark.parametrize("number", SIZES)
 def test_values_are_determinants_of_the_tangents(number):
     points, nodes = nets(number)
-    expected = np.linalg.det(slow(points, nodes, LINE))
+    expected = np.linalg.det(reference(points, nodes, LINE))
     assert detj(points, nodes, LINE) == pytest.approx(expected, rel=1e-12, abs=1e-13)
 
 
@@ -48,11 +48,11 @@ def test_no_elements_have_no_values():
 
 
 @pytest.mark.parametrize("number", SIZES)
-def test_lack_is_that_of_the_values_with_its_derivatives(number):
+def test_shortfall_and_its_derivatives_agree_with_the_values(number):
     points, nodes = nets(number)
     unit = np.random.default_rng(1).uniform(0.5, 2, number)
-    value, slope = squared_lack(points, nodes, LINE, unit, 0.8)
-    tangents = slow(points, nodes, LINE)
+    value, slope = squared_shortfall(points, nodes, LINE, unit, 0.8)
+    tangents = reference(points, nodes, LINE)
     det = np.linalg.det(tangents)
     lack = np.maximum(0.8 - det / unit[:, None], 0)
     assert 0 < (lack > 0).mean() < 1
@@ -64,7 +64,7 @@ def test_lack_is_that_of_the_values_with_its_derivatives(number):
     assert slope == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 
-def test_enough_lacks_nothing():
+def test_no_shortfall_above_the_floor():
     points, nodes = nets(20)
-    value, slope = squared_lack(points, nodes, LINE, np.ones(20), -100.0)
+    value, slope = squared_shortfall(points, nodes, LINE, np.ones(20), -100.0)
     assert value == 0 and not slope.any()

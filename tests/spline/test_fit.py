@@ -35,13 +35,13 @@ def ball_surface(n=16):
     return TriMesh(points, surface.faces)
 
 
-def test_a_box_stays_the_box():
+def test_a_box_is_unchanged():
     mesh = hex_box((3, 4, 5), (2.0, 1.5, 0.7))
     spline = spline_of(mesh)
     assert fit_to_surface(Fit(), spline, boundary(mesh)) is spline
 
 
-def test_a_box_that_shrank_is_the_box_again():
+def test_a_shrunk_box_is_restored():
     mesh = hex_box((3, 3, 3))
     spline = spline_of(mesh)
     small = replace(spline, control=0.5 + 0.97 * (spline.control - 0.5))
@@ -103,7 +103,7 @@ def test_any_space_is_fitted():
     assert min_detj(fitted).min_scaled_detj > least - 1e-9
 
 
-def test_an_inverted_element_is_mended():
+def test_an_inverted_element_is_repaired():
     mesh = hex_box((3, 3, 3))
     spline = spline_of(mesh)
     inner = np.flatnonzero(((mesh.vertices > 0.1) & (mesh.vertices < 0.9)).all(axis=1))
@@ -115,7 +115,7 @@ def test_an_inverted_element_is_mended():
     assert min_detj(fit_to_surface(Fit(), shrunk, boundary(mesh))).lower_bound > 0
 
 
-def test_a_move_is_taken_back_where_det_j_would_fall():
+def test_a_move_is_reverted_if_det_j_would_decrease():
     spline = spline_of(hex_box((6, 2, 2), (3.0, 1.0, 1.0)))
     rng = np.random.default_rng(0)
     moved = spline.control + 0.02 * rng.standard_normal(spline.control.shape)
@@ -123,14 +123,14 @@ def test_a_move_is_taken_back_where_det_j_would_fall():
     moved[end] += 0.6 * rng.standard_normal((end.sum(), 3))
     floor = np.full(len(spline.nodes), 0.3)
     assert scaled_detj(replace(spline, control=moved)).min() < 0
-    kept = restored(spline, moved, floor, shares(spline))
-    assert (scaled_detj(replace(spline, control=kept)) >= floor).all()
-    assert np.array_equal(kept[end], spline.control[end])
+    found = restored(spline, moved, floor, shares(spline))
+    assert (scaled_detj(replace(spline, control=found)) >= floor).all()
+    assert np.array_equal(found[end], spline.control[end])
     far = spline.control[:, 0] > 2.9
-    assert np.array_equal(kept[far], moved[far])
+    assert np.array_equal(found[far], moved[far])
 
 
-def test_a_positive_spline_is_never_made_worse():
+def test_a_positive_spline_stays_positive():
     mesh = hex_ball(2)
     spline, ledge = spline_of(mesh), boundary(hex_box((3, 3, 3), (0.8, 1.6, 0.3)))
     aside = np.array([0.5, -0.8, 0.2])
@@ -150,6 +150,6 @@ def test_a_positive_spline_is_never_made_worse():
         ({"steps": 3}, "fit takes iterations, floor, rounds; got 'steps'"),
     ],
 )
-def test_refuses_options_with_a_reason(options, message):
+def test_invalid_options_are_refused_with_a_reason(options, message):
     with pytest.raises(ValueError, match=message):
         Fit.of(options)

@@ -11,7 +11,7 @@ from polycube.surface.fit_target import target
 from tests.fixtures.hexmeshes import hex_box
 
 
-def test_matches_do_not_depend_on_where_the_spline_was_before():
+def test_matches_do_not_depend_on_earlier_positions():
     mesh = hex_box((3, 4, 5), (2.0, 1.5, 0.7))
     goal = target(boundary(mesh))
     spline = volumetric_spline(mesh, single_hex_edges(mesh))

@@ -19,7 +19,7 @@ EIGOUT = [
 ]
 CONSISTENT = [0.21190, 0.26165, 0.81964, 0.84270, 0.93360, 1.77116, 2.17861, 2.22001, 2.50718]
 
-PUBLISHED = {"single_hex_edges": False, "angle": 179}  # nothing sharp but what is listed
+PUBLISHED = {"single_hex_edges": False, "angle": 179}  # only listed vertices are sharp
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def folder(testdata):
 
 
 def rod(folder, elements=()):
-    """The published mesh's space with its sharp edges, refined; nothing else is done to it."""
+    """The space of the published mesh with its sharp edges, refined, without other changes."""
     mesh, _ = read_hexes(folder / "rod_hex_paper_used.vtk")
     maker = build("spline", {"plugin": "h2s", "sharp": str(folder / "sharp.txt")} | PUBLISHED)
     space = maker.space(mesh, maker.sharpened(mesh))
@@ -49,9 +49,9 @@ def test_functions_elements_volume(folder, refined):
     assert abs(refined.extraction.sum(axis=1) - 1).max() < 1e-12
     assert refined.extraction.min() >= 0
     _, plain = rod(folder)
-    kept = refined.level == 0
-    before = bezier_points(plain)[refined.element_hex[kept]]
-    assert bezier_points(refined)[kept] == pytest.approx(before, abs=1e-12)
+    is_coarse = refined.level == 0
+    before = bezier_points(plain)[refined.element_hex[is_coarse]]
+    assert bezier_points(refined)[is_coarse] == pytest.approx(before, abs=1e-12)
 
 
 def test_control_points_of_level_one(folder):

@@ -1,4 +1,4 @@
-"""Hexes of 20 and 27 nodes: exact geometry, numbering, the certificate and its fall-back."""
+"""Hexes of 20 and 27 nodes: exact geometry, numbering, certificate and straight fallback."""
 
 from dataclasses import replace
 
@@ -73,7 +73,7 @@ def halved(spline: Spline) -> Spline:
 
 
 @pytest.mark.parametrize("nodes", NODES)
-def test_a_refined_spline_gives_the_same_nodes(nodes) -> None:
+def test_a_refined_spline_has_the_same_nodes(nodes) -> None:
     mesh = hex_cylinder()
     spline = spline_of(mesh, "h2s", fit={"rounds": 0})
     coarse = hex_elements(mesh, spline, nodes)
@@ -84,9 +84,7 @@ def test_a_refined_spline_gives_the_same_nodes(nodes) -> None:
 
 
 @pytest.mark.parametrize(("listed", "straightened"), [([3], 1), (range(8), 0), ([3, *range(3)], 1)])
-def test_hexes_that_hold_elements_of_several_levels_are_straight(
-    listed, straightened, tmp_path
-) -> None:
+def test_hexes_with_elements_of_several_levels_are_straight(listed, straightened, tmp_path) -> None:
     """Of the first hex some children are refined again; or all, in their order or in another."""
     mesh, _ = meshed_box((3, 2, 2), (3.0, 2.0, 2.0))
     rest = [n for n in range(8) if n not in listed] if len(listed) == 4 else []
@@ -99,7 +97,7 @@ def test_hexes_that_hold_elements_of_several_levels_are_straight(
     np.testing.assert_allclose(found.points, hex_elements(mesh, None, 27).points, atol=1e-9)
 
 
-def test_serendipity_functions_are_exact_for_their_polynomials() -> None:
+def test_serendipity_functions_reproduce_their_polynomials() -> None:
     """1, x, ..., and x^2 y, x y z^2: what 20 nodes have, at the nodes that they have not."""
     for powers in [(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 2), (2, 1, 1), (0, 2, 1)]:
         values = np.prod(PARAMETERS ** np.array(powers), axis=1)
@@ -109,7 +107,7 @@ def test_serendipity_functions_are_exact_for_their_polynomials() -> None:
 
 
 @pytest.mark.parametrize("nodes", NODES)
-def test_the_certificate_turns_where_an_edge_node_passes_a_quarter(nodes) -> None:
+def test_the_certificate_changes_when_an_edge_node_passes_a_quarter(nodes) -> None:
     """x = xi + 2 t xi (1 - xi) 2 along all four edges: positive while the node is within 1/4."""
     for shift, expected in [(0.2499, True), (-0.2499, True), (0.2501, False), (-0.2501, False)]:
         points = PARAMETERS.copy()
@@ -140,7 +138,7 @@ def test_the_certificate_agrees_with_dense_sampling(nodes) -> None:
 
 
 @pytest.mark.parametrize("nodes", NODES)
-def test_a_hex_that_folds_gets_straight_edges_and_its_neighbours_stay_conforming(nodes) -> None:
+def test_a_folded_hex_gets_straight_edges_and_the_mesh_is_conforming(nodes) -> None:
     """The edge between two hexes' corners is pulled far out: the hexes round it fall back."""
     mesh = barrel((3, 3, 3), 0.2)
     spline = spline_of(mesh, "c0", fit={"rounds": 0})
@@ -164,7 +162,7 @@ def test_a_hex_that_folds_gets_straight_edges_and_its_neighbours_stay_conforming
     np.testing.assert_array_equal(found.points[kept], curved.points[kept])
 
 
-def test_a_number_of_nodes_that_no_hex_has_is_refused() -> None:
+def test_an_invalid_number_of_nodes_is_refused() -> None:
     mesh = hex_box((1, 1, 1))
     assert hex_elements(mesh, None, 8).hexes is mesh.hexes
     with pytest.raises(ValueError, match="nodes must be 8, 20 or 27"):

@@ -109,20 +109,20 @@ def test_a_closed_hole_and_two_loops_have_their_genus():
 
 
 @pytest.mark.parametrize("other", [(1, 1, 0), (1, 1, 1)])
-def test_boxes_that_touch_in_an_edge_or_vertex_are_no_manifold(other):
+def test_boxes_that_touch_at_an_edge_or_vertex_are_not_manifold(other):
     occupancy = np.zeros((2, 2, 2), bool)
     occupancy[0, 0, 0] = occupancy[other] = True
     knots = [np.array([0, 0.5, 1])] * 3
     assert not is_manifold(Polycube(occupancy, *knots, ONE, ("cube",)))
 
 
-def test_a_void_or_two_pieces_are_no_manifold():
+def test_a_void_or_two_components_are_not_manifold():
     closed = lattice((3, 1, 1), ("cube", "hole_x", "hole_y"), PRIMITIVES)  # the hole has no mouth
     apart = lattice((3, 1, 1), ("cube", None, "hole_y"), PRIMITIVES)
     assert not is_manifold(closed) and not is_manifold(apart)
 
 
-def test_nothing_is_no_manifold():
+def test_an_empty_lattice_is_not_manifold():
     knots = [np.array([0.0, 1])] * 3
     assert not is_manifold(Polycube(np.zeros((1, 1, 1), bool), *knots, ONE, (None,)))
 
@@ -135,14 +135,14 @@ def test_cells_of_points_and_boxes():
     np.testing.assert_array_equal(cell_at(polycube, points), [0, 1, 1])
 
 
-def test_wrong_names_and_lengths_are_refused():
+def test_invalid_names_and_lengths_are_refused():
     with pytest.raises(LookupError, match="no primitive named 'sphere'"):
         lattice(ONE, ("sphere",), PRIMITIVES)
     with pytest.raises(ValueError, match="needs 2 cells"):
         lattice(TWO, ("cube",), PRIMITIVES)
 
 
-def test_few_cells_are_told_by_name_and_many_by_their_shape():
+def test_description_names_few_cells_and_gives_the_shape_of_many():
     assert describe(lattice(TWO, ("hole_x", None), PRIMITIVES)) == "hole_x, -"
     many = collapse(lattice((3, 1, 3), (*["cube"] * 4, None, *["cube"] * 4), PRIMITIVES))
     assert describe(many) == "3x1x3 bricks, 8 full"

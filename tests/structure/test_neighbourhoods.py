@@ -1,4 +1,4 @@
-"""Genus and manifoldness by look-up, against the slow way round the whole boundary."""
+"""Genus and manifoldness by look-up, compared with a traversal of the boundary."""
 
 import numpy as np
 import pytest
@@ -69,7 +69,7 @@ def test_equal_to_the_boundary_of_random_boxes(seed: int) -> None:
     assert found > 20
 
 
-def test_codes_are_of_the_boxes_about_a_vertex() -> None:
+def test_codes_describe_the_boxes_around_a_vertex() -> None:
     occupancy = np.zeros((2, 1, 1), bool)
     occupancy[1] = True
     found = codes(np.pad(occupancy, 1))

@@ -21,6 +21,6 @@ def test_a_stretched_polycube_pulls_back_exactly():
     np.testing.assert_allclose(found.positions, expected, atol=1e-9)
 
 
-def test_unit_normals_point_by_the_right_hand_and_vanish_without_area():
+def test_unit_normals_follow_the_right_hand_rule_and_are_zero_without_area():
     corners = np.array([[[0, 0, 0], [2, 0, 0], [0, 3, 0]], [[0, 0, 0], [1, 1, 1], [2, 2, 2]]])
     np.testing.assert_array_equal(unit_normals(corners.astype(float)), [[0, 0, 1], [0, 0, 0]])

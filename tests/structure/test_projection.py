@@ -1,4 +1,4 @@
-"""Nearest boundary points of polycubes whose boundary is plain."""
+"""Closest boundary points of simple polycubes."""
 
 import numpy as np
 import pytest
@@ -33,14 +33,14 @@ def two_cells() -> Polycube:
 
 
 def certain(axis: int, cell: int, wall: int, n: int = 1) -> list[np.ndarray]:
-    """Log-probabilities of labels that are known, but for one in a million."""
+    """Log-probabilities of labels that are known up to one in a million."""
     return [
         np.where(np.arange(size) == label, 0.0, -14.0)[None].repeat(n, axis=0)
         for size, label in ((6, axis), (2, cell), (2, wall))
     ]
 
 
-def test_labels_that_know_nothing_change_nothing() -> None:
+def test_uniform_label_probabilities_have_no_effect() -> None:
     points = np.random.default_rng(0).uniform(-0.5, 2.5, (200, 3))
     uniform = [np.full((200, size), -np.log(size)) for size in (6, 2, 2)]
     for plain, labelled in zip(
@@ -60,7 +60,7 @@ def test_labels_that_know_nothing_change_nothing() -> None:
         ((2, 1, 1), [1.6, 1 / 3, 0.9]),
     ],
 )
-def test_a_point_in_a_hole_goes_where_its_labels_say(
+def test_labels_determine_the_wall_of_a_point_in_a_hole(
     labels: tuple[int, int, int], expected: list[float]
 ) -> None:
     point = np.array([[1.6, 0.45, 0.9]])
@@ -69,8 +69,8 @@ def test_a_point_in_a_hole_goes_where_its_labels_say(
     assert axis.tolist() == [labels[0]]
 
 
-def test_labels_are_weighed_against_distance() -> None:
-    """A face e^2 times as likely is worth 2 TRUST cells and no more."""
+def test_labels_and_distance_are_balanced() -> None:
+    """A face that is e^2 times as probable may be 2 TRUST cells farther away, and no more."""
     cube = lattice((1, 1, 1), ("c",), {"c": np.ones((3, 3, 3), bool)})
     favours_x = np.array([[0, -8, -2, -8, -8, -8]], float)
     for gap, axis in ((1.9 * TRUST, 0), (2.1 * TRUST, 2)):

@@ -1,11 +1,11 @@
-"""The structure of points, read from where they lie."""
+"""Recognition of the structure from the positions of points."""
 
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
 from polycube.structure.lattice import collapse, genus, is_manifold, lattice
-from polycube.structure.recognition import NOISE, STRAY, log_likelihood, read_structure
+from polycube.structure.recognition import NOISE, OUTLIERS, log_likelihood, read_structure
 from polycube.types import Polycube
 from tests.fixtures.polycubes import ONE, PRIMITIVES, TWO, on_boundary
 
@@ -27,8 +27,8 @@ def equal(a: Polycube, b: Polycube) -> bool:
     ("sigma", "every"),
     [(0.0, 6), (0.05, 4), (0.1, 3), pytest.param(0.1, 1, marks=pytest.mark.slow)],
 )
-def test_structure_is_read_whatever_was_supposed(sigma: float, every: int) -> None:
-    """Contexts of 2x1, each read from itself and from another of its genus."""
+def test_structure_is_recognised_from_any_expected_structure(sigma: float, every: int) -> None:
+    """Contexts of 2x1, each expected correctly and as another context of the same genus."""
     rng = np.random.default_rng(3)
     assert len(CONTEXTS) == 24
     for context in CONTEXTS[::every]:
@@ -41,7 +41,7 @@ def test_structure_is_read_whatever_was_supposed(sigma: float, every: int) -> No
 
 
 @pytest.mark.parametrize("sigma", [0.15, 0.3])
-def test_genus_and_manifold_are_kept_in_any_noise(sigma: float) -> None:
+def test_result_is_manifold_with_the_expected_genus_for_any_noise(sigma: float) -> None:
     rng = np.random.default_rng(0)
     for context in CONTEXTS[::5]:
         true = lattice(TWO, context, PRIMITIVES)
@@ -50,7 +50,7 @@ def test_genus_and_manifold_are_kept_in_any_noise(sigma: float) -> None:
         assert genus(read) == genus(true) and is_manifold(read)
 
 
-def test_a_margin_keeps_what_was_supposed() -> None:
+def test_a_margin_favours_the_expected_structure() -> None:
     rng = np.random.default_rng(0)
     true, other = (lattice(TWO, ("cube", h), PRIMITIVES) for h in ("hole_z", "hole_y"))
     points = on_boundary(true, 1024, rng) + rng.normal(0, 0.1, (1024, 3))
@@ -73,5 +73,5 @@ def test_likelihood_is_the_integral_over_the_boundary() -> None:
 
         return sum(over_face(axis, side) for axis in range(3) for side in (0, 1)) / 6
 
-    expected = max(np.log(density(sigma) + STRAY) for sigma in NOISE[1:])
+    expected = max(np.log(density(sigma) + OUTLIERS) for sigma in NOISE[1:])
     assert log_likelihood(point[None], cube) == pytest.approx(expected, abs=1e-6)

@@ -21,7 +21,7 @@ def bend(points: np.ndarray) -> np.ndarray:
 
 
 def stretch(points: np.ndarray) -> np.ndarray:
-    """Slabs of very unequal widths, as in a rod with two small eyes."""
+    """Slabs of very unequal widths, as in a rod with two small holes."""
     widths = np.array([0.2, 0.1, 0.3, 1.5, 0.1, 0.3]), np.array([0.1, 0.6, 0.1])
     moved = points.copy()
     for axis, width in enumerate(widths):
@@ -35,7 +35,7 @@ def relative_error(rough_map: RoughMap, truth, points: np.ndarray) -> np.ndarray
     return np.linalg.norm(evaluate(rough_map, points) - truth(points), axis=1) / diagonal
 
 
-def test_identity_and_affine_maps_hold_outside_too():
+def test_identity_and_affine_maps_are_exact_outside_too():
     points = 4 * cloud(50) - 2
     np.testing.assert_allclose(evaluate(identity_map(POLYCUBE), points), points, atol=1e-12)
     mapped = evaluate(affine_map(POLYCUBE, LINEAR, OFFSET), points)
@@ -64,13 +64,13 @@ def test_fit_follows_a_smooth_bend():
 
 
 def test_fit_follows_slabs_of_unequal_widths():
-    """Far from affine, yet no point is an outlier: the map can hold the slabs exactly."""
+    """The map is far from affine, but no point is an outlier: it represents the slabs exactly."""
     error = relative_error(fit(cloud(), stretch(cloud()), POLYCUBE), stretch, cloud(200))
     assert error.mean() < 0.015 and error.max() < 0.06
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_fit_survives_a_third_of_outliers(seed):
+def test_fit_is_robust_to_a_third_of_outliers(seed):
     rng = np.random.default_rng(seed)
     points = cloud()
     targets = bend(points)
@@ -81,7 +81,7 @@ def test_fit_survives_a_third_of_outliers(seed):
     assert error.mean() < 0.01 and error.max() < 0.05
 
 
-def test_fit_keeps_orientation_when_the_points_do_not():
+def test_fit_preserves_orientation_if_the_points_do_not():
     points = cloud()
     mirrored = points * [1, 1, -1.0]
     rough_map = fit(points, mirrored, POLYCUBE)

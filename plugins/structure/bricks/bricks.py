@@ -20,7 +20,7 @@ from polycube.registry import register
 from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, RoughMap, TriMesh
 
-from .energies import Knots, energies, filled_and_size, room
+from .energies import Knots, energies, filled_and_size, largest_genus
 
 if TYPE_CHECKING:
     from ..slices.alignment import View
@@ -124,14 +124,14 @@ class BrickLattice(Structure):
         """Lattices of bricks of a genus for voxels that touch both ends of each axis."""
         from ..slices.knots import cumulative
         from .cut import minimum_cut
-        from .topology import mend
+        from .topology import repaired
 
         counts, apart = cumulative(solid), max(2, round(self.apart * max(solid.shape)))
         made = []
         for knots in self._cuttings(solid, counts, apart, genus):
             for fill, smoothness in itertools.product(self.fill, self.smoothness):
                 gain, areas = energies(counts, knots, fill, smoothness)
-                full = mend(minimum_cut(gain, areas), gain, areas, genus, self.mended)
+                full = repaired(minimum_cut(gain, areas), gain, areas, genus, self.mended)
                 if full is not None:
                     made.append(self._bricks(full, knots, counts))
         made = self._cheapest(made, lambda bricks: bricks, 2 * self.kept)
@@ -139,15 +139,15 @@ class BrickLattice(Structure):
         return self._cheapest(made, lambda bricks: bricks, self.kept)
 
     def _cheapest(
-        self, entries: list[Entry], bricks: Callable[[Entry], Bricks], kept: int
+        self, entries: list[Entry], bricks: Callable[[Entry], Bricks], most: int
     ) -> list[Entry]:
-        """The first `kept` different bricks for each cost of a corner."""
+        """The first `most` different bricks for each cost of a corner."""
         chosen: dict[object, Entry] = {}
         for corner in self.corners:
             names: set[object] = set()
             for entry in sorted(entries, key=lambda e: bricks(e).cost(corner)):
                 name = bricks(entry).name
-                if len(names) < kept and name not in names:
+                if len(names) < most and name not in names:
                     names.add(name)
                     chosen.setdefault(name, entry)
         return list(chosen.values())
@@ -176,45 +176,45 @@ class BrickLattice(Structure):
             }
             choices.append([(c, True) for c in has_holes.values()])
             choices[-1] += [(c, False) for c in others.values()]
-        ways: list[Knots] = []
+        cuttings: list[Knots] = []
         misfit, is_holed = [], []
-        for way in itertools.product(*choices):
-            knots = [cut for cut, _ in way]
-            if room(knots) < genus:
+        for choice in itertools.product(*choices):
+            knots = [cut for cut, _ in choice]
+            if largest_genus(knots) < genus:
                 continue
             filled, size = filled_and_size(counts, knots)
-            ways.append(knots)
+            cuttings.append(knots)
             misfit.append(np.minimum(filled, size - filled).sum() / counts[-1, -1, -1])
-            is_holed.append(genus > 0 and all(holed for _, holed in way))
-        inner = np.array([sum(map(len, knots)) - 6 for knots in ways])
+            is_holed.append(genus > 0 and all(holed for _, holed in choice))
+        inner = np.array([sum(map(len, knots)) - 6 for knots in cuttings])
         first: dict[int, None] = {}
         for knot in self.knots:
             order = np.argsort(np.array(misfit) + knot * inner, kind="stable").tolist()
             with_holes = [n for n in order if is_holed[n]][: self.tried // 2]
             first |= dict.fromkeys([*with_holes, *order[: self.tried - len(with_holes)]])
-        return [ways[number] for number in first]
+        return [cuttings[number] for number in first]
 
     def _bricks(self, full: np.ndarray, knots: Knots, counts: np.ndarray) -> Bricks:
         """Bricks without superfluous knots, with their cost."""
-        kept = []
+        knots_used = []
         for axis in range(3):
             slabs = np.moveaxis(full, axis, 0)
             new = np.append(True, (slabs[1:] != slabs[:-1]).any(axis=(1, 2)))
             full = full.compress(new, axis=axis)
-            kept.append(knots[axis][np.append(new, True)])
-        filled, size = filled_and_size(counts, kept)
+            knots_used.append(knots[axis][np.append(new, True)])
+        filled, size = filled_and_size(counts, knots_used)
         misfit = np.where(full, size - filled, filled).sum() / counts[-1, -1, -1]
-        return Bricks(full, kept, float(misfit))
+        return Bricks(full, knots_used, float(misfit))
 
     def _refined(self, bricks: Bricks, counts: np.ndarray, apart: int, genus: int) -> Bricks:
         """Alternately move knots to the best fit and flip bricks that fit better."""
         from ..slices.knots import descend
-        from .topology import mend
+        from .topology import repaired
 
         for _ in range(ROUNDS):
             knots, _ = descend(bricks.full, counts, bricks.knots, apart)
             gain, areas = energies(counts, knots, 0.5, 0.0)
-            full = mend(bricks.full, gain, areas, genus)
+            full = repaired(bricks.full, gain, areas, genus)
             better = bricks if full is None else self._bricks(full, knots, counts)
             if better.misfit >= bricks.misfit:
                 return bricks

@@ -11,7 +11,7 @@ from polycube.types import PerAxis
 Knots = list[np.ndarray]  # three vectors in voxels, ends included
 
 
-def room(knots: Sequence[np.ndarray]) -> int:
+def largest_genus(knots: Sequence[np.ndarray]) -> int:
     """Approximate number of handles that bricks between knots can have: a hole needs 3 x 3."""
     x, y, z = ((len(k) - 2) // 2 for k in knots)
     return 2 * (x * y + y * z + z * x)

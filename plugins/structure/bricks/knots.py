@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..slices.sections import PLANE
 
-ALIKE = 2.0  # largest ratio of the areas of one hole in two neighbouring slices
+AREA_RATIO = 2.0  # largest ratio of the areas of one hole in two neighbouring slices
 
 
 def segmentations(
@@ -33,16 +33,16 @@ def segmentations(
     ends.
     """
     n = len(costs)
-    kept: list[int] = []
+    fixed: list[int] = []
     for at in wanted:
-        if all(abs(at - k) >= shortest for k in [0, *kept, n]):
-            kept.append(at)
+        if all(abs(at - k) >= shortest for k in [0, *fixed, n]):
+            fixed.append(at)
     costs = costs.copy()
-    for at in kept:
+    for at in fixed:
         costs[:at, at + 1 :] = np.inf
     best = np.where(np.arange(n + 1) == 0, 0.0, np.inf)
     origins, cuts = [], []
-    for k in range(1, min(most + len(kept), n // shortest) + 1):
+    for k in range(1, min(most + len(fixed), n // shortest) + 1):
         begin = np.zeros(n + 1, int)
         new = np.full(n + 1, np.inf)
         for end in range(k * shortest, n + 1):
@@ -118,8 +118,10 @@ def _holes(solid: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray
     area = np.bincount(regions.ravel(), minlength=number)
     both = np.stack([regions[:-1], regions[1:]], axis=-1)[(regions[:-1] > 0) & (regions[1:] > 0)]
     before, after = np.unique(both, axis=0).T if len(both) else np.zeros((2, 0), int)
-    alike = np.maximum(area[before], area[after]) < ALIKE * np.minimum(area[before], area[after])
-    links = (np.ones(alike.sum()), (before[alike], after[alike]))
+    is_similar = np.maximum(area[before], area[after]) < AREA_RATIO * np.minimum(
+        area[before], area[after]
+    )
+    links = (np.ones(is_similar.sum()), (before[is_similar], after[is_similar]))
     hole = connected_components(coo_matrix(links, shape=(number, number)), directed=False)[1]
     boxes = ndimage.find_objects(regions)
     for members in (np.flatnonzero(hole == h) for h in np.unique(hole[1:])):

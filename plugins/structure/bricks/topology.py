@@ -144,7 +144,7 @@ def _runs(
 
 
 @njit(cache=True)
-def _mended(
+def _repair(
     solid: np.ndarray,
     gain: np.ndarray,
     areas: PerAxis,
@@ -162,36 +162,40 @@ def _mended(
     total, bad = 0, 0
     for code in codes.ravel():
         total, bad = total + table[code, 0], bad + table[code, 1]
-    now = _defect(solid, genus, total, bad)
+    defects = _defect(solid, genus, total, bad)
     for _ in range(FLIPS):
         runs, changes, effects = _runs(solid, codes, gain, areas, table)
         bound = np.full(len(runs), np.inf)
         for n in range(len(runs)):
             least = bad + effects[n, 1] + abs(1 - (total + effects[n, 0]) // 8 - genus)
-            if now == 0:
+            if defects == 0:
                 if least == 0 and changes[n] < -1e-12:
                     bound[n] = changes[n]
-            elif least < now and changes[n] <= limit:
-                bound[n] = changes[n] / (now - least if changes[n] > 0 else 1)
-        best, chosen, left = np.inf, -1, now
+            elif least < defects and changes[n] <= limit:
+                bound[n] = changes[n] / (defects - least if changes[n] > 0 else 1)
+        best, chosen, left = np.inf, -1, defects
         for n in np.argsort(bound):
             if bound[n] >= best:
                 break
             _flip_run(solid, codes, runs[n], table)
             after = _defect(solid, genus, total + effects[n, 0], bad + effects[n, 1])
             _flip_run(solid, codes, runs[n], table)
-            if after == 0 or after < now:
-                value = changes[n] / (now - after) if now > after and changes[n] > 0 else changes[n]
+            if after == 0 or after < defects:
+                value = (
+                    changes[n] / (defects - after)
+                    if defects > after and changes[n] > 0
+                    else changes[n]
+                )
                 if value < best:
                     best, chosen, left = value, n, after
         if chosen < 0:
             break
         _flip_run(solid, codes, runs[chosen], table)
-        total, bad, now = total + effects[chosen, 0], bad + effects[chosen, 1], left
-    return now == 0
+        total, bad, defects = total + effects[chosen, 0], bad + effects[chosen, 1], left
+    return defects == 0
 
 
-def mend(
+def repaired(
     full: np.ndarray,
     gain: np.ndarray,
     areas: PerAxis,
@@ -203,5 +207,5 @@ def mend(
     gain, areas : as for `minimum_cut`; limit : largest energy added by flipping one run of bricks
     """
     solid = np.pad(full, 1)
-    is_right = _mended(solid, gain, areas, genus, limit, windows(solid), TABLE)
+    is_right = _repair(solid, gain, areas, genus, limit, windows(solid), TABLE)
     return solid[1:-1, 1:-1, 1:-1] if is_right else None

@@ -80,11 +80,11 @@ def _creases(
     first = first[is_crease]
     ends = half_edges(pieces.surface.faces)[first]
     own = label[first // 3] // 2
-    way = np.diff(pieces.surface.vertices[ends], axis=1)[:, 0]
-    way = np.abs(way) / np.linalg.norm(way, axis=1, keepdims=True)
-    way[np.arange(len(own)), own] = np.inf
-    axis = way.argmin(axis=1)
-    crossing = way[np.arange(len(own)), axis] < ACROSS
+    direction = np.diff(pieces.surface.vertices[ends], axis=1)[:, 0]
+    direction = np.abs(direction) / np.linalg.norm(direction, axis=1, keepdims=True)
+    direction[np.arange(len(own)), own] = np.inf
+    axis = direction.argmin(axis=1)
+    crossing = direction[np.arange(len(own)), axis] < ACROSS
     return [ends[(axis == a) & crossing] for a in range(3)]
 
 

@@ -23,17 +23,19 @@ class Groups(NamedTuple):
 
 
 @njit(cache=True)
-def suspects(p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray) -> np.ndarray:
+def groups_near_faults(
+    p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray
+) -> np.ndarray:
     """(G,) groups with pieces at a fault, or pieces beside one; else all groups."""
-    blamed = np.zeros(len(label), np.bool_)
-    _, faults = energy(p, label, sign, blamed)
+    at_fault = np.zeros(len(label), np.bool_)
+    _, faults = energy(p, label, sign, at_fault)
     found = np.zeros(len(groups.cut), np.bool_)
-    if faults == 0 or not blamed.any():
+    if faults == 0 or not at_fault.any():
         found[:] = True
         return found
-    near = blamed.copy()
+    near = at_fault.copy()
     for a in range(len(p.pieces)):
-        if blamed[p.pieces[a, 0]] or blamed[p.pieces[a, 1]]:
+        if at_fault[p.pieces[a, 0]] or at_fault[p.pieces[a, 1]]:
             near[p.pieces[a, 0]] = near[p.pieces[a, 1]] = True
     for g in range(len(found)):
         found[g] = near[groups.piece[groups.start[g] : groups.start[g + 1]]].any()
@@ -81,7 +83,7 @@ def _single(
     """The best label of one suspect group, with either sign of its cut."""
     at, new, flip, used, wrong = -1, 0, False, 0, faults
     old = label.copy()
-    near = suspects(p, groups, label, sign)
+    near = groups_near_faults(p, groups, label, sign)
     for g in range(len(near)):
         if not near[g]:
             continue
@@ -129,7 +131,7 @@ def _pair(
     """The first labels that lower the energy for two adjacent groups, one of them suspect."""
     used = 0
     old = label.copy()
-    near = suspects(p, groups, label, sign)
+    near = groups_near_faults(p, groups, label, sign)
     for k in range(len(groups.pairs)):
         g, h = groups.pairs[k]
         if not (near[g] or near[h]):

@@ -18,12 +18,12 @@ from .arcs import Arcs
 from .pieces import DIRECTIONS, Pieces
 
 FAULT = 0.03  # cost of a fault
-BACK = 0.1  # cost of a label whose direction is opposite to a piece
+OPPOSITE = 0.1  # cost of a label whose direction is opposite to a piece
 # 1 - cosine from which a piece is perpendicular, or faces away
 PERPENDICULAR, BACKWARDS = 0.95, 1.05
 CUT = 0.004  # cost of a border across a plane
 ANGLE = 0.01  # cost of hexes with an angle of 0 or 180 degrees at a border
-WELL = 0.6  # sine of their angle from which there is no cost
+SUFFICIENT = 0.6  # sine of their angle from which there is no cost
 CREASED = 0.1  # factor on the cost of a border on a crease
 
 
@@ -55,7 +55,7 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
     np.add.at(misfit, pieces.piece, areas[:, None] * lean)
     share = np.bincount(pieces.piece, areas)[:, None]
     mean = misfit / share
-    misfit = misfit + 0.02 * np.sqrt(share) * mean**2 + BACK * (mean > PERPENDICULAR)
+    misfit = misfit + 0.02 * np.sqrt(share) * mean**2 + OPPOSITE * (mean > PERPENDICULAR)
     weight = compactness * arcs.length * np.where(arcs.is_crease, CREASED, 1.0)
     weight = weight + CUT * (arcs.turn == 0)
     weight = weight + _narrow(arcs.inside / np.where(arcs.turn > 0, 1, 3)) * (arcs.turn != 0)
@@ -76,19 +76,19 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
 
 def _narrow(angle: np.ndarray) -> np.ndarray:
     """Cost of hexes with these angles at an arc."""
-    return ANGLE * np.maximum(0.0, 1 - np.sin(angle) / WELL)
+    return ANGLE * np.maximum(0.0, 1 - np.sin(angle) / SUFFICIENT)
 
 
 @njit(cache=True)
 def energy(
-    p: Problem, label: np.ndarray, sign: np.ndarray, blamed: np.ndarray
+    p: Problem, label: np.ndarray, sign: np.ndarray, at_fault: np.ndarray
 ) -> tuple[float, float]:
     """Energy of labels (P,), and their number of faults.
 
     sign : (2 faces,) 1 or -1: whether a border on a cut of a plane is convex or concave
-    blamed : (P,) output: whether a piece is involved in a fault; empty if not needed
+    at_fault : (P,) output: whether a piece is involved in a fault; empty if not needed
     """
-    blamed[:] = False
+    at_fault[:] = False
     cost, faults = 0.0, 0.0
     for k in range(len(label)):
         cost += p.misfit[k, label[k]]
@@ -103,8 +103,8 @@ def energy(
         cost += p.weight[a]
         if label[one] // 2 == label[other] // 2:
             faults += 1.0 + 3.0 * p.length[a]
-            if len(blamed):
-                blamed[one] = blamed[other] = True
+            if len(at_fault):
+                at_fault[one] = at_fault[other] = True
         turn = p.turn[a]
         if turn == 0:
             turn = sign[p.cut[a]] if p.cut[a] >= 0 else 1
@@ -112,7 +112,7 @@ def energy(
         outward[2 * a], outward[2 * a + 1] = label[other] ^ inward, label[one] ^ inward
     loop, total = np.arange(len(outward)), np.zeros(len(outward))
     faults += _turns(p.start, p.arc, p.side, p.pieces, label, outward, loop, total)
-    faults += _loops(p.pieces, outward, chart, loop, total, blamed)
+    faults += _loops(p.pieces, outward, chart, loop, total, at_fault)
     return cost + FAULT * faults, faults
 
 
@@ -196,7 +196,7 @@ def _loops(
     chart: np.ndarray,
     loop: np.ndarray,
     total: np.ndarray,
-    blamed: np.ndarray,
+    at_fault: np.ndarray,
 ) -> float:
     """Faults in the turns of all borders: each chart has one outer border; the others are holes."""
     summed = np.zeros(len(loop))
@@ -214,6 +214,6 @@ def _loops(
         if chart[c] == c:
             faults[c] += gain[c] if gain[c] < np.inf else 8.0
             result += faults[c]
-    for k in range(len(blamed)):
-        blamed[k] |= faults[_root(chart, k)] > 0
+    for k in range(len(at_fault)):
+        at_fault[k] |= faults[_root(chart, k)] > 0
     return result

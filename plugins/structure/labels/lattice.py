@@ -96,10 +96,10 @@ def _covered(
         solid, other = (here[:-1], here[1:]) if label % 2 == 0 else (here[1:], here[:-1])
         at = np.argwhere(solid & ~other)
         at[:, 1:] -= 1
-        mine = np.flatnonzero(charts.label == label)
+        own_faces = np.flatnonzero(charts.label == label)
         first, second = [a for a in range(3) if a != axis]
-        corners = placed[faces[mine]][:, :, [first, second]]
-        _cover(corners, plane[charts.chart[mine]], charts.part[mine], at, covered)
+        corners = placed[faces[own_faces]][:, :, [first, second]]
+        _cover(corners, plane[charts.chart[own_faces]], charts.part[own_faces], at, covered)
     return covered
 
 

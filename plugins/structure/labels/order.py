@@ -52,26 +52,27 @@ def _along(pieces: Pieces, charts: Charts) -> list[Seen]:
     half, across = chart_ends(pieces, charts)
     vertices = pieces.surface.vertices
     ends = vertices[half_edges(pieces.surface.faces)[half]]
-    way = ends[:, 1] - ends[:, 0]
-    inward = np.cross(face_normals(pieces.surface)[half // 3], way)
+    direction = ends[:, 1] - ends[:, 0]
+    inward = np.cross(face_normals(pieces.surface)[half // 3], direction)
     inward /= np.maximum(np.linalg.norm(inward, axis=1), 1e-30)[:, None]
     own = charts.chart[half // 3]
     corner = half_edges(pieces.surface.faces)[half]
     result = []
     for chart in range(len(charts.chart_label)):
-        mine = np.flatnonzero(own == chart)
+        own_edges = np.flatnonzero(own == chart)
         normal = int(charts.chart_label[chart]) // 2
         for axis in ((normal + 1) % 3, (normal + 2) % 3):
             other = 3 - normal - axis
             group = np.where(
-                charts.group[axis][corner[mine, 0]] == charts.group[axis][corner[mine, 1]],
-                charts.group[axis][corner[mine, 0]],
+                charts.group[axis][corner[own_edges, 0]]
+                == charts.group[axis][corner[own_edges, 1]],
+                charts.group[axis][corner[own_edges, 0]],
                 -1,
             )
-            straight = charts.label[across[mine] // 3] // 2 == axis
-            straight |= charts.label[across[mine] // 3] // 2 == normal
+            straight = charts.label[across[own_edges] // 3] // 2 == axis
+            straight |= charts.label[across[own_edges] // 3] // 2 == normal
             group = np.where(straight, group, -1)
-            rows = _facing(ends[mine][:, :, [axis, other]], inward[mine, axis], group)
+            rows = _facing(ends[own_edges][:, :, [axis, other]], inward[own_edges, axis], group)
             result += [(axis, int(a), int(b), float(d)) for a, b, d in rows]
     return result
 
@@ -112,18 +113,20 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
     sorted_ = [strips(corners[..., (axis + 1) % 3]) for axis in range(3)]
     result = []
     for chart, label in enumerate(charts.chart_label):
-        mine = np.flatnonzero(charts.chart == chart)
-        chosen = mine[np.argsort(-areas[mine], kind="stable")]
+        own_faces = np.flatnonzero(charts.chart == chart)
+        chosen = own_faces[np.argsort(-areas[own_faces], kind="stable")]
         chosen = chosen[:: max(1, len(chosen) // RAYS)][:RAYS]
         axis = int(label) // 2
-        for way in (1.0, -1.0):
+        for direction in (1.0, -1.0):
             for face in chosen.tolist():
-                hit, distance = first_hit(corners, *sorted_[axis], middle[face], axis, way, face)
+                hit, distance = first_hit(
+                    corners, *sorted_[axis], middle[face], axis, direction, face
+                )
                 if hit < 0 or charts.label[hit] != label ^ 1:
                     continue
                 own = int(charts.chart_group[chart])
                 other = int(charts.chart_group[charts.chart[hit]])
-                pair = (own, other) if way > 0 else (other, own)
+                pair = (own, other) if direction > 0 else (other, own)
                 result.append((axis, *pair, distance))
     return result
 

@@ -68,8 +68,8 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
     keys = np.column_stack([part, side, nearest])
     first, second = twins(faces)
     first, second = first // 3, second // 3
-    alike = (keys[first] == keys[second]).all(axis=1)
-    piece = connected(first[alike], second[alike], len(faces))
+    same_piece = (keys[first] == keys[second]).all(axis=1)
+    piece = connected(first[same_piece], second[same_piece], len(faces))
     _, where = np.unique(piece, return_index=True)
     areas = face_areas(fine)
     planar = float(areas[is_plane[part]].sum() / areas.sum())

@@ -16,7 +16,7 @@ from .quantization import quantized
 
 logger = logging.getLogger(__name__)
 
-SEEN = 0.1  # sum of the distances, in diagonals, below which a pair of charts may be ignored
+NEGLIGIBLE = 0.1  # sum of the distances, in diagonals, below which a pair of charts may be ignored
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +81,11 @@ def _constants(field: Field, order: list[Pair], least: float) -> np.ndarray | No
 
     If not all pairs can be in order, those with a small weight are ignored.
     """
-    for weight in (0.0, SEEN, 5 * SEEN):
-        kept = [pair for pair in order if pair.weight >= weight]
-        low = np.array([pair.low for pair in kept], int)
-        high = np.array([pair.high for pair in kept], int)
-        distance = np.minimum(least, np.array([pair.distance for pair in kept]) / 2)
+    for weight in (0.0, NEGLIGIBLE, 5 * NEGLIGIBLE):
+        used = [pair for pair in order if pair.weight >= weight]
+        low = np.array([pair.low for pair in used], int)
+        high = np.array([pair.high for pair in used], int)
+        distance = np.minimum(least, np.array([pair.distance for pair in used]) / 2)
         values = spaced(field.form, field.constants, low, high, distance)
         if values is not None:
             return values

@@ -14,7 +14,7 @@ from .order import Pair
 
 # number of trials: the first ones, and the placed triangles for later ones
 LEAST, WORK = 4, 400_000
-HOPELESS = 20  # number of defects above which no knots are tried
+MOST_DEFECTS = 20  # number of defects above which no knots are tried
 SAME = 1e-4  # closer values are one knot from the start
 
 
@@ -32,20 +32,20 @@ def quantized(
     Pairs of groups that face each other have two different knots. The number of trials is limited
     by the number of triangles.
     """
-    held = {(pair.axis, pair.low, pair.high) for pair in pairs}
+    separate = {(pair.axis, pair.low, pair.high) for pair in pairs}
     index = [_ranks(values, SAME) for values in constants]
     best = bricks(surface, charts, fields, constants, index, genus)
-    if best is None or best.defect > HOPELESS:
+    if best is None or best.defect > MOST_DEFECTS:
         return best
     for near in apart / 2.0 ** np.arange(3):
-        index = [_clusters(constants[axis], axis, near, held) for axis in range(3)]
+        index = [_clusters(constants[axis], axis, near, separate) for axis in range(3)]
         found = bricks(surface, charts, fields, constants, index, genus)
         if found is not None and found.faults <= best.faults:
             best = found
             break
     tried: set[tuple[int, bytes]] = set()
     for _ in range(LEAST + WORK // len(surface.faces)):
-        trial = next(_merges(best, apart, held, tried), None)
+        trial = next(_merges(best, apart, separate, tried), None)
         if trial is None:
             break
         found = bricks(surface, charts, fields, constants, trial, genus)
@@ -55,7 +55,7 @@ def quantized(
 
 
 def _merges(
-    best: Bricks, apart: float, held: set[tuple[int, int, int]], tried: set[tuple[int, bytes]]
+    best: Bricks, apart: float, separate: set[tuple[int, int, int]], tried: set[tuple[int, bytes]]
 ) -> Iterator[list[np.ndarray]]:
     """Knots of the groups after merging two neighbours, the closest first, without repetitions."""
     gaps = sorted(
@@ -66,7 +66,7 @@ def _merges(
     )
     for _, axis, k in gaps:
         new = np.where(best.index[axis] > k, best.index[axis] - 1, best.index[axis])
-        if (axis, new.tobytes()) in tried or _breaks(new, axis, held):
+        if (axis, new.tobytes()) in tried or _breaks(new, axis, separate):
             continue
         tried.add((axis, new.tobytes()))
         yield [new if a == axis else best.index[a] for a in range(3)]
@@ -81,20 +81,20 @@ def _ranks(values: np.ndarray, near: float) -> np.ndarray:
 
 
 def _clusters(
-    values: np.ndarray, axis: int, near: float, held: set[tuple[int, int, int]]
+    values: np.ndarray, axis: int, near: float, separate: set[tuple[int, int, int]]
 ) -> np.ndarray:
     """Knot number of each value: neighbours within `near` are merged unless they are a pair."""
     index, knot = np.zeros(len(values), int), 0
     members: list[int] = []
     for group in np.argsort(values, kind="stable").tolist():
         is_near = all(abs(values[group] - values[other]) < near for other in members[:1])
-        if not is_near or any((axis, other, group) in held for other in members):
+        if not is_near or any((axis, other, group) in separate for other in members):
             members, knot = [], knot + 1
         members.append(group)
         index[group] = knot
     return index
 
 
-def _breaks(index: np.ndarray, axis: int, held: set[tuple[int, int, int]]) -> bool:
+def _breaks(index: np.ndarray, axis: int, separate: set[tuple[int, int, int]]) -> bool:
     """Whether two groups of a pair would have one knot."""
-    return any(a == axis and index[low] == index[high] for a, low, high in held)
+    return any(a == axis and index[low] == index[high] for a, low, high in separate)

@@ -36,7 +36,7 @@ def first_hit(
     begin: np.ndarray,
     origin: np.ndarray,
     axis: int,
-    way: float,
+    sign: float,
     skip: int,
 ) -> tuple[int, float]:
     """First triangle along an axis from a point, and its distance; -1 if there is none.
@@ -61,7 +61,7 @@ def first_hit(
         height = (
             a * corners[t, 0, axis] + b * corners[t, 1, axis] + c * corners[t, 2, axis]
         ) / total
-        distance = (height - origin[axis]) * way
+        distance = (height - origin[axis]) * sign
         if 1e-9 < distance < best:
             best, at = distance, t
     return at, best

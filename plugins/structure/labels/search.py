@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .descent import Groups, descend, suspects
+from .descent import Groups, descend, groups_near_faults
 from .energy import BACKWARDS, PERPENDICULAR, Problem
 from .pieces import Pieces
 
 TINY = 1e-9
-USUAL = 200  # number of arcs for the full budget
+MANY_ARCS = 200  # number of arcs for the full budget
 KICKED = 3  # number of groups changed at random
 
 
@@ -71,7 +71,7 @@ def labellings(
     label = problem.misfit.argmin(axis=1).astype(np.int64)
     sign = np.full(2 * (int(pieces.face.max()) + 1), -1, np.int64)
     best: tuple[Labelling, np.ndarray] | None = None
-    left = budget // (1 + len(problem.pieces) // USUAL)
+    left = budget // (1 + len(problem.pieces) // MANY_ARCS)
     while left > 0 and kicks >= 0:
         if best is not None:
             label, sign = _kicked(problem, own, best[0].label, best[1], generator)
@@ -94,7 +94,7 @@ def _kicked(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Labels and signs with random changes in some groups, near faults if there are any."""
     label, sign = label.copy(), sign.copy()
-    near = suspects(problem, groups, label, sign)
+    near = groups_near_faults(problem, groups, label, sign)
     for group in generator.choice(np.flatnonzero(near), KICKED):
         allowed = np.flatnonzero(groups.fits[group] > 0)
         if len(allowed):

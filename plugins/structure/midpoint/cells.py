@@ -16,7 +16,7 @@ from polycube.types import TriMesh
 from .polyhedron import NotPolyhedralError, Polyhedron
 
 SAME = 1e-7  # of the diagonal: tolerance for equal points, and for points on a plane
-ALIKE = 1e-6  # largest difference of unit normals of one plane
+PARALLEL = 1e-6  # largest difference of unit normals of one plane
 EXACT = 1e-6  # of the volume of the part: permitted error of the sum of the cells
 
 Face = tuple[int, ...]  # points around a convex polygon
@@ -112,21 +112,23 @@ def _unions(points: np.ndarray, cells: list[Cell], near: float) -> Iterator[tupl
             continue
         union = _faces(points, both, hull.equations, near)
         others = set().union(*(faces[k] for k in range(len(cells)) if k not in (first, second)))
-        kept = others & (faces[first] | faces[second]) <= {frozenset(face) for face in union}
-        if kept and _is_closed(union):
+        is_conforming = others & (faces[first] | faces[second]) <= {
+            frozenset(face) for face in union
+        }
+        if is_conforming and _is_closed(union):
             yield first, second, union
 
 
 def _distinct(planes: np.ndarray, near: float) -> np.ndarray:
     """Planes (P, 2, 3), a point and a normal, without duplicates of either orientation."""
-    kept: list[np.ndarray] = []
+    distinct: list[np.ndarray] = []
     for point, normal in planes:
         if not any(
-            np.linalg.norm(np.cross(normal, other)) < ALIKE and abs((point - at) @ other) < near
-            for at, other in kept
+            np.linalg.norm(np.cross(normal, other)) < PARALLEL and abs((point - at) @ other) < near
+            for at, other in distinct
         ):
-            kept.append(np.stack([point, normal]))
-    return np.reshape(kept, (-1, 2, 3))
+            distinct.append(np.stack([point, normal]))
+    return np.reshape(distinct, (-1, 2, 3))
 
 
 def _points(solid: Polyhedron, planes: np.ndarray, near: float) -> Iterator[np.ndarray]:
@@ -138,7 +140,7 @@ def _points(solid: Polyhedron, planes: np.ndarray, near: float) -> Iterator[np.n
         yield _on_faces(solid.surface, *pair, near)
     for three in combinations(planes, 3):
         normals = np.array([normal for _, normal in three])
-        if abs(np.linalg.det(normals)) > ALIKE:
+        if abs(np.linalg.det(normals)) > PARALLEL:
             place = np.linalg.solve(normals, [point @ normal for point, normal in three])[None]
             yield place[winding_numbers(solid.surface, place) > 0.5]
 
@@ -153,15 +155,15 @@ def _on_edges(edges: np.ndarray, point: np.ndarray, normal: np.ndarray, near: fl
 
 def _on_faces(surface: TriMesh, one: np.ndarray, other: np.ndarray, near: float) -> np.ndarray:
     """(N, 3) intersections of the line of two planes with triangles or their sides."""
-    way = np.cross(one[1], other[1])
-    if np.linalg.norm(way) < ALIKE:
+    direction = np.cross(one[1], other[1])
+    if np.linalg.norm(direction) < PARALLEL:
         return np.zeros((0, 3))
-    system = np.array([one[1], other[1], way / np.linalg.norm(way)])
+    system = np.array([one[1], other[1], direction / np.linalg.norm(direction)])
     start = np.linalg.solve(system, [one[0] @ one[1], other[0] @ other[1], 0.0])
     a, b, c = np.moveaxis(surface.vertices[surface.faces], 1, 0)
     normal = face_normals(surface)
     steep = normal @ system[2]
-    crosses = abs(steep) > ALIKE
+    crosses = abs(steep) > PARALLEL
     a, b, c, normal = a[crosses], b[crosses], c[crosses], normal[crosses]
     share = np.einsum("fd,fd->f", a - start, normal) / steep[crosses]
     place = start + share[:, None] * system[2]
@@ -205,5 +207,5 @@ def _is_closed(cell: Cell) -> bool:
 def _in_order(points: np.ndarray, corners: np.ndarray, normal: np.ndarray) -> Face:
     """Corners of a convex polygon, counter-clockwise seen against its normal."""
     out = points[corners] - points[corners].mean(axis=0)
-    beside = np.cross(normal, out[0])
-    return tuple(corners[np.argsort(np.arctan2(out @ beside, out @ out[0]))].tolist())
+    across = np.cross(normal, out[0])
+    return tuple(corners[np.argsort(np.arctan2(out @ across, out @ out[0]))].tolist())

@@ -49,23 +49,23 @@ def _coned(cells: Cells) -> Cells:
     Faces of such cells get a centre unless they are triangles, so the adjacent cells are divided as
     well.
     """
-    whole = {number for number, cell in enumerate(cells.cells) if _is_simple(cell)}
+    undivided = {number for number, cell in enumerate(cells.cells) if _is_simple(cell)}
     while True:
         split = {
             frozenset(face)
             for number, cell in enumerate(cells.cells)
-            if number not in whole
+            if number not in undivided
             for face in cell
             if len(face) > 3
         }
-        reached = {n for n in whole if any(frozenset(face) in split for face in cells.cells[n])}
+        reached = {n for n in undivided if any(frozenset(face) in split for face in cells.cells[n])}
         if not reached:
             break
-        whole -= reached
+        undivided -= reached
     points, found = list(cells.points), []
     centre: dict[frozenset[int], int] = {}
     for number, cell in enumerate(cells.cells):
-        if number in whole:
+        if number in undivided:
             found.append(cell)
             continue
         middle = _add(points, cells.points[sorted({c for face in cell for c in face})].mean(axis=0))
@@ -117,13 +117,13 @@ def _hexes(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
 
     for cell in cells.cells:
         corners = {corner for face in cell for corner in face}
-        beside = {side: face for face in cell for side in sides(face)}
+        face_of_side = {side: face for face in cell for side in sides(face)}
         for corner in sorted(corners):
-            ends = [min(end for start, end in beside if start == corner)]
+            ends = [min(end for start, end in face_of_side if start == corner)]
             for _ in range(2):
-                face = beside[corner, ends[-1]]
+                face = face_of_side[corner, ends[-1]]
                 ends.append(face[face.index(corner) - 1])
             a, b, c = (vertex(corner, end) for end in ends)
-            ab, bc, ca = (vertex(*beside[corner, end]) for end in ends)
+            ab, bc, ca = (vertex(*face_of_side[corner, end]) for end in ends)
             hexes.append([vertex(corner), b, ab, a, c, bc, vertex(*sorted(corners)), ca])
     return np.array(places), np.array(hexes)

@@ -20,12 +20,12 @@ from polycube.types import OVERLAY, SPARE, Candidate, Polycube, RoughMap, TriMes
 
 logger = logging.getLogger(__name__)
 
-ROOM = 1.05  # factor on the smallest cells that `max_hexes` permits
+MARGIN = 1.05  # factor on the smallest cells that `max_hexes` permits
 SMALLER = 0.87  # largest ratio of cells for another candidate
 SAMPLES = 4  # of a cell along each axis
 COVERED = 0.8  # of the solid: smallest share that a lattice must contain
 MOST_CELLS = 2_000_000  # full or empty: their samples take 130 MB
-Wrong = tuple[bool, int]  # whether parts are missing, and the difference of the genus
+Defects = tuple[bool, int]  # whether parts are missing, and the difference of the genus
 
 
 @register("structure", "overlay")
@@ -93,9 +93,9 @@ class Overlay(Structure):
             for cell in self._sizes(surface, size)
         ]
         made = [each for each in found if each is not None]
-        right = [candidate for wrong, candidate in made if not any(wrong)]
-        if right or not made:
-            return right
+        correct = [candidate for defects, candidate in made if not any(defects)]
+        if correct or not made:
+            return correct
         (_, off), nearest = min(made, key=lambda each: each[0])
         logger.info(
             "overlay: no lattice has the right topology; the genus differs by %d or more",
@@ -119,9 +119,9 @@ class Overlay(Structure):
         if not self.at:
             return cells
         wanted = wanted_sizes(surface, requests_of(self.at)).sizes.min() * diagonal(surface)
-        asked = float(max(wanted, ROOM * (volume(surface) / self.max_hexes) ** (1 / 3)))
-        fine = [cell for cell in cells if cell <= asked] or [asked]
-        return [*fine, *(cell for cell in reversed(cells) if cell > asked)]
+        largest = float(max(wanted, MARGIN * (volume(surface) / self.max_hexes) ** (1 / 3)))
+        fine = [cell for cell in cells if cell <= largest] or [largest]
+        return [*fine, *(cell for cell in reversed(cells) if cell > largest)]
 
     def _cells(self, surface: TriMesh, size: float) -> list[float]:
         """Sizes of the cells of the candidates, the largest first."""
@@ -131,15 +131,15 @@ class Overlay(Structure):
 
         goal = target(surface)
         first, *others = sorted((size / times for times in self.finer), reverse=True) or [size]
-        room = min((volume(surface) / self.most) ** (1 / 3), first)
-        cells = sorted({first, *(max(cell, room) for cell in others)}, reverse=True)
+        smallest = min((volume(surface) / self.most) ** (1 / 3), first)
+        cells = sorted({first, *(max(cell, smallest) for cell in others)}, reverse=True)
         wanted = detail_size(goal, self.across_wall, self.around_hole) * goal.scale
-        least = max(wanted, size / self.finest, room)
+        least = max(wanted, size / self.finest, smallest)
         return [*cells, least] if least < SMALLER * cells[-1] else cells
 
     def _lattices(
         self, surface: TriMesh, frame: np.ndarray, size: float, cell: float, brick: str
-    ) -> Iterator[tuple[Wrong, Candidate]]:
+    ) -> Iterator[tuple[Defects, Candidate]]:
         """Lattices with cells of about that size, each after its defects.
 
         size : size of the largest hexes into which they may be merged
@@ -181,11 +181,11 @@ class Overlay(Structure):
                 rough_map = RoughMap(*polycube.knots, corners @ frame)
                 key = f"overlay {sha256(full.tobytes()).hexdigest()}"
                 candidate = Candidate("overlay", polycube, rough_map, 0.0, key, family=OVERLAY)
-                misses = bool(share[full].sum() < COVERED * share.sum())
-                yield (misses, abs(found - wanted)), candidate
+                is_incomplete = bool(share[full].sum() < COVERED * share.sum())
+                yield (is_incomplete, abs(found - wanted)), candidate
 
 
-def _first(lattices: Iterator[tuple[Wrong, Candidate]]) -> tuple[Wrong, Candidate] | None:
+def _first(lattices: Iterator[tuple[Defects, Candidate]]) -> tuple[Defects, Candidate] | None:
     """The first lattice without defects, else the first with the fewest."""
     best = None
     for each in lattices:

@@ -34,19 +34,19 @@ def planes(surface: TriMesh, axis: int, size: float, doublings: int = 1) -> np.n
     (2^doublings N + 1,) ascending, from the lowest point of the surface to the highest
     """
     heights = surface.vertices[:, axis]
-    kept = [float(heights.min()), float(heights.max())]
+    fixed = [float(heights.min()), float(heights.max())]
     places, areas = _faces(surface, axis, SAME * size)
     wide, order = 2**doublings * size, np.argsort(-areas, kind="stable")
     order = order[areas[order] >= LEAST * size**2]
     for number in order:
-        gap = min(abs(places[number] - other) for other in kept)
+        gap = min(abs(places[number] - other) for other in fixed)
         if gap >= NEAREST * wide:
-            kept.append(float(places[number]))
-    kept.sort()
-    parts = [max(1, round((b - a) / wide)) for a, b in pairwise(kept)]
-    ends = zip(pairwise(kept), parts, strict=True)
+            fixed.append(float(places[number]))
+    fixed.sort()
+    parts = [max(1, round((b - a) / wide)) for a, b in pairwise(fixed)]
+    ends = zip(pairwise(fixed), parts, strict=True)
     blocks = [np.linspace(a, b, n, endpoint=False) for (a, b), n in ends]
-    lines = np.concatenate([*blocks, kept[-1:]])
+    lines = np.concatenate([*blocks, fixed[-1:]])
     for _ in range(doublings):
         lines = _halved(lines, places[order])
     return lines

@@ -30,10 +30,10 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
     for _ in range(ROUNDS):
         # first the pinched points, so that blocks that touch along an edge are connected
         solid, weight = np.pad(full, 1), np.pad(np.abs(share - least), 1, constant_values=2.0)
-        _mend(solid, windows(solid), weight, TABLE)
-        mended = solid[1:-1, 1:-1, 1:-1]
-        full = _without_voids(_largest(mended))
-        if (full == mended).all():
+        _repair(solid, windows(solid), weight, TABLE)
+        inner = solid[1:-1, 1:-1, 1:-1]
+        full = _without_voids(_largest(inner))
+        if (full == inner).all():
             break
     return full
 
@@ -61,7 +61,7 @@ def _without_voids(full: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def _mend(solid: np.ndarray, codes: np.ndarray, weight: np.ndarray, table: np.ndarray) -> None:
+def _repair(solid: np.ndarray, codes: np.ndarray, weight: np.ndarray, table: np.ndarray) -> None:
     """Flip cells in place until no lattice point is pinched.
 
     The cell that repairs the most pinched points for its weight is flipped; if none repairs any,

@@ -13,7 +13,7 @@ from polycube.types import TriMesh
 from .walls import FLAT, NotSweptError, Triangles, caps, check_walls, triangles, wall_of
 
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
-ALIKE = 500  # steps of a coordinate of unit normals that distinguish planes
+STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 AXES = 6  # number of directions tried, those of the largest planes
 
 
@@ -59,11 +59,11 @@ def stack(surface: TriMesh) -> Stack:
 
 def _axes(known: Triangles) -> Iterator[np.ndarray]:
     """(3,) unit normals of the largest planes, the largest first; one of opposite ones."""
-    key = np.round(known.normals * ALIKE).astype(np.int64) @ [4 * ALIKE**2, 2 * ALIKE, 1]
-    way = np.where(key < 0, -1, 1)
+    key = np.round(known.normals * STEPS).astype(np.int64) @ [4 * STEPS**2, 2 * STEPS, 1]
+    sign = np.where(key < 0, -1, 1)
     names, of = np.unique(abs(key), return_inverse=True)
     sums = np.stack(
-        [np.bincount(of, c * way, len(names)) for c in (known.area[:, None] * known.normals).T],
+        [np.bincount(of, c * sign, len(names)) for c in (known.area[:, None] * known.normals).T],
         axis=1,
     )
     size = np.linalg.norm(sums, axis=1)
@@ -78,11 +78,11 @@ def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Stack:
     across, height = surface.vertices @ frame[:2].T, surface.vertices @ axis
     is_cap, leans = caps(surface, known, axis, near)
     sides, others = twins(surface.faces)
-    beside = np.stack([sides // 3, others // 3], axis=1)
+    adjacent = np.stack([sides // 3, others // 3], axis=1)
     ends = half_edges(surface.faces)[sides]
-    wall = wall_of(surface, known, is_cap, beside)
-    on_cap = is_cap[beside].any(axis=1)
-    border = wall[beside[:, 0]] != wall[beside[:, 1]]
+    wall = wall_of(surface, known, is_cap, adjacent)
+    on_cap = is_cap[adjacent].any(axis=1)
+    border = wall[adjacent[:, 0]] != wall[adjacent[:, 1]]
     rise = abs(np.diff(height[ends], axis=1)[:, 0])
     run = np.linalg.norm(np.diff(across[ends], axis=1)[:, 0], axis=1)
     askew = border & ~on_cap & (np.minimum(rise, run) > np.maximum(near, FLAT * (rise + run)))
@@ -90,7 +90,7 @@ def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Stack:
         where = surface.vertices[ends[np.argmax(askew)]].mean(axis=0)
         raise NotSweptError(f"a curve is oblique on the walls near {place(surface, where)}")
     flat, upright = border & (on_cap | (rise < run)), border & ~on_cap & (rise >= run)
-    check_walls(surface, known, across, wall, leans, (beside[flat], ends[flat]), near)
+    check_walls(surface, known, across, wall, leans, (adjacent[flat], ends[flat]), near)
     used, lines = np.unique(ends[flat], return_inverse=True)
     tops = np.concatenate([surface.faces[is_cap].ravel(), ends[flat & ~on_cap].ravel()])
     levels = _levels(height[tops], near)

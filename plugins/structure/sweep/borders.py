@@ -55,7 +55,7 @@ def borders(
     wanted = divided(chains, loops, sizes)
     number = np.array([number_of_edges(c, *w, sizes) for c, w in zip(chains, wanted, strict=True)])
     sides = [_four_sides(chains, cell) or _annulus(chains, cell) for cell in loops]
-    number = _even(alike(chains, number), [each for each in sides if each])
+    number = _even(equalized(chains, number), [each for each in sides if each])
     fine = [placed(c, *w, n) for c, w, n in zip(chains, wanted, number.tolist(), strict=True)]
     points, row = np.unique(np.concatenate(fine), axis=0, return_inverse=True)
     rows = np.split(row.ravel(), np.cumsum([len(each) for each in fine])[:-1])
@@ -83,7 +83,7 @@ def borders(
     return np.concatenate(places), cells
 
 
-def alike(chains: list[Curve], number: Numbers) -> Numbers:
+def equalized(chains: list[Curve], number: Numbers) -> Numbers:
     """Numbers of edges, increased to the largest of those of equally long round curves."""
     is_round = np.flatnonzero([chain.is_round for chain in chains])
     length = np.array([chains[n].arc[-1] for n in is_round])
@@ -152,9 +152,9 @@ def _is_smooth(chains: list[Curve], loop: Side) -> bool:
 
 def _angles(chains: list[Curve], loop: Side) -> np.ndarray:
     """(N,) inner angle at the start of each curve of a loop."""
-    ways = [chains[abs(n) - 1].points[:: 1 if n > 0 else -1] for n in loop]
-    out = np.array([way[1] - way[0] for way in ways])
-    back = np.roll([way[-2] - way[-1] for way in ways], 1, axis=0)
+    polylines = [chains[abs(n) - 1].points[:: 1 if n > 0 else -1] for n in loop]
+    out = np.array([line[1] - line[0] for line in polylines])
+    back = np.roll([line[-2] - line[-1] for line in polylines], 1, axis=0)
     return (np.arctan2(back[:, 1], back[:, 0]) - np.arctan2(out[:, 1], out[:, 0])) % (2 * np.pi)
 
 
@@ -199,9 +199,9 @@ def _even(number: Numbers, cells: list[list[Side]]) -> Numbers:
     number = number.copy()
     for _ in range(ROUNDS):
         for one, two in (pair for sides in cells for pair in _pairs(sides)):
-            lacking = number[two].sum() - number[one].sum()
-            few = one if lacking > 0 else two
-            number[few[np.argmax(number[few])]] += abs(lacking)
+            shortfall = number[two].sum() - number[one].sum()
+            few = one if shortfall > 0 else two
+            number[few[np.argmax(number[few])]] += abs(shortfall)
         if all(_is_grid(number, sides) for sides in cells):
             break
     return number

@@ -15,7 +15,7 @@ from .plane import cross
 from .walls import NotSweptError
 
 PROBES = 5  # number of sample points of each cell
-UNSURE = 0.3  # winding numbers closer to a half than this are undecided
+UNDECIDED = 0.3  # winding numbers closer to a half than this are undecided
 INWARD = 0.02  # distance of a sample point from an edge, relative to its length
 
 
@@ -49,16 +49,18 @@ def cells(surface: TriMesh, stack: Stack, points: np.ndarray, edges: np.ndarray)
     outer = np.flatnonzero(area > 0)
     inner: dict[int, list[np.ndarray]] = {number: [] for number in outer.tolist()}
     for number in np.flatnonzero(area < 0).tolist():
-        home = _home(points, edges, loops, outer[np.argsort(area[outer])], loops[number])
-        if home is not None:
-            inner[home].append(loops[number])
+        container = _containing_loop(
+            points, edges, loops, outer[np.argsort(area[outer])], loops[number]
+        )
+        if container is not None:
+            inner[container].append(loops[number])
     found = [(loops[number], *inner[number]) for number in outer.tolist()]
     share = _shares(surface, stack, points, edges, [each[0] for each in found])
-    if (abs(share - 0.5) < UNSURE).any():
+    if (abs(share - 0.5) < UNDECIDED).any():
         raise NotSweptError("the full cells of its section cannot be determined")
     full = share > 0.5
-    some = np.flatnonzero(full.any(axis=1))
-    return Cells(tuple(found[number] for number in some), full[some])
+    full_cells = np.flatnonzero(full.any(axis=1))
+    return Cells(tuple(found[number] for number in full_cells), full[full_cells])
 
 
 def ends(edges: np.ndarray, half: np.ndarray) -> np.ndarray:
@@ -94,7 +96,7 @@ def loop_area(points: np.ndarray, edges: np.ndarray, loop: np.ndarray) -> float:
     return float(cross(a, b).sum() / 2)
 
 
-def _home(
+def _containing_loop(
     points: np.ndarray,
     edges: np.ndarray,
     loops: list[np.ndarray],

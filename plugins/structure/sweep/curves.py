@@ -16,7 +16,7 @@ FACING = 0.8  # cosine between the normals of two curves and the direction betwe
 STRETCH = 2.0  # largest length of a quad between close curves, relative to its width
 GROWTH = 0.3  # increase of the size per distance from a small one
 # share of the permitted distance of an edge from its curve, because later stages move its ends
-ROOM = 0.6
+CHORD_SHARE = 0.6
 SHORT = 0.05  # of an edge of twice the size: permitted excess length of a curve
 FINEST = 4  # largest factor by which edges between close curves are smaller than wanted
 
@@ -68,8 +68,8 @@ class Curve:
         length = np.diff(self.arc)
         around = (np.append(length, length[-1]) + np.append(length[0], length)) / 2
         three = np.ones(3)
-        turn, way = (np.convolve(np.pad(a, 1), three, "valid") for a in (self.turns, around))
-        return turn / way
+        turn, offset = (np.convolve(np.pad(a, 1), three, "valid") for a in (self.turns, around))
+        return turn / offset
 
     @property
     def is_even(self) -> bool:
@@ -114,8 +114,8 @@ def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float
         off, at = cKDTree(points).query(marks)
         is_end[at[off < near]] = True
     after = np.full(2 * len(edges), -1)  # the half-edge that continues the same curve
-    goes_on = ~is_end[start[one]]
-    after[one[goes_on] ^ 1], after[two[goes_on] ^ 1] = two[goes_on], one[goes_on]
+    continues = ~is_end[start[one]]
+    after[one[continues] ^ 1], after[two[continues] ^ 1] = two[continues], one[continues]
     found, seen = [], np.zeros(len(edges), bool)
     for number in [*np.flatnonzero(is_end[start]).tolist(), *range(0, 2 * len(edges), 2)]:
         if seen[number // 2]:
@@ -159,11 +159,11 @@ def divided(
     size = np.concatenate(wanted)
     strip = STRETCH / sizes.across_wall
     one, two = cKDTree(places).query_pairs(sizes.size / strip, output_type="ndarray").T
-    way = places[two] - places[one]
-    gap = np.linalg.norm(way, axis=1)
+    offset = places[two] - places[one]
+    gap = np.linalg.norm(offset, axis=1)
     for side, sign in ((0, 1), (1, -1)):  # the strip is on the left of one curve, or on its right
-        here = sign * np.einsum("nd,nd->n", way, normals[one]) > FACING * gap
-        there = np.einsum("nd,nd->n", way, normals[two])
+        here = sign * np.einsum("nd,nd->n", offset, normals[one]) > FACING * gap
+        there = np.einsum("nd,nd->n", offset, normals[two])
         for end in (one, two):
             facing = here & (abs(there) > FACING * gap) & sides[owner[one], side]
             np.minimum.at(size, end[facing], strip * gap[facing])
@@ -176,7 +176,7 @@ def _own_sizes(chain: Curve, arc: np.ndarray, sizes: Sizes) -> np.ndarray:
     """(S,) edge sizes along a curve at arc lengths, from its length and its curvature."""
     bend = np.maximum(np.interp(arc, chain.arc, chain.bend), 1e-9 / sizes.size)
     round_ = np.minimum(
-        2 * np.pi / bend / sizes.around_hole, np.sqrt(8 * ROOM * sizes.chord / bend)
+        2 * np.pi / bend / sizes.around_hole, np.sqrt(8 * CHORD_SHARE * sizes.chord / bend)
     )
     return np.minimum(round_, min(sizes.size, float(chain.arc[-1]) / 2))
 
@@ -194,9 +194,9 @@ def _graded(places: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Sizes that grow by at most GROWTH per distance between any two samples."""
     small = np.flatnonzero(size < size.max())
     found = size.copy()
-    for some in np.array_split(small, len(small) // 256 + 1):
-        apart = np.linalg.norm(places[:, None] - places[some], axis=2)
-        found = np.minimum(found, (size[some] + GROWTH * apart).min(axis=1, initial=np.inf))
+    for chunk in np.array_split(small, len(small) // 256 + 1):
+        apart = np.linalg.norm(places[:, None] - places[chunk], axis=2)
+        found = np.minimum(found, (size[chunk] + GROWTH * apart).min(axis=1, initial=np.inf))
     return found
 
 
@@ -213,9 +213,9 @@ def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Size
 def placed(chain: Curve, arc: np.ndarray, size: np.ndarray, number: int) -> np.ndarray:
     """(number + 1, 2) points along a curve: evenly spaced on an arc, else by wanted size."""
     total = float(chain.arc[-1])
-    so_far = np.append(0, np.cumsum(np.ones(len(arc)) if chain.is_even else 1 / size))
+    cumulated = np.append(0, np.cumsum(np.ones(len(arc)) if chain.is_even else 1 / size))
     knots = np.arange(len(arc) + 1) / len(arc) * total
-    where = np.interp(np.linspace(0, so_far[-1], number + 1), so_far, knots)
+    where = np.interp(np.linspace(0, cumulated[-1], number + 1), cumulated, knots)
     found = _at(chain, where)[:, 0]
     found[0], found[-1] = chain.points[0], chain.points[-1]
     return found

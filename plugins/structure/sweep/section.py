@@ -19,7 +19,7 @@ logger = logging.getLogger(__name__)
 
 SCALES = (1.0, 0.8)  # factors on the wanted size that are tried
 STEP = 0.05  # of the smallest sine of an angle: smaller differences are decided by size and mean
-ENOUGH = 0.7  # smallest sine above which only size and mean count
+SUFFICIENT = 0.7  # smallest sine above which only size and mean count
 SAME = 1e-6  # of the extent: closer vertices are merged
 NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 
@@ -57,15 +57,15 @@ def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> 
     NoQuadsError
         If Gmsh returns no quads, or if all results have folds.
     """
-    ways = list(product(SCALES, (True, False)))
+    variants = list(product(SCALES, (True, False)))
     drafts = []
-    for scale, has_rings in ways:
+    for scale, has_rings in variants:
         scaled = replace(sizes, size=scale * sizes.size)
         drafts.append(_draft(*borders(chains, loops, scaled, has_rings), scaled.size))
     planes = [draft.plane for draft in drafts]
     filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
     best, key = None, (0.0, 0.0, 0.0)
-    for (scale, _), draft, several in zip(ways, drafts, filled, strict=True):
+    for (scale, _), draft, several in zip(variants, drafts, filled, strict=True):
         for flat in filter(None, (_smooth(draft, *one) for one in several)):
             sine = sines(flat.vertices, flat.quads)
             least, mean = float(sine.min()), float(sine.mean())
@@ -75,9 +75,9 @@ def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> 
                 least,
                 mean,
             )
-            worth = STEP * (min(least, ENOUGH) // STEP), scale, mean
-            if least > 0 and worth > key:
-                best, key = flat, worth
+            rank = STEP * (min(least, SUFFICIENT) // STEP), scale, mean
+            if least > 0 and rank > key:
+                best, key = flat, rank
     if best is None:
         raise NoQuadsError("all quad meshes of its section have folds")
     return best

@@ -77,20 +77,20 @@ def _refuse(surface: TriMesh, face: np.intp) -> NoReturn:
 
 
 def wall_of(
-    surface: TriMesh, known: Triangles, is_cap: np.ndarray, beside: np.ndarray
+    surface: TriMesh, known: Triangles, is_cap: np.ndarray, adjacent: np.ndarray
 ) -> np.ndarray:
     """(F,) number of the face of each triangle.
 
     These are the faces of the CAD model, or pieces between sharp edges.
 
-    beside : (E, 2) triangles at each edge
+    adjacent : (E, 2) triangles at each edge
     """
     if len(surface.region):
         return 2 * surface.region + is_cap
-    turn = np.einsum("nd,nd->n", known.normals[beside[:, 0]], known.normals[beside[:, 1]])
-    same = is_cap[beside[:, 0]] == is_cap[beside[:, 1]]
-    same &= (turn > np.cos(SHARP)) | known.is_sliver[beside].any(axis=1)
-    return connected(beside[same, 0], beside[same, 1], len(surface.faces))
+    turn = np.einsum("nd,nd->n", known.normals[adjacent[:, 0]], known.normals[adjacent[:, 1]])
+    same = is_cap[adjacent[:, 0]] == is_cap[adjacent[:, 1]]
+    same &= (turn > np.cos(SHARP)) | known.is_sliver[adjacent].any(axis=1)
+    return connected(adjacent[same, 0], adjacent[same, 1], len(surface.faces))
 
 
 def check_walls(
@@ -111,13 +111,13 @@ def check_walls(
     leans : (F,) whether it is inclined
     borders : triangles (E, 2) and ends (E, 2) of the edges at the top and bottom of walls
     """
-    beside, ends = borders
+    adjacent, ends = borders
     corners = across[surface.faces]
     flat = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     for number in np.unique(wall[leans]):
         own = wall == number
         vertices = np.unique(surface.faces[own])
-        lines = across[ends[(wall[beside] == number).any(axis=1)]]
+        lines = across[ends[(wall[adjacent] == number).any(axis=1)]]
         off = _distance(across[vertices], lines)
         chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max(initial=0)
         if abs(flat[own].sum()) > FLAT * known.area[own].sum() or off.max() > near + SAG * chord:

@@ -15,7 +15,7 @@ from polycube.surface.fit_target import Target
 from polycube.types import HexMesh, PerAxis, Polycube
 
 SHARE = 75  # per cent of the edges of a polycube face in an interval that must be close
-SPARED = 0.05  # permitted shortfall, in parts
+SHORTFALL = 0.05  # permitted shortfall, in parts
 MOST = 2  # largest factor for the parts of an interval and for the number of hexes
 RELAX = 1.1  # factor by which the distance is increased until the number of hexes is permitted
 
@@ -63,7 +63,7 @@ def finer(
     """
     most = MOST * number_of_hexes(polycube, counts)
     while True:
-        needed = [m * np.sqrt(g / wanted) - SPARED for m, g in zip(measured, gap, strict=True)]
+        needed = [m * np.sqrt(g / wanted) - SHORTFALL for m, g in zip(measured, gap, strict=True)]
         x, y, z = (
             np.clip(np.ceil(n), c, MOST * c).astype(int)
             for n, c in zip(needed, counts, strict=True)

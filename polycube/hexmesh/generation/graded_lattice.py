@@ -55,22 +55,22 @@ def graded(full: np.ndarray, needed: Sequence[np.ndarray]) -> HexMesh | None:
     if plan is None:
         return None
     mesh = _cut(plan)
-    return None if mesh is None else _kept(mesh, plan, pair)
+    return None if mesh is None else _occupied(mesh, plan, pair)
 
 
 def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
     """Fine blocks around the needed cells, grown until nothing is pinched; None if all are fine."""
     shares, wanted = [full.astype(float)], []
     for number, cells in enumerate(needed, 1):
-        shares.append(shares[-1].reshape(_eights(shares[-1])).mean(axis=(1, 3, 5)))
+        shares.append(shares[-1].reshape(_pairs_shape(shares[-1])).mean(axis=(1, 3, 5)))
         wanted.append(_reduced(cells, number) & (shares[-1] > 0))
     for _ in range(ROUNDS):
         levels = _levels(wanted)
         cells = shares[-1] >= 0.5
         for share, level in zip(shares[-2::-1], levels[::-1], strict=True):
             cells = np.where(_cells(level.inner), share >= 0.5, _cells(cells))
-        wrong = _wrong(cells)
-        if not wrong.any():
+        defects = _topology_defects(cells)
+        if not defects.any():
             is_small = bool(levels[0].fine[shares[1] > 0].all())
             return Plan(levels, cells) if cells.any() and not is_small else None
         grown = False
@@ -78,7 +78,7 @@ def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
         cut = np.ones(wanted[-1].shape, bool)
         for number in range(len(levels), 0, -1):
             inner = levels[number - 1].inner
-            more = _reduced(wrong, number) & (shares[number] > 0) & cut & ~inner
+            more = _reduced(defects, number) & (shares[number] > 0) & cut & ~inner
             grown |= bool((more & ~wanted[number - 1]).any())
             wanted[number - 1] |= more
             cut = _cells(inner)
@@ -98,15 +98,15 @@ def _levels(wanted: Sequence[np.ndarray]) -> tuple[Level, ...]:
     return tuple(levels)
 
 
-def _wrong(cells: np.ndarray) -> np.ndarray:
+def _topology_defects(cells: np.ndarray) -> np.ndarray:
     """(X, Y, Z) cells at pinched points, of smaller components, and of voids."""
-    wrong = _pinched(cells)
-    for some, main in ((cells, None), (~cells, (0, 0, 0))):
-        piece, number = label(some)
+    defects = _pinched(cells)
+    for cells_of_kind, main in ((cells, None), (~cells, (0, 0, 0))):
+        piece, number = label(cells_of_kind)
         if number > 1:
             largest = 1 + np.bincount(piece.ravel())[1:].argmax() if main is None else piece[main]
-            wrong |= binary_dilation(some & (piece != largest), AROUND)
-    return wrong
+            defects |= binary_dilation(cells_of_kind & (piece != largest), AROUND)
+    return defects
 
 
 def _pinched(cells: np.ndarray) -> np.ndarray:
@@ -140,17 +140,17 @@ def _whole_pairs(blocks: np.ndarray) -> np.ndarray:
 
 
 def _cut(plan: Plan) -> HexMesh | None:
-    """Hexes of all fine blocks, and of the occupied ones beside them; fine ones divided by sheets.
+    """Hexes of all fine blocks, and of the occupied ones next to them; fine ones divided by sheets.
 
     The `cell` of a hex is the number of its block, see `_blocks`.
     """
     last, top = len(plan.levels), plan.levels[-1]
     step = 2**last
     coarse = plan.cells[::step, ::step, ::step] & ~top.inner
-    some = binary_dilation(top.fine, AROUND) | coarse
-    while (more := _pinched(some)).any():
-        some |= more
-    blocks = np.argwhere(some)
+    selected = binary_dilation(top.fine, AROUND) | coarse
+    while (more := _pinched(selected)).any():
+        selected |= more
+    blocks = np.argwhere(selected)
     corners = blocks[:, None] + PLACES
     shape = np.array(top.fine.shape) + 1
     used, hexes = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)
@@ -198,10 +198,10 @@ def _blocks(plan: Plan, mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     return level, np.stack(np.unravel_index(first, plan.cells.shape), axis=1)
 
 
-def _kept(mesh: HexMesh, plan: Plan, pad: int) -> HexMesh:
+def _occupied(mesh: HexMesh, plan: Plan, pad: int) -> HexMesh:
     """The hexes of occupied cells and blocks, in cell coordinates of the unpadded lattice."""
-    kept = plan.cells[tuple(_blocks(plan, mesh)[1].T)]
-    used, hexes = np.unique(mesh.hexes[kept], return_inverse=True)
+    selected = plan.cells[tuple(_blocks(plan, mesh)[1].T)]
+    used, hexes = np.unique(mesh.hexes[selected], return_inverse=True)
     return hex_mesh(mesh.vertices[used] - pad, hexes.reshape(-1, 8))
 
 
@@ -219,9 +219,9 @@ def _cells(blocks: np.ndarray) -> np.ndarray:
 
 def _any_of_eight(cells: np.ndarray) -> np.ndarray:
     """(X / 2, Y / 2, Z / 2) whether any cell of a block is marked."""
-    return np.asarray(cells.reshape(_eights(cells)).any(axis=(1, 3, 5)))
+    return np.asarray(cells.reshape(_pairs_shape(cells)).any(axis=(1, 3, 5)))
 
 
-def _eights(cells: np.ndarray) -> tuple[int, ...]:
+def _pairs_shape(cells: np.ndarray) -> tuple[int, ...]:
     """Shape in which each axis of (X, Y, Z) is split into pairs."""
     return tuple(n for length in cells.shape for n in (length // 2, 2))

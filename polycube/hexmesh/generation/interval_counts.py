@@ -90,18 +90,20 @@ def least_demands(
     surface: TriMesh,
     across_wall: float,
     around_hole: float,
-    asked: Sequence[Demand] = (),
+    requested: Sequence[Demand] = (),
 ) -> list[Demand]:
     """Numbers of parts required for hexes across every wall and edges around every hole.
 
-    asked : demands of requests, which take precedence if they give a number
+    requested : demands of requests, which take precedence if they give a number
     """
     lattice = Lattice(polycube, near, counts)
     walls = lattice.through_all(across_wall)
     sets = quads_of_sets(near, surface)
     holes = [own for name, own in sets.items() if kind_of(name) == "hole" and len(own)]
     found = walls + [each for own in holes for each in lattice.round_rims(own, around_hole)]
-    is_set = sum((each.times for each in asked if each.is_count), np.zeros(len(lattice.parts))) > 0
+    is_set = (
+        sum((each.times for each in requested if each.is_count), np.zeros(len(lattice.parts))) > 0
+    )
     return [each for each in found if not (each.times[is_set] > 0).any()]
 
 
@@ -168,11 +170,11 @@ class Lattice:
         """Demand for a length of the edges of some quads."""
         corners = self.near.quads[quads]
         sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-        whole = self._demand(sides, 0.0)
+        total = self._demand(sides, 0.0)
         eye = np.eye(len(self.parts))
         return [
-            Demand(eye[i], whole.length, np.ceil(whole.length[i] / size - SHORT), is_count=False)
-            for i in np.flatnonzero(whole.times)
+            Demand(eye[i], total.length, np.ceil(total.length[i] / size - SHORT), is_count=False)
+            for i in np.flatnonzero(total.times)
         ]
 
     def through_walls(self, quads: np.ndarray, wanted: float) -> list[Demand]:
@@ -180,12 +182,12 @@ class Lattice:
 
         Of paths through different intervals, those are used that are not much longer than most.
         """
-        way, length, area = self._ways(quads)
+        passage, length, area = self._passages(quads)
         order = length.argsort()
         usual = length[order][np.searchsorted(np.cumsum(area[order]), area.sum() / 2)]
         found = []
-        for each in np.unique(way, axis=0):
-            here = (way == each).all(axis=1)
+        for each in np.unique(passage, axis=0):
+            here = (passage == each).all(axis=1)
             is_wall = np.median(length[here]) <= THICKER * usual
             if is_wall and area[here].sum() >= RARE * area.sum():
                 found.append(self._through(each, wanted))
@@ -193,10 +195,10 @@ class Lattice:
 
     def through_all(self, wanted: float) -> list[Demand]:
         """Demand for a number of hexes on all paths from one side to the opposite one."""
-        way, _, _ = self._ways(np.arange(len(self.near.quads)))
-        return [self._through(each, wanted) for each in np.unique(way, axis=0)]
+        passage, _, _ = self._passages(np.arange(len(self.near.quads)))
+        return [self._through(each, wanted) for each in np.unique(passage, axis=0)]
 
-    def _ways(self, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _passages(self, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Paths through the lattice from each quad to the opposite side.
 
         Returns the axis and the two ends on it (N, 3), the length in the model and the area of the
@@ -212,8 +214,8 @@ class Lattice:
         area = measure(near.vertices[own]).area
         return np.stack([axis, *ends], axis=1), length, area
 
-    def _through(self, way: np.ndarray, wanted: float) -> Demand:
-        axis, (low, high) = int(way[0]), way[1:]
+    def _through(self, passage: np.ndarray, wanted: float) -> Demand:
+        axis, (low, high) = int(passage[0]), passage[1:]
         slabs = self.knots[axis][:-1]
         inside = np.flatnonzero((slabs > low - TINY) & (slabs < high - TINY))
         times = np.zeros(len(self.parts))

@@ -41,9 +41,9 @@ def main() -> None:
         gmsh.option.setNumber(name, value)
     found: dict[str, np.ndarray] = {}
     planes: list[int] = []
-    for (plane, asked), method in product(enumerate(request["planes"]), METHODS):
+    for (plane, plane_request), method in product(enumerate(request["planes"]), METHODS):
         try:
-            made = _quads(gmsh, asked, *method)
+            made = _quads(gmsh, plane_request, *method)
         except Exception:  # any exception of Gmsh if it cannot mesh a region
             continue
         found |= {f"{name}{len(planes)}": array for name, array in made.items()}
@@ -53,14 +53,14 @@ def main() -> None:
 
 
 def _quads(
-    gmsh: ModuleType, asked: dict[str, Any], triangles: int, joining: int
+    gmsh: ModuleType, plane_request: dict[str, Any], triangles: int, joining: int
 ) -> dict[str, np.ndarray]:
     """Arrays of the quads of a plane by one method."""
     gmsh.clear()
-    gmsh.option.setNumber("Mesh.MeshSizeMax", asked["size"])
+    gmsh.option.setNumber("Mesh.MeshSizeMax", plane_request["size"])
     gmsh.option.setNumber("Mesh.Algorithm", triangles)
     gmsh.option.setNumber("Mesh.RecombinationAlgorithm", joining)
-    surfaces = _surfaces(gmsh, asked)
+    surfaces = _surfaces(gmsh, plane_request)
     gmsh.model.mesh.generate(2)
     return _arrays(gmsh, surfaces)
 

@@ -78,7 +78,7 @@ def reached(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> lis
 
 def unmet(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[str]:
     """One sentence for each request that the mesh does not meet."""
-    words = {
+    templates = {
         "around": "{:g} edges round {} instead of {:g}",
         "through": "{:g} hexes through the wall at {} instead of {:g}",
         "size": "edges of {:.3g} at {} instead of {:.3g}",
@@ -88,6 +88,6 @@ def unmet(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[
         if has is None:
             found.append(f"the mesh has no quad on {request.at}, which meshing.at requests")
         elif not request.is_met(surface, has):
-            said = words[request.kind].format(has, request.at, request.wanted(surface))
-            found.append(f"meshing.at: the mesh has {said}")
+            shortfall = templates[request.kind].format(has, request.at, request.wanted(surface))
+            found.append(f"meshing.at: the mesh has {shortfall}")
     return found

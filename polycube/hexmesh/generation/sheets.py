@@ -71,7 +71,7 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
     sides, pair = quad_edges(quads, is_closed=False)
     mixed = own[pair[:, 0]] != own[pair[:, 1]]
     rim = sides[mixed]
-    beside = np.where(own[pair[mixed, 0]], pair[mixed, 0], pair[mixed, 1])
+    inner_quad = np.where(own[pair[mixed, 0]], pair[mixed, 0], pair[mixed, 1])
     shown = np.where(own[:, None], twin[quads], quads)
     table = np.vstack([shown, np.hstack([rim, twin[rim][:, ::-1]])])
     outside, _ = exposed(hexes)
@@ -80,7 +80,7 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
         np.vstack([mesh.vertices, shrunk]),
         hexes,
         outside[known > 0],
-        np.append(mesh.patch, mesh.patch[beside])[known[known > 0] - 1],
+        np.append(mesh.patch, mesh.patch[inner_quad])[known[known > 0] - 1],
         np.append(mesh.cell, mesh.cell[between // 6]),
     )
 

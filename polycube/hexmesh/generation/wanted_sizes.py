@@ -48,9 +48,9 @@ def wanted_sizes(surface: TriMesh, requests: Sequence[Request]) -> WantedSizes:
         wall = TriMesh(surface.vertices, faces)
         own, face = spread(wall, SAMPLES)
         if request.kind == "through":
-            some = slice(None, None, SAMPLES // CHORDS)
+            subset = slice(None, None, SAMPLES // CHORDS)
             normals = face_normals(wall)[face]
-            size = float(np.median(_chords(surface, own[some], -normals[some]))) / size
+            size = float(np.median(_chords(surface, own[subset], -normals[subset]))) / size
         points.append(goal.to_unit(own))
         sizes.append(np.full(len(own), size / goal.scale))
     return WantedSizes(np.concatenate(points), np.concatenate(sizes))
@@ -66,11 +66,15 @@ def _chords(surface: TriMesh, points: np.ndarray, directions: np.ndarray) -> np.
     found = []
     for point, direction in zip(points, directions, strict=True):
         across, off = np.cross(direction, last), point - corner
-        beside = np.cross(off, first)
-        whole = (first * across).sum(axis=1)
-        whole[whole == 0] = np.nan  # parallel to the triangle
-        parts = [(off * across).sum(axis=1), beside @ direction, (last * beside).sum(axis=1)]
-        u, v, way = np.array(parts) / whole
-        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (way > START * diagonal(surface))
-        found.append(way[hit].min(initial=diagonal(surface)))
+        off_cross_first = np.cross(off, first)
+        determinant = (first * across).sum(axis=1)
+        determinant[determinant == 0] = np.nan  # parallel to the triangle
+        parts = [
+            (off * across).sum(axis=1),
+            off_cross_first @ direction,
+            (last * off_cross_first).sum(axis=1),
+        ]
+        u, v, distance = np.array(parts) / determinant
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > START * diagonal(surface))
+        found.append(distance[hit].min(initial=diagonal(surface)))
     return np.array(found)

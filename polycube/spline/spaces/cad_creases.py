@@ -30,11 +30,13 @@ def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
     """
     goal, face = target(surface), cad_faces(mesh)
     edges, quads = quad_edges(mesh.quads)
-    beside = np.sort(face[quads], axis=1)
+    adjacent = np.sort(face[quads], axis=1)
     middle = goal.to_unit(mesh.vertices)[edges].mean(axis=1)
     nearest, turn = np.full(len(edges), np.inf), np.zeros(len(edges))
     for crease in goal.followed.creases:
-        own = np.flatnonzero((beside == crease.faces).all(axis=1) & (beside[:, 0] != beside[:, 1]))
+        own = np.flatnonzero(
+            (adjacent == crease.faces).all(axis=1) & (adjacent[:, 0] != adjacent[:, 1])
+        )
         arc, off = crease.nearest(middle[own])
         own, arc, off = (part[off < nearest[own]] for part in (own, arc, off))
         nearest[own], turn[own] = off, abs(np.pi - crease.at(arc)[2])

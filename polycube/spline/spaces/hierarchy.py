@@ -101,7 +101,7 @@ def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Sp
     active = [_active_elements(*pair) for pair in pairs]
     functions = [_functions(*pair) for pair in zip(levels, active, strict=True)]
     truncated = _truncated(levels, [own for own, _ in functions])
-    carried = _carried(levels, truncated, [gone for _, gone in functions])
+    carried = _carried(levels, truncated, [removed for _, removed in functions])
     most = max(abs(part).max() for part in carried)
     if most > NESTED:
         logger.info(
@@ -149,11 +149,13 @@ def _functions(level: Level, active: np.ndarray) -> tuple[np.ndarray, np.ndarray
     """Functions with support in Omega_l that meet an active element, and the other functions."""
     nodes, n_nodes = level.space.nodes, level.space.extraction.shape[0]
     support = abs(level.space.extraction).T
-    mine, others = (
+    meets_active, meets_outside = (
         support @ np.bincount(nodes[elements].ravel(), minlength=n_nodes) > TINY
         for elements in (active, ~level.inside)
     )
-    return np.flatnonzero(mine & ~others), np.flatnonzero(~mine & ~others)
+    return np.flatnonzero(meets_active & ~meets_outside), np.flatnonzero(
+        ~meets_active & ~meets_outside
+    )
 
 
 def _truncated(levels: list[Level], active: list[np.ndarray]) -> list[csr_matrix]:
@@ -173,17 +175,19 @@ def _truncated(levels: list[Level], active: list[np.ndarray]) -> list[csr_matrix
 
 
 def _carried(
-    levels: list[Level], truncated: list[csr_matrix], gone: list[np.ndarray]
+    levels: list[Level], truncated: list[csr_matrix], removed: list[np.ndarray]
 ) -> list[csr_matrix]:
     """[l] X_l (B_l, all active functions)."""
     all_of = truncated.copy()
     for i in range(len(levels) - 2, -1, -1):
-        heirs = np.asarray(levels[i + 1].two_scale.tocsc()[:, gone[i]].argmax(axis=0)).ravel()
-        kept = np.ones(truncated[i].shape[0])
-        kept[gone[i]] = 0
+        successors = np.asarray(
+            levels[i + 1].two_scale.tocsc()[:, removed[i]].argmax(axis=0)
+        ).ravel()
+        factor = np.ones(truncated[i].shape[0])
+        factor[removed[i]] = 0
         shape = truncated[i].shape[0], truncated[i + 1].shape[0]
-        follow = csr_matrix((np.ones(len(heirs)), (gone[i], heirs)), shape)
-        all_of[i] = diags(kept) @ truncated[i] + follow @ all_of[i + 1]
+        follow = csr_matrix((np.ones(len(successors)), (removed[i], successors)), shape)
+        all_of[i] = diags(factor) @ truncated[i] + follow @ all_of[i + 1]
     found = [csr_matrix((levels[0].space.extraction.shape[0], truncated[0].shape[1]))]
     for i, (coarse, fine) in enumerate(pairwise(levels)):
         missed = remainder(coarse, fine)

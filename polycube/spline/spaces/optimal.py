@@ -107,10 +107,10 @@ class OptimalSpace(ContinuousSpace):
         for bits, flag in ((line * inner, near), (own * inner, far)):
             agree &= rounds.clashes(bits, flag) == 0
         along = line * BETWEEN
-        kept = rounds.any(_together(along))
+        is_splined = rounds.any(_together(along))
         for flag in (near, far):
-            kept &= ~rounds.clashes(along, flag)
-        return inner & (line & np.where(agree, rounds.any(lines), kept)[self.nodes, None] > 0)
+            is_splined &= ~rounds.clashes(along, flag)
+        return inner & (line & np.where(agree, rounds.any(lines), is_splined)[self.nodes, None] > 0)
 
     @cached_property
     def _terms(self) -> _Terms:

@@ -148,10 +148,10 @@ def _from_file(path: Path) -> list[list[int]]:
         raise ValueError(f"refine.elements: there is no file {str(path)!r}")
     pairs = []
     for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
-        words = line.split()
-        if words and not (len(words) == 2 and all(word.isdecimal() for word in words)):
+        fields = line.split()
+        if fields and not (len(fields) == 2 and all(word.isdecimal() for word in fields)):
             raise ValueError(f'{path}, line {number}: needs "level element"; got {line!r}')
-        pairs += [tuple(map(int, words))] if words else []
+        pairs += [tuple(map(int, fields))] if fields else []
     deepest = max((level for level, _ in pairs), default=-1)
     if deepest > 20:
         raise ValueError(f"{path}: level {deepest} is larger than 20")

@@ -37,10 +37,10 @@ def edges_between(mesh: HexMesh, vertices: np.ndarray) -> np.ndarray:
 def without_dead_ends(sharp_edges: np.ndarray) -> np.ndarray:
     """The edges on closed curves or on curves between these; edges with loose ends are dropped."""
     while len(sharp_edges):
-        kept = (np.bincount(sharp_edges.ravel())[sharp_edges] > 1).all(axis=1)
-        if kept.all():
+        remains = (np.bincount(sharp_edges.ravel())[sharp_edges] > 1).all(axis=1)
+        if remains.all():
             break
-        sharp_edges = sharp_edges[kept]
+        sharp_edges = sharp_edges[remains]
     return sharp_edges
 
 

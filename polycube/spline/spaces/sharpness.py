@@ -22,10 +22,11 @@ from polycube.types import HexMesh, Spline, TriMesh
 
 LEAST = 0.05  # scaled det J below which a hex is made straight
 FLOOR = 0.1  # smallest scaled det J that a crease may cause in an element
-WORTH = 0.001  # distance, in diagonals, equivalent to half of the scaled det J below a floor
-VOLUME = 0.2  # distance, in diagonals, equivalent to an error of the whole volume,
-STRAIGHT = 0.01  # to having all hexes straight,
-LOST = 0.02  # and to having the whole border of supports and loads smooth
+# costs, as equivalent distances in diagonals
+HALVED_DETJ = 0.001  # of each halving of scaled det J below the floor
+VOLUME = 0.2  # of a relative error of 1 of the volume
+STRAIGHT = 0.01  # of straight hexes everywhere
+SMOOTH_BORDER = 0.02  # of a border of supports and loads without any sharp edge
 INVALID = 1e3  # smallest cost of a spline whose det J may be negative
 GOOD = 0.001  # cost below which no other spline is tried
 POOR = 0.006  # cost of the best spline above which straight hexes are tried
@@ -70,8 +71,8 @@ class Creases:
 
     def all_but(self, blunt: np.ndarray) -> Sharp:
         """All creases without loose ends, except those at `blunt` vertices."""
-        kept = self.found[~np.isin(self.found, blunt).any(axis=1)]
-        edges = union(self.forced, without_dead_ends(union(self.forced, kept)))
+        selected = self.found[~np.isin(self.found, blunt).any(axis=1)]
+        edges = union(self.forced, without_dead_ends(union(self.forced, selected)))
         return Sharp(edges, union(self.folds(edges), np.setdiff1d(self.kinks(edges), blunt)))
 
     def kinks(self, edges: np.ndarray) -> np.ndarray:
@@ -87,12 +88,12 @@ class Creases:
         while True:
             sharp = self.all_but(blunt)
             low = scaled_detj(volumetric_spline(self.hexes, *sharp)) < floor
-            spoiled = self.hexes.hexes[low]
-            if len(spoiled) == 0:
+            bad = self.hexes.hexes[low]
+            if len(bad) == 0:
                 return sharp
-            if np.isin(spoiled, blunt).all():
+            if np.isin(bad, blunt).all():
                 return plain
-            blunt = union(blunt, spoiled.ravel())
+            blunt = union(blunt, bad.ravel())
 
     def straightened(self, sharp: Sharp) -> Sharp:
         """The same creases, with hexes of low det J in the unfitted spline made straight.
@@ -110,8 +111,8 @@ class Creases:
 
     def lost(self, sharp: Sharp) -> float:
         """Share of the borders that is not sharp."""
-        kept = is_among(self.borders, sharp.edges)
-        return 1 - kept.mean() if len(kept) else 0.0
+        selected = is_among(self.borders, sharp.edges)
+        return 1 - selected.mean() if len(selected) else 0.0
 
     def folds(self, edges: np.ndarray) -> np.ndarray:
         """(P,) vertices where edges fold along a face, if these become corners."""
@@ -142,10 +143,10 @@ class Trial:
         floor : floor of scaled det J
         """
         hexes = spline.element_hex.max() + 1
-        price = cost(spline, surface, floor) + STRAIGHT * len(sharp.straight) / hexes
-        return cls(name, spline, sharp, price + LOST * lost)
+        total = cost(spline, surface, floor) + STRAIGHT * len(sharp.straight) / hexes
+        return cls(name, spline, sharp, total + SMOOTH_BORDER * lost)
 
-    def words(self, surface: TriMesh) -> str:
+    def summary(self, surface: TriMesh) -> str:
         """The deciding quantities, for the log."""
         apart, jacobian = deviation(self.spline, surface), min_detj(self.spline)
         farthest = max(apart.to_surface.p99, apart.to_spline.p99)
@@ -170,6 +171,6 @@ def cost(spline: Spline, surface: TriMesh, floor: float) -> float:
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     if jacobian.lower_bound <= 0:
         return INVALID + 1 - jacobian.min_scaled_detj
-    lack = max(np.log2(floor / jacobian.min_scaled_detj), 0)
+    shortfall = max(np.log2(floor / jacobian.min_scaled_detj), 0)
     far = max(apart.to_surface.p99, apart.to_spline.p99)
-    return far + VOLUME * abs(apart.volume) + WORTH * lack
+    return far + VOLUME * abs(apart.volume) + HALVED_DETJ * shortfall

@@ -91,7 +91,7 @@ def test_the_stage_cures_exact_features_only():
 
 def test_a_mesh_that_crosses_itself_in_many_places_is_not_cured(monkeypatch):
     surface, mesh = lattice_on_rod()
-    monkeypatch.setattr("polycube.hexmesh.crossings.MANY", 0)
+    monkeypatch.setattr("polycube.hexmesh.crossings.MOST_CROSSINGS", 0)
     assert build("meshing/cure", {"plugin": "sheets"})(surface, mesh) is mesh
 
 

@@ -1,4 +1,4 @@
-"""Blocks cut into hexes: numbers, places and patches known exactly."""
+"""Blocks divided into hexes: numbers, positions and patches are known exactly."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def test_opposite_edges_of_all_blocks_in_a_row_have_equal_parts():
 
 
 @pytest.mark.parametrize("size", [0.2, 0.5])
-def test_irregular_blocks_meet_in_whole_faces_and_keep_volume_patches_and_cells(size):
+def test_irregular_blocks_are_conforming_and_preserve_volume_patches_and_cells(size):
     tube = hex_cylinder()
     patch = np.arange(len(tube.quads))
     tube = replace(tube, patch=patch, cell=np.arange(len(tube.hexes)))
@@ -50,14 +50,14 @@ def test_irregular_blocks_meet_in_whole_faces_and_keep_volume_patches_and_cells(
         assert (low, high) == (pytest.approx(own.min(axis=0)), pytest.approx(own.max(axis=0)))
 
 
-def test_an_uncut_block_stays_as_it_is():
+def test_an_undivided_block_is_unchanged():
     box = hex_box((1, 1, 1))
     found = blocks.cut(box, np.ones((1, 3), int))
     np.testing.assert_allclose(found.vertices[found.hexes], box.vertices[box.hexes])
     np.testing.assert_array_equal(found.patch.shape, box.patch.shape)
 
 
-def test_vertices_go_straight_out_to_the_unit_cube():
+def test_vertices_are_projected_radially_to_the_unit_cube():
     octahedron = np.concatenate([np.eye(3), -np.eye(3)]) * [1, 2, 4] + 7
     found = blocks.on_box(octahedron)
     assert found.tolist() == pytest.approx((np.concatenate([np.eye(3), -np.eye(3)]) + 1) / 2)
@@ -65,7 +65,7 @@ def test_vertices_go_straight_out_to_the_unit_cube():
     assert blocks.on_box(np.concatenate([octahedron, face]))[-1] == pytest.approx([1, 1, 1])
 
 
-def test_the_cut_does_not_depend_on_the_place():
+def test_the_division_does_not_depend_on_the_position():
     tube = hex_cylinder()
     parts = blocks.counts(tube, 0.4)
     here = blocks.cut(tube, parts)

@@ -1,4 +1,4 @@
-"""Parts where the surface curves: exact on a cylinder, whose chords are known."""
+"""Parts on curved surfaces: exact on a cylinder, whose chord errors are known."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ BOX = Polycube(np.ones((1, 1, 1)), [-1, 1], [-1, 1], [-1, 1], (1, 1, 1), ("cube"
 
 
 def _round(points):
-    """Squares round the z axis to circles, evenly by angle."""
+    """Map squares around the z axis to circles, evenly by angle."""
     x, y, z = points.T
     radius = np.maximum(np.abs(x), np.abs(y))
     turn = np.divide(
@@ -44,7 +44,7 @@ def test_chords_of_a_cylinder(parts):
     assert z == pytest.approx([0], abs=1e-5)
 
 
-def test_parts_grow_with_the_root_of_the_gap_to_twice_at_most():
+def test_parts_grow_with_the_root_of_the_gap_and_are_at_most_doubled():
     wide = Polycube(np.ones((3, 1, 1)), range(4), [0, 1], [0, 1], (3, 1, 1), ("cube",) * 3)
     counts = tuple(np.array(n) for n in ([4, 4, 4], [4], [4]))
     gap = tuple(np.array(g) for g in ([1.0, 1.5, 0.1], [1.0], [1.0]))

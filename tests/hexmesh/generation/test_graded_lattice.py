@@ -1,4 +1,4 @@
-"""Lattices whose hexes are twice as large where small ones are not needed."""
+"""Lattices with hexes of twice the size in regions that do not need small ones."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def marked(shape: tuple[int, int, int], *cells: tuple[int, int, int]) -> np.ndar
     return found
 
 
-def test_where_nothing_is_needed_each_block_is_one_hex():
+def test_each_block_is_one_hex_if_no_cell_is_needed():
     full = np.ones((8, 4, 6), bool)
     mesh = graded(full, [np.zeros_like(full)])
     assert len(mesh.hexes) == 4 * 2 * 3
@@ -34,16 +34,16 @@ def test_where_nothing_is_needed_each_block_is_one_hex():
     assert mesh.vertices.max(axis=0).tolist() == [8, 4, 6]
 
 
-def test_where_all_is_needed_there_is_nothing_to_gain():
+def test_no_graded_lattice_if_all_cells_are_needed():
     assert graded(np.ones((8, 8, 8), bool), [np.ones((8, 8, 8), bool)]) is None
 
 
-def test_a_solid_of_which_no_block_is_half_full_keeps_its_cells():
+def test_a_solid_without_half_full_blocks_is_not_graded():
     rod = np.ones((16, 1, 1), bool)
     assert graded(rod, [np.zeros_like(rod)]) is None
 
 
-def test_round_a_needed_cell_hexes_are_cells_and_far_from_it_they_are_blocks():
+def test_hexes_are_cells_near_a_needed_cell_and_blocks_far_from_it():
     full = np.ones((24, 24, 24), bool)
     mesh = graded(full, [marked(full.shape, (2, 3, 2))])
     check_conforming(mesh)
@@ -69,7 +69,7 @@ def test_a_small_hole_stays_open_where_it_is_needed():
     assert volume(mesh) == pytest.approx(full.sum())
 
 
-def test_a_pinch_that_blocks_would_make_is_cut():
+def test_blocks_that_would_be_pinched_are_divided():
     full = np.ones((16, 16, 4), bool)
     full[:8, :8] = full[8:, 8:] = False
     full[7:9, 7:9] = True  # a bridge of less than half a block on each side
@@ -84,7 +84,7 @@ def test_a_pinch_that_blocks_would_make_is_cut():
 
 @settings(deadline=None, max_examples=25)
 @given(seed=st.integers(0, 10**6))
-def test_random_solids_stay_conforming_and_one_piece(seed):
+def test_random_solids_are_conforming_and_connected(seed):
     rng = np.random.default_rng(seed)
     grid = np.stack(np.meshgrid(*[np.arange(20) + 0.5] * 3, indexing="ij"), axis=-1)
     full = np.zeros((20, 20, 20), bool)
@@ -121,7 +121,7 @@ def test_three_sizes_from_a_cell_to_blocks_of_four():
 @pytest.mark.slow
 @given(st.integers(0, 10_000))
 @settings(max_examples=15, deadline=None)
-def test_any_needed_cells_of_any_block_give_a_conforming_mesh_of_three_sizes(seed):
+def test_any_needed_cells_give_a_conforming_mesh_of_three_sizes(seed):
     generator = np.random.default_rng(seed)
     full = np.ones(2 * generator.integers(2, 15, 3), bool)
     small = generator.random(full.shape) < 2 / full.size
@@ -140,7 +140,7 @@ def test_any_needed_cells_of_any_block_give_a_conforming_mesh_of_three_sizes(see
             assert np.ptp(where[own], axis=1).max(axis=1).min() < 1.25 * most
 
 
-def test_blocks_round_the_fine_part_that_touch_another_leg_along_an_edge():
+def test_fine_blocks_that_touch_another_leg_along_an_edge():
     full = np.zeros((16, 16, 24), bool)
     full[:6, :6] = full[10:, 10:] = full[:, :, 20:] = True  # two legs of an arch
     mesh = graded(full, [marked(full.shape, (2, 2, 2))])  # up to 10 along each axis are cut

@@ -1,4 +1,4 @@
-"""Parts of lattice intervals for numbers asked for, on polycubes that are their own part."""
+"""Parts of lattice intervals for requested numbers, on polycubes that are their own part."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ PLENTY = 10**6
 
 
 def i_beam():
-    """Flanges of thickness 1, a web of 1 between them, 4 high and 5 wide, 8 long."""
+    """I-beam: flanges and web of thickness 1, 4 high, 5 wide and 8 long."""
     full = np.ones((3, 3, 1), bool)
     full[[0, 2], 1] = False
     return Polycube(full, [0, 2, 3, 5], [0, 1, 4, 5], [0, 8], (1, 1, 1), ("cube",))
@@ -36,7 +36,7 @@ def placed(polycube, scale=1.0):
 
 
 def parts_of(polycube, *requests, more=(), most=PLENTY, scale=1.0):
-    """Parts that requests give, and what the mesh has of them."""
+    """Parts for some requests, and the numbers that the mesh has."""
     where, few, near, surface = placed(polycube, scale)
     found = demands(polycube, near, few, surface, requests, more)
     parts = with_demands(polycube, few, found, most)
@@ -53,7 +53,7 @@ def face(polycube, place):
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 7])
-def test_a_wall_gets_exactly_as_many_hexes(number):
+def test_a_wall_gets_the_requested_number_of_hexes(number):
     beam = i_beam()
     web = face(beam, (2, 2.5, 4))
     parts, has = parts_of(beam, Request(web, "through", number))
@@ -61,7 +61,7 @@ def test_a_wall_gets_exactly_as_many_hexes(number):
     assert parts == [[2, number, 2], [2, 2, 2], [2]]  # and no other interval changes
 
 
-def test_of_a_flange_the_thickness_counts_and_not_the_way_through_the_web():
+def test_the_wall_of_a_flange_is_its_thickness_not_the_web():
     beam = i_beam()
     top = face(beam, (1, 5, 4))
     parts, has = parts_of(beam, Request(top, "through", 3))
@@ -88,7 +88,7 @@ def test_a_longer_side_gets_more_of_the_edges():
     assert has == [16] and (parts[0][1], parts[1][1]) == (6, 2)
 
 
-def test_edges_on_a_face_are_as_short_as_asked_in_the_model():
+def test_edges_on_a_face_have_the_requested_size():
     beam = i_beam()
     web = face(beam, (2, 2.5, 4))
     parts, has = parts_of(beam, Request(web, "size", 5.0), scale=10.0)
@@ -96,7 +96,7 @@ def test_edges_on_a_face_are_as_short_as_asked_in_the_model():
     assert has == [pytest.approx(5.0)]
 
 
-def test_layers_that_come_later_are_taken_away():
+def test_layers_of_later_stages_are_subtracted():
     beam = i_beam()
     web = face(beam, (2, 2.5, 4))
     parts, _ = parts_of(beam, Request(web, "through", 5), more=[-2])
@@ -108,13 +108,13 @@ def test_layers_that_come_later_are_taken_away():
 def test_several_requests_are_all_met():
     beam = i_beam()
     web, top = face(beam, (2, 2.5, 4)), face(beam, (1, 5, 4))
-    asked = [Request(web, "through", 3), Request(top, "through", 4), Request(top, "around", 30)]
-    parts, has = parts_of(beam, *asked)
+    requested = [Request(web, "through", 3), Request(top, "through", 4), Request(top, "around", 30)]
+    parts, has = parts_of(beam, *requested)
     assert has[:2] == [3, 4] and has[2] >= 30
     assert parts[0][1] == 3 and parts[1][2] == 4
 
 
-def test_there_are_no_more_hexes_than_allowed():
+def test_max_hexes_limits_the_requested_numbers():
     parts, has = parts_of(ring(), Request("hole_1", "around", 100), most=150)
     full = ring().occupancy[:, :, 0].astype(float)
     assert 100 < np.array(parts[0]) @ full @ np.array(parts[1]) * parts[2][0] <= 150
@@ -125,21 +125,21 @@ def test_there_are_no_more_hexes_than_allowed():
     ("polycube", "expected"),
     [(i_beam(), [[2, 3, 2], [3, 2, 3], [3]]), (ring(), [[3, 6, 3], [3, 6, 3], [3]])],
 )
-def test_all_walls_and_holes_get_at_least_as_many(polycube, expected):
+def test_all_walls_and_holes_get_the_smallest_numbers(polycube, expected):
     _, few, near, surface = placed(polycube)
-    asked = least_demands(polycube, near, few, surface, across_wall=3, around_hole=24)
-    parts = raised(polycube, few, asked, PLENTY)
+    requested = least_demands(polycube, near, few, surface, across_wall=3, around_hole=24)
+    parts = raised(polycube, few, requested, PLENTY)
     assert [number.tolist() for number in parts] == expected
 
 
-def test_a_number_at_a_face_goes_before_those_of_all_and_a_length_does_not():
+def test_a_number_at_a_face_has_precedence_but_a_length_has_not():
     beam = i_beam()
     _, few, near, surface = placed(beam)
     web, side = face(beam, (2, 2.5, 4)), face(beam, (5, 0.5, 4))
     requests = [Request(web, "through", 1), Request(side, "size", 1.0)]
-    asked = demands(beam, near, few, surface, requests)
-    parts = with_demands(beam, few, asked, PLENTY)
+    requested = demands(beam, near, few, surface, requests)
+    parts = with_demands(beam, few, requested, PLENTY)
     assert [number.tolist() for number in parts] == [[2, 1, 2], [1, 2, 2], [8]]
-    least = least_demands(beam, near, few, surface, 2, 8, asked)
+    least = least_demands(beam, near, few, surface, 2, 8, requested)
     parts = raised(beam, parts, least, PLENTY)
     assert [number.tolist() for number in parts] == [[2, 1, 2], [2, 2, 2], [8]]

@@ -1,4 +1,4 @@
-"""Quads of plane regions by Gmsh: grids, holes, regions side by side, and without Gmsh."""
+"""Quads of planar regions by Gmsh: grids, holes, adjacent regions, and without Gmsh."""
 
 import os
 import sys
@@ -33,7 +33,7 @@ def test_a_region_with_four_corners_is_a_grid():
         assert (region == 0).all()
 
 
-def test_holes_stay_empty_and_regions_share_the_vertices_between_them():
+def test_holes_are_empty_and_adjacent_regions_share_vertices():
     angle = 2 * np.pi * np.arange(8) / 8
     hole = 1 + 0.3 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     side = np.linspace(0, 2, 5)[:4]
@@ -50,18 +50,18 @@ def test_holes_stay_empty_and_regions_share_the_vertices_between_them():
         assert np.sort(middle[:, 1]) == pytest.approx(np.linspace(0, 2, 9))  # an edge is two
 
 
-def test_a_region_that_gmsh_cannot_mesh_has_no_quads_and_the_others_have():
-    whole = Plane(SQUARE, [[[0, 1, 2, 3]]], [[]], 9.0)
+def test_a_region_that_gmsh_cannot_mesh_does_not_affect_the_others():
+    square = Plane(SQUARE, [[[0, 1, 2, 3]]], [[]], 9.0)
     try:
         with pytest.raises(NoQuadsError, match="Gmsh made no quads"):
-            quads([replace(whole, corners=[[0, 1, 7, 8]])])
-        broken, found = quads([replace(whole, corners=[[0, 1, 7, 8]]), whole])
+            quads([replace(square, corners=[[0, 1, 7, 8]])])
+        broken, found = quads([replace(square, corners=[[0, 1, 7, 8]]), square])
     except MissingPackage:
         pytest.skip("Gmsh does not load")
     assert broken == [] and len(found) == 2
 
 
-def test_without_gmsh_it_says_what_to_install(tmp_path, monkeypatch):
+def test_without_gmsh_the_error_names_the_package(tmp_path, monkeypatch):
     (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
     with pytest.raises(MissingPackage, match=r"gmsh, which does not load; pip install"):

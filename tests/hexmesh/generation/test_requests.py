@@ -39,7 +39,7 @@ def test_entries_are_read():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ("hole_1", "must be a list"),
         ([{"around": 3}], "an entry of at is"),
@@ -55,37 +55,37 @@ def test_entries_are_read():
         ([{"at": "x_min", "size": "0%"}], "the size at x_min must be a positive number"),
     ],
 )
-def test_others_are_refused(wrong, said):
-    with pytest.raises(ValueError, match=said):
+def test_invalid_entries_are_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
         requests_of(wrong)
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("cad_BOLT_2", r"no face or hole 'cad_BOLT_2'; did you mean cad_BOLT_1"),
         ("hole_1", r"there are x_min, x_max, .*, cad_WEB, cad_BOLT_1, cad_face_1 to cad_face_6"),
     ],
 )
-def test_a_name_that_the_part_does_not_have_is_refused_with_those_near(name, said):
-    with pytest.raises(InputError, match=said) as error:
+def test_an_unknown_name_is_refused_with_similar_names(name, message):
+    with pytest.raises(InputError, match=message) as error:
         check_requests(cad_box(), [Request(name, "size", 1)])
     assert error.value.where == "meshing.at"
 
 
-def test_hexes_round_what_has_no_border_are_refused():
+def test_edges_around_a_face_without_border_are_refused():
     closed = surface_of(BOX, np.ones(len(BOX.quads), int))
     with pytest.raises(InputError, match="cad_face_1 has no border"):
         check_requests(closed, [Request("cad_face_1", "around", 8)])
     check_requests(closed, [Request("cad_face_1", "size", 8)])
 
 
-def test_what_a_box_has():
+def test_numbers_of_a_box():
     """Unit cubes, 4 x 3 x 2: through the face at y_max 3, round it 2 (4 + 2) edges, of length 1."""
     surface = cad_box()
-    asked = [Request("cad_WEB", k, 3) for k in ("through", "around", "size")]
-    assert reached(BOX, surface, asked) == [3, 12, 1]
-    assert unmet(BOX, surface, asked) == []
+    requests = [Request("cad_WEB", k, 3) for k in ("through", "around", "size")]
+    assert reached(BOX, surface, requests) == [3, 12, 1]
+    assert unmet(BOX, surface, requests) == []
     more = [Request("cad_WEB", "through", 4), Request("cad_WEB", "size", "10%")]
     assert unmet(BOX, surface, [*more, Request("y_max", "around", 13)]) == [
         "meshing.at: the mesh has 3 hexes through the wall at cad_WEB instead of 4",
@@ -94,7 +94,7 @@ def test_what_a_box_has():
     ]
 
 
-def test_a_face_without_a_quad_is_said():
+def test_a_face_without_a_quad_is_reported():
     thin = replace(BOX, vertices=BOX.vertices)
     sides = SIDES.copy()
     sides[np.flatnonzero(SIDES == 4)[0]] = 7
@@ -121,11 +121,11 @@ def test_half_the_wall_of_a_hole_counts_as_the_hole():
     assert reached(mesh, halves, [Request(half, "around", 16)]) == [16]
 
 
-def test_holes_of_triangles_alone_have_names_too():
+def test_holes_of_a_surface_without_cad_faces_have_names():
     surface = replace(bored(), region=np.zeros(0, int))
-    asked = [Request("hole_1", "around", 16), Request("z_max", "through", 1)]
-    check_requests(surface, asked)
+    requests = [Request("hole_1", "around", 16), Request("z_max", "through", 1)]
+    check_requests(surface, requests)
     mesh = rings((1.0, 1.5, 2.0), n=16, height=2.0)
-    assert reached(mesh, surface, asked) == [16, 1]
+    assert reached(mesh, surface, requests) == [16, 1]
     with pytest.raises(InputError, match="no face or hole 'cad_face_1'"):
         check_requests(surface, [Request("cad_face_1", "size", 1)])

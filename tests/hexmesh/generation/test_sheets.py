@@ -1,4 +1,4 @@
-"""Sheets of hexes round a set of hexes."""
+"""Sheets of hexes around a set of hexes."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def chosen(mesh: HexMesh, low: tuple[int, int, int], high: tuple[int, int, int])
         ((0, 0, 3), (4, 4, 4), 16),  # a whole layer
     ],
 )
-def test_a_sheet_has_a_hex_for_each_face_between(low, high, more):
+def test_a_sheet_has_a_hex_for_each_face_between_set_and_rest(low, high, more):
     mesh = cube()
     inside = chosen(mesh, low, high)
     assert has_sheet(mesh, inside)
@@ -58,7 +58,7 @@ def test_quads_of_the_sheet_belong_to_the_patch_of_the_set():
     assert np.bincount(after.patch).tolist() == [16, 16, 16, 16, 24, 16]
 
 
-def test_vertices_of_the_others_keep_their_places():
+def test_vertices_outside_the_set_do_not_move():
     mesh = cube()
     inside = chosen(mesh, (1, 1, 3), (3, 3, 4))
     after = with_sheet(mesh, inside)
@@ -66,12 +66,12 @@ def test_vertices_of_the_others_keep_their_places():
     assert np.array_equal(after.hexes[:64][~inside], mesh.hexes[~inside])
 
 
-def test_sets_that_an_edge_or_a_vertex_pinches_have_no_sheet():
+def test_sets_pinched_at_an_edge_or_a_vertex_have_no_sheet():
     mesh = cube()
     one = chosen(mesh, (1, 1, 1), (2, 2, 2))
-    beside = chosen(mesh, (2, 2, 1), (3, 3, 2))  # shares an edge
+    neighbour = chosen(mesh, (2, 2, 1), (3, 3, 2))  # shares an edge
     on_top = chosen(mesh, (1, 1, 3), (2, 2, 4)) | chosen(mesh, (2, 2, 3), (3, 3, 4))
-    assert not has_sheet(mesh, one | beside)
+    assert not has_sheet(mesh, one | neighbour)
     assert not has_sheet(mesh, on_top)
     assert not has_sheet(mesh, np.zeros(64, bool))
     assert not has_sheet(mesh, np.ones(64, bool))
@@ -90,7 +90,7 @@ def test_any_set_that_may_have_a_sheet_gives_a_conforming_mesh(numbers):
     assert len(after.hexes) > 64
 
 
-def test_no_sheet_goes_round_hexes_that_meet_at_one_vertex_inside():
+def test_hexes_that_meet_at_one_inner_vertex_have_no_sheet():
     mesh = cube()
     assert not has_sheet(
         mesh, chosen(mesh, (1, 1, 1), (2, 2, 2)) | chosen(mesh, (2, 2, 2), (3, 3, 3))

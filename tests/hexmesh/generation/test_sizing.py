@@ -22,7 +22,7 @@ def test_number_of_hexes_is_that_of_the_occupied_boxes():
     assert sizing.number_of_hexes(ring(), three) == (9 + 9 + 9 - 3) * 5
 
 
-def test_without_a_box_lines_are_those_of_equal_parts():
+def test_without_a_box_intervals_have_equal_parts():
     parts = counts(ring(), identity_map(ring()), 0.1)
     plain = grid_lines(ring(), parts)
     for found, wanted in zip(
@@ -32,8 +32,8 @@ def test_without_a_box_lines_are_those_of_equal_parts():
     assert [n.tolist() for n in sizing.counts_of(ring(), plain)] == [n.tolist() for n in parts]
 
 
-def test_a_box_makes_its_slabs_as_fine_as_asked():
-    """A bar of parts 0.25, its last quarter asked to be 0.05, in a map ten times as large."""
+def test_slabs_of_a_box_have_the_requested_size():
+    """A bar with parts of 0.25, and 0.05 in its last quarter, in a map ten times as large."""
     large = affine_map(bar(), 10 * np.eye(3), np.zeros(3))
     box = sizing.Box(np.array([15.0, -1, -1]), np.array([20.0, 11, 11]), 0.5)
     lines = sizing.graded(bar(), large, counts(bar(), large, 2.5), [box])
@@ -44,7 +44,7 @@ def test_a_box_makes_its_slabs_as_fine_as_asked():
     assert (np.diff(lines[1])[1:-1] < 0.06).all()  # the box is as wide as the bar
 
 
-def test_a_box_along_one_axis_leaves_the_others():
+def test_a_box_along_one_axis_does_not_affect_the_others():
     where = identity_map(bar())
     parts = counts(bar(), where, 0.25)
     box = sizing.box_of({"box": [1.5, 0, 0, 2, 1, 1], "size": 0.05, "along": "x"}, 1.0)
@@ -56,7 +56,7 @@ def test_a_box_along_one_axis_leaves_the_others():
 @pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.floats(0.1, 0.9), st.floats(0.02, 0.3), st.floats(0.005, 0.2), st.integers(0, 2))
-def test_neighbouring_parts_are_alike_and_knots_are_lines(middle, half, size, axis):
+def test_neighbouring_parts_have_similar_lengths_and_knots_are_lines(middle, half, size, axis):
     low, high = np.full(3, -1.0), np.full(3, 2.0)
     low[axis], high[axis] = middle - half, middle + half
     where = identity_map(ring())

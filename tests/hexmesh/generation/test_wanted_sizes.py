@@ -1,4 +1,4 @@
-"""Sizes of hexes that numbers asked for want, on a bored block with known lengths."""
+"""Sizes of hexes for requested numbers, on a block with a hole and known lengths."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ RIM = 16 * 2 * np.sin(np.pi / 16)
         (Request("x_min", "size", "2%"), 0.02 * UNIT, 1e-9),
     ],
 )
-def test_each_kind_wants_one_size_on_its_face(request_, size, rel):
+def test_each_kind_of_request_gives_one_size_on_its_face(request_, size, rel):
     points, sizes = wanted_sizes(BLOCK, [request_])
     assert sizes * UNIT == pytest.approx(np.full(len(points), size), rel=rel)
     places = target(BLOCK).to_model(points)
@@ -34,6 +34,6 @@ def test_each_kind_wants_one_size_on_its_face(request_, size, rel):
         assert places[:, axis] == pytest.approx(np.full(len(points), level))
 
 
-def test_no_request_wants_nothing():
+def test_no_request_gives_no_sizes():
     points, sizes = wanted_sizes(BLOCK, [])
     assert points.shape == (0, 3) and sizes.shape == (0,)

@@ -85,8 +85,8 @@ def test_affine_boxes_are_reproduced():
     assert points == pytest.approx(expected, abs=1e-14)
 
 
-def slow_extraction(mesh, sharp, corners=()):
-    """The construction node by node, from its definition."""
+def reference_extraction(mesh, sharp, corners=()):
+    """The extraction computed node by node, from its definition."""
     sharp = {tuple(sorted(edge)) for edge in sharp.tolist()}
     degree = {v: sum(v in edge for edge in sharp) for v in range(len(mesh.vertices))}
     tips = {v for v, n in degree.items() if n not in (0, 2)} | set(corners)
@@ -129,7 +129,7 @@ def test_agrees_with_the_definition(name):
     spline = volumetric_spline(mesh, sharp, [0])
     rows = spline.extraction[spline.nodes.ravel()].toarray()
     assert rows.reshape(-1, 64, rows.shape[1]) == pytest.approx(
-        slow_extraction(mesh, sharp, [0]), abs=1e-15
+        reference_extraction(mesh, sharp, [0]), abs=1e-15
     )
 
 
@@ -153,7 +153,7 @@ def jumps(spline, pair):
 
 
 @pytest.mark.parametrize("solid", [hex_cylinder(2, 3, 3), hex_ball(3)], ids=["cylinder", "ball"])
-def test_smooth_but_for_faces_at_extraordinary_edges(solid):
+def test_smooth_except_at_faces_of_extraordinary_edges(solid):
     spline = volumetric_spline(solid, NONE)
     inside, outside = extraordinary_edges(solid)
     rough = {tuple(edge) for edge in np.concatenate([inside, outside]).tolist()}
@@ -228,7 +228,7 @@ LINEAR = np.array([[3, 0], [2, 1], [1, 2], [0, 3]]) / 3
 TRILINEAR = np.kron(LINEAR, np.kron(LINEAR, LINEAR))  # (64, 8)
 
 
-def test_straight_hexes_are_trilinear_and_the_others_as_they_were(mesh):
+def test_straight_hexes_are_trilinear_and_the_others_unchanged(mesh):
     rng = np.random.default_rng(0)
     mesh = hex_mesh(rng.random(mesh.vertices.shape), mesh.hexes)
     straight = rng.choice(len(mesh.hexes), 3, replace=False)
@@ -249,7 +249,7 @@ def test_with_all_hexes_straight_the_spline_is_the_mesh(mesh):
 
 
 @pytest.mark.parametrize("elements", [slice(None), slice(3, 7)])
-def test_functions_of_an_element_are_those_that_its_nodes_have(elements):
+def test_functions_of_an_element_are_those_of_its_nodes(elements):
     spline = volumetric_spline(hex_cylinder(2, 2, 2), NONE)
     found = spline.element_functions(elements)
     for number, nodes in enumerate(spline.nodes[elements]):

@@ -30,7 +30,7 @@ from tests.fixtures.hierarchies import MESHES, SPACES, at_the_finest, levels_of,
 @pytest.mark.parametrize("plugin", ["h2s", "optimal"])
 @pytest.mark.parametrize("name", ["cylinder", "ball"])
 def test_functions_are_linearly_independent(name, plugin):
-    """Also those round extraordinary edges, some of which h2s levels change."""
+    """Includes functions around extraordinary edges, some of which change between h2s levels."""
     space = space_of(MESHES[name], plugin)
     patch = ring(space, np.array([0]))[:6] if plugin == "optimal" else ring(space, np.array([0]))
     rows = hierarchical_spline(levels_of(space, patch, [0, 1, 9])).extraction
@@ -64,14 +64,14 @@ def test_nested_levels_contain_the_coarser_functions(name, plugin):
     fields = (space.extraction @ space.control)[space.nodes]
     for _ in range(2):
         fields = np.einsum("kab,ebc->ekac", CASTELJAU, fields).reshape(-1, 64, 3)
-    whole, _ = bezier_nodes(split(split(mesh)).hexes[:, TENSOR])
-    target = np.zeros((whole.max() + 1, 3))
-    target[whole] = fields
+    finer, _ = bezier_nodes(split(split(mesh)).hexes[:, TENSOR])
+    target = np.zeros((finer.max() + 1, 3))
+    target[finer] = fields
     assert found == pytest.approx(target[nodes], abs=1e-13)
 
 
 @pytest.mark.parametrize("mesh", [hex_cylinder(2, 2, 3), hex_ball(2)], ids=["cylinder", "ball"])
-def test_h2s_moves_little_where_it_is_not_nested(mesh):
+def test_h2s_levels_are_nearly_nested(mesh):
     space = space_of(mesh)
     plain, spline = (
         hierarchical_spline(levels_of(space, *some)) for some in ([], [ring(space, np.array([0]))])
@@ -92,7 +92,7 @@ def test_one_level_is_the_spline_itself():
 
 
 @pytest.mark.parametrize("plugin", SPACES)
-def test_all_refined_of_nested_levels_is_the_finer_space(plugin):
+def test_full_refinement_of_nested_levels_is_the_finer_space(plugin):
     mesh = MESHES["box"]
     space = space_of(mesh, plugin)
     everywhere = hierarchical_spline(levels_of(space, np.arange(len(mesh.hexes))))
@@ -103,7 +103,7 @@ def test_all_refined_of_nested_levels_is_the_finer_space(plugin):
     assert np.array_equal(finer.element_hex, np.repeat(np.arange(len(mesh.hexes)), 8))
 
 
-def test_a_function_needs_four_finer_elements_each_way():
+def test_a_function_needs_four_finer_elements_in_each_direction():
     space = space_of(hex_box((6, 6, 6)))
     cells = np.arange(216).reshape(6, 6, 6)
     for n, functions in ((1, 0), (2, 1), (3, 27)):

@@ -1,4 +1,4 @@
-"""Elements of different levels meet without a crack."""
+"""Elements of different levels are connected without cracks."""
 
 import logging
 from dataclasses import replace
@@ -50,7 +50,7 @@ def test_any_refinement_has_no_crack_and_sums_to_one(name, plugin, seed):
     assert sum(8.0**-spline.level) == len(mesh.hexes)
 
 
-def test_straight_hexes_beside_others_refine_without_a_crack():
+def test_straight_hexes_next_to_others_refine_without_a_crack():
     mesh = MESHES["ball"]
     space = replace(space_of(mesh), straight=np.array([0, 3]))
     levels = levels_of(space, ring(space, np.array([0]))[:5], [0, 7, 9])
@@ -60,7 +60,7 @@ def test_straight_hexes_beside_others_refine_without_a_crack():
 
 
 def test_the_crack_test_finds_cracks(caplog):
-    """Without what is carried, h2s levels do not meet at an extraordinary edge."""
+    """Without the carried remainders, h2s levels have cracks at an extraordinary edge."""
     mesh = MESHES["cylinder"]
     levels = levels_of(space_of(mesh), np.arange(len(mesh.hexes) // 3))
     with caplog.at_level(logging.INFO):

@@ -106,7 +106,7 @@ def jumps(space):
 
 
 @pytest.mark.parametrize("name", ["box", "cylinder", "lines"])
-def test_smooth_faces_are_c2_and_no_others(name):
+def test_only_smooth_faces_are_c2(name):
     space = SPACES[name]
     faces, jump = jumps(space)
     smooth = space.smooth.ravel()[faces]
@@ -154,7 +154,7 @@ def test_halved_space_contains_the_space(name):
         coarse = fine
 
 
-def test_part_of_a_space_is_halved_alike():
+def test_part_of_a_space_is_halved_like_the_full_space():
     coarse = SPACES["points"]
     near = coarse.mesh.vertices[coarse.mesh.hexes].mean(axis=1)[:, 0] < 0.6
     fine, two_scale = coarse.finer(np.flatnonzero(near))
@@ -173,7 +173,7 @@ def test_halved_hexes_are_smooth_inside():
     assert not fine.cut[inner].any()
 
 
-def test_smallest_space_carries_cuts_on():
+def test_smallest_space_continues_cuts():
     mesh = pillowed_cube(2, 8)
     space = space_of(mesh)
     short = OptimalSpace(mesh, space.points, cut_faces(mesh, single_hex_edges(mesh)))
@@ -187,7 +187,7 @@ def test_smallest_space_carries_cuts_on():
 
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_any_choice_of_sharp_edges_and_straight_hexes_keeps_all_this(seed):
+def test_properties_hold_for_any_sharp_edges_and_straight_hexes(seed):
     rng = np.random.default_rng(seed)
     mesh = SOLIDS["cylinder"]
     edges, _ = quad_edges(mesh.quads)

@@ -1,4 +1,4 @@
-"""Orders of convergence in the optimal space, beside exact eigenvalues and functions."""
+"""Orders of convergence in the optimal space, for exact eigenvalues and functions."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_eigenvalues_of_a_box_converge_with_the_sixth_power():
 
 
 @pytest.mark.parametrize("name", ["points"])
-def test_eigenvalues_keep_their_order_at_extraordinary_edges(name):
+def test_order_of_eigenvalues_at_extraordinary_edges(name):
     errors = poisson_errors(SOLIDS[name], "optimal", (0, 1), NEUMANN)
     assert errors[1] < 3e-6
     assert np.log2(errors[0] / errors[1]) > 4.7

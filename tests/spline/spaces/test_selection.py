@@ -19,7 +19,7 @@ def marked(mesh, depth=0, surface=None, **options):
     return Refinement(**options).marked(level, depth, surface or boundary(mesh))
 
 
-def test_nothing_by_default():
+def test_no_element_is_refined_by_default():
     assert len(marked(hex_box())) == 0
     assert Refinement().listed() == []
 
@@ -47,7 +47,7 @@ def test_curvature_marks_the_round_side():
     assert len(marked(mesh, 1, curvature=20)) == 0
 
 
-def test_indicator_takes_the_fewest_that_hold_the_share():
+def test_indicator_selects_the_fewest_elements_with_the_share():
     mesh = hex_ball(2)
     few, most = (marked(mesh, indicator=share, rings=0) for share in (0.1, 1.0))
     assert 0 < len(few) < len(most)
@@ -55,15 +55,15 @@ def test_indicator_takes_the_fewest_that_hold_the_share():
     assert outer[most].all()
 
 
-def test_indicator_takes_nothing_where_nothing_is_missed():
-    """The distances of a box from itself are rounding."""
+def test_indicator_selects_nothing_without_distance():
+    """The distances of a box from itself are rounding errors."""
     mesh = hex_box((4, 4, 4), high=(0.7, 0.9, 1.3))
     sharp, _ = quad_edges(mesh.quads)
     level = coarsest(ControlMesh(mesh, sharp, np.unique(sharp)))
     assert len(Refinement(indicator=0.3).marked(level, 0, boundary(mesh))) == 0
 
 
-def test_a_box_that_meets_nothing_is_told(caplog):
+def test_a_box_without_elements_is_reported(caplog):
     assert len(marked(hex_box((2, 2, 2)), boxes=[{"box": [5, 5, 5, 6, 6, 6]}])) == 0
     assert "no element meets [5, 5, 5, 6, 6, 6]" in caplog.text
 
@@ -85,7 +85,7 @@ def test_a_box_that_meets_nothing_is_told(caplog):
         ({"boxes": [{"box": [0, 0, 0, 1, 1, 1], "level": 0}]}, "a box of refine.boxes must be"),
     ],
 )
-def test_refuses_options_with_a_reason(options, message):
+def test_invalid_options_are_refused_with_a_reason(options, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         Refinement.of(options)
 
@@ -95,7 +95,7 @@ def test_refuses_unknown_options():
         Refinement.of({"boxs": []})
 
 
-def test_refuses_a_bad_line(tmp_path):
+def test_refuses_an_invalid_line(tmp_path):
     path = tmp_path / "list.txt"
     path.write_text("0 1\n0 two\n")
     with pytest.raises(ValueError, match="line 2: needs \"level element\"; got '0 two'"):

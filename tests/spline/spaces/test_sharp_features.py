@@ -27,7 +27,7 @@ def test_creases_of_a_box_are_its_twelve_edges():
     assert len(creases(mesh, np.radians(91))) == 0
 
 
-def test_concave_creases_count_too():
+def test_concave_creases_are_found():
     mesh = hex_box((2, 2, 1))
     corner = hex_mesh(mesh.vertices, mesh.hexes[:3])  # an L
     used, hexes = np.unique(corner.hexes, return_inverse=True)
@@ -47,17 +47,17 @@ def test_single_hex_edges():
     assert len(single_hex_edges(hex_ball(2))) == 0
 
 
-def test_edges_between_takes_chords_along():
+def test_edges_between_includes_chords():
     mesh = hex_box((1, 1, 2))
     ends = np.flatnonzero(mesh.vertices[:, 2] == 0)
     assert len(edges_between(mesh, ends)) == 4
     assert len(edges_between(mesh, np.arange(12))) == 20
 
 
-def test_dead_ends_are_dropped_to_their_root():
+def test_dead_ends_are_dropped_completely():
     loop, tail = [[0, 1], [1, 2], [0, 2]], [[2, 3], [3, 4]]
-    kept = without_dead_ends(np.array([*tail, *loop]))
-    assert sorted(kept.tolist()) == [[0, 1], [0, 2], [1, 2]]
+    remaining = without_dead_ends(np.array([*tail, *loop]))
+    assert sorted(remaining.tolist()) == [[0, 1], [0, 2], [1, 2]]
     assert len(without_dead_ends(np.array(tail))) == 0
 
 

@@ -9,10 +9,10 @@ from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import edges_between, single_hex_edges
 from polycube.spline.spaces.sharpness import (
+    HALVED_DETJ,
     INVALID,
     STRAIGHT,
     VOLUME,
-    WORTH,
     Creases,
     Sharp,
     Trial,
@@ -28,27 +28,27 @@ def box_spline():
     return volumetric_spline(BOX, single_hex_edges(BOX))
 
 
-def test_a_box_is_exact_and_costs_what_its_scaled_det_j_of_one_lacks():
+def test_cost_of_an_exact_box_is_its_shortfall_of_scaled_det_j():
     assert cost(box_spline(), boundary(BOX), 0.1) == pytest.approx(0, abs=1e-12)
-    assert cost(box_spline(), boundary(BOX), 4.0) == pytest.approx(2 * WORTH, rel=1e-9)
+    assert cost(box_spline(), boundary(BOX), 4.0) == pytest.approx(2 * HALVED_DETJ, rel=1e-9)
 
 
-def test_the_distance_is_the_farther_of_both_ways_and_volume_counts():
+def test_cost_has_the_larger_of_both_distances_and_the_volume():
     spline = box_spline()
     taller = replace(spline, control=spline.control * [1, 1, 1.1])
     expected = 0.1 / np.sqrt(3) + 0.1 * VOLUME
     assert cost(taller, boundary(BOX), 0.1) == pytest.approx(expected, rel=1e-6)
 
 
-def test_straight_hexes_cost_by_their_share():
+def test_cost_of_straight_hexes_is_proportional_to_their_share():
     sharp = Sharp(NONE, NONE[:, 0], np.arange(2))
     trial = Trial.of("all", box_spline(), sharp, boundary(BOX), 0.1)
     assert trial.cost == pytest.approx(STRAIGHT / 4)
-    words = "0 sharp edges and 2 straight hexes for 0.000 %, volume +0.00 % and scaled det J 1"
-    assert trial.words(boundary(BOX)).replace("-0.00 %", "+0.00 %") == words
+    summary = "0 sharp edges and 2 straight hexes for 0.000 %, volume +0.00 % and scaled det J 1"
+    assert trial.summary(boundary(BOX)).replace("-0.00 %", "+0.00 %") == summary
 
 
-def test_what_is_not_positive_costs_more_than_all_that_is_and_more_the_worse_it_is():
+def test_invalid_splines_cost_more_than_valid_ones_and_by_their_det_j():
     spline = box_spline()
     mirrored = replace(spline, control=spline.control * [-1, 1, 1] + [1, 0, 0])
     assert cost(mirrored, boundary(BOX), 0.1) == pytest.approx(INVALID + 2)
@@ -64,7 +64,7 @@ def test_all_creases_of_a_box_are_harmless():
     assert len(every.corners) == 0  # three edges meet in each: a corner already
 
 
-def test_creases_that_meet_a_blunt_vertex_are_dropped_to_their_ends():
+def test_creases_at_a_blunt_vertex_are_dropped_completely():
     lifted = BOX.vertices + 0.5 * abs(BOX.vertices[:, :1] - 0.5) * [0, 0, 1]
     mesh = hex_mesh(lifted, BOX.hexes)
     found = Creases(mesh, single_hex_edges(mesh), np.radians(20), True)

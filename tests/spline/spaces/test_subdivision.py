@@ -29,7 +29,7 @@ def test_children_are_the_polynomial_on_their_part_of_the_element():
 
 
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
-def test_children_take_the_corners_of_their_parent(mesh):
+def test_children_have_the_corners_of_their_parent(mesh):
     fine = split(mesh)
     coarse_nodes, _ = bezier_nodes(mesh.hexes[:, TENSOR])
     nodes, _ = bezier_nodes(fine.hexes[:, TENSOR])
@@ -43,7 +43,7 @@ def test_children_take_the_corners_of_their_parent(mesh):
     assert corners == pytest.approx(fine.vertices[fine.hexes[:, TENSOR]], abs=1e-14)
 
 
-def slow_two_scale(mesh, sharp, tips):
+def reference_two_scale(mesh, sharp, tips):
     """Positions of all new vertices, rule by rule: vertices, edges, faces, hexes, each sorted."""
     x, hexes = mesh.vertices, sorted(tuple(sorted(h)) for h in mesh.hexes.tolist())
     edges, faces = set(), set()
@@ -102,7 +102,7 @@ def test_agrees_with_the_rules_one_by_one(name):
     edges, _ = quad_edges(mesh.quads)
     sharp, tips = edges[rng.random(len(edges)) < 0.3], [int(mesh.quads[0, 0])]
     found = two_scale(mesh, sharp, tips) @ mesh.vertices
-    assert found == pytest.approx(slow_two_scale(mesh, sharp, tips), abs=1e-14)
+    assert found == pytest.approx(reference_two_scale(mesh, sharp, tips), abs=1e-14)
 
 
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
@@ -134,25 +134,25 @@ def test_finer_functions_of_a_regular_box_contain_the_coarser_ones():
 
 
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
-def test_a_part_is_refined_as_the_whole_is(mesh):
+def test_a_part_is_refined_like_the_full_mesh(mesh):
     """Functions, extraction and boundary of the children whose neighbours are all there."""
     coarse = ControlMesh(mesh, sharp_of(mesh), np.zeros(0, np.int64))
-    whole, rows = coarse.finer(np.arange(len(mesh.hexes)))
+    full, rows = coarse.finer(np.arange(len(mesh.hexes)))
     touching = np.isin(mesh.hexes, mesh.hexes[0]).any(axis=1)
     order = np.concatenate([[0], np.setdiff1d(np.flatnonzero(touching), [0])])
     part, some_rows = coarse.finer(order)
     assert part.nodes[:8].shape == (8, 64)
     mine = part.extraction[part.nodes[:8].ravel()] @ some_rows
-    theirs = whole.extraction[whole.nodes[:8].ravel()] @ rows
-    assert abs(mine - theirs).max() < 1e-15
+    expected = full.extraction[full.nodes[:8].ravel()] @ rows
+    assert abs(mine - expected).max() < 1e-15
     patches = [
         {tuple(side) for side in space.sides[space.sides[:, 0] < 8].tolist()}
-        for space in (part, whole)
+        for space in (part, full)
     ]
     assert patches[0] == patches[1]
 
 
-def test_extraction_of_the_finer_mesh_is_its_own():
+def test_two_scale_and_extraction_of_the_finer_mesh_agree():
     mesh = hex_ball()
     fine, _ = ControlMesh(mesh, NONE, np.zeros(0, np.int64)).finer(np.arange(len(mesh.hexes)))
     rows, nodes = extraction_matrix(fine.mesh, NONE)
