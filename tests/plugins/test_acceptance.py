@@ -1,4 +1,4 @@
-"""When a mesh is valid, when it is doubtful, and which of two is better."""
+"""Validity and warnings of a mesh, and which of two meshes is better."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def test_an_inverted_mesh_is_not_valid_and_worse_than_any_valid_one(mesh, surfac
 
 
 def test_a_mesh_whose_boundary_crosses_itself_is_not_valid():
-    """Two boxes joined to one mesh, each of right hexes, one through the other."""
+    """Two boxes of perfect hexes that intersect, as one mesh."""
     one = hex_box()
     other = one.vertices + 0.5 * np.ptp(one.vertices, axis=0)
     both = hex_mesh(
@@ -61,7 +61,7 @@ def test_a_mesh_whose_boundary_crosses_itself_is_not_valid():
     assert found.key[0] <= -2
 
 
-def test_a_missing_ligament_is_a_warning_though_it_is_small_beside_the_diagonal():
+def test_a_missing_ligament_is_a_warning_although_it_is_small():
     found = JUDGE(hex_beam(cut=True), surface_of(hex_beam()))
     assert found.is_valid
     assert [w for w in found.warnings if w.endswith("of the wall thickness there, 1")]
@@ -75,14 +75,14 @@ def test_a_missing_ligament_is_a_warning_though_it_is_small_beside_the_diagonal(
         ({"distance_limit": 0.001}, "of the diagonal apart, more than 0%"),
     ],
 )
-def test_limits_beyond_which_a_mesh_is_no_result(mesh, surface, options, sentence):
+def test_limits_beyond_which_a_mesh_is_not_valid(mesh, surface, options, sentence):
     skewed = mesh.vertices + 0.6 * mesh.vertices[:, [1, 2, 0]] * [1, 0, 0]
     found = Standard(**options)(moved(mesh, 1.02 * skewed), surface)
     assert any(sentence in failure for failure in found.failures), found.failures
 
 
 def test_the_order_of_the_criteria_is_the_users(mesh, surface):
-    """One mesh misses the volume, the other has a poor hex."""
+    """One mesh has a wrong volume, the other a poor hex."""
     swapped = Standard(order=("scaled_jacobian", "validity", "features", "distances"))
     larger = moved(mesh, 1.015 * mesh.vertices)
     skewed = mesh.vertices.copy()
@@ -102,7 +102,7 @@ def test_options_are_checked(options):
         Standard(**options)
 
 
-def test_certify_everywhere_refuses_what_is_positive_at_corners_only(mesh, surface):
+def test_certify_everywhere_refuses_hexes_that_are_positive_at_corners_only(mesh, surface):
     bent = mesh.vertices.copy()
     hexa = mesh.hexes[0]
     bent[hexa[6]] = bent[hexa[0]] + 0.36 * (bent[hexa[6]] - bent[hexa[0]])

@@ -54,7 +54,7 @@ def test_options_reach_the_solver(spline):
     assert coarse != plain and coarse == pytest.approx(plain, rel=0.1)
 
 
-def test_a_held_end_leaves_no_rigid_motion_and_a_held_side_three(spline):
+def test_number_of_rigid_motions_with_a_clamped_end_and_a_sliding_side(spline):
     assert modal(modes=8)(spline).rigid == 6
     assert modal(modes=8, fixed=["x_min"])(spline).rigid == 0
     sliding = modal(modes=8, fixed=[{"at": "z_min", "components": ["z"]}])(spline)
@@ -77,7 +77,7 @@ def test_places_by_name_number_box_and_plane_are_the_same(spline):
 WEIGHT = 0.1 * 0.02 * 0.01 * 7850 * 9.81  # N, of the bar
 
 
-def test_weight_of_a_part_stands_on_its_foot(spline, caplog):
+def test_the_reaction_at_the_foot_is_the_weight(spline, caplog):
     with caplog.at_level(logging.INFO):
         found = static()(spline)
     assert found.load == pytest.approx([0, 0, -WEIGHT], rel=1e-9)
@@ -99,7 +99,7 @@ def test_loads_add_up(spline):
 
 
 def test_a_bar_pulled_by_displacement(spline):
-    """Sides free to contract: stress E e, reaction E e A, energy half of force times way."""
+    """Sides free to contract: stress E e, reaction E e A, energy force times displacement / 2."""
     held = [{"at": f"{axis}_min", "components": axis} for axis in "xyz"]
     pulled = {"at": "x_max", "components": ["x"], "value": 0.1}
     found = static(fixed=[*held, pulled])(spline)
@@ -110,7 +110,7 @@ def test_a_bar_pulled_by_displacement(spline):
     assert found.strain_energy == pytest.approx(stress * 200e-6 * 1e-4 / 2, rel=1e-9)
 
 
-def test_away_decides_what_is_near_a_support(spline):
+def test_away_limits_the_region_near_a_support(spline):
     load = {"at": "x_max", "force": [0.0, 0.0, -10.0]}
     places = []
     for away in (0.0, 0.3):
@@ -131,14 +131,14 @@ def test_heat_flows_through_a_bar(spline, caplog):
     assert "-0.8 W at x_min, 0.8 W at x_max, supplied 0 W" in caplog.text
 
 
-def test_heat_that_is_supplied_leaves_where_it_can(spline):
+def test_supplied_heat_leaves_through_the_prescribed_places(spline):
     given = [{"at": "z_max", "value": 1000.0}]  # 2 W on 2000 mm^2
     found = poisson(fixed=[{"at": "x_min", "value": 0}], flux=given, source=1e5)(spline)
     assert found.supplied == pytest.approx(2.0 + 1e5 * 2e-5, rel=1e-9)
     assert found.flows == pytest.approx([-found.supplied], rel=1e-9)
 
 
-def test_refuses_too_few_supports_and_places_that_are_not_there(spline):
+def test_refuses_too_few_supports_and_missing_places(spline):
     with pytest.raises(InputError, match="leave 3 of 6 rigid motions free"):
         static(fixed=[{"at": "z_min", "components": ["z"]}])(spline)
     with pytest.raises(InputError, match="leave 6 of 6 rigid motions free"):
@@ -175,7 +175,7 @@ def test_refuses_too_few_supports_and_places_that_are_not_there(spline):
         (poisson, {"units": "parsec"}, "units must be one of m"),
     ],
 )
-def test_refuses_boundary_conditions_with_a_reason(plugin, options, message):
+def test_invalid_boundary_conditions_are_refused_with_a_reason(plugin, options, message):
     with pytest.raises(ValueError, match=message):
         plugin(**options)
 
@@ -192,6 +192,6 @@ def test_refuses_boundary_conditions_with_a_reason(plugin, options, message):
         ({"gauss": 1}, "got 20, 1"),
     ],
 )
-def test_refuses_options_with_a_reason(options, message):
+def test_invalid_options_are_refused_with_a_reason(options, message):
     with pytest.raises(ValueError, match=message):
         modal(**options)

@@ -1,4 +1,4 @@
-"""Which voxels each unit cell lacks, and its genus."""
+"""Empty voxels of each unit cell, and its genus."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_a_hole_runs_along_its_axes(name, empty):
     np.testing.assert_array_equal(np.argwhere(~voxels), np.reshape(empty, (-1, 3)))
 
 
-def test_the_four_cells_of_the_paper_are_there():
+def test_the_four_cells_of_the_paper_exist():
     assert set(names("primitive")) >= {"cube", "hole_x", "hole_y", "hole_z"}
 
 
@@ -49,7 +49,7 @@ def test_the_frame_of_a_cube_is_its_twelve_edges():
     ("name", "handles"), [("blind_nx", 0), ("hole_y", 1), ("cross_xz", 3), ("cross_xyz", 5)]
 )
 def test_genus(name, handles):
-    """Of the cell, and of its tessellated template: n mouths of holes that meet make n - 1."""
+    """Genus of the cell and of its template: n openings of holes that meet give n - 1."""
     primitives = {name: build("primitive", {"plugin": name})()}
     assert genus(lattice((1, 1, 1), (name,), primitives)) == handles
     shape = template((1, 1, 1), (name,), primitives)

@@ -19,7 +19,7 @@ PERFECT = ShortQuality(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
 
 
 def rank(surface: TriMesh, candidates: list[Candidate], **options: object) -> list[Ranked]:
-    """By the plugin with these options."""
+    """Rank candidates by the plugin with some options."""
     return Registration(**options)(surface, candidates)
 
 
@@ -29,7 +29,7 @@ def candidate(context, linear=SCALE, cost=0.0, proposal="slices") -> Candidate:
     return Candidate(proposal, polycube, rough_map, cost, str(context))
 
 
-def test_a_good_placement_beats_a_bad_one_and_wrong_genus_never_ranks(caplog):
+def test_a_good_placement_is_ranked_first_and_a_wrong_genus_not_at_all(caplog):
     caplog.set_level(logging.INFO)
     surface = part(("cube", "hole_y"), SCALE)
     good = candidate(("cube", "hole_y"), SCALE * 0.95)
@@ -62,7 +62,7 @@ def test_overlays_come_last_and_are_not_registered():
     assert np.ptp(lattice_hexes.vertices, axis=0) == pytest.approx(np.diag(SCALE) * [2, 1, 1])
 
 
-def test_a_structure_of_more_boxes_than_an_overlay_has_cells_does_not_rank(caplog):
+def test_a_structure_with_more_boxes_than_the_cells_of_an_overlay_is_not_ranked(caplog):
     caplog.set_level(logging.INFO)
     surface, few = part(("cube", "cube"), SCALE), candidate(("cube", "cube"))
     overlay = replace(candidate(("cube", "cube")), family="overlay")
@@ -74,7 +74,7 @@ def test_a_structure_of_more_boxes_than_an_overlay_has_cells_does_not_rank(caplo
     assert [entry.candidate for entry in rank(surface, [large], rounds=1)] == [large]
 
 
-def test_cost_counts_within_a_proposal_and_only_the_cheapest_are_tried():
+def test_cost_is_relative_to_the_proposal_and_only_the_cheapest_are_registered():
     surface = part(("cube", "cube"), SCALE)
     costs = [0.3, 0.1, 0.2]
     ours = [candidate(("cube", "cube"), cost=cost) for cost in costs]
@@ -85,14 +85,14 @@ def test_cost_counts_within_a_proposal_and_only_the_cheapest_are_tried():
     assert ranked[2].score - ranked[0].score == pytest.approx(15 * 0.1)
 
 
-def test_of_two_that_share_a_rough_map_the_last_is_registered():
+def test_of_two_candidates_with_one_rough_map_the_last_is_registered():
     first = candidate(("cube", "hole_y"))
     last = replace(first, probability=0.9)
     ranked = rank(part(("cube", "hole_y"), SCALE), [first, last], rounds=1)
     assert [entry.candidate for entry in ranked] == [last]
 
 
-def test_corners_beyond_those_of_a_box_cost():
+def test_corners_beyond_those_of_a_box_increase_the_score():
     surface = part(("cube", "hole_y"), SCALE)
     free, dear = (
         rank(surface, [candidate(("cube", "hole_y"))], rounds=1, corner=c)[0] for c in (0.0, 0.5)
@@ -100,7 +100,7 @@ def test_corners_beyond_those_of_a_box_cost():
     assert dear.score - free.score == pytest.approx(0.5 * 8)  # those of the hole
 
 
-def test_twice_is_the_same():
+def test_ranking_is_reproducible():
     surface = part(("hole_x", "hole_y"), SCALE)
     candidates = [candidate(("hole_x", "hole_y")), candidate(("hole_x", "hole_z"))]
     first, second = (rank(surface, candidates, rounds=2) for _ in range(2))
@@ -120,7 +120,7 @@ def test_twice_is_the_same():
         ({"min_jacobian": -0.5}, 1.0),
     ],
 )
-def test_the_score_adds_what_is_wrong(worse, by):
+def test_the_score_is_the_sum_of_the_defects(worse, by):
     assert short_score(PERFECT) == 0.5
     quality = ShortQuality(**{**PERFECT.__dict__, **worse})
     assert short_score(quality) == pytest.approx(0.5 + by)

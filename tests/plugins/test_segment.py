@@ -26,7 +26,7 @@ def test_a_polycube_is_labelled_with_its_own_faces(context, plugin):
         assert np.ptp(at[..., labels.axis[labels.patch == patch][0] // 2]) < 1e-12
 
 
-def test_noise_leaves_connected_labels():
+def test_labels_are_connected_despite_noise():
     surface = part(("cube", "cube"), np.eye(3))
     noise = 0.02 * np.random.default_rng(0).standard_normal(surface.vertices.shape)
     polycube = collapse(lattice(TWO, ("cube", "cube"), PRIMITIVES))
@@ -37,7 +37,7 @@ def test_noise_leaves_connected_labels():
         assert components(surface.faces[labels.patch == patch]).max() == 0
 
 
-def test_lone_faces_join_their_neighbours_and_corners_stay():
+def test_isolated_faces_get_the_label_of_their_neighbours_but_corners_do_not():
     octahedron = TriMesh(
         np.vstack([np.eye(3), -np.eye(3)]),
         [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]],
@@ -49,7 +49,7 @@ def test_lone_faces_join_their_neighbours_and_corners_stay():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_drawn_labels_are_one_piece_each_where_the_nearest_are_not(seed):
+def test_drawn_labels_are_connected_if_the_closest_are_not(seed):
     surface = refined(part(("cube", "cube"), np.eye(3)))
     noise = 0.12 * np.random.default_rng(seed).standard_normal(surface.vertices.shape)
     polycube = collapse(lattice(TWO, ("cube", "cube"), PRIMITIVES))
@@ -63,7 +63,7 @@ def test_drawn_labels_are_one_piece_each_where_the_nearest_are_not(seed):
 
 
 def refined(surface: TriMesh) -> TriMesh:
-    """Every edge halved."""
+    """The surface with every edge halved."""
     sheet = Sheet(surface.vertices, surface.vertices, surface.faces, np.zeros(len(surface.faces)))
     found = sides(sheet)
     sheet = split(sheet, found, np.ones(len(found.ends), bool))

@@ -21,13 +21,13 @@ def solid(mesh, **options):
 
 
 @pytest.mark.parametrize("mesh", [hex_box((3, 3, 3)), hex_cylinder(), hex_ball()])
-def test_gives_a_valid_solid(mesh):
+def test_spline_is_a_valid_solid(mesh):
     spline = solid(mesh)
     assert min_detj(spline).lower_bound > 0
     assert len(spline.nodes) == len(mesh.hexes)
 
 
-def test_sharp_edges_keep_a_box_a_box():
+def test_sharp_edges_reproduce_a_box():
     mesh = hex_box((3, 3, 3))
     assert min_detj(solid(mesh)).volume == pytest.approx(1, rel=1e-12)
     round_box = solid(mesh, sharp="none", single_hex_edges=False)
@@ -43,7 +43,7 @@ def test_angle_is_in_degrees():
     assert rims < 0.99 * sides
 
 
-def test_stray_creases_stay_smooth():
+def test_isolated_creases_stay_smooth():
     mesh = hex_ball(4)
     peak = np.argmax(mesh.vertices[:, 2])
     vertices = mesh.vertices.copy()
@@ -62,7 +62,7 @@ def bent_bar(height):
 
 
 @pytest.mark.parametrize("height", [0.2, 0.5])
-def test_creases_that_would_spoil_det_j_stay_smooth(height):
+def test_creases_that_make_det_j_negative_stay_smooth(height):
     mesh = bent_bar(height)
     edges = creases(mesh, np.radians(45))
     corners = kinks(mesh, edges, np.radians(45))
@@ -73,7 +73,7 @@ def test_creases_that_would_spoil_det_j_stay_smooth(height):
     assert found.volume > 2 * height > round_bar - 1e-9  # convex kept: only the concave is filled
 
 
-def test_creases_that_the_fit_mends_are_kept(caplog):
+def test_creases_that_the_fit_repairs_are_sharp(caplog):
     mesh = bent_bar(0.5)
     with caplog.at_level(logging.INFO):
         found = min_detj(h2s()(boundary(mesh), mesh))
@@ -83,7 +83,7 @@ def test_creases_that_the_fit_mends_are_kept(caplog):
     assert found.volume == pytest.approx(1, rel=2e-3)
 
 
-def test_creases_that_the_fit_does_not_mend_have_straight_hexes(caplog):
+def test_creases_that_the_fit_cannot_repair_have_straight_hexes(caplog):
     mesh = bent_bar(0.5)
     with caplog.at_level(logging.INFO):
         found = min_detj(h2s(fit={"iterations": 1, "rounds": 0})(boundary(mesh), mesh))
@@ -93,11 +93,11 @@ def test_creases_that_the_fit_does_not_mend_have_straight_hexes(caplog):
     assert found.volume == pytest.approx(1, rel=1e-9)
 
 
-def test_harmless_creases_are_kept():
+def test_harmless_creases_are_sharp():
     assert min_detj(solid(bent_bar(1.0))).volume == pytest.approx(2, rel=1e-12)
 
 
-def test_logs_the_numbers_that_decide(caplog):
+def test_logs_the_deciding_quantities(caplog):
     mesh = hex_box((2, 2, 2))
     with caplog.at_level(logging.INFO):
         solid(mesh)
@@ -119,6 +119,6 @@ def test_logs_the_numbers_that_decide(caplog):
         ({"angle": 180}, "got 180"),
     ],
 )
-def test_refuses_options_with_a_reason(options, message):
+def test_invalid_options_are_refused_with_a_reason(options, message):
     with pytest.raises(ValueError, match=message):
         h2s(**options)

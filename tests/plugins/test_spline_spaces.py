@@ -1,4 +1,4 @@
-"""The three spline spaces, and sharp edges that are given."""
+"""The three spline spaces, and user-supplied sharp edges."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_larger_spaces_have_the_same_solid(name, mesh):
 
 
 @pytest.mark.parametrize("name", ["optimal", "c0"])
-def test_larger_spaces_stay_the_same_solid_when_refined(name):
+def test_larger_spaces_have_the_same_solid_when_refined(name):
     mesh, refine = hex_ball(), {"elements": list(range(12))}
     plain, fine = (solid(mesh, name, refine=r) for r in ({}, refine))
     assert len(fine.nodes) == len(plain.nodes) + 12 * 7
@@ -59,7 +59,7 @@ def test_sharp_edges_by_list_and_by_file(name, tmp_path):
         assert found.lower_bound > 0
 
 
-def test_refuses_sharp_edges_that_are_none(tmp_path):
+def test_refuses_invalid_sharp_edges(tmp_path):
     mesh = hex_box((2, 2, 2))
     with pytest.raises(InputError, match=r"sharp edge \[4, 13\] is not on the boundary"):
         solid(mesh, sharp=[[0, 1], [13, 4]])

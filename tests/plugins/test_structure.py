@@ -36,7 +36,7 @@ def corner_gap(candidate: Candidate, context, linear=SCALE, grid=TWO) -> float:
 
 
 @pytest.mark.parametrize("context", itertools.product(NAMES, repeat=2))
-def test_slices_find_every_context_of_two_cells(context):
+def test_slices_recognise_every_context_of_two_cells(context):
     best = propose(part(context, SCALE))[0]
     expected = lattice(TWO, context, PRIMITIVES)
     assert shapes(best.polycube) == shapes(expected)
@@ -62,7 +62,7 @@ def test_the_structure_does_not_depend_on_the_pose(context, seed):
     assert abs(across @ rotation[:, 0]) / np.linalg.norm(across) > 0.999
 
 
-def test_a_bent_bar_keeps_its_hole_and_is_followed():
+def test_the_rough_map_of_a_bent_bar_with_a_hole():
     straight = part(("cube", "hole_y", "cube"), np.diag([10.0, 8, 8]), grid=THREE)
     x, y, z = straight.vertices.T
     bent = np.stack([(40 - z) * np.sin(x / 40), y, 40 - (40 - z) * np.cos(x / 40)], axis=1)
@@ -91,7 +91,7 @@ def test_equal_structures_have_equal_keys():
     assert {c.polycube.occupancy.shape for c in readings} == {(1, 3, 3), (3, 1, 3), (3, 3, 1)}
 
 
-def test_no_row_and_no_genus_propose_nothing(caplog):
+def test_nothing_is_proposed_without_a_row_or_for_another_genus(caplog):
     caplog.set_level(logging.INFO)
     assert propose(part(("cube", None), SCALE), grid=(2, 2, 1)) == []
     assert "not a row of cells" in caplog.text
@@ -102,7 +102,7 @@ def test_no_row_and_no_genus_propose_nothing(caplog):
 
 
 @pytest.mark.parametrize("asked", [("cube", "hole_z"), ("hole_y", "cube"), ("hole_z", "cube")])
-def test_given_turns_the_context_to_fit(asked):
+def test_given_rotates_the_context_to_fit(asked):
     best = propose(part(("cube", "hole_y"), SCALE), "given", context=list(asked))[0]
     assert best.polycube.context == asked
     assert best.cost < 0.02 and best.proposal == "given"
@@ -112,7 +112,7 @@ def test_given_turns_the_context_to_fit(asked):
     np.testing.assert_allclose(centre, np.array([1.5, 0.5, 0.5]) * np.diag(SCALE), atol=0.5)
 
 
-def test_given_turns_a_single_cell_as_well():
+def test_given_rotates_a_single_cell():
     ring = part(("hole_x", None), np.diag([4.0, 10, 10]))
     found = propose(ring, "given", context=["hole_y"])
     assert found[0].cost < 0.02
@@ -120,7 +120,7 @@ def test_given_turns_a_single_cell_as_well():
     assert contexts == {("hole_x", None), ("hole_y", None), ("hole_z", None)}
 
 
-def test_given_stretches_what_is_no_row():
+def test_given_fits_boxes_if_the_context_is_not_a_row():
     grid = (1, 2, 1)
     rotation = Rotation.random(random_state=1).as_matrix()
     surface = part(("cube", "hole_x"), rotation @ SCALE, grid=grid)

@@ -36,7 +36,7 @@ def test_cumulative_counts_below_each_point():
 
 
 @pytest.mark.parametrize(("grid", "context"), CASES)
-def test_knots_are_found_where_they_are(grid, context):
+def test_knots_are_found_at_their_positions(grid, context):
     slabs = collapse(lattice(grid, context, PRIMITIVES)).occupancy
     rng = np.random.default_rng(0)
     for _ in range(3):
@@ -52,7 +52,7 @@ def test_knots_are_found_where_they_are(grid, context):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_no_other_knots_fit_better(seed):
-    """Slowly: all knots of an L on voxels with noise."""
+    """Exhaustive search over all knots of an L on voxels with noise."""
     slabs = collapse(lattice((2, 2, 1), L, PRIMITIVES)).occupancy
     rng = np.random.default_rng(seed)
     true = [np.array([0, rng.integers(1, 7), 7]), np.array([0, rng.integers(1, 6), 6]), [0, 3]]
@@ -67,7 +67,7 @@ def test_no_other_knots_fit_better(seed):
 
 
 def uneven_part(grid: tuple, context: tuple) -> tuple[TriMesh, np.ndarray]:
-    """A turned part whose cells grow from 13 to 19 to 25, and the corners of its polycube on it."""
+    """A rotated part with cells of size 13, 19 and 25, and the corners of its polycube on it."""
     rotation = Rotation.random(random_state=3).as_matrix()
     outside = boundary(lattice(grid, context, PRIMITIVES))
     corners = boundary(collapse(lattice(grid, context, PRIMITIVES))).vertices
@@ -84,14 +84,14 @@ def corner_gap(candidate: Candidate, corners: np.ndarray) -> float:
 
 
 def shapes(polycube: Polycube) -> set:
-    """The boxes in all turns."""
+    """The boxes in all rotations."""
     turned = [turn(collapse(polycube).occupancy, rotation) for rotation in rotations()]
     return {(boxes.shape, boxes.tobytes()) for boxes in turned}
 
 
 @pytest.mark.parametrize(("grid", "context"), CASES)
 def test_given_places_corners_on_the_part(grid, context):
-    """Every corner of the polycube lies within a voxel of its own."""
+    """Every corner of the polycube is within a voxel of its exact position."""
     surface, corners = uneven_part(grid, context)
     config = {"plugin": "given", "context": list(context)}
     best = build("structure", config, grid=grid, primitives=PRIMITIVES)(surface, ())[0]
@@ -112,7 +112,7 @@ def test_given_places_corners_on_the_part(grid, context):
         ((2, 1, 1), ("cube", "hole_y"), NAMES),
     ],
 )
-def test_boxes_find_the_shape(grid, context, use):
+def test_boxes_recognise_the_shape(grid, context, use):
     surface, corners = uneven_part(grid, context)
     primitives = {name: PRIMITIVES[name] for name in use}
     found = build("structure", {"plugin": "boxes"}, grid=grid, primitives=primitives)(surface, ())

@@ -1,4 +1,4 @@
-"""Lattices of bricks: knots, labels and topology each against a slow way, then whole parts."""
+"""Lattices of bricks: knots, labels and topology by exhaustive search, then full parts."""
 
 import itertools
 
@@ -28,8 +28,8 @@ def polycube(full: np.ndarray) -> Polycube:
     ("wanted", "held", "lengths"),
     [((), set(), [2, 3, 4, 5]), ((4, 9, 5), {4}, [3, 4, 5, 6]), ((3, 7), {3, 7}, [4, 5])],
 )
-def test_no_other_cut_of_the_slices_fits_better(wanted, held, lengths):
-    """Slowly: all cuts of ten noisy slices that have the knots that are held."""
+def test_segmentation_of_the_slices_is_optimal(wanted, held, lengths):
+    """Exhaustive search over all divisions of ten noisy slices that contain the fixed knots."""
     rng = np.random.default_rng(0)
     solid = np.repeat(rng.random((3, 4, 5)) < 0.5, [3, 4, 3], axis=0) ^ (
         rng.random((10, 4, 5)) < 0.1
@@ -62,7 +62,7 @@ def test_a_hole_gets_its_knots():
 
 
 def test_other_knots_are_chosen_with_those_of_a_hole():
-    """A roof over a bore: without the bore's ends the step below takes a knot away from it."""
+    """A roof over a bore: without fixed knots at the ends of the bore, the step gets a knot."""
     solid = np.zeros((20, 10), bool)
     solid[:, :4] = True  # a wall as high as the part,
     solid[6:14, 1:3] = False  # with a bore,
@@ -83,8 +83,8 @@ def random_energies(rng, shape):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_no_other_labels_have_less_energy(seed):
-    """Slowly: all labels of twelve bricks."""
+def test_minimum_cut_is_optimal(seed):
+    """Exhaustive search over all labels of twelve bricks."""
     shape = (2, 3, 2)
     gain, areas = random_energies(np.random.default_rng(seed), shape)
     every = [np.array(bits, bool).reshape(shape) for bits in itertools.product([0, 1], repeat=12)]
@@ -92,7 +92,7 @@ def test_no_other_labels_have_less_energy(seed):
     assert energy(minimum_cut(gain, areas), gain, areas) == pytest.approx(least, abs=0.01)
 
 
-def test_a_defect_is_what_is_no_manifold_of_the_genus():
+def test_the_defect_is_zero_for_a_manifold_of_the_genus_only():
     rng, right = np.random.default_rng(0), 0
     for _ in range(600):
         full = rng.random(rng.integers(1, 4, 3)) < rng.choice([0.5, 0.8, 0.9])
@@ -108,7 +108,7 @@ def test_a_defect_is_what_is_no_manifold_of_the_genus():
 
 
 @pytest.mark.parametrize("wanted", [0, 1, 3])
-def test_mending_reaches_the_genus_and_then_a_minimum(wanted):
+def test_repair_reaches_the_genus_and_then_a_minimum(wanted):
     rng, n_mended = np.random.default_rng(wanted), 0
     for _ in range(10):
         gain, areas = random_energies(rng, (5, 4, 5))
@@ -158,7 +158,7 @@ def test_a_polycube_of_any_grid_and_genus_is_found(grid, context):
     assert max(gap.min(axis=0).max(), gap.min(axis=1).max()) < 0.05 * np.ptp(corners, 0).max()
 
 
-def test_candidates_differ_and_none_comes_without_a_full_primitive():
+def test_candidates_differ_and_need_a_full_primitive():
     surface = part(("cube", "hole_y"), TURNED)
     found = propose(surface)
     assert len({(c.polycube.occupancy.shape, c.key) for c in found}) == len(found)

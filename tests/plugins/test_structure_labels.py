@@ -1,4 +1,4 @@
-"""Polycubes from labels: each step against exact answers, then whole parts."""
+"""Polycubes from labels: each step compared with exact results, then full parts."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def nearest(normals: np.ndarray) -> np.ndarray:
     return (normals @ DIRECTIONS.T).argmax(axis=1)
 
 
-def test_refining_keeps_the_surface_closed_and_where_it_is():
+def test_refining_preserves_a_closed_surface_and_its_shape():
     block = prism(BLOCK)
     vertices, faces, origin = refined(block.vertices, block.faces, 0.5)
     fine = TriMesh(vertices, faces)
@@ -76,7 +76,7 @@ def test_a_cut_divides_the_chosen_faces_only():
     assert (vertices[faces[left], 0] <= 1 + 1e-12).all()
 
 
-def test_a_leaning_plane_is_four_pieces_and_a_straight_one_is_one():
+def test_a_slanted_plane_has_four_pieces_and_an_axis_parallel_one_has_one():
     found = pieces(prism(RAMP), 0.5)
     counts = np.bincount(np.bincount(found.face))
     assert list(np.flatnonzero(counts)) == [1, 4] and counts[4] == 1
@@ -94,7 +94,7 @@ def test_the_normals_of_a_polycube_are_labels_without_faults(outline, faults):
     assert cost == pytest.approx(0, abs=1e-9)
 
 
-def test_two_labels_of_a_box_that_change_places_are_faults():
+def test_exchanged_labels_of_a_box_are_faults():
     """+x and +z swapped: each has an opposite neighbour, and the loops of others turn wrongly."""
     own = pieces(prism(BLOCK), 0.5)
     task = problem(own, arcs(own), 0.0)
@@ -142,7 +142,7 @@ def test_charts_that_face_each_other_are_pairs():
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_rays_meet_in_their_strip_what_they_meet_among_all_triangles(axis):
+def test_rays_hit_the_same_triangle_in_their_strip_as_among_all(axis):
     ring = torus()
     corners = ring.vertices[ring.faces]
     everything = 0.0, np.inf, np.arange(len(corners)), np.array([0, len(corners)])
@@ -169,7 +169,7 @@ def test_control_planes_are_at_all_knots_and_not_too_many(knots):
     assert np.prod([len(line) for line in lines]) <= CONTROLS
 
 
-def test_values_keep_their_distance():
+def test_values_preserve_their_distances():
     first, second = np.array([0]), np.array([1])
     moved = spaced(np.eye(2), np.zeros(2), first, second, np.array([1.0]))
     np.testing.assert_allclose(moved, [-0.5, 0.5], atol=1e-6)
@@ -189,7 +189,7 @@ def test_values_keep_their_distance():
         (PASSAGE, (1, 3, 3), 8),
     ],
 )
-def test_parts_with_known_bricks(outline, shape, full):
+def test_bricks_of_known_parts(outline, shape, full):
     surface = prism(outline)
     first, *_ = proposed(surface)
     polycube = first.polycube
@@ -202,14 +202,14 @@ def test_parts_with_known_bricks(outline, shape, full):
 
 
 @pytest.mark.parametrize("outline", [GROOVE, NOTCH, TRIANGLE])
-def test_wedges_get_a_lattice(outline):
+def test_parts_with_wedges_have_a_lattice(outline):
     """Two walls of a groove, a corner cut off, three walls of a hole: faces take two labels."""
     surface = prism(outline)
     first, *_ = proposed(surface)
     assert is_manifold(first.polycube) and genus(first.polycube) == measures.genus(surface)
 
 
-def test_a_turned_part_has_the_same_bricks():
+def test_a_rotated_part_has_the_same_bricks():
     surface = prism(RAMP)
     turned = TriMesh(surface.vertices @ TURNED.T * 30 + [5, -7, 100], surface.faces)
     first, *_ = proposed(turned)
@@ -235,7 +235,7 @@ def test_a_round_hole_has_four_charts():
     assert len(np.unique(boundary(first.polycube).patch)) == 10
 
 
-def test_a_low_step_and_a_thin_wall_keep_their_bricks():
+def test_a_low_step_and_a_thin_wall_have_bricks():
     """Both are nearer than `apart`: without its own knot the step's face would be lost."""
     points = [(0, 0), (2, 0), (4, 0), (4, 3), (2, 3), (2, 3.05), (0, 3.05)]
     surface = prism((points, [(0, 1, 4, 5, 6), (1, 2, 3, 4)]))
@@ -246,7 +246,7 @@ def test_a_low_step_and_a_thin_wall_keep_their_bricks():
     assert wall.polycube.occupancy.sum() == 3  # 0.1 thick, but its sides face each other
 
 
-def test_smooth_parts_can_be_left_to_others():
+def test_nothing_is_proposed_for_mostly_curved_parts():
     assert proposed(torus()) == []
     assert len(proposed(prism(RAMP), planar=1.0)) > 0
 
@@ -257,7 +257,7 @@ def test_a_ring_is_eight_bricks():
     assert first.polycube.occupancy.sum() == 8
 
 
-def test_ragged_borders_do_not_turn_the_order_of_charts_round():
+def test_irregular_borders_do_not_reverse_the_order_of_charts():
     """A torus without faces of its own: borders of charts follow its triangles."""
     own = pieces(torus(), 0.3)
     found = pairs(own, charts(own, nearest(own.normals), True))

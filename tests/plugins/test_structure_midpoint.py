@@ -68,7 +68,7 @@ def hull(points: np.ndarray) -> TriMesh:
     return TriMesh(points[used], number.reshape(-1, 3))
 
 
-def box_less_pyramid(n: int, depth: float = 0.4) -> TriMesh:
+def box_minus_pyramid(n: int, depth: float = 0.4) -> TriMesh:
     """A block of 4 x 4 x 1.5 with a pyramid of n sides cut out of its top."""
     rim, block = polygon(n, 1.5) @ Rotation.from_euler("z", 0.3).as_matrix(), box().vertices
     block = (block - [0.5, 0.5, 0]) * [4, 4, 1.5]
@@ -161,8 +161,8 @@ def test_any_convex_polyhedron_has_valid_blocks(seed, number):
 
 
 @pytest.mark.parametrize(("sides", "cells", "number"), [(4, 4, 32), (5, 5, 48)])
-def test_a_block_less_a_pyramid_is_cut_at_its_reflex_edges(sides, cells, number):
-    surface = box_less_pyramid(sides)
+def test_a_block_minus_a_pyramid_is_divided_at_its_reflex_edges(sides, cells, number):
+    surface = box_minus_pyramid(sides)
     assert measures.is_closed(surface.faces) and measures.genus(surface) == 0
     cut = joined(convex_cells(polyhedron(surface, 60), 6))
     assert len(cut.cells) == cells
@@ -188,7 +188,7 @@ def as_cad(surface: TriMesh, region: np.ndarray) -> TriMesh:
         (beside(box(), box((2, 0, 0), (3, 1, 1))), {}, "holes or voids"),
         (hull(SIGNS), {"corners": 7}, "there are 8 corners, more than 7"),
         (
-            box_less_pyramid(5),
+            box_minus_pyramid(5),
             {"planes": 4},
             "would be cut by 5 planes, more than 4",
         ),
@@ -197,13 +197,13 @@ def as_cad(surface: TriMesh, region: np.ndarray) -> TriMesh:
         (as_cad(hull(SIGNS), np.arange(12) + 1), {}, "is in one plane with an adjacent face"),
     ],
 )
-def test_what_is_no_such_polyhedron_is_refused_in_a_sentence(surface, options, reason, caplog):
+def test_other_parts_are_refused_with_a_reason(surface, options, reason, caplog):
     caplog.set_level(logging.INFO)
     assert propose(surface, **options) == []
     assert reason in caplog.text
 
 
-def test_blocks_that_do_not_meet_are_refused_in_a_sentence(caplog, monkeypatch):
+def test_nonconforming_blocks_are_refused_with_a_reason(caplog, monkeypatch):
     caplog.set_level(logging.INFO)
 
     def doubled(cells):
@@ -215,7 +215,7 @@ def test_blocks_that_do_not_meet_are_refused_in_a_sentence(caplog, monkeypatch):
     assert "because its cells do not fit" in caplog.text
 
 
-def test_blocks_follow_size_and_max_hexes_and_say_that_regions_have_no_effect():
+def test_blocks_use_size_and_max_hexes_and_warn_about_regions():
     surface = OCTAHEDRON
     [candidate] = propose(surface)
 
@@ -233,7 +233,7 @@ def test_blocks_follow_size_and_max_hexes_and_say_that_regions_have_no_effect():
         hexes(size=0.1, max_hexes=100)
 
 
-def test_blocks_are_ranked_first_where_corners_have_four_edges():
+def test_blocks_are_ranked_first_if_corners_have_four_edges():
     surface = hull(SOLIDS["octahedron"][0] @ TURN)
     [candidate] = propose(surface)
     again = replace(candidate.rough_map, x=candidate.rough_map.x)
@@ -245,7 +245,7 @@ def test_blocks_are_ranked_first_where_corners_have_four_edges():
     assert off == pytest.approx(np.ones(len(outer)))
 
 
-def test_blocks_have_variants_of_their_own():
+def test_blocks_have_separate_variants():
     bundle = {"portfolio": [{}], "blocks": [{"meshing/pillow": {"patches": "none"}}]}
     surface = box()
     assert variants_of(bundle, RunState(surface)) == bundle["portfolio"]

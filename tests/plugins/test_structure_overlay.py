@@ -1,4 +1,4 @@
-"""Lattices as fine as the hexes: planes, topology, and whole parts."""
+"""Lattices as fine as the hexes: planes, topology, and full parts."""
 
 import numpy as np
 import pytest
@@ -41,14 +41,14 @@ def test_planes_of_blocks_are_on_the_faces_and_even_between_them():
     assert found[1::2] == pytest.approx([0.1, 0.3, 0.5, 0.7, 0.9])
 
 
-def test_the_plane_within_a_block_goes_to_a_face_there():
+def test_the_plane_within_a_block_moves_to_a_face_there():
     step = joined(box(high=(1, 1, 0.4)), box((2, 0, 0), (3, 1, 1)), box((4, 0, 0), (4.5, 1, 0.52)))
     found = planes(step, 2, 0.1)
     assert 0.52 in found.round(12)[1::2]
     assert len(found) == 11
 
 
-def test_of_two_faces_that_are_near_the_larger_has_a_plane_of_blocks():
+def test_the_larger_of_two_close_faces_has_a_plane_of_blocks():
     near = joined(box(high=(1, 1, 0.51)), box((2, 0, 0), (4, 1, 0.55)), box((5, 0, 0), (6, 1, 1)))
     found = planes(near, 2, 0.1)
     assert 0.55 in found.round(12)[::2]
@@ -68,7 +68,7 @@ def test_random_cells_become_one_manifold_solid_without_voids(seed, least):
     assert is_manifold(solid(full))
 
 
-def test_a_manifold_solid_stays_as_it_is():
+def test_a_manifold_solid_is_unchanged():
     share = np.zeros((4, 4, 2))
     share[:3, :2] = 1
     assert (manifold(share, 0.5) == (share > 0)).all()
@@ -86,7 +86,7 @@ def test_a_wall_thinner_than_half_a_cell_fills_its_cells(share, is_kept):
 
 
 @pytest.mark.parametrize("doubtful", [(1, 2), (2, 1)])
-def test_where_two_blocks_touch_along_an_edge_the_most_doubtful_cells_are_flipped(doubtful):
+def test_the_least_certain_cells_are_flipped_if_two_blocks_touch_along_an_edge(doubtful):
     share = np.zeros((4, 4, 2))
     share[:2, :2] = share[2:, 2:] = 1
     share[doubtful] = 0.45
@@ -96,7 +96,7 @@ def test_where_two_blocks_touch_along_an_edge_the_most_doubtful_cells_are_flippe
 
 
 @pytest.mark.parametrize("turn", [[0, 0, 0], [0.4, -0.7, 1.1]])
-def test_the_lattice_of_a_turned_part_has_its_genus_place_and_volume(turn):
+def test_the_lattice_of_a_rotated_part_has_its_genus_position_and_volume(turn):
     frame = Rotation.from_rotvec(turn).as_matrix() @ np.diag([20.0, 15.0, 11.0])
     surface = part(("hole_y", "hole_z"), frame)
     coarse, fine = overlay(surface, size="8%")
@@ -117,7 +117,7 @@ def test_a_hole_smaller_than_a_cell_makes_the_lattice_finer():
     assert genus(coarse.polycube) == 1
 
 
-def test_a_thin_bent_sheet_that_fills_no_cell_has_a_lattice_that_holds_all_of_it():
+def test_a_thin_bent_sheet_that_fills_no_cell_is_contained_in_its_lattice():
     sheet = surface_of(hex_box((24, 6, 1), (10.0, 5.0, 0.1)))
     bend = [[0, 0, 0.06]] * (sheet.vertices[:, :1] - 5) ** 2
     made = overlay(TriMesh(sheet.vertices + bend, sheet.faces), size="10%", steps=[1.0])
@@ -128,18 +128,18 @@ def test_a_thin_bent_sheet_that_fills_no_cell_has_a_lattice_that_holds_all_of_it
         assert each.polycube.occupancy.any(axis=(1, 2)).all()
 
 
-def test_where_no_lattice_has_the_genus_the_nearest_is_a_spare():
+def test_the_closest_lattice_is_a_substitute_if_none_has_the_genus():
     options = {"finer": [1.0], "finest": 1.0, "steps": [1.0], "least": [0.3], "thin": []}
     [spare] = overlay(torus(), size="40%", **options)
     assert spare.family == "spare" and genus(spare.polycube) == 0
     assert is_manifold(spare.polycube)
 
 
-def test_too_many_cells_are_no_candidate():
+def test_a_lattice_with_too_many_cells_is_not_proposed():
     assert len(overlay(torus(), size="10%", max_hexes=300)) < 2
 
 
-def test_the_finer_candidates_have_a_limit_of_their_own():
+def test_finer_candidates_have_a_separate_limit():
     free, bound = (overlay(torus(), size="10%", most=most) for most in (10**6, 400))
     cells = [[each.polycube.occupancy.sum() for each in found] for found in (free, bound)]
     assert cells[0][0] == cells[1][0]
@@ -147,13 +147,13 @@ def test_the_finer_candidates_have_a_limit_of_their_own():
 
 
 @pytest.mark.parametrize("size", ["0.01%", "1e-6%"])
-def test_cells_far_too_small_are_refused_before_they_are_made(size):
+def test_too_many_cells_are_refused_before_they_are_allocated(size):
     assert overlay(torus(), size=size) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sheets", ["all", "none"])
-def test_a_pocketed_block_keeps_its_features(sheets):
+def test_a_pocketed_block_loses_no_features(sheets):
     surface = pocketed()
     made = overlay(surface, size="10%", finer=[2.0])[0]
     hexes = build("meshing/subdivide", {"plugin": "template", "level": 0})(
@@ -174,7 +174,7 @@ def test_a_pocketed_block_keeps_its_features(sheets):
 
 
 @pytest.mark.parametrize(("at", "size"), [("around", 24), ("through", 5), ("size", 0.5)])
-def test_cells_are_as_small_as_numbers_at_a_face_want(at, size):
+def test_cells_are_as_small_as_requested_numbers_need(at, size):
     surface = bored()  # 4 x 4 x 2, a hole of radius 1
     entry = {"at": "hole_1" if at == "around" else "z_max", at: size}
     wanted = {"around": 2 * np.pi / 24, "through": 2 / 5, "size": 0.5}[at]
@@ -189,7 +189,7 @@ def test_cells_are_as_small_as_numbers_at_a_face_want(at, size):
     assert [each.key for each in others] == [each.key for each in plain]
 
 
-def test_where_too_many_cells_are_wanted_they_are_as_small_as_allowed():
+def test_cells_are_as_small_as_max_hexes_permits():
     surface = bored()
     entry = {"at": "hole_1", "size": 0.01}
     made = overlay(surface, size="30%", finer=[2.0], at=[entry], max_hexes=3000)[0]

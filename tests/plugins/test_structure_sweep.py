@@ -1,4 +1,4 @@
-"""Sweeps: exact hexes of known stacks of slabs, what is no stack, and the parts it is made of."""
+"""Sweeps: exact hexes of known stacks of slabs, parts that are not swept, and single steps."""
 
 import logging
 import os
@@ -68,7 +68,7 @@ def check_fills(mesh: HexMesh, surface: TriMesh) -> None:
 
 
 def round_hole(mesh: HexMesh, radius: float) -> int:
-    """Number of edges round the hole along z, at the bottom."""
+    """Number of edges around the hole along z, at the bottom."""
     places = mesh.vertices[np.unique(mesh.quads)]
     on = np.isclose(np.linalg.norm(places[:, :2], axis=1), radius, atol=0.1 * radius)
     return int((on & np.isclose(places[:, 2], places[:, 2].min())).sum())
@@ -83,7 +83,7 @@ def frustum(n: int, top: float) -> TriMesh:
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
-def test_a_box_is_bricks(scale):
+def test_a_box_has_a_regular_mesh(scale):
     surface = placed(numbered(box((0, 0, 0), (4, 2, 1))), scale)
     mesh = hexes_of(surface, size=0.5 * scale, curvature=None)
     assert len(mesh.hexes) == 8 * 4 * 2
@@ -94,7 +94,7 @@ def test_a_box_is_bricks(scale):
 
 
 @pytest.mark.parametrize("number", [8, 12, 16])
-def test_a_hole_has_the_number_of_edges_that_is_asked_for(number):
+def test_a_hole_has_the_requested_number_of_edges(number):
     mesh = hexes_of(bored(48), size=1.0, around_hole=number, curvature=None)
     check_conforming(mesh)
     assert round_hole(mesh, 1.0) == number
@@ -120,7 +120,7 @@ def test_edges_on_all_points_of_a_polygon_give_the_exact_volume():
     ],
     ids=["ell", "slot", "groove", "pocket", "pocket of triangles"],
 )
-def test_stacks_of_slabs_keep_volume_corners_edges_and_faces(surface, levels):
+def test_stacks_of_slabs_preserve_volume_corners_edges_and_faces(surface, levels):
     turned = placed(surface)
     assert len(stack(turned).levels) == levels
     mesh = hexes_of(turned, size=0.5)
@@ -130,7 +130,7 @@ def test_stacks_of_slabs_keep_volume_corners_edges_and_faces(surface, levels):
     assert max((each.distance for each in inspect(mesh, turned).features), default=0) < 1e-6
 
 
-def test_a_rod_keeps_its_rims():
+def test_the_rims_of_a_rod_are_mesh_edges():
     mesh = hexes_of(rod(), size=0.4, around_hole=24, curvature=None)
     places = mesh.vertices[np.unique(mesh.quads)]
     assert np.isclose(np.linalg.norm(places[:, :2], axis=1), 1, atol=3e-3).sum() >= 2 * 24
@@ -147,13 +147,13 @@ def test_a_rod_keeps_its_rims():
         (box(), {"max_hexes": 10}, "more than max_hexes 10"),
     ],
 )
-def test_what_is_no_stack_is_refused_in_a_sentence(surface, options, reason, caplog):
+def test_other_parts_are_refused_with_a_reason(surface, options, reason, caplog):
     caplog.set_level(logging.INFO)
     assert propose(surface, **options) == []
     assert "sweep: nothing is proposed, because" in caplog.text and reason in caplog.text
 
 
-def test_a_curve_askew_on_a_wall_is_refused():
+def test_an_oblique_curve_on_a_wall_is_refused():
     triangles = box().faces
     with pytest.raises(NotSweptError, match="a curve is oblique on the walls"):
         stack(TriMesh(box().vertices, triangles, np.arange(len(triangles)) + 1))
@@ -181,7 +181,7 @@ def test_size_and_level_make_hexes_smaller():
         ([[0, 1, 0]], [2, 3, 4]),
     ],
 )
-def test_layers_are_as_thick_as_wanted_and_enough_between_caps(full, expected):
+def test_layers_have_the_wanted_thickness_and_least_number_between_caps(full, expected):
     levels = np.array([0.0, 2.0, 2.5, 6.5])
     found = layers(levels, np.array(full, bool), size=1.0, across_wall=3)
     assert found.tolist() == expected
@@ -195,7 +195,7 @@ RECTANGLES = st.lists(
 @settings(deadline=None, max_examples=50)
 @given(RECTANGLES)
 def test_lines_of_rectangles_are_one_planar_graph(rectangles):
-    """Exact: the length of all sides, each stretch once, and the number of cells by Euler."""
+    """Exact total length of the sides without overlaps, and number of cells by Euler's formula."""
     corners = [[(x, y), (x + w, y), (x + w, y + h), (x, y + h)] for x, y, w, h in rectangles]
     number = np.arange(4 * len(corners)).reshape(-1, 4)
     lines = np.stack([number, np.roll(number, -1, axis=1)], axis=2).reshape(-1, 2)
@@ -221,7 +221,7 @@ def test_two_polylines_of_one_circle_are_one_loop(shift):
     assert len(loops_of(found, edges)) == 2
 
 
-def test_equal_circles_have_the_number_of_edges_of_the_finest():
+def test_equal_circles_have_the_largest_of_their_numbers_of_edges():
     angle = 2 * np.pi * np.arange(25) / 24
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     circle[-1] = circle[0]
@@ -230,7 +230,7 @@ def test_equal_circles_have_the_number_of_edges_of_the_finest():
     assert equalized(chains, np.array([8, 16, 12, 8, 4])).tolist() == [12, 16, 12, 12, 4]
 
 
-def test_smoothing_unfolds_quads_and_leaves_the_others_where_they_are():
+def test_smoothing_unfolds_quads_and_does_not_move_others():
     grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij"), axis=-1)
     number = np.arange(30).reshape(6, 5)
     quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1)
@@ -241,7 +241,7 @@ def test_smoothing_unfolds_quads_and_leaves_the_others_where_they_are():
     assert smoothed(thrown, quads, is_free) == pytest.approx(places, abs=0.02)
 
 
-def test_sweeps_are_ranked_by_their_own_genus_and_have_variants_of_their_own():
+def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():
     surface = bored(24)
     [candidate] = propose(surface, size=1.0)
     [ranked] = Registration()(surface, [candidate])
@@ -252,7 +252,7 @@ def test_sweeps_are_ranked_by_their_own_genus_and_have_variants_of_their_own():
     assert variants_of({"portfolio": [{}]}, state) == [{}]
 
 
-def test_a_swept_mesh_keeps_the_size_that_it_has():
+def test_a_swept_mesh_is_not_divided_again():
     surface = bored(24)
     [candidate] = propose(surface, size=1.0)
     subdivide = build("meshing/subdivide", {"plugin": "template", "level": 0, "size": 0.1})
@@ -261,9 +261,7 @@ def test_a_swept_mesh_keeps_the_size_that_it_has():
 
 
 @pytest.mark.slow
-def test_without_gmsh_it_is_refused_by_name_and_left_out_among_others(
-    tmp_path, monkeypatch, caplog
-):
+def test_without_gmsh_it_is_refused_if_requested_else_omitted(tmp_path, monkeypatch, caplog):
     caplog.set_level(logging.INFO)
     (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))

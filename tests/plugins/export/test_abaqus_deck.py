@@ -1,4 +1,4 @@
-"""The deck of a problem: what stands in it, line by line, and the forces at its nodes."""
+"""The input deck of a problem: its lines, and the forces at its nodes."""
 
 import re
 
@@ -19,7 +19,7 @@ def deck(mesh, folder, analysis, spline=None, **options) -> str:
 
 
 def after(text: str, keyword: str) -> list[str]:
-    """Lines of data of the first card of this keyword."""
+    """Data lines of the first card with a keyword."""
     found = text.split(f"\n{keyword}")[1].split("\n", 1)[1]
     return found.split("\n*")[0].splitlines()
 
@@ -59,7 +59,9 @@ def test_a_static_deck_in_mm_is_in_newtons_tonnes_and_megapascals(tmp_path) -> N
         ("cm", "21000000.", "7.85e-05", "981.", "mass N s^2/cm, stress N/cm^2"),
     ],
 )
-def test_other_units_are_consistent_too(unit, young, density, gravity, line, tmp_path) -> None:
+def test_other_units_are_converted_consistently(
+    unit, young, density, gravity, line, tmp_path
+) -> None:
     text = deck(BOX, tmp_path, {"plugin": "static", "units": unit})
     assert line in text
     assert float(after(text, "*ELASTIC")[0].split(",")[0]) == pytest.approx(float(young))
@@ -68,7 +70,9 @@ def test_other_units_are_consistent_too(unit, young, density, gravity, line, tmp
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
-def test_forces_at_nodes_add_up_and_are_the_manual_s_on_squares(element, tmp_path) -> None:
+def test_nodal_forces_have_the_exact_sum_and_the_published_shares_on_squares(
+    element, tmp_path
+) -> None:
     """8 N on four unit squares: a quarter each at corners; -1/12 there and 1/3 at mid-edges."""
     text = deck(BOX, tmp_path, PULL, element=element)
     own = hex_elements(BOX, None, 20 if "20" in element else 8)
@@ -82,7 +86,7 @@ def test_forces_at_nodes_add_up_and_are_the_manual_s_on_squares(element, tmp_pat
 
 
 @pytest.mark.parametrize("element", ["C3D8", "C3D20"])
-def test_a_traction_has_the_moment_of_its_faces(element, tmp_path) -> None:
+def test_a_traction_has_the_correct_moment(element, tmp_path) -> None:
     """On skew faces too; its resultant acts at their centroid."""
     mesh = hex_cylinder()
     loads = [{"at": "z_max", "traction": [0, 0, 3e6]}]
@@ -98,7 +102,7 @@ def test_a_traction_has_the_moment_of_its_faces(element, tmp_path) -> None:
     assert np.cross(own.points, found).sum(axis=0) == pytest.approx(moment, abs=1e-9)
 
 
-def test_the_last_support_rules_where_two_meet(tmp_path) -> None:
+def test_the_last_support_has_precedence_at_common_nodes(tmp_path) -> None:
     fixed = ["x_min", {"at": "z_min", "components": "z", "value": 0.5}]
     text = deck(BOX, tmp_path, {"plugin": "static", "fixed": fixed})
     rows = after(text, "*BOUNDARY")
@@ -109,7 +113,7 @@ def test_the_last_support_rules_where_two_meet(tmp_path) -> None:
     assert own == ends[0] - ends[1]
 
 
-def test_boxes_and_planes_are_sets_of_their_own(tmp_path) -> None:
+def test_boxes_and_planes_have_separate_sets(tmp_path) -> None:
     plane = {"plane": [0, 0, 1, 2]}
     analysis = {
         "plugin": "static",
@@ -123,7 +127,7 @@ def test_boxes_and_planes_are_sets_of_their_own(tmp_path) -> None:
     assert sorted(named) == sorted(after(text, "*SURFACE, TYPE=ELEMENT, NAME=z_max"))
 
 
-def test_a_modal_deck_asks_for_its_modes(tmp_path) -> None:
+def test_a_modal_deck_requests_its_modes(tmp_path) -> None:
     text = deck(BOX, tmp_path, {"plugin": "modal", "modes": 7, "fixed": ["x_min"]})
     assert after(text, "*FREQUENCY") == ["7"] and "lumped" not in text
     lumped = deck(BOX, tmp_path, {"plugin": "modal", "mass": "lumped"})
@@ -159,7 +163,7 @@ def test_without_loads_there_is_no_step_and_without_a_problem_no_material(tmp_pa
     assert "*MATERIAL" not in mesh_only and "*SURFACE" in mesh_only
 
 
-def test_a_place_that_the_mesh_has_not_is_refused(tmp_path) -> None:
+def test_a_missing_place_is_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="no boundary set 'hole_1'"):
         deck(BOX, tmp_path, {"plugin": "modal", "fixed": ["hole_1"]})
     assert not list(tmp_path.iterdir())

@@ -32,7 +32,7 @@ def run_ccx(deck: Path) -> str:
 
 
 def frequencies(table: str) -> np.ndarray:
-    """Of the modes in ascending order, in Hz."""
+    """Frequencies of the modes in ascending order, in Hz."""
     rows = map(str.split, table.partition("P A R T I C I P A T I O N")[0].splitlines())
     return np.array([float(row[3]) for row in rows if len(row) == 5 and row[0].isdigit()])
 
@@ -44,7 +44,7 @@ def written(mesh, folder, analysis, element, spline=None) -> Path:
 
 
 def solved(mesh, folder, analysis, element, spline=None, asked="U") -> np.ndarray:
-    """Numbers of the nodes, and what is requested for at each."""
+    """Numbers of the nodes, and the requested results at each."""
     path = written(mesh, folder, analysis, element, spline)
     more = f"*NODE PRINT, NSET=all\n{asked}\n*END STEP\n"
     path.write_text(path.read_text().replace("*END STEP\n", more))
@@ -75,7 +75,7 @@ def test_a_bar_in_tension_is_exact(element, load, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("element", "within"), [("C3D8I", 2e-2), ("C3D20", 2e-3), ("C3D20R", 2e-3)]
 )
-def test_a_cantilever_bends_as_timoshenko_says(element, within, tmp_path) -> None:
+def test_a_cantilever_bends_as_a_timoshenko_beam(element, within, tmp_path) -> None:
     """P L^3 / 3 E I + P L / (5/6 G A), at the middle of the free end."""
     force = 10.0
     analysis = {
@@ -93,7 +93,7 @@ def test_a_cantilever_bends_as_timoshenko_says(element, within, tmp_path) -> Non
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
-def test_a_bar_hangs_from_its_end_as_exactly(element, tmp_path) -> None:
+def test_a_hanging_bar_is_exact(element, tmp_path) -> None:
     """u = density g (L x - x^2 / 2) / E."""
     gravity = 5e5
     analysis = {
@@ -109,8 +109,8 @@ def test_a_bar_hangs_from_its_end_as_exactly(element, tmp_path) -> None:
     np.testing.assert_allclose(rows[:, 1], expected, atol=1e-5 * expected.max())
 
 
-def test_a_given_displacement_of_a_curved_part_moves_it_as_given(tmp_path) -> None:
-    """A rigid motion of curved hexes of 20 nodes has no strain: all nodes move alike."""
+def test_a_prescribed_rigid_motion_of_a_curved_part_is_exact(tmp_path) -> None:
+    """A rigid motion of curved hexes of 20 nodes has no strain: all nodes follow it."""
     plain = barrel((3, 3, 3), 0.3)
     mesh = hex_mesh(plain.vertices, plain.hexes, plain.quads, patches(plain))
     spline = spline_of(mesh, "h2s", fit={"rounds": 0})

@@ -48,7 +48,7 @@ def test_vtk_reads_exodus(mesh, tmp_path):
         assert np.unique(grid(nodes, k)[1]).tolist() == nodes_of(mesh, name)
 
 
-def test_exodus_sides_look_outwards(mesh, tmp_path):
+def test_normals_of_exodus_sides_point_outwards(mesh, tmp_path):
     """Sides by the manual of Exodus II, table of HEX: 1265 2376 3487 1584 1432 5678 (corners)."""
     from scipy.io import netcdf_file
 

@@ -1,4 +1,4 @@
-"""Each format is read back by a reader that is not ours: points, node order, sets by name."""
+"""Each format is read back by the reader of another program: points, node order, named sets."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ def test_equal_meshes_give_equal_bytes(name, options, mesh, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["vtk", "abaqus", "gmsh", "medit"])
-def test_points_and_node_order_come_back(name, mesh, tmp_path):
+def test_points_and_node_order_are_preserved(name, mesh, tmp_path):
     path = export(mesh, tmp_path, name)
     assert path.parent == tmp_path and path.stem == "hex"
     found = read(path)
@@ -27,7 +27,7 @@ def test_points_and_node_order_come_back(name, mesh, tmp_path):
     np.testing.assert_array_equal(found.cells_dict["hexahedron"], mesh.hexes)
 
 
-def test_a_mesh_without_names_has_those_of_its_geometry(mesh, tmp_path):
+def test_a_mesh_without_names_gets_those_from_its_geometry(mesh, tmp_path):
     plain = replace(mesh, primitives=(), sets={})
     found = read(export(plain, tmp_path, "abaqus"))
     assert {*ENDS, "hole_1", "patch_0"} <= set(found.point_sets)

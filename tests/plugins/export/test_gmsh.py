@@ -76,12 +76,12 @@ def test_meshio_reads_the_groups_of_gmsh(mesh, tmp_path):
         assert np.flatnonzero(tags["quad"] == tag).tolist() == sorted(mesh.sets[name])
 
 
-def test_a_version_of_gmsh_is_a_word_or_a_number(mesh, tmp_path):
+def test_the_version_may_be_a_string_or_a_number(mesh, tmp_path):
     number = export(mesh, tmp_path, "gmsh", version=4.1).read_text()
     assert number.startswith("$MeshFormat\n4.1 0 8\n")
     assert number == export(mesh, tmp_path, "gmsh", version="4.1").read_text()
 
 
-def test_a_version_of_gmsh_that_is_not_written_is_refused():
+def test_an_unsupported_version_is_refused():
     with pytest.raises(ValueError, match=r"version must be 2\.2 or 4\.1; got '3'"):
         build("export", {"plugin": "gmsh", "version": "3"})

@@ -34,7 +34,7 @@ def evaluated(space, elements: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def on_spline(spline, elements: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The same by de Casteljau's rule on the Bezier points."""
+    """The same points by de Casteljau's algorithm on the Bezier points."""
     cube = (spline.extraction @ spline.control)[spline.nodes[elements]].reshape(-1, 4, 4, 4, 3)
     for x in (at[:, ::-1].T + 1) / 2:  # zeta first
         x = x.reshape(-1, *[1] * (cube.ndim - 1))
@@ -61,8 +61,8 @@ def test_the_arrays_are_the_spline_at_random_points(refine, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("is_spline", [True, False])
-def test_boundary_sets_name_sides_and_the_functions_there(is_spline, tmp_path) -> None:
-    """Sides 2 d and 2 d + 1; with all other control points moved, the side stays where it is."""
+def test_boundary_sets_have_sides_and_their_functions(is_spline, tmp_path) -> None:
+    """Sides 2 d and 2 d + 1; a side is unchanged if all other control points are moved."""
     mesh, _ = meshed_box((3, 2, 2), (3.0, 2.0, 2.0))
     space = arrays(mesh, tmp_path, spline_of(mesh) if is_spline else None)
     for name in ("x_min", "x_max", "y_min", "z_max"):

@@ -38,7 +38,7 @@ VOLUME = 4 * (2 + 8 / 3 * BULGE + 16 / 15 * BULGE**2)
 
 @pytest.fixture(scope="module")
 def bulging() -> tuple:
-    """A block from -1 to 1 with sides like parabolas, straight hexes and an exact spline."""
+    """A block from -1 to 1 with parabolic sides, as straight hexes and as an exact spline."""
     mesh, _ = meshed_box((3, 3, 3))
 
     def change(x: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The stages of the morph backend, one after the other."""
+"""The stages of the bundle morph, in sequence."""
 
 from dataclasses import replace
 from functools import cache
@@ -67,7 +67,7 @@ def test_from_template_to_an_accepted_mesh(cylinder, template):
     assert (middle[mesh.cell == 0, 2] < 0.3).all() and (middle[mesh.cell == 1, 2] > -0.3).all()
 
 
-def test_smooth_without_rounds_leaves_the_hexes(cylinder, template):
+def test_smooth_without_rounds_does_not_change_the_hexes(cylinder, template):
     assert stage("smooth", rounds=0)(cylinder, template) is template
 
 
@@ -77,12 +77,12 @@ def test_pillow_covers_all_or_none(cylinder, template):
     assert len(mesh.hexes) == len(template.hexes) + len(template.quads)
 
 
-def test_pillow_refuses_other_words():
+def test_pillow_refuses_unknown_options():
     with pytest.raises(ValueError, match="patches must be auto, all, none; got 'some'"):
         stage("pillow", patches="some")
 
 
-def test_subdivide_cuts_finer_and_refuses_no_size(cylinder):
+def test_subdivide_divides_intervals_and_requires_a_size(cylinder):
     bar = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     rough_map = affine_map(bar, np.diag([2.0, 2.0, 3.0]), np.array([-1.0, -1.0, -1.5]))
     coarse = stage("subdivide", size="10%")(cylinder, bar, rough_map)
@@ -99,7 +99,7 @@ def box():
     return cube, affine_map(cube, np.diag([2.0, 2.0, 3.0]), np.array([-1.0, -1.0, -1.5]))
 
 
-def test_subdivide_refuses_too_many_and_says_what_would_do(cylinder, box):
+def test_subdivide_refuses_too_many_hexes_and_suggests_a_size(cylinder, box):
     with pytest.raises(MeshingError, match=r"size 1e-07 needs .* hexes, more than max_hexes 999;"):
         stage("subdivide", size=1e-7, max_hexes=999)(cylinder, *box)
     with pytest.raises(MeshingError, match=r"level 9 needs 1.34e\+08 hexes, .* size") as refusal:
@@ -118,7 +118,7 @@ def test_subdivide_by_octree_level(cylinder, box):
 @pytest.mark.parametrize(
     "size", ["fine", "5", "-5%", "%", "nan%", 0, -1, float("inf"), True, None, [1]]
 )
-def test_subdivide_refuses_a_size_that_is_none(size):
+def test_subdivide_refuses_an_invalid_size(size):
     with pytest.raises(BadOption, match="size must be a positive number"):
         stage("subdivide", size=size)
 
@@ -133,13 +133,13 @@ def test_subdivide_refuses_a_size_that_is_none(size):
         {"box": [0, 0, 0, 1, 1, 1], "size": 1, "along": "u"},
     ],
 )
-def test_subdivide_refuses_a_region_that_is_none(region):
+def test_subdivide_refuses_an_invalid_region(region):
     with pytest.raises(BadOption, match="a region is"):
         stage("subdivide", regions=[region])
 
 
 def test_hexes_are_finer_in_a_region(cylinder, box):
-    """Slabs through the box get finer, conforming, next to it gradually; nothing else does."""
+    """Slabs through the box become finer, with a gradual transition; other slabs do not change."""
     region = {"box": [-2, -2, 1.0, 2, 2, 1.6], "size": 0.1}
     plain = stage("subdivide", size=0.4)(cylinder, *box)
     mesh = stage("subdivide", size=0.4, regions=[region])(cylinder, *box)
@@ -153,7 +153,7 @@ def test_hexes_are_finer_in_a_region(cylinder, box):
     assert len(wide.hexes) == len(plain.hexes) < len(mesh.hexes)
 
 
-def test_curvature_asks_for_more_round_the_cylinder_and_none_along_it(cylinder, template):
+def test_curvature_adds_parts_around_a_cylinder_but_not_along_it(cylinder, template):
     plain = stage("subdivide", size="10%", curvature=None)(cylinder, *_bar())
     fine = stage("subdivide", size="10%", curvature="0.2%")(cylinder, *_bar())
     assert len(plain.hexes) < len(fine.hexes) <= 2 * len(plain.hexes)
@@ -165,7 +165,7 @@ def test_curvature_asks_for_more_round_the_cylinder_and_none_along_it(cylinder, 
     assert len(level[0].hexes) == len(level[1].hexes)
 
 
-def test_chords_are_shorter_round_cad_faces_and_for_a_finer_size(cylinder):
+def test_chords_are_shorter_on_cad_faces_and_for_smaller_sizes(cylinder):
     cad = replace(cylinder, region=np.ones(len(cylinder.faces), int))
 
     def number(surface: TriMesh, size: str = "10%", **options: object) -> int:
@@ -180,7 +180,7 @@ def test_chords_are_shorter_round_cad_faces_and_for_a_finer_size(cylinder):
     assert asked == number(cylinder, size=f"{10 / 1.4}%", curvature=f"{0.3 / 1.4**2}%")
 
 
-def test_refine_until_the_deviation_is_met_or_says_why_not(cylinder, caplog):
+def test_refine_reaches_the_deviation_or_gives_a_reason(cylinder, caplog):
     mesh = stage("subdivide", size="12%")(cylinder, *_bar())
     mesh = stage("pillow")(cylinder, stage("smooth", rounds=10)(cylinder, mesh))
     mesh = stage("optimize", soft_rounds=6, hard_rounds=4)(cylinder, mesh)
@@ -201,14 +201,14 @@ def test_refine_until_the_deviation_is_met_or_says_why_not(cylinder, caplog):
 
 
 @pytest.mark.parametrize("options", [{"deviation": "near"}, {"times": -1}, {"max_hexes": 0}])
-def test_refine_refuses_what_makes_no_sense(options):
+def test_refine_refuses_invalid_options(options):
     with pytest.raises(BadOption, match=next(iter(options))):
         stage("refine", **options)
 
 
 @pytest.mark.slow
-def test_parts_keep_their_quality(testdata):
-    """A box of hexes round a real part gives a valid mesh of it."""
+def test_quality_of_real_parts(testdata):
+    """A box of hexes around a real part becomes a valid mesh of the part."""
     part = trimesh.load(testdata / "surfaces" / "ddpm_dice.obj")
     surface = TriMesh(part.vertices, part.faces)
     cube = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))

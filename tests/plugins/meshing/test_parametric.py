@@ -1,4 +1,4 @@
-"""The stages of the parametric backend."""
+"""The stages of the bundle parametric."""
 
 from functools import cache
 
@@ -30,7 +30,7 @@ def stage(kind: str, **options: object):
 
 @pytest.fixture(scope="module")
 def torus():
-    """A round ring, its polycube, its places and a rough map too large for it."""
+    """A torus, its polycube, its parametrization and a rough map that is too large."""
     surface, polycube, _, places = ring()
     rough_map = affine_map(polycube, np.diag([6.0, 6.0, 1.4]), np.array([-3, -3, -0.7]))
     return surface, polycube, places, rough_map
@@ -58,7 +58,7 @@ def test_from_labels_to_an_accepted_mesh(torus):
     assert not exceeded_limits(inspect(mesh, surface))
 
 
-def test_map_keeps_its_promises():
+def test_map_conforms_to_its_kind():
     check_plugin("meshing/map", {"plugin": "harmonic", "level": 2, "longest": 0.05})
 
 
@@ -71,7 +71,7 @@ def test_equal_input_gives_an_equal_map(torus):
     assert [len(k) for k in (one.x, one.y, one.z)] == [7, 7, 3]
 
 
-def test_a_structure_of_the_wrong_genus_names_the_face_that_fails(torus):
+def test_a_structure_of_the_wrong_genus_is_refused_with_the_failing_face(torus):
     surface, polycube, places, rough_map = torus
     filled = type(polycube)(np.ones((1, 1, 1), bool), *([0, 1],) * 3, polycube.grid, ("cube",))
     labels = Labels(np.zeros(len(surface.faces)), np.zeros(len(surface.faces)))
