@@ -89,8 +89,8 @@ class _Deck:
         before = ["*MATERIAL, NAME=material\n", *self._material(), section, *sets]
         named, loads = self._loads()
         if isinstance(self.problem, Statics) and not (loads or self._moves):
-            why = "without loads, gravity and prescribed displacements there is no step"
-            return [*before, *named, f"** {why}\n", *boundary]
+            reason = "without loads, gravity and prescribed displacements there is no step"
+            return [*before, *named, f"** {reason}\n", *boundary]
         last = [*boundary, *loads, PRINTED[type(self.problem)], "*END STEP\n"]
         return [*before, *named, "*STEP\n", *self._procedure(), *last]
 
@@ -174,8 +174,8 @@ class _Deck:
         gravity = np.array(problem.acceleration) / self.metre
         size = float(np.linalg.norm(gravity))
         if size:
-            way = ", ".join(_number(x) for x in gravity / size)
-            loads.append(f"*DLOAD\nall, GRAV, {_number(size)}, {way}\n")
+            direction = ", ".join(_number(x) for x in gravity / size)
+            loads.append(f"*DLOAD\nall, GRAV, {_number(size)}, {direction}\n")
         return named, loads
 
     def _heat(self, problem: Conduction) -> list[str]:

@@ -19,7 +19,7 @@ from scipy.sparse import csr_matrix
 from polycube.analysis.recovery import TO_BEZIER
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
-from polycube.spline.element_faces import FACES, lone_sides
+from polycube.spline.element_faces import FACES, unshared_faces
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
@@ -165,6 +165,6 @@ def _from_even(nodes: np.ndarray, size: int) -> csr_matrix:
 
 def _between_levels(spline: Spline) -> np.ndarray:
     """Nodes on faces that are not on the boundary and have no element on the other side."""
-    alone = lone_sides(spline.nodes)
-    inner = alone[~np.isin(alone @ [6, 1], spline.sides @ [6, 1])]
+    unshared = unshared_faces(spline.nodes)
+    inner = unshared[~np.isin(unshared @ [6, 1], spline.sides @ [6, 1])]
     return np.unique(spline.nodes[inner[:, :1], FACES[inner[:, 1]]])

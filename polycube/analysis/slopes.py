@@ -28,9 +28,9 @@ def zero_slope_edges(spline: Spline, faces: np.ndarray, basis: csr_matrix) -> tu
     lines = np.concatenate([nodes, nodes[:, ::-1], turned, turned[:, ::-1]])
     # lines : (4 Q, 4, 4) nodes in lines from each edge of each face
     edge = unique_rows(np.sort(lines[:, 0], axis=1))[1]
-    is_held = np.isin(np.tile(np.arange(len(nodes)), 4), faces)
-    is_border = (np.bincount(edge) == 2) & (np.bincount(edge, is_held) == 1)
-    second = lines[~is_held & is_border[edge], 1, 1:3]
+    is_constrained = np.isin(np.tile(np.arange(len(nodes)), 4), faces)
+    is_border = (np.bincount(edge) == 2) & (np.bincount(edge, is_constrained) == 1)
+    second = lines[~is_constrained & is_border[edge], 1, 1:3]
     slope = np.asarray(abs(spline.extraction[second.ravel()] @ basis).sum(axis=1))
     is_flat = np.all(slope.reshape(-1, 2) <= ZERO, axis=1)
     return int(is_flat.sum()), len(is_flat)

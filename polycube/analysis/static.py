@@ -92,7 +92,7 @@ def deform(
         elasticity,
         scaled,
         spline.extraction @ u.reshape(-1, 3),
-        _held_nodes(spline, supports),
+        _prescribed_at_nodes(spline, supports),
         coarse,
     )
     radius = away * diagonal
@@ -148,7 +148,7 @@ def _nodal(spline: Spline) -> Spline:
     return replace(spline, control=points, extraction=eye(len(points), format="csr"))
 
 
-def _held_nodes(spline: Spline, supports: Sequence[Support]) -> np.ndarray:
+def _prescribed_at_nodes(spline: Spline, supports: Sequence[Support]) -> np.ndarray:
     """(B, 3) whether a component is prescribed at a Bezier node."""
     found = np.zeros((spline.extraction.shape[0], 3), bool)
     for support in supports:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.io.atomic import atomic_write
-from polycube.spline.element_faces import lone_sides
+from polycube.spline.element_faces import unshared_faces
 from polycube.types import Spline
 from polycube.types.spline import ElementFunctions
 
@@ -98,7 +98,7 @@ def read_bext(path: Path) -> Spline:
     )
     distinct, nodes = share(extraction)
     nodes = nodes.reshape(-1, 64)
-    sides = lone_sides(nodes)
+    sides = unshared_faces(nodes)
     whole_hexes = np.arange(n_elements)
     return Spline(
         control, distinct, nodes, whole_hexes, 0 * whole_hexes, sides, np.zeros(len(sides))

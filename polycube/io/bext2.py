@@ -22,7 +22,7 @@ from scipy.sparse import csr_matrix
 
 from polycube.io.atomic import atomic_write
 from polycube.io.bext import chunks, share
-from polycube.spline.element_faces import lone_sides
+from polycube.spline.element_faces import unshared_faces
 from polycube.types import Spline
 
 
@@ -117,7 +117,7 @@ def _spline(
     entries = (rows.data, (64 * element[rows.row] + rows.col, function))
     extraction, nodes = share(csr_matrix(entries, shape))
     nodes = nodes.reshape(-1, 64)
-    sides, hexes = lone_sides(nodes), np.arange(len(nodes))
+    sides, hexes = unshared_faces(nodes), np.arange(len(nodes))
     return Spline(control, extraction, nodes, hexes, 0 * hexes, sides, np.zeros(len(sides)))
 
 

@@ -21,7 +21,7 @@ _CHECK: ContextVar[Callable[[], None] | None] = ContextVar("check", default=None
 
 
 @contextmanager
-def watched(check: Callable[[], None]) -> Iterator[None]:
+def interruptible(check: Callable[[], None]) -> Iterator[None]:
     """Call `check` at each evaluation of all descents in the context; it may raise to end them."""
     token = _CHECK.set(check)
     try:

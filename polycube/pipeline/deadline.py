@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.numerics.lbfgs import watched
+from polycube.numerics.lbfgs import interruptible
 from polycube.pipeline.state import RunState
 
 logger = logging.getLogger(__name__)
@@ -47,7 +47,7 @@ class Deadline:
         if self.seconds is not None:
             self._end = time.monotonic() + self.seconds
         try:
-            with watched(self.check):
+            with interruptible(self.check):
                 yield
         finally:
             self._end = float("inf")

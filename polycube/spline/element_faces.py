@@ -17,7 +17,7 @@ FACES = np.stack(
 _CORNERS = [0, 3, 12, 15]
 
 
-def lone_sides(nodes: np.ndarray) -> np.ndarray:
+def unshared_faces(nodes: np.ndarray) -> np.ndarray:
     """(Q, 2) element and local face of faces that no other element shares; nodes (E, 64)."""
     corners = np.sort(nodes[:, FACES[:, _CORNERS]].reshape(-1, 4), axis=1)
     _, inverse, count = np.unique(corners, axis=0, return_inverse=True, return_counts=True)

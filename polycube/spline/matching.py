@@ -70,21 +70,23 @@ class Matcher:
         area = np.linalg.norm(np.cross(du, dv).reshape(-1, OWN**2, 3).mean(axis=1), axis=1)
         share = area / area.mean() ** 2
         parts = [
-            self._own(control, normals(du, dv), share),
-            *self._theirs(control, area, share),
+            self._from_spline(control, normals(du, dv), share),
+            *self._from_surface(control, area, share),
             self._along(control, share),
         ]
         rows, *rest = zip(*parts, strict=True)
         return Matches(vstack(rows).tocsr(), *(np.concatenate(part) for part in rest))
 
-    def _own(self, control: np.ndarray, facing: np.ndarray, share: np.ndarray) -> Matches:
+    def _from_spline(self, control: np.ndarray, facing: np.ndarray, share: np.ndarray) -> Matches:
         at = self.rows @ control
         chart = np.repeat(self._cad_face, OWN**2)
         foot, self._own_face = self.target.closest(at, facing, ALPHA, self._own_face, FREE, chart)
         weight = np.repeat(share, OWN**2) / OWN**2
         return Matches(self.rows, foot, self.target.normals[self._own_face], weight)
 
-    def _theirs(self, control: np.ndarray, area: np.ndarray, share: np.ndarray) -> list[Matches]:
+    def _from_surface(
+        self, control: np.ndarray, area: np.ndarray, share: np.ndarray
+    ) -> list[Matches]:
         """Matches of the points of the surface with compatible normals, and of close creases."""
         pieces = triangles(self._skin @ control, PIECES)
         facing = normals(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])

@@ -130,7 +130,7 @@ def hex_elements(mesh: HexMesh, spline: Spline | None, nodes: int) -> HexElement
         touched = np.flatnonzero(moved[numbers].any(axis=1))
         is_positive[touched] = positive(points, numbers[touched])
     found = HexElements(points, numbers, quads, int(straightened.sum()), int((~is_positive).sum()))
-    _tell(found, spline)
+    _log(found, spline)
     return found
 
 
@@ -181,8 +181,8 @@ def _sampled(spline: Spline) -> tuple[np.ndarray, np.ndarray]:
     hexes, at = [], []
     for level in np.unique(spline.level).tolist():
         own = order[spline.level[order] == level]
-        is_whole = np.bincount(spline.element_hex[own]) == 8**level
-        elements = own[is_whole[spline.element_hex[own]]].reshape(-1, 8**level)
+        is_complete = np.bincount(spline.element_hex[own]) == 8**level
+        elements = own[is_complete[spline.element_hex[own]]].reshape(-1, 8**level)
         if level == 0:
             is_sure = np.ones(len(elements), bool)
             found = BASIS @ points[spline.nodes[elements[:, 0]]]
@@ -204,7 +204,7 @@ def _at_corners(level: int) -> np.ndarray:
     return octant * 8 ** (level - 1) + corner * ((8 ** (level - 1) - 1) // 7)
 
 
-def _tell(found: HexElements, spline: Spline | None) -> None:
+def _log(found: HexElements, spline: Spline | None) -> None:
     nodes, n_hexes = found.hexes.shape[1], len(found.hexes)
     where = "with straight edges, because there is no spline" if spline is None else "on the spline"
     logger.info("%d hexes of %d nodes %s", n_hexes, nodes, where)

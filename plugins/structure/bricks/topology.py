@@ -43,12 +43,12 @@ def _pieces(solid: np.ndarray, value: bool) -> int:
             top -= 1
             at = stack[top]
             y, z = at // nz % ny, at % nz
-            for way in range(6):
-                step = 1 if way < 3 else -1
-                if way % 3 == 0:
+            for neighbour in range(6):
+                step = 1 if neighbour < 3 else -1
+                if neighbour % 3 == 0:
                     other = at + step * ny * nz
                     inside = 0 <= other < flat.size
-                elif way % 3 == 1:
+                elif neighbour % 3 == 1:
                     other, inside = at + step * nz, 0 <= y + step < ny
                 else:
                     other, inside = at + step, 0 <= z + step < nz

@@ -81,7 +81,7 @@ def _single(
     p: Problem, groups: Groups, label: np.ndarray, sign: np.ndarray, best: float, faults: float
 ) -> tuple[float, float, int]:
     """The best label of one suspect group, with either sign of its cut."""
-    at, new, flip, used, wrong = -1, 0, False, 0, faults
+    at, new, flip, used, least_faults = -1, 0, False, 0, faults
     old = label.copy()
     near = groups_near_faults(p, groups, label, sign)
     for g in range(len(near)):
@@ -100,13 +100,13 @@ def _single(
                 if turn:
                     sign[cut] = -sign[cut]
                 if cost < best - TINY:
-                    best, wrong, at, new, flip = cost, count, g, value, turn == 1
+                    best, least_faults, at, new, flip = cost, count, g, value, turn == 1
         label[:] = old
     if at >= 0:
         _put(groups, at, new, label)
         if flip:
             sign[groups.cut[at]] = -sign[groups.cut[at]]
-    return best, wrong, used
+    return best, least_faults, used
 
 
 @njit(cache=True)

@@ -54,14 +54,14 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
     side = np.zeros((len(faces), 2), int)
     mean = _mean(part, face_normals(fine), face_areas(fine))
     for number in np.flatnonzero(is_plane & (np.abs(mean).max(axis=1) < SLANTED)):
-        for turn, way in enumerate(_ways(mean[number])):
-            own = vertices[np.unique(faces[part == number])] @ way
+        for turn, direction in enumerate(_normal_directions(mean[number])):
+            own = vertices[np.unique(faces[part == number])] @ direction
             middle = (own.min() + own.max()) / 2
-            level = vertices @ way - middle
+            level = vertices @ direction - middle
             level[np.abs(level) < 0.2 * size] = 0
             vertices, faces, origin = cut(vertices, faces, part == number, level)
             part, side = part[origin], side[origin]
-            is_above = vertices[faces].mean(axis=1) @ way > middle
+            is_above = vertices[faces].mean(axis=1) @ direction > middle
             side[part == number, turn] = np.where(is_above[part == number], 1, -1)
     fine = TriMesh(vertices, faces, part)
     nearest = np.where(is_plane[part], -1, (face_normals(fine) @ DIRECTIONS.T).argmax(axis=1))
@@ -76,7 +76,7 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
     return Pieces(fine, piece, part[where], side[where], planar)
 
 
-def _ways(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _normal_directions(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two unit vectors in a slanted plane: along the slope, and across it."""
     flat = np.eye(3)[np.abs(normal).argmin()]
     across = flat - flat @ normal * normal

@@ -62,12 +62,12 @@ def caps(
         If a triangle is too inclined for a wall.
     """
     lean = np.where(known.is_sliver, 0, abs(known.normals @ axis))
-    if (wrong := (lean > FACET) & (lean < 1 - FLAT)).any():
-        _refuse(surface, np.argmax(wrong * lean * known.area))
+    if (inclined := (lean > FACET) & (lean < 1 - FLAT)).any():
+        _refuse(surface, np.argmax(inclined * lean * known.area))
     rise = np.ptp((surface.vertices @ axis)[surface.faces], axis=1)
     is_cap = np.where(known.is_sliver, rise < near, (lean > FACET) & (rise < 10 * near))
-    if (wrong := (lean > FACET) & ~is_cap).any():
-        _refuse(surface, np.argmax(wrong * known.area))
+    if (inclined := (lean > FACET) & ~is_cap).any():
+        _refuse(surface, np.argmax(inclined * known.area))
     return is_cap, ~is_cap & (lean > FLAT)
 
 

@@ -73,8 +73,8 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
 
     A vertex is only used once, except for coincident corners.
     """
-    stands_for = merged(features)
-    distinct = np.flatnonzero(stands_for == np.arange(len(stands_for)))
+    representative = merged(features)
+    distinct = np.flatnonzero(representative == np.arange(len(representative)))
     reach = REACH * mesh.size[problem.outer]
     around = cKDTree(x[problem.outer]).query_ball_point(
         features.corners[distinct], reach.max(), return_sorted=True
@@ -97,10 +97,10 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
     )
     cost[:, len(vertices) :] = NOT_MATCHED
     row, column = linear_sum_assignment(np.minimum(cost, 1e6))
-    found = np.full(len(stands_for), -1)
+    found = np.full(len(representative), -1)
     real = column < len(vertices)
     found[distinct[row[real]]] = vertices[column[real]]
-    return found[stands_for]
+    return found[representative]
 
 
 def _leaving_directions(features: Features) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -93,7 +93,7 @@ def _levels(wanted: Sequence[np.ndarray]) -> tuple[Level, ...]:
     for blocks in wanted:
         if levels:
             blocks = blocks | _any_of_eight(binary_dilation(levels[-1].fine, AROUND))
-        fine = _whole_pairs(binary_dilation(blocks, AROUND))
+        fine = _complete_pairs(binary_dilation(blocks, AROUND))
         levels.append(Level(fine, binary_erosion(fine, AROUND)))
     return tuple(levels)
 
@@ -119,7 +119,7 @@ def _pinched(cells: np.ndarray) -> np.ndarray:
     return found
 
 
-def _whole_pairs(blocks: np.ndarray) -> np.ndarray:
+def _complete_pairs(blocks: np.ndarray) -> np.ndarray:
     """Blocks completed to whole pairs along each axis, also where two pairs meet at an edge."""
     pairs = _any_of_eight(blocks)
     while True:

@@ -72,8 +72,8 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
     mixed = own[pair[:, 0]] != own[pair[:, 1]]
     rim = sides[mixed]
     inner_quad = np.where(own[pair[mixed, 0]], pair[mixed, 0], pair[mixed, 1])
-    shown = np.where(own[:, None], twin[quads], quads)
-    table = np.vstack([shown, np.hstack([rim, twin[rim][:, ::-1]])])
+    boundary = np.where(own[:, None], twin[quads], quads)
+    table = np.vstack([boundary, np.hstack([rim, twin[rim][:, ::-1]])])
     outside, _ = exposed(hexes)
     known = label_of(outside, table, np.arange(1, len(table) + 1))
     return hex_mesh(

@@ -57,7 +57,7 @@ class Refinement:
     def __post_init__(self) -> None:
         for name in ("levels", "depth", "rings"):
             least = int(name == "depth")
-            if not _is_whole(getattr(self, name), least):
+            if not _is_integer(getattr(self, name), least):
                 raise ValueError(
                     f"refine.{name} must be a whole number >= {least}; got {getattr(self, name)!r}"
                 )
@@ -88,7 +88,7 @@ class Refinement:
         + c.
         """
         if not isinstance(self.elements, str):
-            if not all(_is_whole(element, 0) for element in self.elements):
+            if not all(_is_integer(element, 0) for element in self.elements):
                 raise ValueError(
                     f"refine.elements must be whole numbers >= 0 or a file; got {self.elements!r}"
                 )
@@ -124,7 +124,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _is_whole(value: object, least: int) -> bool:
+def _is_integer(value: object, least: int) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
 
 
@@ -136,7 +136,7 @@ def _check_box(box: Mapping) -> None:
     corners, level = box["box"], box.get("level", 1)
     if not isinstance(corners, Sequence) or len(corners) != 6:
         raise ValueError(wanted)
-    if not all(map(_is_number, corners)) or not _is_whole(level, 1):
+    if not all(map(_is_number, corners)) or not _is_integer(level, 1):
         raise ValueError(wanted)
     if not all(low < high for low, high in zip(corners[:3], corners[3:], strict=True)):
         raise ValueError(f"a box of refine.boxes must have its low corner first; got {box!r}")
@@ -149,7 +149,7 @@ def _from_file(path: Path) -> list[list[int]]:
     pairs = []
     for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
         fields = line.split()
-        if fields and not (len(fields) == 2 and all(word.isdecimal() for word in fields)):
+        if fields and not (len(fields) == 2 and all(text.isdecimal() for text in fields)):
             raise ValueError(f'{path}, line {number}: needs "level element"; got {line!r}')
         pairs += [tuple(map(int, fields))] if fields else []
     deepest = max((level for level, _ in pairs), default=-1)

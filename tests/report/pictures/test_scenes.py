@@ -10,7 +10,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import CELLS, QUALITY_COLOURS, ramp, rgb
-from polycube.spline.element_faces import lone_sides
+from polycube.spline.element_faces import unshared_faces
 from polycube.structure.rough_map import affine_map
 from polycube.types import Modes, TriMesh
 from tests.fixtures.hexmeshes import CORNERS, hex_box
@@ -100,7 +100,7 @@ def test_bezier_skin_is_closed_outward_and_of_the_right_volume(run) -> None:
 
 def test_sides_of_a_spline_are_the_faces_that_one_element_has(run) -> None:
     spline = run.spline
-    assert sorted(map(tuple, lone_sides(spline.nodes))) == sorted(map(tuple, spline.sides))
+    assert sorted(map(tuple, unshared_faces(spline.nodes))) == sorted(map(tuple, spline.sides))
 
 
 def test_bezier_skin_weights_are_a_partition_of_unity(run) -> None:
