@@ -215,9 +215,9 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
         logger.info("%s", result)
     for caution in cautions(report):
         logger.warning("warning: %s", caution)
-    for warning in report.get("doubts", ()):
+    for warning in report.get("mesh_warnings", ()):
         logger.warning("warning: check the mesh before you use it: %s", warning)
-    is_poor = report.get("doubts") or (not report["valid"] and "hex" in report)
+    is_poor = report.get("mesh_warnings") or (not report["valid"] and "hex" in report)
     if is_poor and not cfg["hex"] and cfg["meshing"].get("otherwise"):
         logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
     page = folder / "report.html"

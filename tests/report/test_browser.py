@@ -51,7 +51,7 @@ def report(run) -> dict[str, object]:
     ranked = {"proposal": "slices", "context": ["cube", "hole_z"], "key": "k", "score": 0.25}
     return {
         "valid": True,
-        "doubts": ["the volume is 93 % of the surface's"],
+        "mesh_warnings": ["the volume is 93 % of the surface's"],
         "warnings": ["3 vertices welded"],
         "input": {"path": "parts/a_part_with_a_long_name_that_goes_on_and_on.stl", "bbox": box},
         "polycube": {"grid": [2, 1, 1], "candidates": [ranked] * 3, "chosen": 0},

@@ -146,8 +146,10 @@ def _report(
         "input": {"path": path, "solids": len(parts)},
         "solids": [_row(part, names, path) for part in parts],
         "contacts": touching,
-        "doubts": [
-            f"{p.solid.name}: {doubt}" for p in parts for doubt in p.report.get("doubts", ())
+        "mesh_warnings": [
+            f"{part.solid.name}: {warning}"
+            for part in parts
+            for warning in part.report.get("mesh_warnings", ())
         ],
         "seconds": {
             part.solid.name: round(sum(part.report.get("seconds", {}).values()), 3)

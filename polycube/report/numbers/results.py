@@ -99,7 +99,10 @@ def _outcome(state: RunState, report: Numbers) -> Numbers:
     if state.interrupted:
         found["interrupted"] = True
     if state.verdict is not None:
-        found["doubts"] = [*state.verdict.warnings, *quality.spline_warnings(report.get("spline"))]
+        found["mesh_warnings"] = [
+            *state.verdict.warnings,
+            *quality.spline_warnings(report.get("spline")),
+        ]
     return found
 
 

@@ -10,12 +10,12 @@ from polycube.report.numbers.quality import SPLINE_APART
 from polycube.report.numbers.words import sentence, text
 from polycube.types import Json
 
-GOOD, DOUBTFUL, BAD, PLAIN = "good", "doubtful", "bad", ""
+GOOD, WARNING, BAD, PLAIN = "good", "warning", "bad", ""
 CALM = "calm"  # mark of a sentence without a sign
 GOOD_WORDS = (
     "All checks passed: worst hex, distances to the input and volume are within their limits."
 )
-SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}
+SIGNS = {GOOD: "✓ ", WARNING: "! ", BAD: "✗ ", PLAIN: ""}
 
 UNKNOWN = "model units"  # length unit of a part without analysis
 
@@ -47,23 +47,23 @@ def verdict(report: Json) -> tuple[str, str]:
     if not report.get("valid"):
         return BAD, "No valid result"
     return (
-        (DOUBTFUL, "Valid hex mesh with warnings") if reasons(report) else (GOOD, "Valid hex mesh")
+        (WARNING, "Valid hex mesh with warnings") if reasons(report) else (GOOD, "Valid hex mesh")
     )
 
 
 def why(report: Json) -> tuple[str, list[str]]:
     """Mark and sentences of the reasons for the verdict."""
     failure = [report["failure"]] if report.get("failure") else []
-    doubtful = [sentence(reason) for reason in (*failure, *reasons(report))]
-    if doubtful:
-        return BAD if failure else DOUBTFUL, doubtful
+    sentences = [sentence(reason) for reason in (*failure, *reasons(report))]
+    if sentences:
+        return BAD if failure else WARNING, sentences
     return CALM, [GOOD_WORDS] if report.get("valid") else []
 
 
 def reasons(report: Json) -> list[str]:
     """All warnings about a valid mesh, one sentence each."""
     stopped = [str(report["stopped"])] if report.get("stopped") else []
-    return [*stopped, *report.get("doubts", ())]
+    return [*stopped, *report.get("mesh_warnings", ())]
 
 
 def _worst(report: Json) -> list[Tile]:
@@ -72,7 +72,7 @@ def _worst(report: Json) -> list[Tile]:
     if least is None:
         return []
     limit = _limit(report, "poor_jacobian")
-    mark = BAD if least <= 0 else DOUBTFUL if least < limit else GOOD
+    mark = BAD if least <= 0 else WARNING if least < limit else GOOD
     mean = numbers.get("mean_scaled_jacobian")
     note = f"1 for a cube, limit {limit:g}" + (f"; mean {mean:.3f}" if mean else "")
     return [Tile(f"{least:.3f}", "worst scaled Jacobian", note, mark)]
@@ -91,7 +91,7 @@ def _count(report: Json) -> list[Tile]:
     if certificate:
         everywhere = certificate["positive_everywhere"]
         corners = certificate["positive_at_corners"]
-        mark = GOOD if everywhere else DOUBTFUL if corners else BAD
+        mark = GOOD if everywhere else WARNING if corners else BAD
         where = "everywhere (proved)" if everywhere else "at corners" if corners else "not in all"
         note = f"Jacobian positive: {where}"
     return [Tile(text(numbers["hexes"]), "hexes", note, mark)]
@@ -114,7 +114,7 @@ def _distance(report: Json) -> list[Tile]:
     limit = _limit(report, "distance_limit")
     notes.append(f"limit {100 * limit:g} %")
     is_far = any("apart" in reason or "largest distance" in reason for reason in reasons(report))
-    mark = BAD if max(both) >= limit else DOUBTFUL if is_far else GOOD
+    mark = BAD if max(both) >= limit else WARNING if is_far else GOOD
     return [Tile(value, "largest distance from the input", "; ".join(notes), mark)]
 
 
@@ -123,7 +123,7 @@ def _volume(report: Json) -> list[Tile]:
     if error is None:
         return []
     limit = _limit(report, "far_volume")
-    mark = DOUBTFUL if error >= limit else GOOD
+    mark = WARNING if error >= limit else GOOD
     return [Tile(f"{100 * error:.2f} %", "volume error", f"limit {100 * limit:g} %", mark)]
 
 
@@ -137,7 +137,7 @@ def _features(report: Json) -> list[Tile]:
     total = sum(each["all"] for each in counts.values())
     note = ", ".join(f"{kept[kind]} of {each['all']} {kind}" for kind, each in counts.items())
     limit = f"within {100 * found['tolerance']:g} % of the diagonal"
-    mark = GOOD if sum(kept.values()) == total else DOUBTFUL
+    mark = GOOD if sum(kept.values()) == total else WARNING
     value = f"{sum(kept.values())} of {total}"
     return [Tile(value, "CAD features preserved", f"{note}; {limit}", mark)]
 
@@ -148,7 +148,7 @@ def _spline(report: Json) -> list[Tile]:
         return []
     p99 = max(numbers["surface_to_spline_p99"], numbers["spline_to_surface_p99"])
     sound = numbers["is_positive"]
-    mark = GOOD if sound and p99 < SPLINE_APART else DOUBTFUL
+    mark = GOOD if sound and p99 < SPLINE_APART else WARNING
     least = f"smallest det J {numbers['min_scaled_detj']:.3f} of its mean"
     note = f"{text(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
     value = share = f"{100 * p99:.2g} % of the diagonal"

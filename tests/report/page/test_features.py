@@ -105,7 +105,7 @@ def test_the_first_screen_counts_what_is_kept(found):
     all_kept = {**found, **{f"{k}s": {"all": 5, "lost": 0} for k in ("point", "curve", "face")}}
     tile = header({"hex": {"features": all_kept}})
     assert 'tile good"><span>CAD features preserved' in tile and "15 of 15" in tile
-    assert 'tile doubtful"><span>CAD features preserved' in header({"hex": {"features": found}})
+    assert 'tile warning"><span>CAD features preserved' in header({"hex": {"features": found}})
     assert "CAD features" not in header({"hex": {"features": None}})
 
 

@@ -122,8 +122,8 @@ def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path
     assert not {"hexes", "spline", "modes"} & set(outline.sections)
 
 
-def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
-    report = {"valid": True, "doubts": ["the volume is 93% of the surface's"]}
+def test_the_warnings_about_a_valid_mesh_are_listed(tmp_path: Path) -> None:
+    report = {"valid": True, "mesh_warnings": ["the volume is 93% of the surface's"]}
     page = write_report(tmp_path, EMPTY, report, False).read_text(encoding="utf-8")
     assert "Valid hex mesh with warnings" in page
     assert "The volume is 93% of the surface" in page
@@ -148,10 +148,10 @@ def test_the_first_thing_to_read_says_where_it_is_positive(corners, everywhere, 
     ("numbers", "mark"),
     [
         ({"min_scaled_jacobian": 0.5}, "good"),
-        ({"min_scaled_jacobian": 0.1}, "doubtful"),
+        ({"min_scaled_jacobian": 0.1}, "warning"),
         ({"min_scaled_jacobian": -0.1}, "bad"),
         ({"volume_error": 0.01}, "good"),
-        ({"volume_error": 0.05}, "doubtful"),
+        ({"volume_error": 0.05}, "warning"),
         ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.02}, "good"),
         ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.05}, "bad"),
     ],
@@ -164,9 +164,9 @@ def test_a_spline_is_judged_by_its_sign_and_its_distance() -> None:
     spline = {"is_positive": True, "min_scaled_detj": 0.1, "functions": 9}
     spline |= {"surface_to_spline_p99": 0.001, "spline_to_surface_p99": 0.002}
     assert 'tile good"><span>spline' in header({"spline": spline})
-    assert 'tile doubtful"><span>spline' in header({"spline": {**spline, "is_positive": False}})
+    assert 'tile warning"><span>spline' in header({"spline": {**spline, "is_positive": False}})
     far = {**spline, "surface_to_spline_p99": 0.02}
-    assert 'tile doubtful"><span>spline' in header({"spline": far})
+    assert 'tile warning"><span>spline' in header({"spline": far})
 
 
 def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
