@@ -192,7 +192,7 @@ def _attempt(
 
 def _say(report: Json, folder: Path, cfg: Json) -> None:
     """Print the mesh, the results of the analysis and their folder; warnings and suggestions."""
-    from polycube.report.numbers.words import cautions, sentences
+    from polycube.report.numbers.formatting import cautions, sentences
 
     if "hex" in report:
         numbers = report["hex"]

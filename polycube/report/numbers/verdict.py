@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 from polycube.io.step import STEP
 from polycube.report.numbers import solutions
-from polycube.report.numbers.quality import SPLINE_APART
-from polycube.report.numbers.words import sentence, text
+from polycube.report.numbers.formatting import sentence, text
+from polycube.report.numbers.quality import SPLINE_LIMIT
 from polycube.types import Json
 
 GOOD, WARNING, BAD, PLAIN = "good", "warning", "bad", ""
 CALM = "calm"  # mark of a sentence without a sign
-GOOD_WORDS = (
+ALL_PASSED = (
     "All checks passed: worst hex, distances to the input and volume are within their limits."
 )
 SIGNS = {GOOD: "✓ ", WARNING: "! ", BAD: "✗ ", PLAIN: ""}
@@ -39,7 +39,7 @@ class Tile:
 
 
 def verdict(report: Json) -> tuple[str, str]:
-    """Mark and words of the verdict on the mesh."""
+    """Mark and text of the verdict on the mesh."""
     if report.get("partly_fitted"):
         return BAD, "Hex mesh without inverted hexes, only partly fitted"
     if not report.get("valid") and "solids" in report:
@@ -57,7 +57,7 @@ def why(report: Json) -> tuple[str, list[str]]:
     sentences = [sentence(reason) for reason in (*failure, *reasons(report))]
     if sentences:
         return BAD if failure else WARNING, sentences
-    return CALM, [GOOD_WORDS] if report.get("valid") else []
+    return CALM, [ALL_PASSED] if report.get("valid") else []
 
 
 def reasons(report: Json) -> list[str]:
@@ -128,17 +128,17 @@ def _volume(report: Json) -> list[Tile]:
 
 
 def _features(report: Json) -> list[Tile]:
-    """Kept points, curves and faces of a CAD model."""
+    """Preserved points, curves and faces of a CAD model."""
     found = report.get("hex", {}).get("features")
     if not found:
         return []
     counts = {kind: found[kind] for kind in ("points", "curves", "faces")}
-    kept = {kind: each["all"] - each["lost"] for kind, each in counts.items()}
+    preserved = {kind: each["all"] - each["lost"] for kind, each in counts.items()}
     total = sum(each["all"] for each in counts.values())
-    note = ", ".join(f"{kept[kind]} of {each['all']} {kind}" for kind, each in counts.items())
+    note = ", ".join(f"{preserved[kind]} of {each['all']} {kind}" for kind, each in counts.items())
     limit = f"within {100 * found['tolerance']:g} % of the diagonal"
-    mark = GOOD if sum(kept.values()) == total else WARNING
-    value = f"{sum(kept.values())} of {total}"
+    mark = GOOD if sum(preserved.values()) == total else WARNING
+    value = f"{sum(preserved.values())} of {total}"
     return [Tile(value, "CAD features preserved", f"{note}; {limit}", mark)]
 
 
@@ -147,16 +147,18 @@ def _spline(report: Json) -> list[Tile]:
     if "surface_to_spline_p99" not in numbers:
         return []
     p99 = max(numbers["surface_to_spline_p99"], numbers["spline_to_surface_p99"])
-    sound = numbers["is_positive"]
-    mark = GOOD if sound and p99 < SPLINE_APART else WARNING
+    is_positive = numbers["is_positive"]
+    mark = GOOD if is_positive and p99 < SPLINE_LIMIT else WARNING
     least = f"smallest det J {numbers['min_scaled_detj']:.3f} of its mean"
-    note = f"{text(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
+    note = (
+        f"{text(numbers['functions'])} functions; {least if is_positive else 'det J not positive'}"
+    )
     value = share = f"{100 * p99:.2g} % of the diagonal"
     diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
     if diagonal:
         value, note = f"{text(p99 * diagonal)} {length_unit(report)}", f"{share}; {note}"
     name = "spline from the input, 99 % of points"
-    return [Tile(value, name, f"limit {100 * SPLINE_APART:g} %; {note}", mark)]
+    return [Tile(value, name, f"limit {100 * SPLINE_LIMIT:g} %; {note}", mark)]
 
 
 def _solution(report: Json) -> list[Tile]:
@@ -196,9 +198,9 @@ def about(report: Json) -> dict[str, str | None]:
     }
 
 
-def _date(written: str) -> str:
+def _date(time: str) -> str:
     """2026-01-31T12:34:56+01:00 as 2026-01-31 12:34 +01:00."""
-    return f"{written[:10]} {written[11:16]} {written[19:]}".strip()
+    return f"{time[:10]} {time[11:16]} {time[19:]}".strip()
 
 
 def _size(box: list[list[float]] | None, unit: str) -> str | None:
