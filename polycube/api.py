@@ -129,7 +129,7 @@ def execute(
     if folder is not None:
         start_folder(folder, settings, state)
         started(folder)
-        run.keep_input(state, folder)
+        run.store_input(state, folder)
     state = _work(run, state, exports)
     if state.failure is not None or state.interrupted:  # its places were not looked up
         exports = built
