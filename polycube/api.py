@@ -131,7 +131,7 @@ def execute(
         started(folder)
         run.store_input(state, folder)
     state = _work(run, state, exports)
-    if state.failure is not None or state.interrupted:  # its places were not looked up
+    if state.failure is not None or state.interrupted:  # the sets of the exports were not checked
         exports = built
     report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
     if folder is not None:
