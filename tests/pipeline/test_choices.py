@@ -1,4 +1,4 @@
-"""Which structures are meshed, and when one is enough."""
+"""Which structures are meshed, and when no other is tried."""
 
 from types import SimpleNamespace
 
