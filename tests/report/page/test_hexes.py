@@ -21,7 +21,7 @@ def text(page: str) -> str:
     return " ".join(" ".join(Outline(page).text).split())
 
 
-def test_measures_worst_hexes_and_distances_are_told(run, numbers) -> None:
+def test_measures_worst_hexes_and_distances_are_shown(run, numbers) -> None:
     numbers = numbers | {"surface_to_mesh_max": 0.0123}
     shown = text(hexes(run, {"hex": numbers}, {"cells": b"\x89PNG"}))
     worst = numbers["worst"][0]
