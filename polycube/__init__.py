@@ -11,7 +11,7 @@ __all__ = ["InputError", "MeshingError", "Result", "citation", "mesh"]
 
 _PACKAGE = Path(__file__).parent
 
-# In a checkout, `plugins/` and `conf/` are beside this package; in a wheel, they are inside.
+# In a checkout, `plugins/` and `conf/` are next to this package; in a wheel, they are inside.
 HOME = _PACKAGE if (_PACKAGE / "plugins").is_dir() else _PACKAGE.parent
 
 

@@ -129,9 +129,9 @@ def execute(
     if folder is not None:
         start_folder(folder, settings, state)
         started(folder)
-        run.keep_input(state, folder)
+        run.store_input(state, folder)
     state = _work(run, state, exports)
-    if state.failure is not None or state.interrupted:  # its places were not looked up
+    if state.failure is not None or state.interrupted:  # the sets of the exports were not checked
         exports = built
     report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
     if folder is not None:

@@ -202,19 +202,19 @@ def refusal(error: Exception) -> InputError:
 def _no_option(name: str, parent: Container) -> InputError:
     """Error for an option that its parent does not have."""
     group, _, last = name.rpartition(".")
-    beside = list(parent) if group and isinstance(parent, DictConfig) else []
+    siblings = list(parent) if group and isinstance(parent, DictConfig) else []
     root = parent._get_root()  # OmegaConf has no public way up
     known = list(_names(OmegaConf.to_container(root)))
     # such as meshing.size for size
     same = [other for other in known if other.rpartition(".")[2] == last]
     highest = min((other.count(".") for other in same), default=0)
     near = (
-        get_close_matches(name, [f"{group}.{key}" for key in beside], 1, 0.5)
+        get_close_matches(name, [f"{group}.{key}" for key in siblings], 1, 0.5)
         or [other for other in same if other.count(".") == highest]
         or get_close_matches(name, SHORT, 1, 0.75)
         or get_close_matches(name, known, 1, 0.5)
     )
-    have = f"{group} has {', '.join(beside)}" if beside else "--help lists them"
+    have = f"{group} has {', '.join(siblings)}" if siblings else "--help lists them"
     return InputError(f"there is no option {name}", remedy=_did_you_mean(near) + have)
 
 

@@ -33,7 +33,7 @@ REQUIRED = "???"  # value of an option without a default
 # options provided by the run, not by the configuration
 PROVIDED = {"structure": ("grid", "primitives")}
 BY_RUN = {"given": "by the run"}  # metadata of a field that `provide` fills in
-PLAIN = {  # checked annotations: permitted types, in code and in words
+PLAIN = {  # checked annotations: permitted types, and their description in messages
     "bool": (bool, "true or false"),
     "int": (Integral, "a whole number"),
     "float": (Real, "a number"),
@@ -89,8 +89,8 @@ def setting(name: str, default: object) -> Any:
 
 def provide(plugin: Any, **values: object) -> Any:
     """The plugin with the values for the fields that it declares by `field(metadata=BY_RUN)`."""
-    asked = [f.name for f in fields(plugin) if f.metadata == BY_RUN and f.name in values]
-    return replace(plugin, **{name: values[name] for name in asked})
+    declared = [f.name for f in fields(plugin) if f.metadata == BY_RUN and f.name in values]
+    return replace(plugin, **{name: values[name] for name in declared})
 
 
 def choice(kind: str, name: str) -> Any:
@@ -175,10 +175,10 @@ def _check_types(plugin: str, cls: type, values: Mapping[str, object]) -> None:
             raise BadOption(f"{plugin}: {name} must be given")
         annotation = types.get(name)  # a string, if its module postpones annotations
         plain = annotation.__name__ if isinstance(annotation, type) else str(annotation)
-        admitted, words = PLAIN.get(plain, (object, ""))
+        admitted, description = PLAIN.get(plain, (object, ""))
         truth = isinstance(value, bool) and plain != "bool"  # Python counts booleans as numbers
         if not isinstance(value, admitted) or (truth and plain in PLAIN):
-            raise BadOption(f"{plugin}: {name} must be {words}; got {value!r}")
+            raise BadOption(f"{plugin}: {name} must be {description}; got {value!r}")
 
 
 @cache

@@ -82,8 +82,8 @@ class Result:
         if path.suffix == VTU:
             return write_hexes(path, self.hexes, self.surface, self.polycube)
         export = build("export", {"plugin": suffixes[path.suffix]})
-        whole = provide(export, spline=self.spline, problem=self.problem)
-        return whole(self.hexes, path.with_suffix(""))
+        complete = provide(export, spline=self.spline, problem=self.problem)
+        return complete(self.hexes, path.with_suffix(""))
 
     def to_pyvista(self, what: str = "hexes") -> pyvista.UnstructuredGrid:
         """A PyVista grid with the arrays of the files of a run.
@@ -106,7 +106,7 @@ class Result:
         from polycube.io.bezier import write_solution
 
         if what not in ("hexes", "solution") or getattr(self, what) is None:
-            raise InputError(f"there is nothing called {what!r}", remedy="say hexes or solution")
+            raise InputError(f"there is nothing called {what!r}", remedy="use hexes or solution")
         with TemporaryDirectory() as folder:
             if what == "hexes":
                 self.save(Path(folder) / "hex.vtu")

@@ -46,12 +46,12 @@ def test_faces_of_a_cad_model_survive():
 def test_what_is_not_asked_for_is_none_and_files_are_kept_on_request(tmp_path):
     part = polycube.mesh("example:dice", "order=[meshing]", output_dir=tmp_path, **FAST)
     assert part.spline is None and part.modes is None
-    kept, _ = read_hexes(str(tmp_path / "hex.vtu"))
-    assert len(kept.hexes) == len(part.hexes.hexes)
-    again = polycube.mesh(tmp_path / "hex.vtu", order=["meshing"])  # a hex mesh is improved
+    written, _ = read_hexes(str(tmp_path / "hex.vtu"))
+    assert len(written.hexes) == len(part.hexes.hexes)
+    improved = polycube.mesh(tmp_path / "hex.vtu", order=["meshing"])  # a hex mesh is improved
     same = polycube.mesh(part.hexes, order=["meshing"])
-    assert again.polycube is None and same.polycube is None
-    before, after = (p.report["hex"]["min_scaled_jacobian"] for p in (part, again))
+    assert improved.polycube is None and same.polycube is None
+    before, after = (p.report["hex"]["min_scaled_jacobian"] for p in (part, improved))
     assert after > before - 0.05
 
 

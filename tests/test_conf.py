@@ -108,11 +108,16 @@ def test_every_file_says_what_it_is(path: Path) -> None:
 
 def test_bundles_share_the_settings_of_their_stages() -> None:
     """`meshing.size` reaches every stage that has it as an option, in every bundle."""
-    words = ["size=3%", "max_hexes=7", "deviation=1%", "curvature=2%", "level=3"]
+    overrides = ["size=3%", "max_hexes=7", "deviation=1%", "curvature=2%", "level=3"]
     for bundle in options_of(loader(), "meshing"):
-        found = compose("infer", [f"meshing={bundle}", *(f"meshing.{word}" for word in words)])
+        found = compose("infer", [f"meshing={bundle}", *(f"meshing.{word}" for word in overrides)])
         stage = found["meshing"]["subdivide"]
-        assert [stage[w.partition("=")[0]] for w in words if "dev" not in w] == ["3%", 7, "2%", 3]
+        assert [stage[w.partition("=")[0]] for w in overrides if "dev" not in w] == [
+            "3%",
+            7,
+            "2%",
+            3,
+        ]
         assert (
             found["meshing"]["refine"] | {"deviation": "1%", "max_hexes": 7}
             == (found["meshing"]["refine"])

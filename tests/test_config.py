@@ -55,7 +55,7 @@ def test_a_mandatory_value_is_shown_as_such() -> None:
 
 
 @pytest.mark.parametrize(
-    ("override", "words"),
+    ("override", "message"),
     [
         ("meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
         ("seed.x=1", "no option seed.x"),
@@ -63,7 +63,7 @@ def test_a_mandatory_value_is_shown_as_such() -> None:
         ("tries=1,2", "Ambiguous value"),
     ],
 )
-def test_a_wrong_override_is_refused_on_one_line(override: str, words: str) -> None:
+def test_a_wrong_override_is_refused_on_one_line(override: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         compose("infer", [override])
-    assert words in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -21,11 +21,13 @@ ACME = ROOT / "tests" / "acme_polycube"
 
 def run(*command: object, cwd: Path, fails: bool = False) -> str:
     clean = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "PIP_"))}
-    words = [str(word) for word in command]
-    done = subprocess.run(words, cwd=cwd, env=clean, capture_output=True, text=True, check=False)
-    said = done.stdout + done.stderr
-    assert (done.returncode != 0) is fails, said
-    return said
+    arguments = [str(word) for word in command]
+    done = subprocess.run(
+        arguments, cwd=cwd, env=clean, capture_output=True, text=True, check=False
+    )
+    output = done.stdout + done.stderr
+    assert (done.returncode != 0) is fails, output
+    return output
 
 
 def wheel(project: Path, folder: Path) -> Path:
@@ -78,37 +80,37 @@ def test_wheel_holds_plugins_and_conf_inside_the_package(wheels: list[Path]) -> 
 
 
 def test_our_code_comes_from_the_wheel(python: Path, tmp_path: Path) -> None:
-    said = run(
+    output = run(
         python, "-c", "import polycube; print(polycube.__file__, polycube.HOME)", cwd=tmp_path
     )
-    places = [Path(word) for word in said.split()]
+    places = [Path(line) for line in output.split()]
     assert all(python.parents[1] in place.parents for place in places)
 
 
 def test_the_strangers_own_tests_pass(python: Path, tmp_path: Path) -> None:
     shutil.copytree(ACME / "tests", tmp_path / "tests")  # away from our own pytest settings
-    said = run(python, "-m", "pytest", "tests", cwd=tmp_path)
-    assert "2 passed" in said
+    output = run(python, "-m", "pytest", "tests", cwd=tmp_path)
+    assert "2 passed" in output
 
 
 def test_strangers_and_our_plugins_stand_side_by_side(python: Path, tmp_path: Path) -> None:
     code = "from polycube.registry import names; print(*names('schedule'), *names('primitive'))"
-    said = run(python, "-c", code, cwd=tmp_path).split()
+    output = run(python, "-c", code, cwd=tmp_path).split()
     ours = [*names("schedule"), *names("primitive")]
-    assert sorted(said) == sorted([*ours, "quadratic", "notch"])
+    assert sorted(output) == sorted([*ours, "quadratic", "notch"])
 
 
 @pytest.mark.slow
 def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
     train = python.parent / "polycube-train"
     chosen = ("schedule=quadratic", "schedule.steps=77", "primitives=cube_and_notch")
-    said = run(train, "--cfg", "job", *chosen, cwd=tmp_path)
-    assert "plugin: quadratic" in said and "steps: 77" in said and "- notch" in said
+    output = run(train, "--cfg", "job", *chosen, cwd=tmp_path)
+    assert "plugin: quadratic" in output and "steps: 77" in output and "- notch" in output
 
 
 def test_help_lists_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
-    said = run(python.parent / "polycube-train", "--help", cwd=tmp_path)
-    lines = [" ".join(line.split()) for line in said.splitlines()]
+    output = run(python.parent / "polycube-train", "--help", cwd=tmp_path)
+    lines = [" ".join(line.split()) for line in output.splitlines()]
     about = "beta_t grows with the square of t: slow while most of the polycube is left"
     assert f"quadratic {about}" in lines
     assert any(line.startswith("cube_and_notch ") for line in lines)
@@ -137,8 +139,8 @@ def test_a_name_nobody_has_is_refused_with_the_names_there_are(
     python: Path, tmp_path: Path
 ) -> None:
     train = python.parent / "polycube-train"
-    said = run(train, "--cfg", "job", "schedule=squared", cwd=tmp_path, fails=True)
-    assert "squared" in said and "quadratic" in said and "linear" in said
+    output = run(train, "--cfg", "job", "schedule=squared", cwd=tmp_path, fails=True)
+    assert "squared" in output and "quadratic" in output and "linear" in output
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ QUICK = {
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory) -> Path:
-    """What pip installs of the package's files, and its test beside it."""
+    """What pip installs of the package's files, and its test next to it."""
     source = tmp_path_factory.mktemp("acme-polycube")
     for name, text in FILES.items():
         path = source / name
@@ -70,9 +70,9 @@ def test_every_plugin_keeps_its_promises(package: Path) -> None:
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
 def test_the_commands_compose_with_them(package: Path, command: list[str]) -> None:
     name, *overrides = command
-    said = run(package, ROOT / MAIN[name], "--cfg", "job", *overrides)
+    output = run(package, ROOT / MAIN[name], "--cfg", "job", *overrides)
     plugins = {"polycube-train": ["geometric"], "polycube-infer": ["laplacian", "csv"]}[name]
-    assert all(f"plugin: {plugin}" in said for plugin in plugins)
+    assert all(f"plugin: {plugin}" in output for plugin in plugins)
 
 
 @pytest.mark.slow

@@ -82,7 +82,7 @@ def test_a_name_is_taken_once(own) -> None:
     class First:
         pass
 
-    assert register("schedule", "mine")(First) is First  # again, as a reload does
+    assert register("schedule", "mine")(First) is First  # a second time, as a reload does
     with pytest.raises(ValueError, match=r"'mine' is registered twice: by .*First and .*Second"):
 
         @register("schedule", "mine")
@@ -98,7 +98,7 @@ def test_a_strangers_bug_is_named_only_where_it_matters(own) -> None:
 
 
 def test_a_broken_package_does_not_stop_the_others(tmp_path: Path) -> None:
-    """A distribution whose import fails: ours are found, and its error is told."""
+    """A distribution whose import fails: ours are found, and its error is reported."""
     (tmp_path / "anvil.py").write_text("raise RuntimeError('too heavy')")
     info = tmp_path / "anvil-1.0.dist-info"
     info.mkdir()

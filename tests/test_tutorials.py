@@ -50,7 +50,7 @@ def symmetric(line: str) -> str:
 
 
 def is_like(line: str, other: str) -> bool:
-    """Whether two lines have equal words, and numbers that differ little."""
+    """Whether two lines have equal text, and numbers that differ little."""
     line, other = symmetric(line), symmetric(other)
     if NUMBER.sub("#", line) != NUMBER.sub("#", other.strip()):
         return False

@@ -14,7 +14,7 @@ from polycube.hexmesh.named_sets import cad_faces
 from polycube.types import HexMesh
 
 ONE_PLACE = 0.02  # of the shortest quad side at a vertex: closer vertices are equal
-WHOLE = 0.99  # of the area of a contact: smallest share of common quads for agreeing meshes
+COVERED = 0.99  # of the area of a contact: smallest share of common quads for agreeing meshes
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Agreement:
     quads : number of quads of each mesh on its face, including those outside the contact
     pairs : (N, 2) quads of the first and the second mesh with equal vertices
     area : area of these quads, in squared model units
-    is_whole : whether they cover the contact, so that the meshes agree there
+    is_covered : whether they cover the contact, so that the meshes agree there
     vertices : (K, 2) vertices of these quads, of the first and the second mesh
     """
 
@@ -35,7 +35,7 @@ class Agreement:
     quads: tuple[int, int]
     pairs: np.ndarray
     area: float
-    is_whole: bool
+    is_covered: bool
     vertices: np.ndarray
 
 
@@ -50,10 +50,10 @@ def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> 
         own = quads[(faces[0][quads[:, 0]] == f) & (faces[1][quads[:, 1]] == g)]
         area = float(areas[0][own[:, 0]].sum())
         meshed = areas[0][faces[0] == f].sum(), areas[1][faces[1] == g].sum()
-        is_whole = 0 < WHOLE * min(contact.area, *meshed) <= area
+        is_covered = 0 < COVERED * min(contact.area, *meshed) <= area
         counts = int((faces[0] == f).sum()), int((faces[1] == g).sum())
         ends = vertices[np.isin(vertices[:, 0], first.quads[own[:, 0]])]
-        found.append(Agreement(contact, counts, own, area, bool(is_whole), ends))
+        found.append(Agreement(contact, counts, own, area, bool(is_covered), ends))
     return found
 
 

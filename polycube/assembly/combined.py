@@ -36,8 +36,8 @@ def combined(
     places = np.concatenate([mesh.vertices for mesh in parts])
     group = connected(ends[:, 0], ends[:, 1], len(places))
     first = np.unique(group, return_index=True)[1][group]
-    kept, number, count = np.unique(first, return_inverse=True, return_counts=True)
-    vertices, several = places[kept], count > 1
+    first_ones, number, count = np.unique(first, return_inverse=True, return_counts=True)
+    vertices, several = places[first_ones], count > 1
     for axis, place in enumerate(places.T):
         vertices[several, axis] = (np.bincount(number, place) / count)[several]
     quads = np.concatenate([number[mesh.quads + start[k]] for k, mesh in meshes.items()])

@@ -53,13 +53,13 @@ def contacts(first: TriMesh, second: TriMesh) -> list[Contact]:
     slack = _slack(first), _slack(second)
     a, b, height, area = _overlaps(first, second, near + max(slack[0].max(), slack[1].max()))
     sides = first.region[a], second.region[b]
-    kept = height <= near + slack[0][sides[0]] + slack[1][sides[1]]
-    pairs, number = np.unique(np.stack(sides)[:, kept], axis=1, return_inverse=True)
-    total = np.bincount(number.ravel(), area[kept])
-    whole = [np.bincount(each.region, face_areas(each)) for each in (first, second)]
+    in_contact = height <= near + slack[0][sides[0]] + slack[1][sides[1]]
+    pairs, number = np.unique(np.stack(sides)[:, in_contact], axis=1, return_inverse=True)
+    total = np.bincount(number.ravel(), area[in_contact])
+    total_areas = [np.bincount(each.region, face_areas(each)) for each in (first, second)]
     found = []
     for (f, g), own in zip(pairs.T.tolist(), total.tolist(), strict=True):
-        share = own / min(whole[0][f], whole[1][g])
+        share = own / min(total_areas[0][f], total_areas[1][g])
         if share > LEAST[slack[0][f] + slack[1][g] <= near]:
             found.append(Contact(f, g, own, share))
     return found
@@ -137,7 +137,7 @@ def _cut(polygon: np.ndarray, inside: np.ndarray) -> np.ndarray:
     crosses = (inside > 0) != (beyond > 0)
     share = inside / np.where(crosses, inside - beyond, 1)
     corners = np.stack([polygon, polygon + share[:, :, None] * (after - polygon)], axis=2)
-    kept = np.stack([inside > 0, crosses], axis=2).reshape(number, 2 * size)
-    order = np.argsort(~kept, axis=1, kind="stable")[:, : size + 1]
-    order = np.where(np.arange(size + 1) < kept.sum(axis=1)[:, None], order, order[:, :1])
+    is_used = np.stack([inside > 0, crosses], axis=2).reshape(number, 2 * size)
+    order = np.argsort(~is_used, axis=1, kind="stable")[:, : size + 1]
+    order = np.where(np.arange(size + 1) < is_used.sum(axis=1)[:, None], order, order[:, :1])
     return np.take_along_axis(corners.reshape(number, 2 * size, 3), order[:, :, None], axis=1)

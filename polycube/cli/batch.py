@@ -204,7 +204,7 @@ def _numbers(folder: Path) -> dict[str, object]:
         row[f"{name}_percent"] = 100 * hexes[name] if name in hexes else None
     row |= {"functions": spline.get("functions"), "min_scaled_detj": spline.get("min_scaled_detj")}
     row["seconds"] = round(sum(report["seconds"].values()), 1)
-    row["doubts"] = len(report.get("doubts", ()))
+    row["mesh_warnings"] = len(report.get("mesh_warnings", ()))
     return {name: value for name, value in row.items() if value is not None}
 
 

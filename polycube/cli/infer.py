@@ -192,7 +192,7 @@ def _attempt(
 
 def _say(report: Json, folder: Path, cfg: Json) -> None:
     """Print the mesh, the results of the analysis and their folder; warnings and suggestions."""
-    from polycube.report.numbers.words import cautions, sentences
+    from polycube.report.numbers.formatting import cautions, sentences
 
     if "hex" in report:
         numbers = report["hex"]
@@ -215,9 +215,9 @@ def _say(report: Json, folder: Path, cfg: Json) -> None:
         logger.info("%s", result)
     for caution in cautions(report):
         logger.warning("warning: %s", caution)
-    for warning in report.get("doubts", ()):
+    for warning in report.get("mesh_warnings", ()):
         logger.warning("warning: check the mesh before you use it: %s", warning)
-    is_poor = report.get("doubts") or (not report["valid"] and "hex" in report)
+    is_poor = report.get("mesh_warnings") or (not report["valid"] and "hex" in report)
     if is_poor and not cfg["hex"] and cfg["meshing"].get("otherwise"):
         logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
     page = folder / "report.html"

@@ -1,4 +1,4 @@
-"""Atomic writing of files: written beside their place, then moved into it."""
+"""Atomic writing of files: written to a temporary file in the same folder, then moved."""
 
 import os
 import platform

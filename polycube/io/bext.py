@@ -80,14 +80,14 @@ def read_bext(path: Path) -> Spline:
     Element e is hex e, and faces of only one element are the boundary. Raises ValueError for
     another format or degree and for an incomplete file.
     """
-    words = iter(Path(path).read_text().split())
+    tokens = iter(Path(path).read_text().split())
     try:
-        _expect(words, "B E X T type hex nodeN")
-        n_nodes = int(_take(words, 1)[0])
-        _expect(words, "elemN")
-        n_elements = int(_take(words, 1)[0])
-        control = np.array([_node(words) for _ in range(n_nodes)])
-        rows = [row for e in range(n_elements) for row in _element(words, 64 * e, n_nodes)]
+        _expect(tokens, "B E X T type hex nodeN")
+        n_nodes = int(_take(tokens, 1)[0])
+        _expect(tokens, "elemN")
+        n_elements = int(_take(tokens, 1)[0])
+        control = np.array([_node(tokens) for _ in range(n_nodes)])
+        rows = [row for e in range(n_elements) for row in _element(tokens, 64 * e, n_nodes)]
     except EOFError:
         raise ValueError(f"{path} ends too early") from None
     except ValueError as error:
@@ -99,46 +99,44 @@ def read_bext(path: Path) -> Spline:
     distinct, nodes = share(extraction)
     nodes = nodes.reshape(-1, 64)
     sides = unshared_faces(nodes)
-    whole_hexes = np.arange(n_elements)
-    return Spline(
-        control, distinct, nodes, whole_hexes, 0 * whole_hexes, sides, np.zeros(len(sides))
-    )
+    hexes = np.arange(n_elements)
+    return Spline(control, distinct, nodes, hexes, 0 * hexes, sides, np.zeros(len(sides)))
 
 
-def _take(words: Iterator[str], count: int) -> list[str]:
-    taken = list(islice(words, count))
+def _take(tokens: Iterator[str], count: int) -> list[str]:
+    taken = list(islice(tokens, count))
     if len(taken) < count:
         raise EOFError
     return taken
 
 
-def _expect(words: Iterator[str], wanted: str) -> None:
+def _expect(tokens: Iterator[str], wanted: str) -> None:
     for want in wanted.split():
-        (word,) = _take(words, 1)
-        if word != want:
-            raise ValueError(f"expected {want!r}, found {word!r}")
+        (token,) = _take(tokens, 1)
+        if token != want:
+            raise ValueError(f"expected {want!r}, found {token!r}")
 
 
-def _node(words: Iterator[str]) -> list[float]:
-    _expect(words, "gnode")
-    *point, weight = map(float, _take(words, 4))
+def _node(tokens: Iterator[str]) -> list[float]:
+    _expect(tokens, "gnode")
+    *point, weight = map(float, _take(tokens, 4))
     if weight != 1:
         raise ValueError(f"expected weight 1, found {weight}")
     return point
 
 
-def _element(words: Iterator[str], first: int, n_nodes: int) -> Iterator[np.ndarray]:
+def _element(tokens: Iterator[str], first: int, n_nodes: int) -> Iterator[np.ndarray]:
     """Arrays (3, n) of Bezier node, function and coefficient; nodes are numbered from `first`."""
-    _expect(words, "belem")
-    count = int(_take(words, 1)[0])
-    _expect(words, "3 3 3")
-    functions = map(int, _take(words, count))
+    _expect(tokens, "belem")
+    count = int(_take(tokens, 1)[0])
+    _expect(tokens, "3 3 3")
+    functions = map(int, _take(tokens, count))
     for function in functions:
-        if _take(words, 1) == ["d"]:
-            index, values = list(range(64)), _take(words, 64)
+        if _take(tokens, 1) == ["d"]:
+            index, values = list(range(64)), _take(tokens, 64)
         else:
-            pairs = _take(words, 2 * int(_take(words, 1)[0]))
-            index, values = [int(word) for word in pairs[::2]], pairs[1::2]
+            pairs = _take(tokens, 2 * int(_take(tokens, 1)[0]))
+            index, values = [int(token) for token in pairs[::2]], pairs[1::2]
         row = [(i, function, float(c)) for i, c in zip(index, values, strict=True) if float(c)]
         entries = _checked(np.array(row).reshape(-1, 3).T, n_nodes)
         entries[0] += first

@@ -129,5 +129,5 @@ def _floats(values: np.ndarray) -> Iterator[str]:
     return _lines([f"{value:24.16E}" for value in values.tolist()], 5)
 
 
-def _lines(words: list[str], number: int) -> Iterator[str]:
-    return ("".join(words[i : i + number]) + "\n" for i in range(0, len(words), number))
+def _lines(columns: list[str], number: int) -> Iterator[str]:
+    return ("".join(columns[i : i + number]) + "\n" for i in range(0, len(columns), number))

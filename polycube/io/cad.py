@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
-from polycube.io.foreign.process import read_alone, unreadable
+from polycube.io.foreign.process import read_separately, unreadable
 from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
@@ -47,8 +47,8 @@ class Cad:
             raise InputError(what, "cad.solid", "give the number of one, from 1")
         for name, least in {"segments": 6, "solid": 1}.items():
             value = getattr(self, name)
-            whole = isinstance(value, int) and not isinstance(value, bool)
-            if not (whole and value >= least) and not (name == "solid" and value is None):
+            is_integer = isinstance(value, int) and not isinstance(value, bool)
+            if not (is_integer and value >= least) and not (name == "solid" and value is None):
                 also = ", or all" if name == "solid" else ""
                 raise InputError(
                     f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
@@ -105,22 +105,22 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
 
     Only vertices and faces if gmsh cannot be loaded.
     """
-    asked = {"solid": options.solid, "segments": options.segments}
-    check_whole(path)
+    request = {"solid": options.solid, "segments": options.segments}
+    check_complete(path)
     effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
-    output, said = read_alone("polycube.io.cad_worker", path, asked, effort)
+    output, errors = read_separately("polycube.io.cad_worker", path, request, effort)
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
             return _chosen(dict(arrays), options.solid)
-    if "import gmsh" in said:
+    if "import gmsh" in errors:
         return _by_cascadio(path, options)
-    raise unreadable(path, said)
+    raise unreadable(path, errors)
 
 
-def check_whole(path: Path) -> None:
+def check_complete(path: Path) -> None:
     """Raise InputError for an incomplete BREP file, which Open CASCADE would read forever."""
     if path.suffix.lower() == BREP and not ROOT.search(path.read_bytes()[-200:]):
-        raise InputError("the file breaks off: the shape that it is about must be named last")
+        raise InputError("the file is incomplete: its last line must give the number of the shape")
 
 
 def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.ndarray]:
@@ -133,9 +133,9 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
             f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
             for i, (v, box) in enumerate(zip(volumes, boxes, strict=True))
         )
-        asked = "" if solid is None else f"there is no solid {solid}; "
+        missing = "" if solid is None else f"there is no solid {solid}; "
         raise InputError(
-            f"{asked}the file contains {len(volumes)} solids: {listed}; use "
+            f"{missing}the file contains {len(volumes)} solids: {listed}; use "
             "cad.solid=1, or cad.solid=all for a mesh of each"
         )
     return {**found, "volume": volumes[(solid or 1) - 1]}

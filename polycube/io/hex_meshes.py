@@ -32,7 +32,7 @@ from polycube.types import HexMesh, TriMesh
 logger = logging.getLogger(__name__)
 
 FORMATS = (".vtu", ".vtk", ".mesh", ".msh", ".inp")
-FLAT_CELLS = ("vertex", "line", "triangle", "quad")  # ignored cells beside the hexes
+FLAT_CELLS = ("vertex", "line", "triangle", "quad")  # cells that are ignored
 SHARP = np.pi / 4  # angle between the normals of quads of different patches
 MIRRORED = [4, 5, 6, 7, 0, 1, 2, 3]
 # numbering with xi fastest, then eta, then zeta, as in some programs
@@ -121,14 +121,14 @@ def _welded(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.nda
     """The used vertices without duplicates, in their order."""
     used, local = np.unique(hexes, return_inverse=True)
     _, first, group = np.unique(vertices[used], axis=0, return_index=True, return_inverse=True)
-    kept = np.sort(first)
-    number = np.searchsorted(kept, first)[group.ravel()]
+    first_ones = np.sort(first)
+    number = np.searchsorted(first_ones, first)[group.ravel()]
     notes = []
     if len(used) < len(vertices):
         notes.append(f"removed vertices that no hex uses: {len(vertices) - len(used)}")
-    if len(kept) < len(used):
-        notes.append(f"welded vertices at the same place: {len(used) - len(kept)}")
-    return vertices[used][kept], number[local.reshape(hexes.shape)], notes
+    if len(first_ones) < len(used):
+        notes.append(f"welded vertices at the same place: {len(used) - len(first_ones)}")
+    return vertices[used][first_ones], number[local.reshape(hexes.shape)], notes
 
 
 def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
@@ -139,9 +139,9 @@ def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarr
             f"{collapsed.sum()} hexes have two equal corners, the first is number "
             f"{collapsed.argmax()}; wedges and pyramids cannot be improved"
         )
-    kept = np.sort(np.unique(ordered, axis=0, return_index=True)[1])
-    extra = len(hexes) - len(kept)
-    return hexes[kept], cell[kept], [f"removed duplicate hexes: {extra}"] if extra else []
+    distinct = np.sort(np.unique(ordered, axis=0, return_index=True)[1])
+    extra = len(hexes) - len(distinct)
+    return hexes[distinct], cell[distinct], [f"removed duplicate hexes: {extra}"] if extra else []
 
 
 def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -173,16 +173,16 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     a, b = faces[first], faces[second]
     at = (b == a[:, :1]).argmax(axis=1)
     row = np.arange(len(a))
-    agree = b[row, (at + 3) % 4] == a[:, 1]
-    alike = b[row, (at + 1) % 4] == a[:, 1]
-    if not (agree | alike).all():
-        where = (~(agree | alike)).argmax()
+    opposite = b[row, (at + 3) % 4] == a[:, 1]
+    equal = b[row, (at + 1) % 4] == a[:, 1]
+    if not (opposite | equal).all():
+        where = (~(opposite | equal)).argmax()
         raise InputError(
             f"hexes {first[where] // 6} and {second[where] // 6} share the corners of a face, but "
             "not its edges: the vertex order is not VTK's"
         )
     f, g = first // 6, second // 6
-    left, right = np.where(agree, g, n + g), np.where(agree, n + g, g)
+    left, right = np.where(opposite, g, n + g), np.where(opposite, n + g, g)
     side = connected(np.append(f, n + f), np.append(left, right), 2 * n)
     pieces = len(np.unique(np.minimum(side[:n], side[n:])))
     if pieces > 1:
@@ -239,9 +239,9 @@ def check_place(mesh: HexMesh, surface: TriMesh) -> None:
     if off <= APART:
         return
     ratio = float(np.linalg.norm(boxes[0][1] - boxes[0][0]) / size)
-    told = [" to ".join("({:.4g}, {:.4g}, {:.4g})".format(*end) for end in box) for box in boxes]
+    extents = [" to ".join("({:.4g}, {:.4g}, {:.4g})".format(*end) for end in box) for box in boxes]
     what = "placement" if 0.8 < ratio < 1.25 else f"units: it is {ratio:.3g} times as large"
     raise InputError(
-        f"the hex mesh, from {told[0]}, does not lie where the surface is, from {told[1]}; "
+        f"the hex mesh, from {extents[0]}, does not lie where the surface is, from {extents[1]}; "
         f"give both in the same {what}"
     )

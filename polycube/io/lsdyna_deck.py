@@ -18,7 +18,7 @@ from polycube.units import METRES
 def write_modal_deck(
     path: Path, bext: str, elastic: Material, units: str, modes: int, lumped: bool = False
 ) -> Path:
-    """Write the deck beside a file named `bext`; the modes include the six rigid ones.
+    """Write the deck for a file `bext` in the same folder; the modes include the six rigid ones.
 
     lumped : default of LS-DYNA: row sums of the mass matrix on the diagonal
     """

@@ -21,13 +21,13 @@ def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
     polygons: list[list[int]] = []
     text = path.read_text(encoding="latin-1").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), start=1):
-        words = line.split()
+        fields = line.split()
         try:
-            if words[:1] == ["v"]:
-                x, y, z = words[1:4]
+            if fields[:1] == ["v"]:
+                x, y, z = fields[1:4]
                 vertices.append([float(x), float(y), float(z)])
-            elif words[:1] == ["f"]:
-                corners = [int(word.split("/")[0]) for word in words[1:]]
+            elif fields[:1] == ["f"]:
+                corners = [int(field.split("/")[0]) for field in fields[1:]]
                 polygons.append([_vertex(index, len(vertices)) for index in corners])
         except ValueError as error:
             raise InputError(f"line {number}, {line.strip()[:60]!r}: {brief(error)}") from None

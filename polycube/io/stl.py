@@ -62,16 +62,16 @@ def _binary(data: bytes) -> np.ndarray:
 
 
 def _ascii(data: bytes) -> np.ndarray:
-    words = VERTEX.findall(data)
+    vertices = VERTEX.findall(data)
     ends = [bool(end) for end in FACET.findall(data)]
     n_facets = ends.count(True)
-    if not END.search(data) or len(ends) != 2 * n_facets or len(words) != 3 * n_facets:
+    if not END.search(data) or len(ends) != 2 * n_facets or len(vertices) != 3 * n_facets:
         raise InputError(
-            f"not a complete STL file: it ends after {len(words)} vertices of "
+            f"not a complete STL file: it ends after {len(vertices)} vertices of "
             f"{len(ends) - n_facets} facets; each needs three, 'endfacet', and 'endsolid' last"
         )
     try:
-        return np.array(words, dtype=np.float64).reshape(-1, 3)
+        return np.array(vertices, dtype=np.float64).reshape(-1, 3)
     except ValueError as error:
         raise InputError(
             f"not an STL file: a coordinate is not a number ({brief(error)})"

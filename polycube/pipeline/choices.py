@@ -19,8 +19,10 @@ from polycube.types import DRAWN, OVERLAY, SPARE, SWEEP, Candidate, Polycube, Ra
 logger = logging.getLogger(__name__)
 
 CLOSE = 1.15  # ratio of ranking scores within which either structure may be the better one
-ENOUGH = 0.3  # scaled Jacobian of a mesh that misses nothing, for which no overlay is tried
-BRICKS = 0.9  # scaled Jacobian with which nothing is tried after a sweep, and no drawn structure
+WITHOUT_OVERLAY = 0.3  # scaled Jacobian of a mesh without deficiencies: no overlay is tried
+# scaled Jacobian of a mesh that is nearly all bricks: nothing is tried after a sweep, and no drawn
+# structure
+NEARLY_BRICKS = 0.9
 MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
 
 Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
@@ -51,7 +53,7 @@ def choose(state: RunState, index: int, primitives: Primitives) -> RunState:
 def _denoised_on(
     candidate: Candidate, points: np.ndarray, primitives: Primitives
 ) -> Polycube | None:
-    """The structure that denoised points lie on by themselves, where it is another."""
+    """The polycube on which denoised points lie; None if it is that of the candidate."""
     found = read_structure(points, candidate.polycube, primitives, MARGIN)
     if found is candidate.polycube:
         return None
@@ -59,10 +61,10 @@ def _denoised_on(
     return found
 
 
-def worth_meshing(ranked: Sequence[Ranked], tries: int) -> list[int]:
+def structures_to_mesh(ranked: Sequence[Ranked], tries: int) -> list[int]:
     """Numbers of the structures to mesh, in order.
 
-    Drawn structures are meshed only if there is no other coarse one; see `drawn_beside`.
+    Drawn structures are meshed only if there is no other coarse one; see `drawn_to_compare`.
     """
     drawn = [i for i, entry in enumerate(ranked) if _family(entry) == DRAWN]
     others = [i for i in range(len(ranked)) if i not in drawn]
@@ -118,7 +120,7 @@ def _is_near(ranked: Sequence[Ranked], index: int) -> bool:
     return ranked[index].score <= 2 * ranked[0].score + 2
 
 
-def settled_at(
+def sufficient_jacobian(
     ranked: Sequence[Ranked], choices: Sequence[int], index: int, acceptance: Acceptance
 ) -> float:
     """Scaled Jacobian of a mesh of structure `index` with which no later choice is tried.
@@ -132,7 +134,7 @@ def settled_at(
     if any(_family(each) == SWEEP for each in rivals):
         return np.inf
     if rivals and _family(now) == SWEEP:
-        return BRICKS
+        return NEARLY_BRICKS
     is_close = any(
         each.score <= CLOSE * now.score and _family(each) != _family(now) for each in rivals
     )
@@ -149,12 +151,12 @@ def can_be_better(found: Variants, acceptance: Acceptance) -> bool:
         return False
     polycube = found.start.polycube
     is_one = polycube is not None and polycube.occupancy.size == 1
-    limit = acceptance.excellent if is_one else BRICKS
+    limit = acceptance.excellent if is_one else NEARLY_BRICKS
     return found.reaches < limit or bool(found.taken().verdict.warnings)
 
 
-def drawn_beside(ranked: Sequence[Ranked]) -> int | None:
-    """Number of the drawn structure to mesh beside the one found; None if there is none.
+def drawn_to_compare(ranked: Sequence[Ranked]) -> int | None:
+    """Number of the drawn structure to compare with the one found; None if there is none.
 
     Of those with a score similar to that of the best drawn one, it is the one with the fewest full
     bricks.
@@ -165,12 +167,12 @@ def drawn_beside(ranked: Sequence[Ranked]) -> int | None:
     return min(close, key=lambda i: ranked[i].candidate.polycube.occupancy.sum(), default=None)
 
 
-def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
-    """Whether a structure has no use after those made.
+def is_unnecessary(entry: Ranked, made: Sequence[Variants]) -> bool:
+    """Whether a structure need not be tried after the meshed ones.
 
-    This holds for an overlay if a mesh meets all criteria and its worst hex is good enough. Sharp
-    edges of a surface without CAD faces are found by angle and do not justify so many hexes: there,
-    an overlay is needless if any mesh is valid.
+    This holds for an overlay if a mesh meets all criteria and its smallest scaled Jacobian is at
+    least `WITHOUT_OVERLAY`. Sharp edges of a surface without CAD faces are found by angle and do
+    not justify so many hexes: there, an overlay is unnecessary if any mesh is valid.
     """
     meshed = [each for each in made if each.attempts]
     if not is_overlay(entry) or not meshed:
@@ -178,7 +180,7 @@ def is_needless(entry: Ranked, made: Sequence[Variants]) -> bool:
     best = max(meshed, key=lambda each: each.best).taken().verdict
     if not len(meshed[0].start.surface.region):
         return best.is_valid
-    return best.reaches >= ENOUGH
+    return best.reaches >= WITHOUT_OVERLAY
 
 
 def variants_of(bundle: Mapping[str, Any], start: RunState) -> Sequence[Options]:

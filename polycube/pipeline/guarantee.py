@@ -135,11 +135,11 @@ def _moved(start: Variants, stage: Stage, state: RunState) -> HexMesh:
     assert isinstance(fitted, HexMesh)
     if not np.array_equal(fitted.hexes, hexes.hexes) or not np.isfinite(fitted.vertices).all():
         return hexes
-    kept, share = partly_fitted(hexes, fitted.vertices)
+    valid, share = partly_fitted(hexes, fitted.vertices)
     logger.info(
         "%s: %d of %d vertices are moved only in part", stage.kind, (share < 1).sum(), len(share)
     )
-    return kept
+    return valid
 
 
 def _described(start: Variants, hexes: HexMesh, why: str) -> RunState:

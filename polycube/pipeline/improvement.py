@@ -30,7 +30,7 @@ GIVEN = "given"  # stage file of the mesh that was read
 class Improvement(Run):
     """A run that starts with hexes."""
 
-    before = ("read",)
+    preparation = ("read",)
 
     @property
     def bundle(self) -> Node:
@@ -44,37 +44,37 @@ class Improvement(Run):
 
     def load_input(self) -> RunState:
         """The input of the resumed run."""
-        given, hex_path = self.load(GIVEN)
+        given, hex_path = self.results.load(GIVEN)
         return replace(super().load_input(), given=given, hex_path=hex_path, hexes=given)
 
     def propose(self, state: RunState) -> RunState:
         """The state unchanged: there is no structure."""
         return state
 
-    def keep_start(self, state: RunState) -> None:
+    def store_start(self, state: RunState) -> None:
         """Store the given mesh."""
-        self._save(GIVEN, [state.given, state.hex_path])
+        self.results.store(GIVEN, [state.given, state.hex_path])
 
-    def search(self, state: RunState, stages: list[Stage], kept: bool) -> RunState:
+    def search(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
         """The best mesh of the variants, or the given one if none is better."""
         given = state.given
         assert given is not None
         self.deadline.note(state)
         found = self.variants(state, stages)
-        best_of = self.acceptance(given, state.surface).reaches
+        given_quality = self.acceptance(given, state.surface).reaches
         for number in range(len(found.variants)):
             attempt = found.run(number)
-            if attempt and attempt.verdict.reaches >= max(best_of, self.acceptance.excellent):
+            if attempt and attempt.verdict.reaches >= max(given_quality, self.acceptance.excellent):
                 break
         if found.attempts:
             end, path = found.finish()
             if end.hexes is not None and self._key(end.hexes, state) > self._key(given, state):
                 for stage, value in zip(stages, path, strict=True):
-                    self._save(stage.kind, value)
+                    self.results.store(stage.kind, value)
                 return end
         logger.info("no better mesh was found; the given mesh is the result")
         for stage in stages:
-            self._save(stage.kind, given)
+            self.results.store(stage.kind, given)
         return replace(state, hexes=given)
 
     def _key(self, mesh: HexMesh, state: RunState) -> tuple[object, ...]:

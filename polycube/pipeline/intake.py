@@ -25,11 +25,11 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
     read = clock.run(
         "read", lambda: read_repaired(path, settings.cad, settings.repair, settings.points)
     )
-    told = (*read.warnings, *(f"{path}: {sentence}" for sentence in sharp_places(read.surface)))
+    warnings = (*read.warnings, *(f"{path}: {sentence}" for sentence in sharp_places(read.surface)))
     return RunState(
         read.surface,
         path=path,
-        warnings=told,
+        warnings=warnings,
         repair=None if read.repair is None else read.repair.numbers(),
         points=None if read.points is None else read.points.numbers(),
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -16,7 +17,7 @@ import numpy as np
 
 from polycube.io.solids.motions import Motion
 from polycube.pipeline.intake import read_part
-from polycube.pipeline.resume import has_stage, load_stage
+from polycube.pipeline.resume import StageResults, has_stage
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
@@ -37,19 +38,12 @@ class Placement(Run):
         self, settings: Settings, source: Path, motion: Motion, interrupt: Event | None = None
     ) -> None:
         super().__init__(settings, read_part, interrupt)
-        self.source, self.motion = source, motion
+        loaded = (*self.preparation, *(stage.kind for stage in self.meshing))
+        self.results = StageResults(source, loaded, partial(moved, motion=motion))
         self.report = json.loads((source / "report.json").read_text(encoding="utf-8"))
 
-    def load(self, stage: str) -> Any:
-        """The stored result of the other run, moved."""
-        return moved(load_stage(self.source, stage), self.motion)
-
-    def is_kept(self, stage: str) -> bool:
-        """True for all stages except spline and analysis."""
-        return stage in (*self.before, *(each.kind for each in self.meshing))
-
     def finish_mesh(self, state: RunState) -> RunState:
-        """Name the parts of the boundary and judge the mesh; the failure of the other run stays."""
+        """Name the parts of the boundary and judge the mesh, with the failure of the other run."""
         state = replace(super().finish_mesh(state), stopped=self.report.get("stopped"))
         if not self.report.get("partly_fitted"):
             return state

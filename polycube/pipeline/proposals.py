@@ -13,7 +13,7 @@ import numpy as np
 
 from polycube.errors import InputError, MissingPackage
 from polycube.kinds import Ranking, Structure
-from polycube.pipeline.choices import drawn_beside, has_coarse
+from polycube.pipeline.choices import drawn_to_compare, has_coarse
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock
 from polycube.registry import build
@@ -54,7 +54,7 @@ class Proposals:
 
     def with_late(self, surface: TriMesh, ranked: Sequence[Ranked]) -> list[Ranked]:
         """The ranked structures, followed by those of late proposals if there were none yet."""
-        if drawn_beside(ranked) is not None:
+        if drawn_to_compare(ranked) is not None:
             return list(ranked)
         return [*ranked, *self._rank(surface, self.propose(surface, late=True))]
 
@@ -171,5 +171,5 @@ def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:
         if option in defaults and plain != defaults[option]:
             raise InputError(
                 f"structure.proposals.{name}.{option} has no effect with context=; remove one "
-                "of them out"
+                "of them"
             )

@@ -1,13 +1,50 @@
-"""Store the results of each stage, so that a run can be resumed."""
+"""Store and load the results of each stage, so that a run can be resumed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import json
+import logging
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from polycube.errors import InputError, brief
 from polycube.io import artifacts, manifest
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass
+class StageResults:
+    """The stored results of the stages of a run, some of them from an earlier run.
+
+    Parameters
+    ----------
+    source : folder of the earlier run; None for a new run
+    loaded : names of the stages whose results are loaded from there
+    change : applied to each loaded result
+    folder : folder of this run; None: results are not stored
+    """
+
+    source: Path | None = None
+    loaded: Collection[str] = ()
+    change: Callable[[Any], Any] = lambda value: value
+    folder: Path | None = None
+
+    def is_loaded(self, kind: str) -> bool:
+        """Whether the result of this stage is loaded from the earlier run."""
+        return kind in self.loaded
+
+    def load(self, kind: str) -> Any:
+        """Load the result of a stage of the earlier run."""
+        assert self.source is not None
+        return self.change(load_stage(self.source, kind))
+
+    def store(self, kind: str, value: object) -> None:
+        """Store the result of a stage in the folder of this run, if it has one."""
+        if self.folder is not None:
+            save_stage(self.folder, kind, value)
 
 
 def save_stage(folder: Path, kind: str, value: object) -> None:
@@ -28,13 +65,23 @@ def load_stage(folder: Path, kind: str) -> Any:
     try:
         return artifacts.load(path)
     except Exception as error:  # zip, zlib, numpy and JSON raise different errors
-        what = f"the kept result is damaged ({brief(error)})"
+        what = f"the stored result is damaged ({brief(error)})"
         raise InputError(what, str(path), "resume from an earlier stage") from error
 
 
 def has_stage(folder: Path, kind: str) -> bool:
     """Whether there is a stored result of this kind."""
     return (folder / stage_name(kind)).is_file()
+
+
+def warn_of_changed_settings(
+    resumed: Path, now: Mapping[str, object], kinds: Iterable[str]
+) -> None:
+    """Log the settings of the remaining stages that differ from those of the resumed run."""
+    path = resumed / "config.json"
+    if path.is_file():
+        for sentence in changed_settings(now, json.loads(path.read_text()), kinds):
+            logger.warning("warning: resumed with other settings: %s", sentence)
 
 
 def changed_settings(
@@ -56,8 +103,8 @@ def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
     if not isinstance(value, Mapping):
         yield name, value
         return
-    for key, held in value.items():
-        yield from _flat(held, f"{name}.{key}")
+    for key, item in value.items():
+        yield from _flat(item, f"{name}.{key}")
 
 
 def stage_name(kind: str) -> str:

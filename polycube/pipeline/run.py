@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -10,7 +9,6 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from threading import Event
-from typing import Any
 
 from polycube.analysis.boundary_sets import check_names
 from polycube.errors import InputError, MeshingError
@@ -23,15 +21,15 @@ from polycube.numerics import memory
 from polycube.pipeline.choices import (
     can_be_better,
     choose,
-    drawn_beside,
+    drawn_to_compare,
     is_drawn,
     is_fine,
-    is_needless,
     is_overlay,
-    settled_at,
+    is_unnecessary,
     spares_of,
+    structures_to_mesh,
+    sufficient_jacobian,
     variants_of,
-    worth_meshing,
 )
 from polycube.pipeline.deadline import Deadline, TimeIsUp
 from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
@@ -40,7 +38,7 @@ from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
 from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
-from polycube.pipeline.resume import changed_settings, load_stage, save_stage
+from polycube.pipeline.resume import StageResults, warn_of_changed_settings
 from polycube.pipeline.search import compare, search
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
@@ -71,13 +69,12 @@ class Run:
         If a plugin, an option or the order of the stages is invalid.
     """
 
-    before: tuple[str, ...] = ("read", "structure")  # the meshing stages
+    preparation: tuple[str, ...] = ("read", "structure")  # stages before the meshing stages
 
     def __init__(self, settings: Settings, read: Read, interrupt: Event | None = None) -> None:
         self.settings = settings
         self.clock = Clock()
         self.deadline = Deadline(settings.seconds, interrupt or Event())
-        self.folder: Path | None = None  # set after the input was accepted
         self._stored: tuple[Sequence[Ranked], int] | None = None  # structures, and the chosen one
         self._read = read
         try:
@@ -96,12 +93,14 @@ class Run:
         self.primitives = voxels(settings.primitives["use"])
         ranking: Ranking = build("ranking", settings.ranking)
         self.proposals = Proposals(settings, self.primitives, ranking, self.clock)
-        self.names = [*self.before, *(s.kind for s in (*self.meshing, *self.solving))]
+        self.names = [*self.preparation, *(s.kind for s in (*self.meshing, *self.solving))]
         if settings.resume and settings.start not in self.names:
             raise InputError(
                 f"resume needs the first stage to run again, from=STAGE; got {settings.start}, "
                 f"have {', '.join(self.names)}"
             )
+        loaded = self.names[: self.names.index(str(settings.start))] if settings.resume else ()
+        self.results = StageResults(settings.resume, loaded)
 
     @property
     def bundle(self) -> Node:
@@ -121,7 +120,7 @@ class Run:
         InputError
             If the input is invalid, or if no proposal fits the part.
         """
-        if self.is_kept("read"):
+        if self.results.is_loaded("read"):
             state = self.load_input()
         else:
             state = self._read(self.settings, self.clock)
@@ -132,31 +131,33 @@ class Run:
 
     def load_input(self) -> RunState:
         """The input of the resumed run."""
-        surface, path, warnings, repair, *made = self.load("read")  # older runs stored no points
-        points = made[0] if made else None
+        surface, path, warnings, repair, *rest = self.results.load("read")
+        points = rest[0] if rest else None  # older runs stored no points
         return RunState(surface, path=path, warnings=tuple(warnings), repair=repair, points=points)
 
     def propose(self, state: RunState) -> RunState:
         """Propose polycubes, rank them and choose the best."""
-        if self.is_kept("structure"):
-            ranked, chosen = self.load("structure")
+        if self.results.is_loaded("structure"):
+            ranked, chosen = self.results.load("structure")
             return choose(replace(state, ranked=ranked), chosen, self.primitives)
         ranked = self.proposals.ranked(state.surface)
         return choose(replace(state, ranked=ranked), 0, self.primitives)
 
-    def keep_input(self, state: RunState, folder: Path) -> None:
-        """Start the results folder; from here on, results are stored."""
-        self.folder = folder
+    def store_input(self, state: RunState, folder: Path) -> None:
+        """Store the input in the results folder; from here on, results are stored there."""
+        self.results.folder = folder
         if self.settings.resume:
-            self._log_changed_settings(self._resumed / "config.json")
-        told = list(state.warnings)
-        self._save("read", [state.surface, state.path, told, state.repair, state.points])
-        self.keep_start(state)
+            remaining = [name for name in self.names if not self.results.is_loaded(name)]
+            warn_of_changed_settings(self.settings.resume, self.settings.composed, remaining)
+        warnings = list(state.warnings)
+        value = [state.surface, state.path, warnings, state.repair, state.points]
+        self.results.store("read", value)
+        self.store_start(state)
 
-    def keep_start(self, state: RunState) -> None:
+    def store_start(self, state: RunState) -> None:
         """Store the state from which meshing starts, unless it is stored already."""
         if self._stored != (state.ranked, state.chosen):
-            self._save("structure", [state.ranked, state.chosen])
+            self.results.store("structure", [state.ranked, state.chosen])
             self._stored = state.ranked, state.chosen
 
     def mesh(self, state: RunState) -> RunState:
@@ -171,14 +172,14 @@ class Run:
         MeshingError
             If every variant failed.
         """
-        first = next((i for i, s in enumerate(self.meshing) if not self.is_kept(s.kind)), None)
-        kept = self.meshing[:first]
-        for stage in kept:
-            value = self.load(stage.kind)
+        loaded = [stage for stage in self.meshing if self.results.is_loaded(stage.kind)]
+        remaining = self.meshing[len(loaded) :]
+        for stage in loaded:
+            value = self.results.load(stage.kind)
             state = stage.put(state, value)
-            self._save(stage.kind, value)
-        if first is not None:
-            state = self._mesh_in_time(state, self.meshing[first:], bool(kept))
+            self.results.store(stage.kind, value)
+        if remaining:
+            state = self._mesh_in_time(state, remaining, bool(loaded))
         return self.finish_mesh(state)
 
     def finish_mesh(self, state: RunState) -> RunState:
@@ -202,8 +203,8 @@ class Run:
     def solve(self, state: RunState) -> RunState:
         """Build the spline on the hexes and solve the analysis on it."""
         for stage in self.solving:
-            if self.is_kept(stage.kind):
-                value = self.load(stage.kind)
+            if self.results.is_loaded(stage.kind):
+                value = self.results.load(stage.kind)
             else:
                 if stage.kind == "analysis" and state.spline is not None:
                     memory.warn(len(state.spline.control))
@@ -213,14 +214,21 @@ class Run:
                 sets = sets_of_spline(state.spline, _hexes(state))
                 state = replace(state, spline=replace(state.spline, sets=sets))
                 value = state.spline
-            self._save(stage.kind, value)
+            self.results.store(stage.kind, value)
         return state
 
-    def search(self, state: RunState, stages: list[Stage], kept: bool) -> RunState:
-        """Mesh the promising structures, and return the best mesh."""
+    def search(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
+        """Mesh the promising structures, and return the best mesh.
+
+        Parameters
+        ----------
+        stages : the meshing stages to run
+        is_resumed : whether the state has results of earlier stages on the chosen structure, which
+            is then the only one
+        """
         ranked = state.ranked
         tries = self.settings.tries
-        choices = [state.chosen] if kept else worth_meshing(ranked, tries)
+        choices = [state.chosen] if is_resumed else structures_to_mesh(ranked, tries)
         made: list[Variants] = []  # variants of the structures so far
 
         def begin(index: int) -> Variants:
@@ -234,25 +242,25 @@ class Run:
                 if is_overlay(ranked[index]):
                     for each in made:  # coarse structures have all their variants first
                         each.run_others()
-                if is_needless(ranked[index], made):
+                if is_unnecessary(ranked[index], made):
                     break
                 yield begin(index)
 
         def is_settled(tried: Variants) -> bool:
             index, left = tried.start.chosen, choices[len(made) :]
-            limit = settled_at(ranked, [index, *left], index, self.acceptance)
+            limit = sufficient_jacobian(ranked, [index, *left], index, self.acceptance)
             return tried.reaches >= limit and not tried.taken().verdict.warnings
 
-        first = settled_at(ranked, choices, choices[0], self.acceptance)
+        first = sufficient_jacobian(ranked, choices, choices[0], self.acceptance)
         found = search(
             starts(),
             is_settled,
             has_rival=first > self.acceptance.acceptable,
             improve=partial(keep_features, least=self.acceptance.poor_jacobian),
         )
-        if not kept and can_be_better(found, self.acceptance):
+        if not is_resumed and can_be_better(found, self.acceptance):
             state = replace(state, ranked=self.proposals.with_late(state.surface, ranked))
-            drawn = drawn_beside(state.ranked)
+            drawn = drawn_to_compare(state.ranked)
             if drawn is not None:
                 found = compare(found, begin(drawn))
         keep_features(found)
@@ -262,9 +270,10 @@ class Run:
         if not is_usable(found):
             other_genus = (choose(state, i, self.primitives) for i in spares_of(ranked))
             spares = (self.variants(start, stages) for start in other_genus)
-            last = last_attempt(chain(in_order(made, found), spares), found.why)
+            last = last_attempt(chain(in_order(made, found), spares), found.reason)
             if last is not None:
-                return self._kept(last)
+                self._store_meshing(last)
+                return last
         return self._finish(found, stages, state.ranked)
 
     def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
@@ -293,16 +302,16 @@ class Run:
         """Run the last stages, and store the result of each stage of the best run."""
         state, path = found.finish()
         state = replace(state, ranked=ranked)
-        self.keep_start(state)
+        self.store_start(state)
         for stage, result in zip(stages, path, strict=True):
-            self._save(stage.kind, result)
+            self.results.store(stage.kind, result)
         return state
 
-    def _mesh_in_time(self, state: RunState, stages: list[Stage], kept: bool) -> RunState:
+    def _mesh_in_time(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
         seconds = self.settings.seconds
         try:
             with self.deadline.running():
-                return self.search(state, stages, kept)
+                return self.search(state, stages, is_resumed)
         except TimeIsUp:
             return self._best(f"meshing was stopped after {seconds:g} s, the limit given")
         except KeyboardInterrupt:
@@ -315,54 +324,27 @@ class Run:
             raise KeyboardInterrupt
         stopped = f"{why}; the result is the best valid mesh until then"
         logger.warning("warning: %s", stopped)
-        return replace(self._kept(best), stopped=stopped)
+        self._store_meshing(best)
+        return replace(best, stopped=stopped)
 
-    def _kept(self, state: RunState) -> RunState:
-        """A state whose hexes are stored as the result of all stages without one."""
-        self.keep_start(state)
+    def _store_meshing(self, state: RunState) -> None:
+        """Store the results of the meshing stages; the hexes for a stage without a result."""
+        self.store_start(state)
         for stage in self.meshing:
             value = getattr(state, KINDS[stage.kind].gives)
-            self._save(stage.kind, state.hexes if value is None else value)
-        return state
+            self.results.store(stage.kind, state.hexes if value is None else value)
 
     def check_places(self, hexes: HexMesh, exports: Sequence[Export] = ()) -> None:
         """Raise InputError if the mesh lacks a place that an analysis or an export needs."""
-        again = f"; the mesh is saved, continue with resume={self.folder} from=spline"
+        folder = self.results.folder
+        advice = f"; the mesh is saved, continue with resume={folder} from=spline" if folder else ""
         for stage in self.solving:
             try:
                 check_names(getattr(stage.plugin, "places", ()), hexes.sets)
             except InputError as error:
-                raise InputError(f"{stage.kind}: {error}{again if self.folder else ''}") from None
+                raise InputError(f"{stage.kind}: {error}{advice}") from None
         for export in exports:
             check_names(getattr(export, "places", ()), hexes.sets)
-
-    @property
-    def _resumed(self) -> Path:
-        assert self.settings.resume is not None
-        return self.settings.resume
-
-    def load(self, stage: str) -> Any:
-        """Load the result of a stage from an earlier run."""
-        return load_stage(self._resumed, stage)
-
-    def is_kept(self, stage: str) -> bool:
-        """Whether the result of this stage is taken from an earlier run."""
-        start = self.settings.start
-        return self.settings.resume is not None and (
-            self.names.index(stage) < self.names.index(str(start))
-        )
-
-    def _save(self, kind: str, value: object) -> None:
-        if self.folder is not None:
-            save_stage(self.folder, kind, value)
-
-    def _log_changed_settings(self, kept: Path) -> None:
-        """Log that settings of the remaining stages are those of this command line."""
-        again = self.names[self.names.index(str(self.settings.start)) :]
-        now = self.settings.composed
-        before = json.loads(kept.read_text()) if kept.is_file() else now
-        for sentence in changed_settings(now, before, again):
-            logger.warning("warning: resumed with other settings: %s", sentence)
 
 
 def _hexes(state: RunState) -> HexMesh:

@@ -62,26 +62,26 @@ def search(
             start.run_others()
     short = leader.best_short()
     beats_full = not tried[0].trial and short is not None and short[0] == leader.best
-    enough = np.inf if beats_full else leader.acceptance.good
-    lost = np.inf  # features that a short run may lose to be repeated in full
+    required = np.inf if beats_full else leader.acceptance.good
+    lost_limit = np.inf  # features that a short run may lose to be repeated in full
     for _ in range(REPEATED):
         shorts = [(best, start) for start in tried if (best := start.best_short())]
-        if not shorts or _leader(tried).reaches >= enough:
+        if not shorts or _leader(tried).reaches >= required:
             break
         (_, number), start = max(shorts, key=lambda each: each[0][0])
-        if start.attempts[number, True].verdict.lost > lost:
+        if start.attempts[number, True].verdict.lost > lost_limit:
             break
         start.run(number)
-        enough = -np.finfo(float).max  # another one only if there is a deficiency
-        lost = _leader(tried).taken().verdict.lost
+        required = -np.finfo(float).max  # another one only if there is a deficiency
+        lost_limit = _leader(tried).taken().verdict.lost
     found = _leader(tried)
     return found if found.attempts else tried[0]
 
 
 def compare(found: Variants, other: Variants) -> Variants:
-    """The one with the better mesh of a structure found and another one.
+    """Of the best structure so far and another one, the one with the better mesh.
 
-    All variants of the other structure are tried if the mesh found is not excellent.
+    All variants of the other structure are tried if the mesh so far is not excellent.
     """
     other.run(0)
     if found.reaches < found.acceptance.excellent:

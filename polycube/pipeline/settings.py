@@ -14,7 +14,7 @@ from polycube.pipeline.files import Files
 from polycube.surface.clouds.options import Points
 from polycube.surface.repair.repair import LEVELS
 
-HALVES = ("meshing", "spline", "analysis")  # parts of a run; each needs the preceding ones
+PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 
 
@@ -72,10 +72,10 @@ class Settings:
             repair=read.repair(),
             order=read.order(),
             context=read.context(),
-            tries=read.whole("tries", 1),
-            seed=read.whole("seed", 0),
+            tries=read.integer("tries", 1),
+            seed=read.integer("seed", 0),
             seconds=read.seconds(),
-            strict=read.truth("strict"),
+            strict=read.boolean("strict"),
             resume=Path(str(composed["resume"])) if composed["resume"] else None,
             start=str(composed["from"]) if composed["from"] else None,
             composed=composed,
@@ -110,13 +110,13 @@ class _Reader:
             raise InputError(f"{name} must be a group of settings; got {value!r}")
         return dict(value)
 
-    def whole(self, name: str, least: int) -> int:
+    def integer(self, name: str, least: int) -> int:
         value = self.composed[name]
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
         return value
 
-    def truth(self, name: str) -> bool:
+    def boolean(self, name: str) -> bool:
         value = self.composed[name]
         if not isinstance(value, bool):
             raise InputError(f"{name} must be true or false; got {value!r}")
@@ -135,17 +135,17 @@ class _Reader:
         value = self.composed["order"]
         value = [value] if isinstance(value, str) else value
         chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
-        if chain != list(HALVES[: len(chain)]):
+        if chain != list(PHASES[: len(chain)]):
             raise InputError(
-                f"order must be a list of the first of [{', '.join(HALVES)}], and report for the "
+                f"order must be a list of the first of [{', '.join(PHASES)}], and report for the "
                 f"page; got {value}"
             )
-        last = next((i for i, half in enumerate(chain) if self.is_none(half)), len(chain))
-        return tuple(half for half in value if half not in chain[last:])
+        last = next((i for i, phase in enumerate(chain) if self.is_none(phase)), len(chain))
+        return tuple(phase for phase in value if phase not in chain[last:])
 
-    def is_none(self, half: str) -> bool:
-        """Whether a part is switched off, as by `spline=none`."""
-        return self.node(half).get("plugin", half) is None
+    def is_none(self, phase: str) -> bool:
+        """Whether a phase is switched off, as by `spline=none`."""
+        return self.node(phase).get("plugin", phase) is None
 
     def context(self) -> Sequence[str | None] | None:
         value = self.composed["context"]

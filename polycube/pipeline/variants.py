@@ -98,9 +98,9 @@ class Variants:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether other variants are not worth trying.
+        """Whether no other variant is tried.
 
-        That is the case if all meshes so far are large and have inverted hexes, or, with
+        That is so if all meshes so far are large and have inverted hexes, or, with
         `gives_up`, many crossings.
         """
         meshes = [each.state.hexes for each in self.attempts.values()]
@@ -172,7 +172,7 @@ class Variants:
         return self.attempts[self.chosen]
 
     @property
-    def why(self) -> str:
+    def reason(self) -> str:
         """Reason why the taken mesh is not valid, or why there is none."""
         if self.attempts:
             return "; ".join(self.taken().verdict.failures)

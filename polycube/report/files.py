@@ -28,7 +28,7 @@ logger = logging.getLogger(__name__)
 
 REPAIRED = ("repaired.stl", "repaired.vtp")  # written before the results
 ALWAYS = ("config.json", "report.json", "polycube.vtu", "trajectory.npz")
-OF_HALF = {  # files written by each part of a run
+OF_PHASE = {  # files written by each phase of a run
     "meshing": ("labels.vtp", "hex.vtu"),
     "spline": ("spline.bext", "spline.bxt", "spline.vtu", "spline.npz", "modal.k"),
     "analysis": ("modes.vtu", "modes.csv", "static.vtu", "poisson.vtu"),
@@ -54,8 +54,8 @@ def check_folder(
     """
     names = ["run.log", *ALWAYS, *(stage_name(kind) for kind in (*stages, "given"))]
     names += REPAIRED if settings.repair != "off" else ()
-    for half in settings.order:
-        names += OF_HALF[half]
+    for phase in settings.order:
+        names += OF_PHASE[phase]
     names += [f"hex{export.suffix}" for export in exports]
     manifest.check(folder, names, inputs(settings))
 
@@ -71,15 +71,15 @@ def start_folder(folder: Path, settings: Settings, state: RunState) -> None:
 def inputs(settings: Settings) -> list[Path]:
     """All files given by options."""
 
-    def words(value: object) -> Iterator[str]:
+    def strings(value: object) -> Iterator[str]:
         if isinstance(value, str):
             yield value
         elif isinstance(value, Mapping):
-            yield from chain.from_iterable(words(item) for item in value.values())
+            yield from chain.from_iterable(strings(item) for item in value.values())
         elif isinstance(value, list | tuple):
-            yield from chain.from_iterable(words(item) for item in value)
+            yield from chain.from_iterable(strings(item) for item in value)
 
-    return [Path(word) for word in words(settings.composed) if os.path.isfile(word)]
+    return [Path(text) for text in strings(settings.composed) if os.path.isfile(text)]
 
 
 def clear_results(folder: Path, settings: Settings, keeps_stages: bool = False) -> None:
@@ -89,10 +89,10 @@ def clear_results(folder: Path, settings: Settings, keeps_stages: bool = False) 
     ----------
     keeps_stages : keep the results of its stages, and the repaired surface
     """
-    kept = ("stages/", *REPAIRED) if keeps_stages else ()
-    known = ("hex.", "stages/", *REPAIRED, *ALWAYS, *chain.from_iterable(OF_HALF.values()))
+    excluded = ("stages/", *REPAIRED) if keeps_stages else ()
+    known = ("hex.", "stages/", *REPAIRED, *ALWAYS, *chain.from_iterable(OF_PHASE.values()))
     names = [name for name in manifest.files(folder) if name.startswith(known)]
-    manifest.remove(folder, [n for n in names if not n.startswith(kept)], inputs(settings))
+    manifest.remove(folder, [n for n in names if not n.startswith(excluded)], inputs(settings))
 
 
 def write_results(

@@ -83,9 +83,10 @@ def expected(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spread(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) -> np.ndarray:
-    """(M,) closest arc lengths of the vertices of a path at x, made ascending and kept apart.
+    """(M,) closest arc lengths of the vertices of a path at x, made ascending.
 
-    The first vertex of the path of a loop is not repeated.
+    Neighbours have a smallest distance, see `CLOSEST`. The first vertex of the path of a loop is
+    not repeated.
     """
     n = len(x)
     closed = np.concatenate((x, x[:1])) if is_loop else x

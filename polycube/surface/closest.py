@@ -60,20 +60,20 @@ def forest(corners: np.ndarray, normals: np.ndarray, group: np.ndarray) -> Fores
 
     group : numbers from 1 on; a triangle of group 0 belongs to no group
     """
-    whole = tree(corners, normals)
-    splits = [(whole.order, whole.first, whole.last, whole.right)]
+    full = tree(corners, normals)
+    splits = [(full.order, full.first, full.last, full.right)]
     root, some = np.zeros((2, group.max(initial=0) + 1), np.int64)
-    nodes, places = len(whole.first), len(whole.order)
+    nodes, places = len(full.first), len(full.order)
     for number in np.unique(group[group > 0]).tolist():
         own = np.flatnonzero(group == number)
-        order, first, last, right = _build(whole.corners[own], whole.normals[own])
+        order, first, last, right = _build(full.corners[own], full.normals[own])
         root[number], some[number] = nodes, own[0]
         right = np.where(right > 0, right + nodes, 0)
         splits.append((own[order], first + places, last + places, right))
         nodes, places = nodes + len(first), places + len(order)
     order, first, last, right = (np.concatenate(each) for each in zip(*splits, strict=True))
-    box = _boxes(whole.corners, whole.normals, order, first, last, right)
-    tree_of_all = Tree(whole.corners, whole.normals, order, first, last, right, box)
+    box = _boxes(full.corners, full.normals, order, first, last, right)
+    tree_of_all = Tree(full.corners, full.normals, order, first, last, right, box)
     return Forest(tree_of_all, group, root, some)
 
 
@@ -185,7 +185,7 @@ def _build(
         if e - s > LEAF:
             order[s:e] = order[s:e][np.argsort(centre[order[s:e], axis], kind="mergesort")]
             middle = (s + e) // 2
-            # right child: after the whole left part
+            # right child: after all nodes of the left part
             begin[top], end[top], parent[top] = middle, e, node
             begin[top + 1], end[top + 1], parent[top + 1] = s, middle, -1
             top += 2

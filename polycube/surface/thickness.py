@@ -7,7 +7,7 @@ degrees. The distance between these two points is the thickness.
 
 The chord along the inward normal and the largest sphere that touches the surface at the point do
 not measure the wall at an edge: on the rim of a plate the chord is as long as the plate, and a
-sphere that touches the surface beside a convex edge has no size. The moving sphere leaves the edge
+sphere that touches the surface next to a convex edge has no size. The moving sphere leaves the edge
 along the bisector until the two faces of the plate stop it.
 """
 

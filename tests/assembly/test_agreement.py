@@ -41,7 +41,7 @@ def meet(first, second, area, f=2, g=1):
 def test_equal_sides_agree_and_become_one():
     first, second = block([0, 0, 0], (2, 3, 4)), block([2, 0, 0], (5, 3, 4), 1)
     found = meet(first, second, 12)
-    assert found.is_whole and found.quads == (12, 12) and len(found.pairs) == 12
+    assert found.is_covered and found.quads == (12, 12) and len(found.pairs) == 12
     assert found.area == pytest.approx(12) and len(found.vertices) == 4 * 5
     a, b = found.vertices.T
     np.testing.assert_array_equal(first.vertices[a], second.vertices[b])
@@ -60,7 +60,7 @@ def test_equal_sides_agree_and_become_one():
 def test_a_small_side_agrees_with_a_part_of_a_large_one():
     first, second = block([0, 0, 0], (2, 5, 5)), block([2, 1, 1], (3, 2, 3), 1)
     found = meet(first, second, 6)
-    assert found.is_whole and found.quads == (25, 6) and found.area == pytest.approx(6)
+    assert found.is_covered and found.quads == (25, 6) and found.area == pytest.approx(6)
     mesh = combined({0: first, 1: second}, ["a", "b"], [(0, 1, found.vertices)])
     check_conforming(mesh)
     assert len(mesh.sets["a_cad_face_2"]) == 25 - 6
@@ -70,30 +70,30 @@ def test_a_small_side_agrees_with_a_part_of_a_large_one():
     ("low", "counts", "common"),
     [
         ([2, 0.5, 0], (3, 3, 4), 0),  # shifted by half a quad
-        ([2, 1, 0], (3, 3, 4), 8),  # by a whole one: they overlap in two thirds
+        ([2, 1, 0], (3, 3, 4), 8),  # by a whole side: they overlap in two thirds
     ],
 )
 def test_meshes_do_not_agree_unless_their_quads_cover_the_contact(low, counts, common):
     first, second = block([0, 0, 0], (2, 3, 4)), block(low, counts, 1)
     found = meet(first, second, 12)
-    assert not found.is_whole and len(found.pairs) == common
-    assert meet(first, second, 8).is_whole == (common == 8)
+    assert not found.is_covered and len(found.pairs) == common
+    assert meet(first, second, 8).is_covered == (common == 8)
 
 
 def test_vertices_that_are_near_are_one_and_in_the_middle():
     first, second = block([0, 0, 0], (1, 1, 1)), block([1, 0, 0], (1, 1, 1), 1)
     near = replace(second, vertices=second.vertices + np.array([0.01, 0, 0]))
     found = meet(first, near, 1)
-    assert found.is_whole
+    assert found.is_covered
     mesh = combined({0: first, 1: near}, ["a", "b"], [(0, 1, found.vertices)])
     assert sorted(set(mesh.vertices[:, 0])) == pytest.approx([0, 1.005, 2.01])
     apart = replace(second, vertices=second.vertices + np.array([0.03, 0, 0]))
-    assert not meet(first, apart, 1).is_whole
+    assert not meet(first, apart, 1).is_covered
 
 
 def test_a_face_without_quads_agrees_with_nothing():
     first, second = block([0, 0, 0], (1, 1, 1)), block([1, 0, 0], (1, 1, 1), 1)
-    assert not meet(first, second, 1, f=7).is_whole
+    assert not meet(first, second, 1, f=7).is_covered
 
 
 def test_three_blocks_round_an_edge_share_its_vertices():

@@ -45,8 +45,8 @@ def tube(inner, outer, height, segments, phase=0.0):
     if inner == 0:  # the inner rings are points
         vertices = np.concatenate([vertices[: 2 * segments], [[0, 0, 0], [0, 0, height]]])
         faces = np.where(faces >= 2 * segments, 2 * segments + faces // segments - 2, faces)
-        kept = (np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)
-        faces, region = faces[kept], region[kept]
+        has_area = (np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)
+        faces, region = faces[has_area], region[has_area]
     return TriMesh(vertices, faces, region)
 
 

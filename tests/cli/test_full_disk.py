@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from polycube import HOME
-from tests.fixtures.runs import FAST, check_whole, tree
+from tests.fixtures.runs import FAST, check_complete, tree
 
 # a file system of a given size, seen by this one process; what is on it is copied out at the end
 ALONE = """
@@ -57,7 +57,7 @@ def test_a_run_on_a_disk_that_fills_up(size: str, most: int, on_disk, tmp_path: 
     assert code == 2, said
     assert said.count("\n") == 1 and "No space left on device" in said
     assert (kept / "mine").read_text() == "mine\n"
-    found = check_whole(kept / "out") if (kept / "out").exists() else set()
+    found = check_complete(kept / "out") if (kept / "out").exists() else set()
     assert len(found) <= most and "report.json" not in found
     if "stages/meshing.subdivide.npz" in found:  # with more room it goes on from there
         command = [sys.executable, str(HOME / "infer.py"), f"resume={kept / 'out'}", "quiet=true"]
@@ -77,7 +77,7 @@ def test_a_training_on_a_disk_that_fills_up(size: str, on_disk, tmp_path: Path) 
         .endswith(("No space left on device", "device; files that were complete are kept"))
     )
     assert "Traceback" not in said
-    check_whole(kept / "out")
+    check_complete(kept / "out")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Where a mesh is doubted or has few hexes somewhere, the terminal says so."""
+"""Hints and warnings on the terminal for a mesh with warnings or with few hexes somewhere."""
 
 import logging
 
@@ -9,9 +9,9 @@ from tests.fixtures.runs import run
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("part", "size", "is_doubted"), [("key", "20%", True), ("dice", "12%", False)]
+    ("part", "size", "has_warnings"), [("key", "20%", True), ("dice", "12%", False)]
 )
-def test_a_doubt_comes_with_a_hint(part, size, is_doubted, tmp_path, caplog):
+def test_a_mesh_with_warnings_gets_a_hint(part, size, has_warnings, tmp_path, caplog):
     """Large hexes miss the bit of the key."""
     caplog.set_level(logging.INFO)
     report = run(
@@ -26,7 +26,7 @@ def test_a_doubt_comes_with_a_hint(part, size, is_doubted, tmp_path, caplog):
         for m in caplog.messages
         if m.startswith("hint: try structure=overlay, meshing=parametric")
     ]
-    assert bool(report["doubts"]) == bool(hints) == is_doubted
+    assert bool(report["mesh_warnings"]) == bool(hints) == has_warnings
     fewer = {row["kind"] for row in report["hex"]["counts"]["fewer"]}
-    told = [m for m in caplog.messages if m.endswith("they are listed in the report")]
-    assert len(told) == len(fewer)
+    lines = [m for m in caplog.messages if m.endswith("they are listed in the report")]
+    assert len(lines) == len(fewer)

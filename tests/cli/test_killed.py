@@ -12,7 +12,7 @@ import torch
 from polycube.io.manifest import NAME
 from polycube.pipeline.resume import load_stage
 from tests.fixtures.killed_runs import Killed
-from tests.fixtures.runs import FAST, check_whole, tree
+from tests.fixtures.runs import FAST, check_complete, tree
 from tests.fixtures.trainings import SMALL
 
 INFER = ["mesh=example:rod", *FAST, "quiet=true", "order=[meshing,spline]"]
@@ -51,22 +51,22 @@ def test_inference(killed, tmp_path: Path) -> None:
     """In one folder: the files are at last those of a run that nobody killed."""
     program, folder, whole = killed("infer"), tmp_path / "killed", tmp_path / "whole"
     done = program.run(whole, [*INFER, f"output_dir={whole}"])
-    assert done.code == 0, done.said
+    assert done.code == 0, done.output
     folder.mkdir()
     (folder / "mine").write_text("mine")
     dead = 0
     for moment in moments(KILLS, done.changes, done.seconds):
         ended = program.run(folder, [*INFER, f"output_dir={folder}"], **moment)
-        assert ended.code in (0, -9), ended.said
+        assert ended.code in (0, -9), ended.output
         dead += ended.code == -9
-        for name in check_whole(folder, {"mine"}):
+        for name in check_complete(folder, {"mine"}):
             if name.startswith("stages/"):
                 load_stage(folder, Path(name).stem.replace(".", "/"))
             if name.endswith(".json"):
                 json.loads((folder / name).read_text())
     assert dead >= KILLS // 2
     last = program.run(folder, [*INFER, f"output_dir={folder}"])
-    assert last.code == 0, last.said
+    assert last.code == 0, last.output
     assert (folder / "mine").read_text() == "mine"
     assert tree(folder) - {"mine"} == tree(whole)
     for name in tree(whole) - OWN:
@@ -81,7 +81,7 @@ def test_training(killed, tmp_path: Path) -> None:
     """It goes on from its last checkpoint: the weights are those of a training nobody killed."""
     program, folder, whole = killed("train"), tmp_path / "a" / "killed", tmp_path / "b" / "whole"
     done = program.run(whole, [*TRAIN, f"hydra.run.dir={whole}"])
-    assert done.code == 0, done.said
+    assert done.code == 0, done.output
     last, step, dead = folder / "checkpoints" / "last.ckpt", 0, 0
 
     def go_on(**moment: float):
@@ -90,17 +90,17 @@ def test_training(killed, tmp_path: Path) -> None:
 
     for moment in moments(KILLS, done.changes, done.seconds):
         ended = go_on(**moment)
-        assert ended.code in (0, -9), ended.said
+        assert ended.code in (0, -9), ended.output
         dead += ended.code == -9
         if folder.exists():
-            check_whole(folder)
+            check_complete(folder)
         if last.is_file():
             reached = torch.load(last, weights_only=True)["global_step"]
             assert reached >= step
             step = reached
     assert dead >= KILLS // 2
     ended = go_on()
-    assert ended.code == 0, ended.said
+    assert ended.code == 0, ended.output
     assert {name for name in tree(folder) if name.startswith(".polycube")} == set()
     for name in ("weights.safetensors", "weights.yaml"):
         assert filecmp.cmp(folder / "weights" / name, whole / "weights" / name, shallow=False)

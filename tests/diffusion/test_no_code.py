@@ -85,7 +85,7 @@ def test_arrays_run_no_code(tmp_path: Path, trap: Runs) -> None:
     path = tmp_path / "stages" / "spline.npz"
     path.parent.mkdir()
     np.savez(path, allow_pickle=True, tree=np.array([trap], object), geometry=np.array([trap]))
-    with pytest.raises(InputError, match="the kept result is damaged"):
+    with pytest.raises(InputError, match="the stored result is damaged"):
         load_stage(tmp_path, "spline")
     with pytest.raises(InputError, match="this is not a file of a part"):
         read_part(path)

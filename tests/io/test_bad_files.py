@@ -1,6 +1,6 @@
-"""Every file of the collection of malformed surfaces: refused in one sentence, or taken and told.
+"""Malformed surfaces: each file is refused in one sentence, or read with a warning.
 
-The table repeats what the collection's manifest asks for, as words of our sentence.
+The table repeats what the collection's manifest demands, as parts of our sentences.
 """
 
 import csv
@@ -44,7 +44,7 @@ REFUSED = {
     "debris_component.obj": "2 separate pieces, the smallest of 12 faces",
     "real_heart_ddpm.obj": "not closed: 17 edges",
 }
-TAKEN = {  # file -> genus, words of the warning
+TAKEN = {  # file -> genus, part of the warning
     "self_intersecting_rod.stl": (2, "intersects itself"),
     "duplicate_faces.obj": (0, "faces given twice: 338"),
     "duplicate_faces_opposite.obj": (0, "faces given twice: 1,"),
@@ -68,11 +68,11 @@ TAKEN = {  # file -> genus, words of the warning
 
 def test_tables_cover_the_manifest(testdata):
     with (testdata / "bad" / "manifest.csv").open() as file:
-        asked = {row["file"]: row["expected"] for row in csv.DictReader(file)}
-    assert set(asked) == set(REFUSED) | set(TAKEN)
-    must_refuse = {name for name, text in asked.items() if text.startswith("reject:")}
+        demanded = {row["file"]: row["expected"] for row in csv.DictReader(file)}
+    assert set(demanded) == set(REFUSED) | set(TAKEN)
+    must_refuse = {name for name, text in demanded.items() if text.startswith("reject:")}
     assert must_refuse <= set(REFUSED)
-    assert {name for name, text in asked.items() if text == "accept"} <= set(TAKEN)
+    assert {name for name, text in demanded.items() if text == "accept"} <= set(TAKEN)
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -85,14 +85,14 @@ def test_refused_in_one_sentence(testdata, name):
 
 
 @pytest.mark.parametrize("name", TAKEN)
-def test_taken_and_told(testdata, name):
-    handles, words = TAKEN[name]
+def test_files_that_are_read_with_a_warning(testdata, name):
+    handles, message = TAKEN[name]
     surface, warnings = read_surface(testdata / "bad" / name)
     check_surface(surface)
     assert genus(surface) == handles
     assert volume(surface) > 0
-    assert len(warnings) == (words != "")
-    assert words in "; ".join(warnings)
+    assert len(warnings) == (message != "")
+    assert message in "; ".join(warnings)
 
 
 def test_repaired_copies_equal_the_original(testdata):

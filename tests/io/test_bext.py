@@ -24,12 +24,12 @@ SOLIDS = {"box": hex_box((3, 3, 3)), "cylinder": hex_cylinder(), "ball": hex_bal
 def test_what_is_read_equals_what_was_written(name, tmp_path):
     spline = spline_of(SOLIDS[name])
     path = write_bext(tmp_path / "part.bext", spline)
-    again = read_bext(path)
-    assert np.array_equal(again.control, spline.control)
-    assert again.extraction.shape == spline.extraction.shape  # nodes shared as before
-    one, other = (s.extraction[s.nodes.ravel()] for s in (spline, again))
+    read = read_bext(path)
+    assert np.array_equal(read.control, spline.control)
+    assert read.extraction.shape == spline.extraction.shape  # nodes shared as before
+    one, other = (s.extraction[s.nodes.ravel()] for s in (spline, read))
     assert (one != other).nnz == 0
-    assert bezier_points(again) == pytest.approx(bezier_points(spline), abs=1e-15)
+    assert bezier_points(read) == pytest.approx(bezier_points(spline), abs=1e-15)
 
 
 def test_layout_of_the_file(tmp_path):

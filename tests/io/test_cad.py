@@ -227,7 +227,7 @@ def test_a_brep_file_that_breaks_off_is_refused(tmp_path, read):
     """Open CASCADE would loop for ever at its end."""
     path = part(tmp_path, "brep")
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(InputError, match=r"part\.brep: the file breaks off"):
+    with pytest.raises(InputError, match=r"part\.brep: the file is incomplete"):
         read(path)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from polycube.errors import InputError
-from polycube.io.foreign.process import read_alone, unreadable
+from polycube.io.foreign.process import read_separately, unreadable
 
 WORKER = """
 import json, os, signal, sys
@@ -19,8 +19,8 @@ limit(request)
 
 
 @pytest.fixture
-def said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Does what a body says in the reading process; the sentence or what it wrote."""
+def run_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A function that runs code in the reading process and returns its output or its error."""
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
     monkeypatch.setattr("polycube.io.foreign.process.SECONDS", 1)
     path = tmp_path / "part.x"
@@ -28,26 +28,26 @@ def said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
     def read(body: str) -> str:
         (tmp_path / "worker.py").write_text(WORKER.format(body=body))
-        output, errors = read_alone("worker", path, {"more": "words"})
+        output, errors = read_separately("worker", path, {"more": "words"})
         return output.decode() if output is not None else str(unreadable(path, errors))
 
     return read
 
 
-def test_what_it_writes_comes_back(said) -> None:
-    assert said("open(request['output'], 'w').write(request['more'])") == "words"
+def test_the_output_is_returned(run_worker) -> None:
+    assert run_worker("open(request['output'], 'w').write(request['more'])") == "words"
 
 
 @pytest.mark.slow
-def test_one_that_never_ends_is_stopped(said) -> None:
+def test_a_worker_that_never_ends_is_stopped(run_worker) -> None:
     with pytest.raises(InputError, match="did not finish in 2 s; the file is damaged"):
-        said("while True: pass")
+        run_worker("while True: pass")
 
 
-def test_one_that_waits_is_stopped(said, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_waits_is_stopped(run_worker, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("polycube.io.foreign.process.PATIENCE", 0.5)
     with pytest.raises(InputError, match="did not finish in 2 s"):
-        said("import time; time.sleep(60)")
+        run_worker("import time; time.sleep(60)")
 
 
 @pytest.mark.parametrize(
@@ -59,5 +59,5 @@ def test_one_that_waits_is_stopped(said, monkeypatch: pytest.MonkeyPatch) -> Non
         ("open(request['output'], 'w').write('half'); sys.exit('disk full')", "disk full"),
     ],
 )
-def test_one_that_fails_is_one_sentence(said, body: str, sentence: str) -> None:
-    assert said(body) == f"not a readable .x file: {sentence}"
+def test_a_failure_is_one_sentence(run_worker, body: str, sentence: str) -> None:
+    assert run_worker(body) == f"not a readable .x file: {sentence}"

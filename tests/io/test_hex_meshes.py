@@ -73,7 +73,7 @@ def test_patches_end_at_sharp_edges_only():
 
 
 @pytest.mark.parametrize("order", [MIRRORED, BY_AXES, np.array(BY_AXES)[MIRRORED]])
-def test_a_mesh_numbered_otherwise_is_renumbered_and_told(order):
+def test_another_vertex_order_is_converted_with_a_note(order):
     mesh = hex_cylinder()
     found, notes = tidy(mesh.vertices, mesh.hexes[:, order], cells_of(mesh))
     assert "renumbered" in "; ".join(notes)
@@ -95,7 +95,7 @@ def test_single_mirrored_hexes_are_found_by_their_neighbours():
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(0, 1))
 def test_no_order_of_vertices_hexes_and_corners_changes_the_mesh(seed, mirrored):
-    """Vertices and hexes shuffled, every hex turned, some mirrored, the whole turned in space."""
+    """Vertices and hexes shuffled, every hex turned, some mirrored, and the mesh rotated."""
     mesh, rng = hex_cylinder(3), np.random.default_rng(seed)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -130,7 +130,7 @@ def test_a_folded_hex_is_left_as_it_is():
     np.testing.assert_array_equal(found.hexes, mesh.hexes)
 
 
-def test_double_vertices_spare_ones_and_double_hexes_are_told():
+def test_removed_vertices_and_hexes_are_listed():
     mesh = hex_box((2, 2, 2))
     soup = mesh.vertices[mesh.hexes].reshape(-1, 3)
     vertices = np.vstack([soup, [[9.0, 9, 9]]])
@@ -145,7 +145,7 @@ def test_double_vertices_spare_ones_and_double_hexes_are_told():
 
 
 def hanging() -> tuple[np.ndarray, np.ndarray]:
-    """A cube beside four small ones."""
+    """A cube next to four small ones."""
     big, small = hex_box((1, 1, 1)), hex_box((1, 2, 2), (0.5, 1, 1))
     moved = small.vertices + np.array([1, 0, 0])
     return np.vstack([big.vertices, moved]), np.vstack([big.hexes, small.hexes + 8])
@@ -179,7 +179,7 @@ def not_a_number() -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("made", "words"),
+    ("made", "message"),
     [
         (hanging, "2 pieces that share no whole face"),
         (collapsed, "1 hexes have two equal corners, the first is number 3"),
@@ -189,9 +189,9 @@ def not_a_number() -> tuple[np.ndarray, np.ndarray]:
         (not_a_number, "finite"),
     ],
 )
-def test_what_can_not_be_used_is_refused(made, words):
+def test_unusable_meshes_are_refused(made, message):
     vertices, hexes = made()
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         tidy(vertices, hexes, np.zeros(len(hexes), np.int64))
 
 
@@ -202,7 +202,7 @@ def test_files_that_are_no_hex_mesh_are_refused_in_one_sentence(tmp_path, capfd)
     mixed = write(tmp_path / "mixed.vtk", mesh.vertices, mixed)
     (tmp_path / "broken.vtu").write_text("<VTKFile")
     (tmp_path / "broken.msh").write_text("hello")
-    for path, words in {
+    for path, message in {
         tetra: "it has 8 tetra",
         mixed: "8 hexahedron, 1 wedge",
         tmp_path / "broken.vtu": "not a readable .vtu file",
@@ -210,11 +210,11 @@ def test_files_that_are_no_hex_mesh_are_refused_in_one_sentence(tmp_path, capfd)
         tmp_path / "nowhere.vtk": "no such file",
         tmp_path / "part.stl": "unknown kind of hex mesh '.stl'",
     }.items():
-        with pytest.raises(InputError, match=words) as caught:
+        with pytest.raises(InputError, match=message) as caught:
             read_hexes(path)
         assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
-    said = capfd.readouterr()
-    assert said.out == said.err == ""
+    output = capfd.readouterr()
+    assert output.out == output.err == ""
 
 
 def test_the_boundary_as_a_surface_is_where_the_mesh_is():

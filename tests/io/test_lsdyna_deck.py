@@ -36,8 +36,8 @@ def test_the_deck_of_the_published_rod(tmp_path):
 
 def test_the_consistent_mass_is_asked_for(tmp_path):
     path = write_modal_deck(tmp_path / "modal.k", "rod.bext", Material(50, 0.3, 1), "m", 20)
-    asked = "*CONTROL_IMPLICIT_CONSISTENT_MASS\n1\n*END\n"
-    assert path.read_text() == ROD.replace("*END\n", asked)
+    consistent_mass = "*CONTROL_IMPLICIT_CONSISTENT_MASS\n1\n*END\n"
+    assert path.read_text() == ROD.replace("*END\n", consistent_mass)
 
 
 def test_steel_in_millimetres(tmp_path):

@@ -92,9 +92,9 @@ def test_the_command_only_looks_and_writes_on_request_only(damaged, tmp_path, mo
     monkeypatch.chdir(tmp_path)
     before = set(tmp_path.iterdir())
     assert command(f"mesh={damaged}", "preflight=true") == 2
-    said = capsys.readouterr()
-    assert "3  open edges" in said.out
-    assert said.err.startswith("error: refused: ") and said.err.count("\n") == 1
+    output = capsys.readouterr()
+    assert "3  open edges" in output.out
+    assert output.err.startswith("error: refused: ") and output.err.count("\n") == 1
     assert command(f"mesh={damaged}", "preflight=true", "repair=safe") == 0
     assert "usable: closed, genus 0, volume 27" in capsys.readouterr().out
     assert set(tmp_path.iterdir()) == before
@@ -109,16 +109,16 @@ def test_the_places_never_replace_a_file_of_the_user(damaged, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.vtp").write_text("mine")
     assert command(f"mesh={damaged}", "preflight=mine.vtp") == 2
-    said = capsys.readouterr()
-    assert "mine.vtp would be overwritten" in said.err and said.err.count("\n") == 1
-    assert said.out == ""  # refused before the work
+    output = capsys.readouterr()
+    assert "mine.vtp would be overwritten" in output.err and output.err.count("\n") == 1
+    assert output.out == ""  # refused before the work
     assert (tmp_path / "mine.vtp").read_text() == "mine"
 
 
 @pytest.mark.parametrize(
-    ("override", "words"),
+    ("override", "message"),
     [("repair=bold", "repair must be off, safe"), ("preflight=places.stl", "the name of a .vtp")],
 )
-def test_wishes_that_make_no_sense(damaged, override, words, capsys):
+def test_invalid_options_are_refused(damaged, override, message, capsys):
     assert command(f"mesh={damaged}", override) == 2
-    assert words in capsys.readouterr().err
+    assert message in capsys.readouterr().err

@@ -167,10 +167,10 @@ def test_missing_libusb_names_the_cure(tmp_path, monkeypatch):
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply", "off", "glb"])
 def test_damaged_files_are_read_or_refused(tmp_path, kind):
     path = written(tmp_path, kind, torus(8, 5))
-    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    intact, rng = path.read_bytes(), np.random.default_rng(0)
     for _ in range(40):
-        damaged = bytearray(whole)
-        at = rng.integers(len(whole))
+        damaged = bytearray(intact)
+        at = rng.integers(len(intact))
         damaged[at : at + rng.integers(20)] = rng.bytes(rng.integers(20))
         path.write_bytes(damaged[: rng.integers(2, 4) * len(damaged) // 3])
         try:

@@ -1,4 +1,4 @@
-"""Which structures are meshed, and when one is enough."""
+"""Which structures are meshed, and when no other is tried."""
 
 from types import SimpleNamespace
 
@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from polycube.pipeline.choices import (
-    BRICKS,
+    NEARLY_BRICKS,
     can_be_better,
     choose,
-    drawn_beside,
-    is_needless,
-    settled_at,
-    worth_meshing,
+    drawn_to_compare,
+    is_unnecessary,
+    structures_to_mesh,
+    sufficient_jacobian,
 )
 from polycube.pipeline.state import RunState
 from polycube.plugins.acceptance.standard import Standard
@@ -72,7 +72,7 @@ def entry(proposal, key, score):
     ],
 )
 def test_after_the_best_the_best_of_the_other_family_is_tried(entries, expected):
-    assert worth_meshing([entry(*e) for e in entries], tries=3) == expected
+    assert structures_to_mesh([entry(*e) for e in entries], tries=3) == expected
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_a_drawn_structure_may_be_better(proposal, bricks, reaches, warnings, ex
 )
 def test_a_drawn_structure_is_meshed_beside_the_one_found(entries, expected):
     ranked = [entry(*e) for e in entries]
-    assert drawn_beside(ranked) == expected
+    assert drawn_to_compare(ranked) == expected
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_a_drawn_structure_is_meshed_beside_the_one_found(entries, expected):
         ([("bricks", 5.0)], ACCEPTANCE.acceptable),
         ([("bricks", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
         ([("bricks", 5.0), ("sweep", 9.0)], np.inf),
-        ([("sweep", 5.0), ("bricks", 9.0), ("overlay", np.inf)], BRICKS),
+        ([("sweep", 5.0), ("bricks", 9.0), ("overlay", np.inf)], NEARLY_BRICKS),
         ([("sweep", 5.0), ("overlay", np.inf)], ACCEPTANCE.acceptable),
     ],
 )
@@ -131,8 +131,10 @@ def test_a_close_rival_of_the_other_family_is_tried_unless_the_mesh_is_perfect(e
         SimpleNamespace(candidate=SimpleNamespace(family=FAMILY[p]), score=s) for p, s in entries
     ]
     choices = list(range(len(ranked)))
-    assert settled_at(ranked, choices, 0, ACCEPTANCE) == expected
-    assert settled_at(ranked, choices, len(ranked) - 1, ACCEPTANCE) == ACCEPTANCE.acceptable
+    assert sufficient_jacobian(ranked, choices, 0, ACCEPTANCE) == expected
+    assert (
+        sufficient_jacobian(ranked, choices, len(ranked) - 1, ACCEPTANCE) == ACCEPTANCE.acceptable
+    )
 
 
 def test_the_state_has_the_denoising_of_the_structure_that_is_chosen():
@@ -185,5 +187,5 @@ def test_an_overlay_is_for_meshes_that_miss_something(made, is_cad, expected):
         )
 
     before = [variants(*each) for each in made]
-    assert is_needless(entry("overlay"), before) == expected
-    assert not is_needless(entry("labels"), before)
+    assert is_unnecessary(entry("overlay"), before) == expected
+    assert not is_unnecessary(entry("labels"), before)

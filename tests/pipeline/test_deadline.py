@@ -33,7 +33,7 @@ def endless() -> None:
         descend(lambda x: (float(x @ x), 2 * x), np.ones(3), 5)
 
 
-def test_only_valid_meshes_are_kept(mesh, inverted) -> None:
+def test_only_valid_meshes_are_stored(mesh, inverted) -> None:
     deadline = Deadline()
     deadline.note(START)
     deadline.note(replace(START, hexes=inverted))

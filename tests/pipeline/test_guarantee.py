@@ -9,7 +9,7 @@ from polycube.errors import MeshingError
 from polycube.fitting.partial import is_sound
 from polycube.hexmesh.connectivity import genus
 from polycube.io.stl import write_stl
-from polycube.pipeline.choices import choose, spares_of, worth_meshing
+from polycube.pipeline.choices import choose, spares_of, structures_to_mesh
 from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
 from polycube.pipeline.stages import Stage
 from polycube.pipeline.state import RunState
@@ -101,18 +101,18 @@ def test_overlays_come_first_and_the_finest_before_others(ring):
 def test_why_there_is_no_valid_mesh_is_that_of_the_best_or_of_the_failures(ring):
     failing = variants(ring, Stage("meshing/smooth", Fail()))
     failing.run(0)
-    assert failing.why == "it cannot be"
+    assert failing.reason == "it cannot be"
     folded = variants(ring, Stage("meshing/smooth", Fold()))
     folded.run(0)
-    assert "smallest scaled Jacobian is -" in folded.why
+    assert "smallest scaled Jacobian is -" in folded.reason
 
 
 def test_a_lattice_of_another_genus_is_meshed_only_where_there_is_nothing_else(ring):
     spare = ranked(torus(), size="40%", **OTHER)
     assert [each.candidate.family for each in spare.ranked] == ["spare"]
-    assert worth_meshing(spare.ranked, 2) == [0]
+    assert structures_to_mesh(spare.ranked, 2) == [0]
     both = [*ring.ranked, *spare.ranked]
-    assert worth_meshing(both, 2) == [0] and spares_of(both) == [1]
+    assert structures_to_mesh(both, 2) == [0] and spares_of(both) == [1]
     end = last_attempt([variants(spare)], "why")
     assert wrong_topology(end).startswith("the topology differs: the mesh has genus 0, the part 1")
 

@@ -54,9 +54,9 @@ def test_through_to_the_modes_and_again_from_there(tmp_path):
     squares = np.abs(first["modes"]["omega_squared"])
     assert squares[:6].max() < 1e-8 * squares[6]
     overrides = ["from=analysis", f"output_dir={tmp_path / 'b'}", *fast, "analysis.modes=7"]
-    again = run(f"resume={tmp_path / 'a'}", *overrides)
-    assert again["hex"] == first["hex"] and again["given"] == first["given"]
-    assert len(again["modes"]["omega_squared"]) == 7
+    resumed = run(f"resume={tmp_path / 'a'}", *overrides)
+    assert resumed["hex"] == first["hex"] and resumed["given"] == first["given"]
+    assert len(resumed["modes"]["omega_squared"]) == 7
 
 
 @pytest.mark.slow
@@ -101,8 +101,8 @@ def test_refusals(overrides, sentence, crooked, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     overrides = [text.replace("{box}", str(crooked[0])) for text in overrides]
     assert _command(config("quiet=true", *overrides)) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("error: ") and said.count("\n") == 1 and sentence in said
+    errors = capsys.readouterr().err
+    assert errors.startswith("error: ") and errors.count("\n") == 1 and sentence in errors
     assert tree(tmp_path) == set()
 
 
@@ -126,18 +126,18 @@ def test_certify_everywhere_ends_with_code_3_where_a_hex_is_not(tmp_path, capsys
     assert not report["valid"] and report["hex"]["certificate"]["not_positive"] == 1
 
 
-@pytest.mark.parametrize("asked", ["corners", "everywhere"])
-def test_a_mesh_with_the_certificate_asked_for_is_preferred(asked):
+@pytest.mark.parametrize("certify", ["corners", "everywhere"])
+def test_a_mesh_with_the_requested_certificate_is_preferred(certify):
     good, friend = hex_box((1, 1, 1)), false_friend()
-    acceptance = build("acceptance", {"plugin": "standard", "certify": asked})
+    acceptance = build("acceptance", {"plugin": "standard", "certify": certify})
     surface = boundary(friend)  # from which the good one is far
     better = acceptance(good, surface).key > acceptance(friend, surface).key
-    assert better == (asked == "everywhere")
+    assert better == (certify == "everywhere")
 
 
-def test_another_genus_is_told(tmp_path):
-    whole = hex_box((3, 3, 1))
-    ring = hex_mesh(whole.vertices, np.delete(whole.hexes, 4, axis=0))
+def test_another_genus_gives_a_warning(tmp_path):
+    block = hex_box((3, 3, 1))
+    ring = hex_mesh(block.vertices, np.delete(block.hexes, 4, axis=0))
     path = write_hex_vtu(tmp_path / "ring.vtu", ring)
     surface = trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])
     surface.export(tmp_path / "cube.stl")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from polycube.numerics import memory
+from polycube.pipeline.resume import StageResults
 from polycube.pipeline.run import Run
 from polycube.pipeline.stages import Clock, Stage
 from polycube.pipeline.state import RunState
@@ -64,13 +65,11 @@ def test_one_sentence_where_the_memory_is_too_small(machine, caplog) -> None:
     ]
 
 
-def test_a_run_says_it_before_the_analysis(machine, caplog) -> None:
+def test_the_warning_comes_before_the_analysis(machine, caplog) -> None:
     machine(0)
     spline = SimpleNamespace(control=np.zeros((900, 3)))
     stage = Stage("analysis", lambda *given: logging.warning("analysis"))
-    run = SimpleNamespace(
-        solving=[stage], is_kept=lambda kind: False, clock=Clock(), _save=lambda *kept: None
-    )
+    run = SimpleNamespace(solving=[stage], results=StageResults(), clock=Clock())
     Run.solve(run, RunState(surface=None, spline=spline))
     first, second = caplog.messages
     assert first.startswith("warning: the analysis of 900 functions") and second == "analysis"

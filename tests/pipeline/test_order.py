@@ -11,7 +11,7 @@ ALL = ("meshing", "spline", "analysis", "report")
 
 
 @pytest.mark.parametrize(
-    ("words", "order"),
+    ("overrides", "order"),
     [
         ([], ALL),
         (["order=meshing"], ("meshing",)),
@@ -22,8 +22,8 @@ ALL = ("meshing", "spline", "analysis", "report")
         (["analysis=none", "order=[report]"], ("report",)),
     ],
 )
-def test_none_leaves_a_part_of_the_run_out_and_all_that_needs_it(words, order) -> None:
-    assert Settings.of(compose("infer", ["mesh=part.step", *words])).order == order
+def test_none_leaves_a_part_of_the_run_out_and_all_that_needs_it(overrides, order) -> None:
+    assert Settings.of(compose("infer", ["mesh=part.step", *overrides])).order == order
 
 
 def test_a_mesh_without_spline_and_analysis(tmp_path) -> None:

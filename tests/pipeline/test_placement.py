@@ -18,8 +18,8 @@ TO_Y = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # x goes to y
 MOTION = Motion(TO_Y, np.array([5.0, 6, 7]), np.arange(7)[::-1])
 
 
-def settings(*words):
-    return Settings.of(compose("infer", ["mesh=object", *FAST, *words]))
+def settings(*overrides):
+    return Settings.of(compose("infer", ["mesh=object", *FAST, *overrides]))
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_an_analysis_is_done_in_the_new_place(copy):
 def test_its_folder_is_that_of_a_run_which_can_be_resumed(copy):
     folder, result = copy
     assert is_meshed(folder, ORDER) and not is_meshed(folder / "stages", ORDER)
-    words = (f"resume={folder}", "from=spline", "order=[meshing,spline]")
-    again = execute(settings(*words), folder)
-    np.testing.assert_array_equal(again.hexes.vertices, result.hexes.vertices)
-    np.testing.assert_allclose(again.spline.control, result.spline.control)
+    overrides = (f"resume={folder}", "from=spline", "order=[meshing,spline]")
+    resumed = execute(settings(*overrides), folder)
+    np.testing.assert_array_equal(resumed.hexes.vertices, result.hexes.vertices)
+    np.testing.assert_allclose(resumed.spline.control, result.spline.control)

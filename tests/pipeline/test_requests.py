@@ -33,35 +33,37 @@ def test_sixteen_edges_round_one_hole_of_a_plate(tmp_path):
     reached, report = counts(tmp_path, "plate", "[{at: hole_1, around: 16}]")
     assert reached == {"hole_1": 16}
     assert report["valid"] and report["hex"]["hexes"] < 1500  # 1,168 without
-    assert report["doubts"] == [] and report["hex"]["counts"]["fewer"] == []
+    assert report["mesh_warnings"] == [] and report["hex"]["counts"]["fewer"] == []
 
 
 @pytest.mark.slow
-def test_what_max_hexes_forbids_is_doubtful(tmp_path):
+def test_a_request_that_max_hexes_forbids_gives_a_warning(tmp_path):
     at = "[{at: hole_1, around: 40}]"
     reached, report = counts(tmp_path, "plate", at, "meshing.max_hexes=1500")
     assert 8 < reached["hole_1"] < 40
-    [doubt] = report["doubts"]
-    assert doubt.startswith("meshing.at: the mesh has") and "round hole_1 instead of 40" in doubt
+    [warning] = report["mesh_warnings"]
+    assert (
+        warning.startswith("meshing.at: the mesh has") and "round hole_1 instead of 40" in warning
+    )
 
 
 def test_an_unknown_face_is_refused_before_anything_is_written(tmp_path, capsys):
-    asked = ["mesh=example:rod", *FAST, f"output_dir={tmp_path / 'out'}"]
-    assert _command(config(*asked, "meshing.at=[{at: hole_99, around: 8}]")) == 2
+    overrides = ["mesh=example:rod", *FAST, f"output_dir={tmp_path / 'out'}"]
+    assert _command(config(*overrides, "meshing.at=[{at: hole_99, around: 8}]")) == 2
     assert "meshing.at: the part has no face or hole 'hole_99'" in capsys.readouterr().err
-    assert _command(config(*asked, "meshing.at=[{at: hole_1, round: 8}]")) == 2
+    assert _command(config(*overrides, "meshing.at=[{at: hole_1, round: 8}]")) == 2
     assert "must have around, through or size; got 'round' at hole_1" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
-def test_entries_are_checked_beside_a_hex_mesh_too(tmp_path, capsys):
+def test_entries_are_also_checked_for_a_given_hex_mesh(tmp_path, capsys):
     path = write_hex_vtu(tmp_path / "box.vtu", hex_box((4, 3, 2), (4.0, 3.0, 2.0)))
-    asked = [f"hex={path}", "order=[meshing]", f"output_dir={tmp_path / 'out'}"]
-    assert _command(config(*asked, "meshing.at=[{at: z_max, depth: 1}]")) == 2
+    overrides = [f"hex={path}", "order=[meshing]", f"output_dir={tmp_path / 'out'}"]
+    assert _command(config(*overrides, "meshing.at=[{at: z_max, depth: 1}]")) == 2
     assert "meshing.at: an entry of at must have around" in capsys.readouterr().err
-    assert _command(config(*asked, "meshing.at=[{at: hole_1, through: 1}]")) == 2
-    report = run(*asked, *QUICK, "meshing.at=[{at: z_max, through: 3}]")
+    assert _command(config(*overrides, "meshing.at=[{at: hole_1, through: 1}]")) == 2
+    report = run(*overrides, *QUICK, "meshing.at=[{at: z_max, through: 3}]")
     assert report["hex"]["counts"]["at"][0]["reached"] == 2
-    assert report["doubts"] == [
+    assert report["mesh_warnings"] == [
         "meshing.at: the mesh has 2 hexes through the wall at z_max instead of 3"
     ]

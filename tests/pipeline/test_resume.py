@@ -1,4 +1,4 @@
-"""What stages made comes back, and changed settings are listed."""
+"""Results of stages are stored and loaded, and changed settings are listed."""
 
 import numpy as np
 import pytest
@@ -12,11 +12,11 @@ from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.stages import cube
 
 
-def test_stage_results_come_back(tmp_path):
+def test_stage_results_are_stored_and_loaded(tmp_path):
     save_stage(tmp_path, "meshing/smooth", cube(2.0))
-    back = load_stage(tmp_path, "meshing/smooth")
-    assert isinstance(back, HexMesh)
-    assert np.array_equal(back.vertices, cube(2.0).vertices)
+    loaded = load_stage(tmp_path, "meshing/smooth")
+    assert isinstance(loaded, HexMesh)
+    assert np.array_equal(loaded.vertices, cube(2.0).vertices)
     assert has_stage(tmp_path, "meshing/smooth") and not has_stage(tmp_path, "spline")
     with pytest.raises(
         InputError, match=r"no result of stage 'spline'; it contains meshing/smooth"
@@ -24,32 +24,32 @@ def test_stage_results_come_back(tmp_path):
         load_stage(tmp_path, "spline")
 
 
-def test_artifacts_keep_every_kind_of_value(tmp_path):
+def test_artifacts_store_every_kind_of_value(tmp_path):
     extraction = csr_matrix(np.eye(3)[[0, 1, 1]])
     spline = Spline(np.eye(3), extraction, np.zeros((1, 64)), [0], [1], [[0, 5]], [3], 4)
     value = [spline, ("cube", None), {"a": 1.5}, np.arange(3)]
     artifacts.save(tmp_path / "value.npz", value)
-    back = artifacts.load(tmp_path / "value.npz")
-    assert (back[0].extraction != extraction).nnz == 0
-    assert back[0].extraordinary_edges == 4
-    assert back[1] == ("cube", None) and back[2] == {"a": 1.5}
-    assert (back[3] == np.arange(3)).all()
+    loaded = artifacts.load(tmp_path / "value.npz")
+    assert (loaded[0].extraction != extraction).nnz == 0
+    assert loaded[0].extraordinary_edges == 4
+    assert loaded[1] == ("cube", None) and loaded[2] == {"a": 1.5}
+    assert (loaded[3] == np.arange(3)).all()
 
 
 @pytest.mark.parametrize("kind", [np.int64, np.int32, np.int8, np.uint8, np.uint64])
 @pytest.mark.parametrize("shape", [(0,), (0, 8), (1,), (300,), (40, 8), (5, 4, 3)])
-def test_whole_numbers_come_back_to_the_bit(tmp_path, kind, shape):
+def test_integers_are_stored_exactly(tmp_path, kind, shape):
     ends = np.iinfo(kind)
     value = np.random.default_rng(0).integers(ends.min, ends.max, shape, kind, endpoint=True)
     artifacts.save(tmp_path / "value.npz", [value, kind(7)])
-    back, seven = artifacts.load(tmp_path / "value.npz")
-    assert back.dtype == kind and np.array_equal(back, value) and back.shape == shape
+    loaded, seven = artifacts.load(tmp_path / "value.npz")
+    assert loaded.dtype == kind and np.array_equal(loaded, value) and loaded.shape == shape
     assert seven == 7
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.float32])
 @pytest.mark.parametrize("shape", [(), (0,), (0, 3), (7,), (40, 3), (5, 4, 3)])
-def test_real_numbers_come_back_to_the_bit(tmp_path, kind, shape):
+def test_real_numbers_are_stored_exactly(tmp_path, kind, shape):
     value = np.random.default_rng(0).standard_normal(shape).astype(kind)
     value = np.asfortranarray(value)
     odd = np.array([np.nan, -0.0, np.inf, np.finfo(kind).tiny / 8], kind)

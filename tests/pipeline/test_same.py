@@ -41,7 +41,7 @@ def result(folder: Path, n_cores: int, order: str, structure: str) -> tuple[dict
 )
 def test_two_runs_are_the_same_to_the_last_bit(order: str, structure: str, tmp_path: Path) -> None:
     report, files = result(tmp_path / "a", 1, order, structure)
-    again, the_same = result(tmp_path / "b", 2, order, structure)
-    assert report == again
+    repeated, the_same = result(tmp_path / "b", 2, order, structure)
+    assert report == repeated
     for name, one, other in zip(ALL, files, the_same, strict=False):
         assert one == other, name

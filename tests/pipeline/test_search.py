@@ -44,7 +44,7 @@ def test_a_short_run_that_beats_one_without_short_runs_is_repeated_in_full(first
 
 def searched(
     *starts: list[float],
-    enough: float,
+    good: float,
     settled: float = np.inf,
     has_rival: bool = False,
     acceptable: float = 0.0,
@@ -52,7 +52,7 @@ def searched(
     """Size that a search ends with, and the runs it took after the first."""
     CALLS.clear()
     stages = [Stage("meshing/optimize", Grow())]
-    judge = BySize(good=enough, acceptable=acceptable)
+    judge = BySize(good=good, acceptable=acceptable)
 
     def structures():
         for sizes in starts:
@@ -66,7 +66,7 @@ def searched(
 
 
 @pytest.mark.parametrize(
-    ("sizes", "enough", "expected", "calls"),
+    ("sizes", "good", "expected", "calls"),
     [
         ([6.0, 9.0], 5.0, 6.0, []),  # the first is good
         ([2.0, 3.0, 8.0, 4.0], 9.0, 8.0, [(2, True), (3, True), (8, True), (4, True), (8, False)]),
@@ -76,8 +76,8 @@ def searched(
         ([2.0], 9.0, 2.0, [(2, True)]),  # nothing to choose from
     ],
 )
-def test_of_the_others_only_the_best_in_a_trial_is_run_in_full(sizes, enough, expected, calls):
-    assert searched(sizes, enough=enough) == (expected, calls)
+def test_of_the_others_only_the_best_in_a_trial_is_run_in_full(sizes, good, expected, calls):
+    assert searched(sizes, good=good) == (expected, calls)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_of_the_others_only_the_best_in_a_trial_is_run_in_full(sizes, enough, ex
     ],
 )
 def test_another_start_goes_on_where_its_first_trial_is_better(settled, has_rival, expected, calls):
-    found = searched([3.0, 4.0], [7.0, 9.0], enough=20, settled=settled, has_rival=has_rival)
+    found = searched([3.0, 4.0], [7.0, 9.0], good=20, settled=settled, has_rival=has_rival)
     assert found == (expected, calls)
 
 
@@ -131,18 +131,18 @@ def test_the_first_run_of_all_is_improved_before_others_follow():
 
 
 def test_a_start_whose_first_trial_is_worse_has_no_other_run():
-    assert searched([3.0, 4.0], [2.0, 9.0], enough=20) == (
+    assert searched([3.0, 4.0], [2.0, 9.0], good=20) == (
         4.0,
         [(3, True), (4, True), (2, True), (4, False)],
     )
-    assert searched([3.0, 4.0], [2.0, 9.0], enough=20, has_rival=True) == (
+    assert searched([3.0, 4.0], [2.0, 9.0], good=20, has_rival=True) == (
         4.0,
         [(2, True), (3, True), (4, True), (4, False)],
     )
 
 
 def test_where_no_mesh_is_acceptable_every_variant_has_a_trial():
-    found = searched([3.0, 4.0], [2.0, 9.0], enough=20, acceptable=5)
+    found = searched([3.0, 4.0], [2.0, 9.0], good=20, acceptable=5)
     assert found == (9.0, [(3, True), (4, True), (2, True), (9, True), (9, False)])
 
 
@@ -188,9 +188,9 @@ def test_a_short_run_that_loses_more_features_than_the_best_is_not_repeated(per_
 
 
 @given(st.lists(st.floats(1, 100), min_size=1, max_size=6), st.floats(1, 100))
-def test_trials_that_rank_right_lose_nothing(sizes, enough):
-    found, calls = searched(sizes, enough=enough)
-    assert found == max(sizes) or found >= enough
+def test_trials_that_rank_right_lose_nothing(sizes, good):
+    found, calls = searched(sizes, good=good)
+    assert found == max(sizes) or found >= good
     assert sum(not short for _, short in calls) <= 1
 
 
@@ -202,7 +202,7 @@ class Refuse:
 
 
 @pytest.mark.parametrize("n_structures", [1, 2])
-def test_where_all_fail_the_first_failure_is_told(n_structures):
+def test_if_all_runs_fail_the_first_error_is_raised(n_structures):
     stages = [Stage("meshing/map", Refuse()), Stage("meshing/optimize", Grow())]
     start = RunState(TETRAHEDRON, hexes=cube())
     structures = [

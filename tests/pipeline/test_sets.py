@@ -55,12 +55,12 @@ def test_the_sets_of_the_files_are_those_of_the_analysis(block, tmp_path):
 def test_a_deck_is_written_without_solving_and_its_places_are_refused_in_time(
     block, tmp_path, capsys
 ):
-    asked = ["order=[meshing]", "export=[abaqus]", "from=meshing/optimize"]
-    modal = resumed(block, tmp_path / "modal", "analysis.fixed=[x_min]", *asked)
+    overrides = ["order=[meshing]", "export=[abaqus]", "from=meshing/optimize"]
+    modal = resumed(block, tmp_path / "modal", "analysis.fixed=[x_min]", *overrides)
     assert _command(config(*(entry for entry in modal if entry != "from=spline"))) == 0
     text = (tmp_path / "modal" / "hex.inp").read_text()
     assert "*FREQUENCY\n20\n" in text and "x_min, 3, 3, 0.\n" in text
-    bad = resumed(block, tmp_path / "bad", "analysis.fixed=[hole_1]", *asked)
+    bad = resumed(block, tmp_path / "bad", "analysis.fixed=[hole_1]", *overrides)
     bad.remove("from=spline")
     capsys.readouterr()
     assert _command(config(*bad)) == 2
@@ -83,9 +83,9 @@ def test_a_name_that_is_not_there_is_refused_before_any_work(block, tmp_path, st
     monkeypatch.setattr(
         "polycube.pipeline.run.Run.solve", lambda self, state: pytest.fail("too late")
     )
-    asked = resumed(block, tmp_path / "out", "analysis.fixed=[hole_1]")
+    overrides = resumed(block, tmp_path / "out", "analysis.fixed=[hole_1]")
     with pytest.raises(InputError, match=r"analysis: no boundary set 'hole_1'; there are x_min, x"):
-        run(*(f"from={stage}" if entry == "from=spline" else entry for entry in asked))
+        run(*(f"from={stage}" if entry == "from=spline" else entry for entry in overrides))
 
 
 def test_a_name_that_can_not_be_is_refused_before_anything_is_read(tmp_path, capsys):
@@ -95,11 +95,11 @@ def test_a_name_that_can_not_be_is_refused_before_anything_is_read(tmp_path, cap
 
 
 @pytest.mark.slow
-def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
-    asked = resumed(
+def test_a_mesh_below_the_limit_has_exit_code_3_and_is_stored(block, tmp_path, capsys):
+    overrides = resumed(
         block, tmp_path, "order=[meshing,spline]", "acceptance.least_jacobian=1", "export=[abaqus]"
     )
-    assert _command(config(*asked)) == 0  # a block's hexes are perfect
+    assert _command(config(*overrides)) == 0  # a block's hexes are perfect
     mesh = load_stage(block, STAGE)
     bent = mesh.vertices.copy()
     inner = np.setdiff1d(np.arange(len(bent)), mesh.quads)
@@ -107,13 +107,13 @@ def test_a_mesh_below_the_gate_has_code_3_and_is_kept(block, tmp_path, capsys):
     changed = tmp_path / "changed"
     shutil.copytree(block, changed)
     save_stage(changed, STAGE, replace(mesh, vertices=bent))
-    asked = resumed(changed, tmp_path / "bent", *asked[-3:])
-    assert _command(config(*asked)) == 3
+    overrides = resumed(changed, tmp_path / "bent", *overrides[-3:])
+    assert _command(config(*overrides)) == 3
     assert "must be 1 or more; the files are marked as" in capsys.readouterr().err
     text = (tmp_path / "bent" / "hex.inp").read_text()
     assert "add material, section and step" in text and "*STEP" not in text
     for bad in ("2", "true", "high"):
-        assert _command(config(*asked, f"acceptance.least_jacobian={bad}")) == 2
+        assert _command(config(*overrides, f"acceptance.least_jacobian={bad}")) == 2
 
 
 def test_an_inverted_mesh_is_marked_and_not_exported(block, tmp_path, capsys):
@@ -123,8 +123,10 @@ def test_an_inverted_mesh_is_marked_and_not_exported(block, tmp_path, capsys):
     changed = tmp_path / "changed"
     shutil.copytree(block, changed)
     save_stage(changed, STAGE, replace(mesh, vertices=folded))
-    asked = resumed(changed, tmp_path / "folded", "order=[meshing,spline]", "export=[abaqus,gmsh]")
-    assert _command(config(*asked)) == 3
+    overrides = resumed(
+        changed, tmp_path / "folded", "order=[meshing,spline]", "export=[abaqus,gmsh]"
+    )
+    assert _command(config(*overrides)) == 3
     assert "must be above 0; the files are marked as invalid" in capsys.readouterr().err
     files = {path.name for path in (tmp_path / "folded").iterdir()}
     assert {"hex.vtu", "report.json"} <= files and not {"hex.inp", "hex.msh"} & files

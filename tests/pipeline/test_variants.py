@@ -39,7 +39,7 @@ def scaled(stages: list[Stage], factors: list[float]) -> Variants:
     return found
 
 
-def test_the_best_is_kept_and_equal_work_is_done_once():
+def test_the_best_mesh_is_taken_and_equal_stages_run_once():
     stages = [Stage("meshing/smooth", Scale(2.0)), Stage("meshing/optimize", Scale(3.0))]
     end, path = scaled(stages, [3.0, 5.0, 3.0]).finish()
     assert size(end) == 10

@@ -17,15 +17,16 @@ from tests.fixtures import browser
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder
 
 CANVAS = ".viewer canvas"
-# texts that are seen, and the size of their letters, in CSS pixels; [] where all are 14 or more
+# visible texts with a font size of less than 14 CSS pixels
 SMALL = """[...document.querySelectorAll('body *')].filter((e) => e.getClientRects().length
   && !e.closest('script') && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim())
   && parseFloat(getComputedStyle(e).fontSize) < 14).map((e) => e.outerHTML.slice(0, 80))"""
-# what a finger must meet, less than 32 pixels tall; the bars of the histogram are as tall as it
+# controls that are too small for a finger: less than 32 pixels high, without the bars of the
+# histogram, which have its height
 NARROW = """[...document.querySelectorAll('button, select, input, summary, nav a')]
   .filter((e) => !e.disabled && e.getClientRects().length
   && (e.closest('label') || e).getBoundingClientRect().height < 32).map((e) => e.outerHTML)"""
-# contrast of each text with what lies behind it, the least of all
+# smallest contrast of a text with its background
 CONTRAST = """(() => {
   const parse = (c) => c.match(/[\\d.]+/g).map(Number);
   const light = (c) => parse(c).slice(0, 3).map((x) => x / 255)
@@ -51,7 +52,7 @@ def report(run) -> dict[str, object]:
     ranked = {"proposal": "slices", "context": ["cube", "hole_z"], "key": "k", "score": 0.25}
     return {
         "valid": True,
-        "doubts": ["the volume is 93 % of the surface's"],
+        "mesh_warnings": ["the volume is 93 % of the surface's"],
         "warnings": ["3 vertices welded"],
         "input": {"path": "parts/a_part_with_a_long_name_that_goes_on_and_on.stl", "bbox": box},
         "polycube": {"grid": [2, 1, 1], "candidates": [ranked] * 3, "chosen": 0},
@@ -84,8 +85,8 @@ def desktop(window, written) -> browser.Page:
     """The page, newly loaded, with its 3D view drawn."""
     window.media()
     window.size(1280, 900)
-    window.said.clear()
-    window.asked.clear()
+    window.messages.clear()
+    window.requests.clear()
     window.open(written)
     window.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
     return window
@@ -97,16 +98,18 @@ def changed(before: np.ndarray, after: np.ndarray) -> float:
     return float((np.abs(before.astype(int) - after) > 8).any(axis=2).mean())
 
 
-def said(page: browser.Page) -> str:
+def status(page: browser.Page) -> str:
     return page.run("document.querySelector('.viewer output').textContent")
 
 
-def test_it_opens_without_a_complaint_and_without_the_network(desktop, written) -> None:
-    assert desktop.said == []
-    assert [a for a in desktop.asked if not a.startswith("data:")] == [written.resolve().as_uri()]
+def test_it_opens_without_messages_and_without_the_network(desktop, written) -> None:
+    assert desktop.messages == []
+    assert [a for a in desktop.requests if not a.startswith("data:")] == [
+        written.resolve().as_uri()
+    ]
 
 
-def test_the_first_screen_answers(desktop, run, report) -> None:
+def test_the_first_screen_has_the_verdict_and_the_main_numbers(desktop, run, report) -> None:
     shown = desktop.run(
         "[...document.querySelectorAll('header *')].filter((e) => "
         "e.getBoundingClientRect().bottom <= innerHeight).map((e) => e.textContent).join(' ')"
@@ -133,32 +136,32 @@ def test_the_plane_cuts_hexes_off(desktop, run) -> None:
     before = desktop.picture(CANVAS)
     desktop.set("[name=cut]", 0.3)  # chooses an axis where none was
     assert desktop.run("document.querySelector('[name=axis]').value") == "x"
-    first, left = desktop.picture(CANVAS), int(said(desktop).split(" of ")[0])
+    first, left = desktop.picture(CANVAS), int(status(desktop).split(" of ")[0])
     assert 0 < left < n and changed(before, first) > 0.02
     desktop.set("[name=cut]", 0.7)
-    assert int(said(desktop).split(" of ")[0]) != left
+    assert int(status(desktop).split(" of ")[0]) != left
     assert changed(first, desktop.picture(CANVAS)) > 0.02
-    now = int(said(desktop).split(" of ")[0])
+    now = int(status(desktop).split(" of ")[0])
     desktop.set("[name=flip]", True)
-    assert int(said(desktop).split(" of ")[0]) == n - now
+    assert int(status(desktop).split(" of ")[0]) == n - now
 
 
 def test_a_large_mesh_is_hollow_where_it_is_cut(window, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(viewer, "WHOLE", 100)
+    monkeypatch.setattr(viewer, "ALL_SHOWN", 100)
     monkeypatch.setattr(viewer, "WORST", 1)
     mesh = hex_box((8, 8, 8))
     path = tmp_path / "large.html"
     path.write_text(html.page("box", viewer.viewer(mesh)), encoding="utf-8")
-    window.said.clear()
+    window.messages.clear()
     window.open(path)
     window.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
     shell = 8**3 - 6**3
-    assert said(window).startswith((f"{shell} of 512 hexes; of the", f"{shell + 1} of 512"))
+    assert status(window).startswith((f"{shell} of 512 hexes; of the", f"{shell + 1} of 512"))
     window.set("[name=cut]", 0.5)
-    half = int(said(window).split(" of ")[0])
+    half = int(status(window).split(" of ")[0])
     assert shell // 2 <= half <= shell // 2 + 1
     window.click("[name=worst]")
-    assert said(window).startswith("hex ") and window.said == []
+    assert status(window).startswith("hex ") and window.messages == []
 
 
 def test_all_edges_in_front_are_seen(window, tmp_path) -> None:
@@ -187,7 +190,7 @@ def test_results_side_by_side_move_together(window, run, tmp_path) -> None:
     path.write_text(comparison_page(folders, tmp_path), encoding="utf-8")
     window.media()
     window.size(1280, 900)
-    window.said.clear()
+    window.messages.clear()
     window.open(path)
     window.wait(
         "[...document.querySelectorAll('output')].every((e) => e.textContent.includes('hexes'))"
@@ -200,14 +203,14 @@ def test_results_side_by_side_move_together(window, run, tmp_path) -> None:
     assert changed(before, window.picture(second + "canvas")) < 0.01
     window.set(first + "[name=cut]", 0.3)
     n_hexes = len(run.hexes.hexes)
-    words = window.run(f"document.querySelector('{second} output').textContent")
-    assert int(words.split(" of ")[0]) < n_hexes
+    status_text = window.run(f"document.querySelector('{second} output').textContent")
+    assert int(status_text.split(" of ")[0]) < n_hexes
     assert changed(before, window.picture(second + "canvas")) > 0.02
     window.click(first + "[name=edges]")
     assert not window.run(f"document.querySelector('{second} [name=edges]').checked")
     window.set(first + "[name=colour]", "distance")
     assert window.run(f"document.querySelector('{second} [name=colour]').value") == "distance"
-    assert window.said == [] and window.run(WIDER) == 0
+    assert window.messages == [] and window.run(WIDER) == 0
 
 
 @pytest.mark.parametrize("colouring", ["distance", "cell", "set", "primitive"])
@@ -243,7 +246,7 @@ def test_only_the_worse_hexes_are_left(desktop, run) -> None:
     jacobian = scaled_jacobian(run.hexes.vertices, run.hexes.hexes)
     most = round(float(np.median(jacobian)), 2)
     desktop.set("[name=most]", most)
-    assert said(desktop).startswith(f"{int((jacobian <= most).sum())} of {len(jacobian)} hexes")
+    assert status(desktop).startswith(f"{int((jacobian <= most).sum())} of {len(jacobian)} hexes")
 
 
 def test_a_bar_of_the_histogram_shows_its_hexes(desktop, run) -> None:
@@ -252,13 +255,15 @@ def test_a_bar_of_the_histogram_shows_its_hexes(desktop, run) -> None:
     low = float(desktop.run(f"document.querySelector('{bar}').dataset.low"))
     desktop.click(bar)
     count = int(((jacobian >= low) & (jacobian <= low + 0.05)).sum())
-    assert said(desktop).startswith(f"{count} of {len(jacobian)} hexes, scaled Jacobian {low:.2f}")
+    assert status(desktop).startswith(
+        f"{count} of {len(jacobian)} hexes, scaled Jacobian {low:.2f}"
+    )
 
 
-def test_a_hex_that_is_clicked_tells_of_itself(desktop, run) -> None:
+def test_a_click_on_a_hex_shows_its_numbers(desktop, run) -> None:
     desktop.click("[name=worst]")
     jacobian = scaled_jacobian(run.hexes.vertices, run.hexes.hexes)
-    assert said(desktop).startswith(
+    assert status(desktop).startswith(
         f"hex {jacobian.argmin()}: scaled Jacobian {jacobian.min():.3f}"
     )
     desktop.click("[name=home]")
@@ -267,12 +272,12 @@ def test_a_hex_that_is_clicked_tells_of_itself(desktop, run) -> None:
     inside = np.abs(seen - seen[2, 2]).sum(2) > 60
     row, column = np.argwhere(inside)[inside.sum() // 3]
     desktop.click(CANVAS, column + 0.5 - width / 2, row + 0.5 - height / 2)
-    words = said(desktop)
-    assert words.startswith("hex ") and "cell " in words
-    assert "; in " in words and "patch_" in words.split("; in ")[1]
-    number = int(words.split()[1].rstrip(":"))
-    assert f"{jacobian[number]:.3f}" in words
-    at = np.array(words.split("(")[1].split(")")[0].split(","), float)
+    shown = status(desktop)
+    assert shown.startswith("hex ") and "cell " in shown
+    assert "; in " in shown and "patch_" in shown.split("; in ")[1]
+    number = int(shown.split()[1].rstrip(":"))
+    assert f"{jacobian[number]:.3f}" in shown
+    at = np.array(shown.split("(")[1].split(")")[0].split(","), float)
     middle = run.hexes.vertices[run.hexes.hexes[number]].mean(0)
     np.testing.assert_allclose(at, middle, rtol=1e-3, atol=1e-2)
 
@@ -300,11 +305,11 @@ def test_a_phone_shows_all_of_it(desktop, written) -> None:
     assert desktop.run(WIDER) == 0
     assert desktop.run(SMALL) == [] and desktop.run(NARROW) == []
     left, _, width, height = desktop.box(CANVAS)
-    assert left >= 16 and left + width <= 374 and height < 420  # room to scroll beside it
+    assert left >= 16 and left + width <= 374 and height < 420  # room to scroll next to it
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_words_stand_out(desktop, scheme) -> None:
+def test_text_has_enough_contrast(desktop, scheme) -> None:
     desktop.media(prefers_color_scheme=scheme)
     desktop.frame()
     assert desktop.run(CONTRAST) > 4.5

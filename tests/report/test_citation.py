@@ -18,8 +18,8 @@ BIB = (Path(citation.__file__).parent / "references.bib").read_text(encoding="ut
 KEYS = [found[1] for found in citation.ENTRY.finditer(BIB)]
 
 
-def keys(report: dict, *words: str) -> list[str]:
-    text = citation.bibtex(report, compose("infer", words))
+def keys(report: dict, *overrides: str) -> list[str]:
+    text = citation.bibtex(report, compose("infer", overrides))
     return re.findall(r"^@\w+\{(\w+),", text, re.MULTILINE)
 
 
@@ -27,7 +27,7 @@ def proposed(name: str) -> dict:
     return {"polycube": {"candidates": [{"proposal": "slices"}, {"proposal": name}], "chosen": 1}}
 
 
-def test_every_entry_is_whole_and_used() -> None:
+def test_every_entry_is_complete_and_used() -> None:
     assert len(KEYS) == BIB.count("@") and len(set(KEYS)) == len(KEYS)
     for entry in citation.ENTRY.finditer(BIB):
         assert entry[0].count("{") == entry[0].count("}")
@@ -53,9 +53,14 @@ def test_methods_that_made_the_result_are_cited_and_no_others() -> None:
     assert keys({"hex": {}}) == always + mesh
     assert keys(proposed("midpoint"))[2:] == ["li1995midpoint"]
     assert keys({"hex": {}, **proposed("diffusion")})[2:] == ["ho2020ddpm", *mesh]
-    whole = {"hex": {}, "spline": {}, "modes": {}}
-    assert keys(whole)[5:] == ["wei2017th", "yu2022hexgen", "borden2011extraction", "hughes2005iga"]
-    assert keys(whole, "spline=c0")[5:] == ["borden2011extraction", "hughes2005iga"]
+    report = {"hex": {}, "spline": {}, "modes": {}}
+    assert keys(report)[5:] == [
+        "wei2017th",
+        "yu2022hexgen",
+        "borden2011extraction",
+        "hughes2005iga",
+    ]
+    assert keys(report, "spline=c0")[5:] == ["borden2011extraction", "hughes2005iga"]
     assert "hu2020wild" not in keys({"hex": {}, "given": {}}, "hex=part.vtu")
     assert "floater2003mean" in keys({"hex": {}}, "meshing=parametric")
 

@@ -1,4 +1,4 @@
-"""The sheet of random parts: each beside its polycube, in the colours of the axes."""
+"""The sheet of random parts: each next to its polycube, in the colours of the axes."""
 
 import io
 from pathlib import Path
@@ -26,16 +26,16 @@ def test_the_sheet_has_a_tile_for_each(tmp_path: Path, monkeypatch: pytest.Monke
     image = pytest.importorskip("PIL.Image")
     file = io.BytesIO()
     image.new("RGB", (400, 300), "red").save(file, "PNG")
-    asked = {}
+    scenes = {}
 
     def draw(found: dict) -> dict[str, bytes]:
-        asked.update(found)
+        scenes.update(found)
         return {"5": file.getvalue()}  # the others could not be drawn
 
     monkeypatch.setattr(sheet, "draw", draw)
     sheet.sheet(tmp_path / "sheet.png", seed=2, first=10)
-    assert len(asked) == sheet.COLUMNS * sheet.ROWS
-    assert np.array_equal(asked["5"][0].points, LatticePairs(2, 0).part(15).geometry)
+    assert len(scenes) == sheet.COLUMNS * sheet.ROWS
+    assert np.array_equal(scenes["5"][0].points, LatticePairs(2, 0).part(15).geometry)
     page = np.asarray(image.open(tmp_path / "sheet.png").convert("RGB"))
     width, height = sheet.TILE
     assert page.shape == (sheet.ROWS * height, sheet.COLUMNS * width, 3)

@@ -113,6 +113,6 @@ def test_a_moved_forest_is_that_of_the_new_places():
     corners, normals = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 3))
     far = corners + np.array([5.0, 0, 0])
     trees = closest.moved(closest.forest(corners, normals, np.ones(50, int)), far, normals)
-    again = closest.forest(far, normals, np.ones(50, int))
-    for one, other in zip(trees.tree, again.tree, strict=True):
+    rebuilt = closest.forest(far, normals, np.ones(50, int))
+    for one, other in zip(trees.tree, rebuilt.tree, strict=True):
         assert one == pytest.approx(other)

@@ -75,9 +75,9 @@ def test_short_creases_of_a_rough_cube_are_noise_and_its_edges_are_not():
 def test_many_edges_are_taken_in_turn(monkeypatch):
     surface = toothed(20, 0.02)
     sides = np.unique(np.sort(surface.faces[:, :2], axis=1), axis=0)
-    whole = broad_turns(surface, face_normals(surface), sides, 0.1)
+    in_one_batch = broad_turns(surface, face_normals(surface), sides, 0.1)
     monkeypatch.setattr(broad, "ROWS", 7)
-    assert np.array_equal(broad_turns(surface, face_normals(surface), sides, 0.1), whole)
+    assert np.array_equal(broad_turns(surface, face_normals(surface), sides, 0.1), in_one_batch)
 
 
 def test_coarse_teeth_are_meant():

@@ -56,7 +56,7 @@ def test_any_size_and_placement():
         assert (self_intersections(moved) == pairs).all()
 
 
-def test_places_are_told_apart_and_the_largest_comes_first():
+def test_places_are_separate_and_the_largest_comes_first():
     """A bar through a block leaves it on two sides, a small one cuts a corner elsewhere."""
     block, bar = box((0, 0, 0), (4, 4, 4)), box((1, 1, -1), (2, 2, 5))
     both = joined(block, bar)

@@ -26,8 +26,8 @@ def _solid_angle(surface: TriMesh, point: np.ndarray) -> float:
 
 
 def test_equal_to_the_slow_sum_inside_outside_and_through_a_hole():
-    whole = example("rod")
-    for surface in (whole, TriMesh(whole.vertices, whole.faces[len(whole.faces) // 20 :])):
+    closed = example("rod")
+    for surface in (closed, TriMesh(closed.vertices, closed.faces[len(closed.faces) // 20 :])):
         low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
         points = low + np.random.default_rng(0).random((300, 3)) * (high - low)
         slow = summed(surface, points)

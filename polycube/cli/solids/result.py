@@ -68,7 +68,7 @@ def write_assembly(
     for i, j in combinations(range(len(parts)), 2):
         found = _meeting(parts[i], parts[j])
         touching += [_contact(parts[i], parts[j], *each) for each in found]
-        joints += [(i, j, how.vertices) for _, how in found if how is not None and how.is_whole]
+        joints += [(i, j, how.vertices) for _, how in found if how is not None and how.is_covered]
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
     mesh = combined(meshes, [s.name for s in solids], joints) if meshes else None
     report = _report(cfg, parts, touching, mesh)
@@ -129,7 +129,7 @@ def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | Non
             if part.surface is not None
         ],
         "area": contact.area,
-        "agree": None if how is None else how.is_whole,
+        "agree": None if how is None else how.is_covered,
     }
     if how is not None:
         found |= {"quads": list(how.quads), "common_quads": len(how.pairs)}
@@ -146,8 +146,10 @@ def _report(
         "input": {"path": path, "solids": len(parts)},
         "solids": [_row(part, names, path) for part in parts],
         "contacts": touching,
-        "doubts": [
-            f"{p.solid.name}: {doubt}" for p in parts for doubt in p.report.get("doubts", ())
+        "mesh_warnings": [
+            f"{part.solid.name}: {warning}"
+            for part in parts
+            for warning in part.report.get("mesh_warnings", ())
         ],
         "seconds": {
             part.solid.name: round(sum(part.report.get("seconds", {}).values()), 3)

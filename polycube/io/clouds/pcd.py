@@ -1,6 +1,6 @@
 """Read PCD files of the Point Cloud Library: text, binary and compressed.
 
-open3d reads these files too, but accepts damaged ones: it replaces words by zeros, and missing
+open3d reads these files too, but accepts damaged ones: it replaces text by zeros, and missing
 points by the content of uninitialised memory. Of 300 damaged files it accepted 76 that this reader
 refuses; both returned the same points for 110.
 """
@@ -45,21 +45,21 @@ def _columns(data: bytes) -> Mapping[str, np.ndarray]:
     head, mark, rest = data.partition(b"\nDATA ")
     way, _, body = rest.partition(b"\n")
     rows = [line.split() for line in head.decode("latin-1").splitlines()]
-    words = {row[0]: row[1:] for row in rows if row}
-    number = int(words["POINTS"][0]) if mark else 0
-    counts = [int(count) for count in words.get("COUNT", ["1"] * len(words["FIELDS"]))]
-    kinds = [KINDS[kind] + size for kind, size in zip(words["TYPE"], words["SIZE"], strict=True)]
+    header = {row[0]: row[1:] for row in rows if row}
+    number = int(header["POINTS"][0]) if mark else 0
+    counts = [int(count) for count in header.get("COUNT", ["1"] * len(header["FIELDS"]))]
+    kinds = [KINDS[kind] + size for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
     record = np.dtype(
         [
             (name, f"<{kind}", (count,))
-            for name, kind, count in zip(words["FIELDS"], kinds, counts, strict=True)
+            for name, kind, count in zip(header["FIELDS"], kinds, counts, strict=True)
         ]
     )
-    read = {b"ascii": _text, b"binary": _records, b"binary_compressed": _compressed}
-    if way.strip() not in read:
+    readers = {b"ascii": _text, b"binary": _records, b"binary_compressed": _compressed}
+    if way.strip() not in readers:
         raise ValueError(f"unknown form of data {way[:20]!r}")
-    found = read[way.strip()](body, record, number)
-    single = [name for name, count in zip(words["FIELDS"], counts, strict=True) if count == 1]
+    found = readers[way.strip()](body, record, number)
+    single = [name for name, count in zip(header["FIELDS"], counts, strict=True) if count == 1]
     return {name: found[name].reshape(number).astype(np.float64) for name in single}
 
 
@@ -75,9 +75,9 @@ def _text(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray
 
 def _records(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
     """Values of fields in binary records, one for each point."""
-    there = len(body) // record.itemsize
-    if there < number:
-        raise ValueError(f"it ends after {there} of {number} points")
+    available = len(body) // record.itemsize
+    if available < number:
+        raise ValueError(f"it ends after {available} of {number} points")
     rows = np.frombuffer(body, record, number)
     return {name: rows[name] for name in record.names or ()}
 
@@ -85,9 +85,9 @@ def _records(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndar
 def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
     """Values of fields that are stored one after the other, compressed by LZF."""
     packed, size = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
-    whole = size == number * record.itemsize and 8 + packed <= len(body)
-    values = _unpacked(np.frombuffer(body[8 : 8 + packed], np.uint8), size * whole)
-    if not whole or len(values) != size:
+    is_complete = size == number * record.itemsize and 8 + packed <= len(body)
+    values = _unpacked(np.frombuffer(body[8 : 8 + packed], np.uint8), size * is_complete)
+    if not is_complete or len(values) != size:
         raise ValueError(f"its {len(body)} bytes do not hold {number} points")
     ends = np.cumsum([number * record[name].itemsize for name in record.names or ()])
     split = zip(record.names or (), np.split(values, ends[:-1]), strict=True)

@@ -24,10 +24,12 @@ def is_cloud(path: Path) -> bool:
     suffix = path.suffix.lower()
     if suffix == ".ply" and path.is_file():
         with path.open("rb") as file:
-            words = [
+            header = [
                 line.split() for line in file.read(HEADER).split(b"end_header")[0].split(b"\n")
             ]
-        number = {line[1]: line[2] for line in words if line[:1] == [b"element"] and len(line) == 3}
+        number = {
+            line[1]: line[2] for line in header if line[:1] == [b"element"] and len(line) == 3
+        }
         return b"vertex" in number and number.get(b"face", b"0") == b"0"
     return suffix in READERS and not path.is_dir()
 

@@ -1,4 +1,4 @@
 """Files that other libraries parse, in processes of their own with limits.
 
-`process` starts them, `parsers` is one of them; those for CAD files lie beside this folder.
+`process` starts them, and `parsers` is one of them. Those for CAD files are in the parent folder.
 """

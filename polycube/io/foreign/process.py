@@ -28,8 +28,8 @@ MEMORY = 4  # limit of address space in GB; each MB of the file adds 0.2 GB
 PARSERS = "polycube.io.foreign.parsers"
 
 
-def read_alone(
-    worker: str, path: Path, asked: Mapping[str, object], effort: float = 1.0
+def read_separately(
+    worker: str, path: Path, options: Mapping[str, object], effort: float = 1.0
 ) -> tuple[bytes | None, str]:
     """Run a module that reads a file, in a separate process.
 
@@ -38,7 +38,7 @@ def read_alone(
     worker
         Name of the module. It reads a request, as JSON, from its standard input, calls `limit` and
         writes to `output`.
-    asked
+    options
         Content of the request in addition to `path`, `output`, `seconds` and `gigabytes`.
     effort
         Factor of the time limit.
@@ -47,7 +47,7 @@ def read_alone(
     -------
     output
         What the module wrote; None if it wrote nothing or failed.
-    said
+    errors
         Its standard error.
 
     Raises
@@ -71,7 +71,7 @@ def read_alone(
         try:
             done = subprocess.run(
                 [sys.executable, "-m", worker],
-                input=json.dumps({**request, **asked}),
+                input=json.dumps({**request, **options}),
                 capture_output=True,
                 text=True,
                 errors="replace",
@@ -114,15 +114,15 @@ def parsed(path: Path, library: str) -> dict[str, np.ndarray]:
     InputError
         If the library cannot read the file or does not finish in time.
     """
-    output, said = read_alone(PARSERS, path, {"library": library})
+    output, errors = read_separately(PARSERS, path, {"library": library})
     if output is None:
-        raise unreadable(path, said)
+        raise unreadable(path, errors)
     with np.load(BytesIO(output), allow_pickle=False) as arrays:
         return dict(arrays)
 
 
-def unreadable(path: Path, said: str) -> InputError:
+def unreadable(path: Path, errors: str) -> InputError:
     """Error for a file that could not be read, with the last line of the standard error."""
-    lines = [line for line in said.strip().splitlines() if line.strip()]
+    lines = [line for line in errors.strip().splitlines() if line.strip()]
     last = lines[-1].removeprefix("Exception: ") if lines else "its reader crashed"
     return InputError(f"not a readable {path.suffix} file: {brief(last)}")

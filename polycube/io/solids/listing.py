@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.io.cad import INSTALL, check_whole
-from polycube.io.foreign.process import read_alone, unreadable
+from polycube.io.cad import INSTALL, check_complete
+from polycube.io.foreign.process import read_separately, unreadable
 from polycube.io.solids.motions import Motion
 from polycube.io.step import MILLIMETRES, file_unit
 
@@ -49,16 +49,16 @@ def read_solids(path: Path) -> list[Solid]:
     InputError : the file has no solid, or cannot be read
     """
     try:
-        check_whole(path)
-        output, said = read_alone("polycube.io.solids.worker", path, {}, EFFORT)
+        check_complete(path)
+        output, errors = read_separately("polycube.io.solids.worker", path, {}, EFFORT)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    if output is None and "import gmsh" in said:
+    if output is None and "import gmsh" in errors:
         raise InputError(f"cad.solid needs gmsh; {INSTALL}")
     if output is None:
-        raise InputError(f"{path}: {unreadable(path, said)}")
+        raise InputError(f"{path}: {unreadable(path, errors)}")
     rows = json.loads(output)
     if not rows:
         raise InputError(

@@ -116,9 +116,9 @@ def motions(first: Landmarks, second: Landmarks) -> Iterator[Motion]:
     if pair is None:
         return
     u, v = first.points[list(pair)]
-    alike = [there.query_ball_point(own[k], **within) for k in pair]
+    similar = [there.query_ball_point(own[k], **within) for k in pair]
     places = cKDTree(np.hstack([second.points / size, other]))
-    i, j = np.reshape(np.meshgrid(*alike, indexing="ij"), (2, -1))
+    i, j = np.reshape(np.meshgrid(*similar, indexing="ij"), (2, -1))
     x, y = second.points[i], second.points[j]
     apart = np.linalg.norm(x - y, axis=1) - np.linalg.norm(u - v)
     fits = np.flatnonzero(np.abs(apart) <= 4 * SAME * size)

@@ -41,12 +41,12 @@ def meet_creases(found: Variants, creases: float | str | None) -> None:
         diagonal, auto or None
     """
     surface = found.start.surface
-    asked = creases_of(creases, surface)
+    requested = creases_of(creases, surface)
     subdivide = found.plugin("meshing/subdivide") if found.attempts else None
-    if asked is None or not isinstance(subdivide, FollowsCreases):
+    if requested is None or not isinstance(subdivide, FollowsCreases):
         return
     unit = diagonal(surface)
-    wanted = sizing.length(asked, unit) / unit
+    wanted = sizing.length(requested, unit) / unit
     taken = found.taken()
     if not taken.verdict.is_valid:
         return
@@ -55,7 +55,7 @@ def meet_creases(found: Variants, creases: float | str | None) -> None:
         name, other = found.run_again(options)
         if other is None:
             continue
-        logger.info("sharp edges: %s; before: %s", _told(other), _told(taken))
+        logger.info("sharp edges: %s; before: %s", _description(other), _description(taken))
         if _is_better(other, taken, first):
             found.preferred, taken = name, other
 
@@ -82,10 +82,10 @@ def creases_missed(mesh: HexMesh, surface: TriMesh, creases: float | str | None)
 def _options(found: Variants, subdivide: FollowsCreases, wanted: float) -> Iterator[Options]:
     """Options of further runs, while the creases are too far away."""
     along = subdivide.crease_options(wanted)
-    if along is not None and _seen(found.taken()).creases > wanted:
+    if along is not None and _inspected(found.taken()).creases > wanted:
         yield {"meshing/subdivide": along}
     soft = [stage.kind for stage in found.stages if _is_automatic(stage.plugin)]
-    if soft and _seen(found.taken()).creases > max(wanted, CREASES):
+    if soft and _inspected(found.taken()).creases > max(wanted, CREASES):
         yield {kind: {"features": "exact"} for kind in soft}
 
 
@@ -96,7 +96,7 @@ def _is_automatic(plugin: object) -> bool:
 
 def _is_better(other: Attempt, taken: Attempt, first: Attempt) -> bool:
     """Whether a mesh is closer to the creases than `taken`, and otherwise as good as `first`."""
-    one, two, start = _seen(other), _seen(taken), _seen(first)
+    one, two, start = _inspected(other), _inspected(taken), _inspected(first)
     warnings = len(other.verdict.warnings) <= len(first.verdict.warnings)
     return (
         other.verdict.is_valid
@@ -108,15 +108,15 @@ def _is_better(other: Attempt, taken: Attempt, first: Attempt) -> bool:
     )
 
 
-def _told(attempt: Attempt) -> str:
-    seen = _seen(attempt)
+def _description(attempt: Attempt) -> str:
+    seen = _inspected(attempt)
     return (
         f"within {seen.creases:.2%} of the diagonal, least scaled Jacobian "
         f"{seen.scaled_jacobian:.3f}, {len(seen.mesh.hexes)} hexes"
     )
 
 
-def _seen(attempt: Attempt) -> Inspection:
+def _inspected(attempt: Attempt) -> Inspection:
     assert attempt.state.hexes is not None
     return inspect(attempt.state.hexes, attempt.state.surface)
 

@@ -64,7 +64,7 @@ def meet_deviation(found: Variants, deviation: float | str | None) -> None:
 
     The variant is run again with the predicted size, and once more with a corrected one. The finer
     mesh must have the scaled Jacobian required of a refined mesh, and no more warnings. If there is
-    none, the mesh is kept for `meshing/refine`.
+    none, the coarse mesh stays, and `meshing/refine` divides it.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def meet_deviation(found: Variants, deviation: float | str | None) -> None:
             times,
         )
         name, finer = found.run_again({"meshing/subdivide": options})
-        if finer is None or not _is_kept(finer, coarse):
+        if finer is None or not _is_accepted(finer, coarse):
             return
         apart = _apart(finer)
         if apart <= wanted:
@@ -111,7 +111,7 @@ def _options(found: Variants, times: float) -> Mapping[str, object] | None:
     return subdivide.finer_options(times) if isinstance(subdivide, Subdivide) else None
 
 
-def _is_kept(finer: Attempt, coarse: Attempt) -> bool:
+def _is_accepted(finer: Attempt, coarse: Attempt) -> bool:
     """Whether a finer mesh is otherwise as good as the coarse one; the reason is logged if not."""
     jacobian, before = _jacobian(finer), _jacobian(coarse)
     warnings = [*finer.verdict.failures, *finer.verdict.warnings]

@@ -54,7 +54,7 @@ class PartResult:
         return {kind: self.features[f"{kind}s"]["lost"] for kind in KINDS if self.features}
 
     @property
-    def keeps_everything(self) -> bool:
+    def loses_nothing(self) -> bool:
         """Whether a CAD part has a valid mesh without lost features."""
         return self.is_valid and bool(self.features) and not any(self.lost.values())
 
@@ -67,7 +67,7 @@ class PartResult:
         return max((way for way in ways if way is not None), default=None)
 
     def share(self, kind: str) -> float | None:
-        """Per cent of its features of a kind that are kept; 0 without a valid mesh.
+        """Per cent of its features of a kind that are preserved; 0 without a valid mesh.
 
         None if a part has no such feature, such as the points of a sphere.
         """
@@ -99,7 +99,7 @@ def totals(parts: Sequence[PartResult]) -> dict[str, float | None]:
     return {
         "parts": len(parts),
         "valid hex meshes": len(valid),
-        "everything kept": sum(part.keeps_everything for part in parts),
+        "everything kept": sum(part.loses_nothing for part in parts),
         **{f"{kind}s kept, %": _over(mean, [p.share(kind) for p in parts]) for kind in KINDS},
         **{
             f"least scaled Jacobian {least} or more": sum(part.least >= least for part in valid)

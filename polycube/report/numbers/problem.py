@@ -1,4 +1,4 @@
-"""Material, supports and loads of an analysis in words, with the size of each place."""
+"""Descriptions of the material, supports and loads of an analysis, with the size of each place."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import set_name
 from polycube.kinds import StatesProblem
 from polycube.registry import build
-from polycube.report.numbers.words import number
+from polycube.report.numbers.formatting import number
 from polycube.types import AXES, HexMesh, Json
 
 AXIS = "xyz"
@@ -34,15 +34,15 @@ def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
     Returns
     -------
     units : length unit of the part
-    material : the material in words
-    supports, loads : for each place `words`, and `quads` and `area` of its faces in the mesh;
-        both are null for gravity and sources, which act on the whole part
+    material : description of the material
+    supports, loads : for each place its description `words`, and `quads` and `area` of its faces in
+        the mesh; both are null for gravity and sources, which act on the whole part
     """
     return {
         "units": problem.units,
         "material": _material(problem),
-        "supports": [{"words": words, **_size(mesh, place)} for place, words in _supports(problem)],
-        "loads": [{"words": words, **_size(mesh, place)} for place, words in _loads(problem)],
+        "supports": [{"words": text, **_size(mesh, place)} for place, text in _supports(problem)],
+        "loads": [{"words": text, **_size(mesh, place)} for place, text in _loads(problem)],
     }
 
 
@@ -73,7 +73,7 @@ def _values(material: Material) -> str:
 
 def _supports(problem: Problem) -> Iterator[tuple[object, str]]:
     for each in problem.supports:
-        name, is_plural = place_words(each.place)
+        name, is_plural = describe_place(each.place)
         is_heat = isinstance(problem, Conduction)
         held = f"kept at {number(each.values[0])} K" if is_heat else _held(each, problem.units)
         yield each.place, f"{name[0].upper()}{name[1:]} {'are' if is_plural else 'is'} {held}"
@@ -85,11 +85,11 @@ def _held(support: Prescribed, unit: str) -> str:
     moved = [f"{number(value)} {unit} in {AXIS[axis]}" for axis, value in _pairs(support) if value]
     if len(held) == len(AXIS):
         return "clamped"
-    words = [f"moved by {' and '.join(moved)}"] if moved else []
-    words += [f"held in {' and '.join(held)}"] if held else []
+    phrases = [f"moved by {' and '.join(moved)}"] if moved else []
+    phrases += [f"held in {' and '.join(held)}"] if held else []
     free = [axis for axis in AXIS if axis not in {AXIS[i] for i in support.components}]
-    words += [f"free in {' and '.join(free)}"] if free else []
-    return ", ".join(words)
+    phrases += [f"free in {' and '.join(free)}"] if free else []
+    return ", ".join(phrases)
 
 
 def _pairs(support: Prescribed) -> zip[tuple[int, float]]:
@@ -99,21 +99,24 @@ def _pairs(support: Prescribed) -> zip[tuple[int, float]]:
 def _loads(problem: Problem) -> Iterator[tuple[object, str]]:
     if isinstance(problem, Statics):
         for each in problem.loads:
-            for words in _applied(each):
-                yield each.place, words
+            for text in _applied(each):
+                yield each.place, text
         if any(problem.acceleration):
             size = number(float(np.linalg.norm(problem.acceleration)))
             yield None, f"Gravity of {size} m/s², {_vector(problem.acceleration)}"
     if isinstance(problem, Conduction):
         for flow in problem.flows:
-            yield flow.place, f"Flux of {number(flow.flux)} W/m² into {place_words(flow.place)[0]}"
+            yield (
+                flow.place,
+                f"Flux of {number(flow.flux)} W/m² into {describe_place(flow.place)[0]}",
+            )
         if problem.source:
             yield None, f"Heat source of {number(problem.source)} W/m³ in the whole part"
 
 
 def _applied(load: Applied) -> Iterator[str]:
     """A sentence for each force on a place."""
-    on = place_words(load.place)[0]
+    on = describe_place(load.place)[0]
     if load.pressure:
         yield f"{'Pressure' if load.pressure > 0 else 'Suction'} of {stress(load.pressure)} on {on}"
     if any(load.traction):
@@ -134,7 +137,7 @@ def stress(value: float) -> str:
 
 
 def _vector(value: tuple[float, ...]) -> str:
-    """The direction of a vector in words if it is along an axis, else as unit vector."""
+    """The direction of a vector: the name of an axis if it is along one, else a unit vector."""
     way = np.array(value) / np.linalg.norm(value)
     axis = int(np.abs(way).argmax())
     if abs(way[axis]) > 1 - 1e-9:
@@ -142,8 +145,8 @@ def _vector(value: tuple[float, ...]) -> str:
     return f"in direction ({', '.join(f'{x + 0.0:.3g}' for x in way.round(3))})"
 
 
-def place_words(place: object) -> tuple[str, bool]:
-    """A place on the boundary in words, and whether these are a plural."""
+def describe_place(place: object) -> tuple[str, bool]:
+    """Description of a place on the boundary, and whether it is a plural."""
     if isinstance(place, Mapping):
         [(kind, values)] = place.items()
         found = [number(float(value)) for value in values]

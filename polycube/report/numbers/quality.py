@@ -23,7 +23,9 @@ N_WORST = 5  # number of the worst hexes by scaled Jacobian, and one by each oth
 SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")
 BINS = 40
 WAYS = ("spline_to_surface", "surface_to_spline")
-SPLINE_APART = 0.015  # of the diagonal, for 99 % of the points in both directions
+# largest distance between spline and surface without a warning: of the diagonal, for 99 % of the
+# points in both directions
+SPLINE_LIMIT = 0.015
 _ENDS = ("_max", "_mean", "_p95", "_p99")  # suffixes of the names of distances
 # ranges of the histograms; the last bar includes larger values, so that runs can be compared
 RANGES = {
@@ -46,15 +48,15 @@ def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
     """The main numbers, as fractions of the diagonal of the bounding box of the surface."""
     jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
     deviation = quality.deviation(mesh, surface, samples=40_000)
-    bad = int(jacobian.argmin())
+    worst_hex = int(jacobian.argmin())
     return {
         "hexes": len(mesh.hexes),
         "vertices": len(mesh.vertices),
         "min_scaled_jacobian": float(jacobian.min()),
         "mean_scaled_jacobian": float(jacobian.mean()),
         "inverted": int((jacobian <= 0).sum()),
-        "worst_hex": bad,
-        "worst_hex_center": mesh.vertices[mesh.hexes[bad]].mean(0).tolist(),
+        "worst_hex": worst_hex,
+        "worst_hex_center": mesh.vertices[mesh.hexes[worst_hex]].mean(0).tolist(),
         "vertex_off_surface_max": deviation.vertices,
         **distances("mesh_to_surface", deviation.to_surface),
         **distances("surface_to_mesh", deviation.to_mesh),
@@ -111,11 +113,11 @@ def spline_warnings(numbers: object) -> list[str]:
     found = []
     if not numbers["is_positive"]:
         found.append("the spline may fold over itself: its det J is not positive everywhere")
-    apart = max(numbers[f"{way}_p99"] for way in WAYS)
-    if apart >= SPLINE_APART:
+    distance = max(numbers[f"{way}_p99"] for way in WAYS)
+    if distance >= SPLINE_LIMIT:
         found.append(
-            f"spline and surface are up to {apart:.1%} of the diagonal apart for 99 % of the "
-            f"points, more than {SPLINE_APART:.1%}"
+            f"spline and surface are up to {distance:.1%} of the diagonal apart for 99 % of the "
+            f"points, more than {SPLINE_LIMIT:.1%}"
         )
     return found
 

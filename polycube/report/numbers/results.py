@@ -99,7 +99,10 @@ def _outcome(state: RunState, report: Numbers) -> Numbers:
     if state.interrupted:
         found["interrupted"] = True
     if state.verdict is not None:
-        found["doubts"] = [*state.verdict.warnings, *quality.spline_warnings(report.get("spline"))]
+        found["mesh_warnings"] = [
+            *state.verdict.warnings,
+            *quality.spline_warnings(report.get("spline")),
+        ]
     return found
 
 
@@ -149,7 +152,7 @@ def _name(candidate: Candidate) -> Numbers:
 
 
 def _spline(spline: Spline, surface: TriMesh) -> Numbers:
-    jacobian, apart = min_detj(spline), deviation(spline, surface)
+    jacobian, distances = min_detj(spline), deviation(spline, surface)
     return {
         "functions": len(spline.control),
         "elements": len(spline.nodes),
@@ -161,8 +164,8 @@ def _spline(spline: Spline, surface: TriMesh) -> Numbers:
         "min_detj_element": jacobian.element,
         "is_positive": jacobian.lower_bound > 0,
         "volume": jacobian.volume,
-        "volume_error": apart.volume,
-        **quality.distances("spline_to_surface", apart.to_surface),
-        **quality.distances("surface_to_spline", apart.to_spline),
-        "farthest_at": list(apart.worst),
+        "volume_error": distances.volume,
+        **quality.distances("spline_to_surface", distances.to_surface),
+        **quality.distances("surface_to_spline", distances.to_spline),
+        "farthest_at": list(distances.worst),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.analysis.recovery import samples
-from polycube.report.numbers.words import frequency, largest, place_words, text
+from polycube.report.numbers.formatting import coordinates, frequency, largest, text
 from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 
@@ -27,19 +27,19 @@ def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
 
 def _static(spline: Spline, found: Deformation) -> dict[str, object]:
     moved = samples(spline, spline.extraction @ found.displacement)
-    peak, other = found.peak, found.singular
+    peak, singular = found.peak, found.singular
     stress = samples(spline, found.von_mises[:, None])[..., 0]
-    found_there = _largest(spline, "von_mises", stress)
+    largest_stress = _largest(spline, "von_mises", stress)
     if peak is not None:
-        found_there = {"max_von_mises": peak.value, "max_von_mises_at": list(peak.at)}
-    singular = other and {"von_mises": other.value, "at": list(other.at), "what": other.what}
+        largest_stress = {"max_von_mises": peak.value, "max_von_mises_at": list(peak.at)}
     return {
         **_largest(spline, "displacement", np.linalg.norm(moved, axis=2)),
-        **found_there,
+        **largest_stress,
         "max_von_mises_on": peak.on if peak else "",
         "max_von_mises_error": peak and peak.error,
         "stress_error": found.stress_error,
-        "singular": singular,
+        "singular": singular
+        and {"von_mises": singular.value, "at": list(singular.at), "what": singular.what},
         "poor_elements": found.poor,
         "load": found.load.tolist(),
         "reactions": [
@@ -84,10 +84,10 @@ def tiles(report: Json) -> dict[str, tuple[str, str]]:
         found = report["static"]
         unit = found.get("units", {}).get("length", "")
         moved = f"{text(found['max_displacement'])} {unit}"
-        place = f"at {place_words(found['max_von_mises_at'])}"
+        place = f"at {coordinates(found['max_von_mises_at'])}"
         on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
         return {
-            "largest displacement": (moved, f"at {place_words(found['max_displacement_at'])}"),
+            "largest displacement": (moved, f"at {coordinates(found['max_displacement_at'])}"),
             "largest von Mises stress": (largest(found), place + on),
         }
     if "poisson" in report:

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 from polycube.io.step import STEP
 from polycube.report.numbers import solutions
-from polycube.report.numbers.quality import SPLINE_APART
-from polycube.report.numbers.words import sentence, text
+from polycube.report.numbers.formatting import sentence, text
+from polycube.report.numbers.quality import SPLINE_LIMIT
 from polycube.types import Json
 
-GOOD, DOUBTFUL, BAD, PLAIN = "good", "doubtful", "bad", ""
+GOOD, WARNING, BAD, PLAIN = "good", "warning", "bad", ""
 CALM = "calm"  # mark of a sentence without a sign
-GOOD_WORDS = (
+ALL_PASSED = (
     "All checks passed: worst hex, distances to the input and volume are within their limits."
 )
-SIGNS = {GOOD: "✓ ", DOUBTFUL: "! ", BAD: "✗ ", PLAIN: ""}
+SIGNS = {GOOD: "✓ ", WARNING: "! ", BAD: "✗ ", PLAIN: ""}
 
 UNKNOWN = "model units"  # length unit of a part without analysis
 
@@ -39,7 +39,7 @@ class Tile:
 
 
 def verdict(report: Json) -> tuple[str, str]:
-    """Mark and words of the verdict on the mesh."""
+    """Mark and text of the verdict on the mesh."""
     if report.get("partly_fitted"):
         return BAD, "Hex mesh without inverted hexes, only partly fitted"
     if not report.get("valid") and "solids" in report:
@@ -47,23 +47,23 @@ def verdict(report: Json) -> tuple[str, str]:
     if not report.get("valid"):
         return BAD, "No valid result"
     return (
-        (DOUBTFUL, "Valid hex mesh with warnings") if reasons(report) else (GOOD, "Valid hex mesh")
+        (WARNING, "Valid hex mesh with warnings") if reasons(report) else (GOOD, "Valid hex mesh")
     )
 
 
 def why(report: Json) -> tuple[str, list[str]]:
     """Mark and sentences of the reasons for the verdict."""
     failure = [report["failure"]] if report.get("failure") else []
-    doubtful = [sentence(reason) for reason in (*failure, *reasons(report))]
-    if doubtful:
-        return BAD if failure else DOUBTFUL, doubtful
-    return CALM, [GOOD_WORDS] if report.get("valid") else []
+    sentences = [sentence(reason) for reason in (*failure, *reasons(report))]
+    if sentences:
+        return BAD if failure else WARNING, sentences
+    return CALM, [ALL_PASSED] if report.get("valid") else []
 
 
 def reasons(report: Json) -> list[str]:
     """All warnings about a valid mesh, one sentence each."""
     stopped = [str(report["stopped"])] if report.get("stopped") else []
-    return [*stopped, *report.get("doubts", ())]
+    return [*stopped, *report.get("mesh_warnings", ())]
 
 
 def _worst(report: Json) -> list[Tile]:
@@ -72,7 +72,7 @@ def _worst(report: Json) -> list[Tile]:
     if least is None:
         return []
     limit = _limit(report, "poor_jacobian")
-    mark = BAD if least <= 0 else DOUBTFUL if least < limit else GOOD
+    mark = BAD if least <= 0 else WARNING if least < limit else GOOD
     mean = numbers.get("mean_scaled_jacobian")
     note = f"1 for a cube, limit {limit:g}" + (f"; mean {mean:.3f}" if mean else "")
     return [Tile(f"{least:.3f}", "worst scaled Jacobian", note, mark)]
@@ -91,7 +91,7 @@ def _count(report: Json) -> list[Tile]:
     if certificate:
         everywhere = certificate["positive_everywhere"]
         corners = certificate["positive_at_corners"]
-        mark = GOOD if everywhere else DOUBTFUL if corners else BAD
+        mark = GOOD if everywhere else WARNING if corners else BAD
         where = "everywhere (proved)" if everywhere else "at corners" if corners else "not in all"
         note = f"Jacobian positive: {where}"
     return [Tile(text(numbers["hexes"]), "hexes", note, mark)]
@@ -114,7 +114,7 @@ def _distance(report: Json) -> list[Tile]:
     limit = _limit(report, "distance_limit")
     notes.append(f"limit {100 * limit:g} %")
     is_far = any("apart" in reason or "largest distance" in reason for reason in reasons(report))
-    mark = BAD if max(both) >= limit else DOUBTFUL if is_far else GOOD
+    mark = BAD if max(both) >= limit else WARNING if is_far else GOOD
     return [Tile(value, "largest distance from the input", "; ".join(notes), mark)]
 
 
@@ -123,22 +123,22 @@ def _volume(report: Json) -> list[Tile]:
     if error is None:
         return []
     limit = _limit(report, "far_volume")
-    mark = DOUBTFUL if error >= limit else GOOD
+    mark = WARNING if error >= limit else GOOD
     return [Tile(f"{100 * error:.2f} %", "volume error", f"limit {100 * limit:g} %", mark)]
 
 
 def _features(report: Json) -> list[Tile]:
-    """Kept points, curves and faces of a CAD model."""
+    """Preserved points, curves and faces of a CAD model."""
     found = report.get("hex", {}).get("features")
     if not found:
         return []
     counts = {kind: found[kind] for kind in ("points", "curves", "faces")}
-    kept = {kind: each["all"] - each["lost"] for kind, each in counts.items()}
+    preserved = {kind: each["all"] - each["lost"] for kind, each in counts.items()}
     total = sum(each["all"] for each in counts.values())
-    note = ", ".join(f"{kept[kind]} of {each['all']} {kind}" for kind, each in counts.items())
+    note = ", ".join(f"{preserved[kind]} of {each['all']} {kind}" for kind, each in counts.items())
     limit = f"within {100 * found['tolerance']:g} % of the diagonal"
-    mark = GOOD if sum(kept.values()) == total else DOUBTFUL
-    value = f"{sum(kept.values())} of {total}"
+    mark = GOOD if sum(preserved.values()) == total else WARNING
+    value = f"{sum(preserved.values())} of {total}"
     return [Tile(value, "CAD features preserved", f"{note}; {limit}", mark)]
 
 
@@ -147,16 +147,18 @@ def _spline(report: Json) -> list[Tile]:
     if "surface_to_spline_p99" not in numbers:
         return []
     p99 = max(numbers["surface_to_spline_p99"], numbers["spline_to_surface_p99"])
-    sound = numbers["is_positive"]
-    mark = GOOD if sound and p99 < SPLINE_APART else DOUBTFUL
+    is_positive = numbers["is_positive"]
+    mark = GOOD if is_positive and p99 < SPLINE_LIMIT else WARNING
     least = f"smallest det J {numbers['min_scaled_detj']:.3f} of its mean"
-    note = f"{text(numbers['functions'])} functions; {least if sound else 'det J not positive'}"
+    note = (
+        f"{text(numbers['functions'])} functions; {least if is_positive else 'det J not positive'}"
+    )
     value = share = f"{100 * p99:.2g} % of the diagonal"
     diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
     if diagonal:
         value, note = f"{text(p99 * diagonal)} {length_unit(report)}", f"{share}; {note}"
     name = "spline from the input, 99 % of points"
-    return [Tile(value, name, f"limit {100 * SPLINE_APART:g} %; {note}", mark)]
+    return [Tile(value, name, f"limit {100 * SPLINE_LIMIT:g} %; {note}", mark)]
 
 
 def _solution(report: Json) -> list[Tile]:
@@ -196,9 +198,9 @@ def about(report: Json) -> dict[str, str | None]:
     }
 
 
-def _date(written: str) -> str:
+def _date(time: str) -> str:
     """2026-01-31T12:34:56+01:00 as 2026-01-31 12:34 +01:00."""
-    return f"{written[:10]} {written[11:16]} {written[19:]}".strip()
+    return f"{time[:10]} {time[11:16]} {time[19:]}".strip()
 
 
 def _size(box: list[list[float]] | None, unit: str) -> str | None:

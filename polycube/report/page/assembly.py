@@ -49,7 +49,7 @@ def _solids(report: Json, folder: Path) -> list[Row]:
                 "volume": solid["volume"],
                 "hexes": solid["hexes"],
                 "least scaled Jacobian": solid["min_scaled_jacobian"],
-                "features kept": _kept(solid["features"]),
+                "features kept": _preserved(solid["features"]),
                 "result": solid["result"],
                 "exit": solid["exit"],
                 "says": solid["says"] or None,
@@ -58,7 +58,7 @@ def _solids(report: Json, folder: Path) -> list[Row]:
     return rows
 
 
-def _kept(features: Mapping[str, Mapping[str, int]] | None) -> str | None:
+def _preserved(features: Mapping[str, Mapping[str, int]] | None) -> str | None:
     if not features:
         return None
     counts = [features[kind] for kind in ("points", "curves", "faces")]

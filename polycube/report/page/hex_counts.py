@@ -1,4 +1,4 @@
-"""The section of numbers of hexes: requested ones, and walls and holes with fewer."""
+"""The section of hex counts: requests, and walls and holes with fewer hexes than wanted."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ def hex_counts(report: Json) -> Markup:
     found = report.get("hex", {}).get("counts")
     if not found:
         return NOTHING
-    asked, fewer = found["at"], found["fewer"]
+    requests, fewer = found["at"], found["fewer"]
     rows = [
         {
             "at": row["at"],
             "what": KINDS[row["kind"]],
             "wanted": row["wanted"],
             "reached": row["reached"],
-            "is": "enough" if row.get("met") else "not enough",
+            "result": "met" if row.get("met") else "not met",
         }
-        for row in (*sorted(asked, key=lambda row: row["met"]), *fewer)
+        for row in (*sorted(requests, key=lambda row: row["met"]), *fewer)
     ]
     kinds = [row["kind"] for row in fewer]
-    parts = [
+    sentences = [
         f"{kinds.count('through')} of {found['walls']} faces have fewer hexes through the wall "
         "under them (median over the face) than meshing.across_wall.",
         f"{kinds.count('around')} of {found['holes']} holes have fewer edges on their rim than "
         "meshing.around_hole.",
     ]
-    if asked:
-        met = sum(row["met"] for row in asked)
-        parts.insert(0, f"{met} of {len(asked)} entries of meshing.at are met.")
+    if requests:
+        met = sum(row["met"] for row in requests)
+        sentences.insert(0, f"{met} of {len(requests)} entries of meshing.at are met.")
     if len(rows) > N_SHOWN:
-        parts.append(f"The worst {N_SHOWN} are listed; report.json has all.")
-    return render("hex_counts.html", sentences=parts, rows=rows[:N_SHOWN])
+        sentences.append(f"The worst {N_SHOWN} are listed; report.json has all.")
+    return render("hex_counts.html", sentences=sentences, rows=rows[:N_SHOWN])

@@ -11,8 +11,8 @@ from markupsafe import Markup
 from polycube.hexmesh.metrics import MEASURES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.state import RunState
+from polycube.report.numbers.formatting import coordinates
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.numbers.words import place_words
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, Row, distance_rows, render, show
 from polycube.report.pictures.scenes import cell_colour
@@ -33,7 +33,7 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         return NOTHING
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     worst, unit = int(quality.argmin()), length_unit(report)
-    at = place_words(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
+    at = coordinates(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
     return render(
         "hexes.html",
         pictures=pictures,
@@ -97,7 +97,7 @@ def _measures(numbers: Json) -> list[Row]:
     found = numbers.get("quality", {})
     return [
         {
-            "measure": _words(name),
+            "measure": _spaced(name),
             "worst": _worst_value(name, found),
             "mean": found[name]["mean"],
             "best": found[name]["max" if bad is min else "min"],
@@ -115,7 +115,7 @@ def _spreads(numbers: Json) -> list[Markup]:
     shown = [name for name in MEASURES if name not in ("scaled_jacobian", "max_edge_ratio")]
     return [
         charts.spread(
-            _words(name),
+            _spaced(name),
             shapes[name]["edges"],
             shapes[name]["counts"],
             f"worst {show(_worst_value(name, numbers['quality']))}",
@@ -132,9 +132,9 @@ def _worst_value(name: str, found: Json) -> float:
 def _worst(numbers: Json, unit: str) -> list[Row]:
     return [
         {
-            "worst by": _words(row["worst_by"]),
+            "worst by": _spaced(row["worst_by"]),
             "hex": row["hex"],
-            **{_words(name): row[name] for name in row if name in MEASURES},
+            **{_spaced(name): row[name] for name in row if name in MEASURES},
             f"middle, {unit}": ", ".join(f"{c:.4g}" for c in row["center"]),
             "cell": row["cell"],
             **({"primitive": row["primitive"]} if "primitive" in row else {}),
@@ -195,10 +195,10 @@ def _improved(report: Json) -> list[Row]:
 
 
 def _point(where: Sequence[float] | None) -> str | None:
-    return None if where is None else place_words(where)
+    return None if where is None else coordinates(where)
 
 
-def _words(measure: str) -> str:
+def _spaced(measure: str) -> str:
     return measure.replace("_", " ").replace("jacobian", "Jacobian")
 
 

@@ -66,6 +66,8 @@ def write_report(
 ) -> Path:
     """Write `folder/report.html`, also for a run that ended early.
 
+    Parameters
+    ----------
     state : state of the run
     report : the numbers of `report.json`, and the settings under "config"
     drawing : whether to draw pictures, which takes seconds; the 3D view is always included
@@ -113,7 +115,7 @@ def page(
         title=title,
         subtitle=subtitle,
         head=head,
-        links=[(anchor, Markup(words)) for anchor, words in found],
+        links=[(anchor, Markup(title)) for anchor, title in found],
         body=body,
         note=", ".join(filter(None, [f"polycube {__version__}", note])),
     )

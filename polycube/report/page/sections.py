@@ -73,10 +73,10 @@ def surface(state: RunState, report: Json, pictures: Pictures) -> Markup:
         return NOTHING
     size = " × ".join(show(float(s)) for s in np.ptp(box, axis=0))
     unit = length_unit(report)
-    told = {title: numbers.get(key) for title, key in INPUT.items()}
-    told[f"volume, {unit}³"] = numbers.get("volume")
-    diagonal = float(np.linalg.norm(np.ptp(box, axis=0)))
-    rows = {**told, f"size, {unit}": size, f"diagonal, {unit}": diagonal}
+    rows = {title: numbers.get(key) for title, key in INPUT.items()}
+    rows[f"volume, {unit}³"] = numbers.get("volume")
+    rows[f"size, {unit}"] = size
+    rows[f"diagonal, {unit}"] = float(np.linalg.norm(np.ptp(box, axis=0)))
     return element(TEMPLATE, "input", pictures.get("input"), rows)
 
 
@@ -96,18 +96,18 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
     ]
     title = f"Ranking of {len(candidates)} proposals"
     axes = list(zip(AXES, AXIS_COLOURS, strict=True))
-    told = _proposed(state)
-    return element(TEMPLATE, "structure", pictures, axes, numbers, told, title, ranking, chosen)
+    caption = _proposals_caption(state)
+    return element(TEMPLATE, "structure", pictures, axes, numbers, caption, title, ranking, chosen)
 
 
-def _proposed(state: RunState) -> str:
+def _proposals_caption(state: RunState) -> str:
     """The caption of the sheet of proposals."""
-    told = []
+    names = []
     for number, entry in enumerate(proposals.distinct(state.ranked), 1):
         candidate, share = entry.candidate, entry.candidate.probability
-        told.append(f"{number} {candidate.proposal}{'' if share is None else f' ({share:.0%})'}")
+        names.append(f"{number} {candidate.proposal}{'' if share is None else f' ({share:.0%})'}")
     return (
-        f"The different proposed structures in rows, the best first: {', '.join(told)}. "
+        f"The different proposed structures in rows, the best first: {', '.join(names)}. "
         "Probabilities are in brackets; for drawn structures, it is their share of the draws."
     )
 
@@ -144,14 +144,14 @@ def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
     numbers, picture = report.get("spline", {}), pictures.get("spline")
     if not numbers and not picture:
         return NOTHING
-    told = {name: numbers.get(key) for name, key in SPLINE.items()}
+    rows = {name: numbers.get(key) for name, key in SPLINE.items()}
     unit = length_unit(report)
-    told[f"volume, {unit}³"] = numbers.get("volume")
+    rows[f"volume, {unit}³"] = numbers.get("volume")
     if "volume_error" in numbers:
-        told["volume error, %"] = 100 * numbers["volume_error"]
+        rows["volume error, %"] = 100 * numbers["volume_error"]
     ways = {"spline to input": "spline_to_surface", "input to spline": "surface_to_spline"}
     diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
-    return element(TEMPLATE, "spline", picture, told, distance_rows(numbers, ways, diagonal), unit)
+    return element(TEMPLATE, "spline", picture, rows, distance_rows(numbers, ways, diagonal), unit)
 
 
 def seconds(report: Json) -> Markup:

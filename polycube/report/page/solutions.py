@@ -5,14 +5,14 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from polycube.pipeline.state import RunState
-from polycube.report.numbers.words import (
-    beside,
+from polycube.report.numbers.formatting import (
     cautions,
+    coordinates,
     frequency,
     largest,
     megapascal,
-    place_words,
     sentence,
+    singular_stress,
     text,
 )
 from polycube.report.page.templates import NOTHING, Pictures, element
@@ -25,7 +25,7 @@ ZERO = 1e-9  # of the largest force: smaller ones are zero but for rounding
 
 
 def problem(report: Json, pictures: Pictures) -> Markup:
-    """Material, supports and loads in words and as symbols; empty if they are not known."""
+    """Material, supports and loads as text and as a picture; empty if they are not known."""
     found = report.get("problem")
     if not found:
         return NOTHING
@@ -80,12 +80,12 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
     return element(TEMPLATE, "modes", shown, rows, about)
 
 
-def _static(spline: Spline, found: Deformation, told: Json, pictures: Pictures) -> Markup:
+def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Pictures) -> Markup:
     """The deformed solid, the largest values with their places, and the reactions."""
-    times = exaggeration(spline.extraction @ spline.control, told["max_displacement"])
+    times = exaggeration(spline.extraction @ spline.control, numbers["max_displacement"])
     drawn = text(float(f"{times:.3g}"))
     caption = f"Displacement drawn {drawn} times as large; von Mises stress."
-    forces = [*told["reactions"], {"at": "loads", "force": told["load"]}]
+    forces = [*numbers["reactions"], {"at": "loads", "force": numbers["load"]}]
     zero = ZERO * max(abs(part) for row in forces for part in row["force"])
     rows = [
         {
@@ -95,31 +95,31 @@ def _static(spline: Spline, found: Deformation, told: Json, pictures: Pictures) 
         for row in forces
     ]
     about = {
-        f"largest displacement, {found.units['length']}": told["max_displacement"],
-        "at": place_words(told["max_displacement_at"]),
-        "largest von Mises stress": largest(told),
-        "there at": place_words(told["max_von_mises_at"]),
-        "on": told["max_von_mises_on"] or None,
-        "estimated error of the stress field, %": _percent(told["stress_error"]),
-        "strain energy, J": told["strain_energy"],
-        "mass, kg": told["mass"],
+        f"largest displacement, {found.units['length']}": numbers["max_displacement"],
+        "at": coordinates(numbers["max_displacement_at"]),
+        "largest von Mises stress": largest(numbers),
+        "there at": coordinates(numbers["max_von_mises_at"]),
+        "on": numbers["max_von_mises_on"] or None,
+        "estimated error of the stress field, %": _percent(numbers["stress_error"]),
+        "strain energy, J": numbers["strain_energy"],
+        "mass, kg": numbers["mass"],
     }
-    notes = [sentence(said) for said in (*beside(told), *cautions({"static": told}))]
-    most = megapascal(told["max_von_mises"])
+    notes = [sentence(note) for note in (*singular_stress(numbers), *cautions({"static": numbers}))]
+    most = megapascal(numbers["max_von_mises"])
     return element(TEMPLATE, "static", pictures.get("static"), caption, most, about, notes, rows)
 
 
-def _poisson(told: Json, pictures: Pictures) -> Markup:
+def _poisson(numbers: Json, pictures: Pictures) -> Markup:
     """u on the surface, and the flow through each support."""
-    rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in told["flows"]]
-    rows.append({"at": "sources and given fluxes", "into the solid, W": told["supplied"]})
-    unit = told["units"].get("u", "")
-    ends = [f"{text(told[end])} {unit}" for end in ("min_u", "max_u")]
+    rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in numbers["flows"]]
+    rows.append({"at": "sources and given fluxes", "into the solid, W": numbers["supplied"]})
+    unit = numbers["units"].get("u", "")
+    ends = [f"{text(numbers[end])} {unit}" for end in ("min_u", "max_u")]
     about = {
         "u": " to ".join(ends),
-        "largest at": place_words(told["max_u_at"]),
-        "largest flux, W/m²": told["max_flux"],
-        "there at": place_words(told["max_flux_at"]),
+        "largest at": coordinates(numbers["max_u_at"]),
+        "largest flux, W/m²": numbers["max_flux"],
+        "there at": coordinates(numbers["max_flux_at"]),
     }
     return element(TEMPLATE, "poisson", pictures.get("poisson"), ends, about, rows)
 

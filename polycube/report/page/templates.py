@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from polycube.report.numbers.words import text
+from polycube.report.numbers.formatting import text
 from polycube.report.pictures import colours
 
 if TYPE_CHECKING:
@@ -35,9 +35,9 @@ class Swatch:
 
 @dataclass(frozen=True)
 class Link:
-    """A link to a file beside the page."""
+    """A link to a file in the folder of the page or below it."""
 
-    words: str
+    label: str
     target: str
 
 
@@ -63,7 +63,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters |= {"show": show, "words": words, "data_uri": data_uri, "address": address}
+    made.filters |= {"show": show, "spaced": spaced, "data_uri": data_uri, "address": address}
     made.globals |= {"colours": colours, "source": source, "columns": columns}
     return made
 
@@ -79,7 +79,7 @@ def show(value: object) -> Markup:
         box = Markup('<i class=swatch style="background:{}"></i>{}')
         return box.format(value.colour or "none", value.name)
     if isinstance(value, Link):
-        return Markup('<a href="{}">{}</a>').format(address(value.target), value.words)
+        return Markup('<a href="{}">{}</a>').format(address(value.target), value.label)
     if isinstance(value, Mapping):
         return show([Markup("{} {}").format(key, show(item)) for key, item in value.items()])
     if isinstance(value, Iterable) and not isinstance(value, str):
@@ -87,13 +87,13 @@ def show(value: object) -> Markup:
     return escape(value if isinstance(value, str) else text(value))
 
 
-def words(name: str) -> str:
-    """The name of a number in words."""
+def spaced(name: str) -> str:
+    """The name of a number with spaces in place of underscores."""
     return name.replace("_", " ")
 
 
 def address(path: str) -> str:
-    """The address of a file beside the page, which never looks like one with a scheme."""
+    """The address of a file relative to the page, which never looks like one with a scheme."""
     return quote(path)
 
 

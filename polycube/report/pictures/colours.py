@@ -7,7 +7,7 @@ AXIS_COLOURS = ("#c8443c", "#eda49c", "#3f8f4f", "#a5d3a2", "#2f6db3", "#9cc3e8"
 SURFACE = "#a9b7c4"
 EDGE = "#1f2a36"
 WORST = "#d6206a"
-KEPT, LOST_FACE = "#2c7a56", "#f0b3c9"  # of a CAD model: its curves, its faces
+PRESERVED, LOST_FACE = "#2c7a56", "#f0b3c9"  # of a CAD model: its curves, its faces
 HELD, LOADED = "#2f6db3", "#e07b1f"  # faces with supports, with loads
 LOST = "#d91a1a"  # on a hex mesh, as in the 3D view
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
-from polycube.report.pictures.colours import KEPT, LOST, LOST_FACE, SURFACE, WORST, rgb
+from polycube.report.pictures.colours import LOST, LOST_FACE, PRESERVED, SURFACE, WORST, rgb
 from polycube.report.pictures.render import Layer, Scene, from_both_sides, view
 from polycube.surface import measures
 from polycube.surface.fit_target import target
@@ -18,12 +18,12 @@ CROSS = 0.012  # of the diagonal: half the size of the mark at a lost point
 
 def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
     """The model from both sides, with lost faces, curves and points marked."""
-    gone = [each for each in inspect(mesh, surface).features if each.is_lost]
-    faces = [each.faces[0] for each in gone if each.kind == "face"]
+    lost = [each for each in inspect(mesh, surface).features if each.is_lost]
+    faces = [each.faces[0] for each in lost if each.kind == "face"]
     is_lost_face = np.isin(surface.region, faces).astype(int)
     colours = rgb((SURFACE, LOST_FACE))[is_lost_face]
     scene = [Layer(surface.vertices, surface.faces, colours, smooth=True)]
-    for chains, colour in zip(_chains(mesh, surface), (KEPT, WORST), strict=True):
+    for chains, colour in zip(_chains(mesh, surface), (PRESERVED, WORST), strict=True):
         if chains:
             scene.append(_lines(chains, colour))
     return from_both_sides(scene)
@@ -60,19 +60,19 @@ def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 
 def _chains(mesh: HexMesh, surface: TriMesh) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Points (N, 3) along each kept curve, and along each lost one or at lost points.
+    """Points (N, 3) along each preserved curve, and along each lost one or at lost points.
 
     The curves of `Inspection.features` are the creases of the target, in the same order.
     """
     found = inspect(mesh, surface).features
     goal = target(surface)
     curves = [each for each in found if each.kind == "curve"]
-    kept: list[np.ndarray] = []
+    preserved: list[np.ndarray] = []
     lost: list[np.ndarray] = []
     for crease, each in zip(goal.features.creases, curves, strict=True):
-        (lost if each.is_lost else kept).append(goal.to_model(crease.points))
+        (lost if each.is_lost else preserved).append(goal.to_model(crease.points))
     points = [each for each in found if each.kind == "point" and each.is_lost]
-    return kept, lost + [_cross(each, goal.scale) for each in points]
+    return preserved, lost + [_cross(each, goal.scale) for each in points]
 
 
 def _lines(chains: list[np.ndarray], colour: str) -> Layer:

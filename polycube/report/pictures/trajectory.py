@@ -120,11 +120,11 @@ class Strip:
         camera, names = Camera(self.trajectory, PANEL), self.trajectory.names
         panels = [camera(points) for points in self.trajectory.stations]
         camera.plotter.close()
-        whole = Image.new("RGB", (PANEL * len(names), LABEL + panels[0].height), "white")
+        strip = Image.new("RGB", (PANEL * len(names), LABEL + panels[0].height), "white")
         for i, (panel, text) in enumerate(zip(panels, names, strict=True)):
-            whole.paste(panel, (PANEL * i, LABEL))
-            _write(whole, text, (PANEL * i + PANEL // 2, LABEL // 2), size=20)
-        whole.quantize(256).save(folder / f"{name}.png", optimize=True)
+            strip.paste(panel, (PANEL * i, LABEL))
+            _write(strip, text, (PANEL * i + PANEL // 2, LABEL // 2), size=20)
+        strip.quantize(256).save(folder / f"{name}.png", optimize=True)
 
 
 @dataclass(frozen=True, eq=False)

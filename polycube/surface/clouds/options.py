@@ -9,7 +9,7 @@ from polycube.errors import InputError
 
 LEAST = {"outliers": 0.0, "neighbours": 3, "depth": 3, "trim": 1.0}
 MOST = {"outliers": math.inf, "neighbours": 1000, "depth": 10, "trim": math.inf}
-WHOLE = ("neighbours", "depth")
+INTEGERS = ("neighbours", "depth")
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Points:
     def __post_init__(self) -> None:
         for name, least in LEAST.items():
             value = getattr(self, name)
-            kinds = int if name in WHOLE else int | float
+            kinds = int if name in INTEGERS else int | float
             fits = isinstance(value, kinds) and not isinstance(value, bool)
             if value is not None and not (fits and least <= value <= MOST[name]):
-                kind = "a whole number" if name in WHOLE else "a number"
+                kind = "a whole number" if name in INTEGERS else "a number"
                 upper = f" to {MOST[name]}" if math.isfinite(MOST[name]) else " or more"
                 what = f"must be null or {kind}, {least:g}{upper}; got {value!r}"
                 raise InputError(f"points.{name} {what}")

@@ -32,9 +32,11 @@ class Cloud:
         count = "N" if len(self.normals) else "0"
         freeze(self, points=("N 3", np.float64), normals=(f"{count} 3", np.float64))
 
-    def taken(self, kept: np.ndarray) -> Cloud:
+    def taken(self, chosen: np.ndarray) -> Cloud:
         """The points that are selected by indices or by a mask."""
-        return Cloud(self.points[kept], self.normals[kept] if len(self.normals) else self.normals)
+        return Cloud(
+            self.points[chosen], self.normals[chosen] if len(self.normals) else self.normals
+        )
 
     def joined(self, other: Cloud) -> Cloud:
         """The points of both clouds; either both have normals or neither has."""

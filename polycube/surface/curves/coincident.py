@@ -35,15 +35,15 @@ def covered(features: Features) -> np.ndarray:
     creases = features.creases
     boxes = [(c.points.min(axis=0) - NEAR, c.points.max(axis=0) + NEAR) for c in creases]
     found = np.zeros(len(creases), bool)
-    kept: list[int] = []
+    longer: list[int] = []
     for number in sorted(range(len(creases)), key=lambda k: -creases[k].length):
         crease, (low, high) = creases[number], boxes[number]
         places = crease.at(np.linspace(0, crease.length, 5 + int(crease.length / STEP)))[0]
         gap = np.full(len(places), np.inf)
-        for other in kept:
+        for other in longer:
             if (boxes[other][0] <= high).all() and (boxes[other][1] >= low).all():
                 gap = np.minimum(gap, creases[other].nearest(places)[1])
         found[number] = (gap <= NEAR).all()
         if not found[number]:
-            kept.append(number)
+            longer.append(number)
     return found

@@ -52,8 +52,8 @@ def features(surface: TriMesh, normals: np.ndarray) -> Features:
     is_broad = is_border | is_plain | (broad_turns(surface, normals, sides, BROAD) > STILL)
     is_broad |= _in_steps(points, sides, is_broad)
     folds = sides[~is_broad]
-    kept = _without_noise(points, sides, is_broad, is_border)
-    sides, inside, faces = sides[kept], inside[kept], faces[kept]
+    remaining = _without_noise(points, sides, is_broad, is_border)
+    sides, inside, faces = sides[remaining], inside[remaining], faces[remaining]
     noise = folds[~np.isin(folds, sides).all(axis=1)]
     chains = [part for chain in _chains(sides) for part in _between_kinks(points, sides, chain)]
     ends = {v for chain in chains for v in _ends(sides, chain)}
@@ -122,8 +122,8 @@ def _without_noise(
         for chain in _chains(own):
             loose = (degree[list(_ends(own, chain))] == 1).sum()
             edge = [name // 2 for name in chain]
-            whole = length[edge].sum()
-            if whole < LOOSE * loose or length[edge] @ broad[edge] < whole / 2:
+            total = length[edge].sum()
+            if total < LOOSE * loose or length[edge] @ broad[edge] < total / 2:
                 keep[edge] = False
         keep |= is_border[left]
         if keep.all():
@@ -229,5 +229,5 @@ def _crease(
     arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     ends = [number[v] for v in _ends(sides, chain)] or [-1, -1]
     edge = np.array(chain) // 2
-    beside = faces[edge[0]].tolist()
-    return Crease(path, arc, inside[edge], (ends[0], ends[1]), (beside[0], beside[1]))
+    adjacent = faces[edge[0]].tolist()
+    return Crease(path, arc, inside[edge], (ends[0], ends[1]), (adjacent[0], adjacent[1]))

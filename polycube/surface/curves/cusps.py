@@ -66,8 +66,8 @@ def _pairs(features: Features) -> list[tuple[int, Way, Way, float]]:
     found = []
     for corner, ways in leaving.items():
         for one, two in combinations(ways, 2):
-            beside = [set(features.creases[number].faces) for number, _ in (one, two)]
-            if [len(beside[0] & beside[1]), len(beside[0] ^ beside[1])] == [1, 2]:
+            faces = [set(features.creases[number].faces) for number, _ in (one, two)]
+            if [len(faces[0] & faces[1]), len(faces[0] ^ faces[1])] == [1, 2]:
                 length = _together(features, one, two)
                 if length >= LEAST:
                     found.append((corner, one, two, length))
@@ -100,8 +100,8 @@ def _common(features: Features, corner: int, one: Way, two: Way, length: float) 
     """The mean of two curves that leave a corner together, between the faces on the outer sides."""
     arc = np.linspace(0, length, 2 + int(length / STEP))
     (first, a), (second, b) = (_at(features, way, arc) for way in (one, two))
-    beside = [set(features.creases[number].faces) for number, _ in (one, two)]
-    low, high = sorted(beside[0] ^ beside[1])
+    faces = [set(features.creases[number].faces) for number, _ in (one, two)]
+    low, high = sorted(faces[0] ^ faces[1])
     inside = np.clip((a + b)[1:] - np.pi, 0, 2 * np.pi)  # between the faces on the outer sides
     middle = _chain((first + second) / 2, inside, (corner, -1), (low, high))
     return replace(middle, off=float(np.linalg.norm(first - second, axis=1).max() / 2))

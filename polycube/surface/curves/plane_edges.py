@@ -1,7 +1,7 @@
 """Edges at which two planes of a surface meet at a small angle: chamfers, wedges and draft.
 
-At small angles, an edge of the part cannot be told from the edges between the facets of a round
-surface by its angle alone. Facets are consecutive: three parallel edges in a row with similar turns
+At small angles, the angle alone does not distinguish an edge of the part from the edges between the
+facets of a round surface. Facets are consecutive: three parallel edges in a row with similar turns
 belong to a bend.
 """
 
@@ -16,7 +16,7 @@ FLAT = np.cos(np.radians(1))  # for normals in one plane
 LEAST = np.radians(36)  # smallest turn between two planes that can be an edge
 LARGE = 8e-3  # smallest share of the area that makes a plane
 MACHINED = 0.5  # smallest share of the area in such planes; below it, no edges are searched
-ALIKE = 0.3  # relative difference of the turns of the edges of a bend
+SIMILAR = 0.3  # relative difference of the turns of the edges of a bend
 PARALLEL = np.cos(np.radians(20))  # for the directions of the edges of a bend
 
 
@@ -46,13 +46,13 @@ def between_planes(
     if share[is_large].sum() < MACHINED:
         return found
     turn = np.arccos(np.clip(cosine, -1, 1))
-    beside = plane[pairs]
-    weak = (turn > LEAST / 2) & (turn <= most) & (beside[:, 0] != beside[:, 1])
-    weak &= is_large[beside].all(axis=1)
-    sides, index = np.unique(np.sort(beside[weak], axis=1), axis=0, return_inverse=True)
+    planes = plane[pairs]
+    weak = (turn > LEAST / 2) & (turn <= most) & (planes[:, 0] != planes[:, 1])
+    weak &= is_large[planes].all(axis=1)
+    sides, index = np.unique(np.sort(planes[weak], axis=1), axis=0, return_inverse=True)
     _, at = np.unique(index, return_index=True)
     axis = np.cross(*normals[pairs[weak][at]].transpose(1, 0, 2))
-    axis[(beside[weak][at] != sides).any(axis=1)] *= -1  # from the first of `sides` to the second
+    axis[(planes[weak][at] != sides).any(axis=1)] *= -1  # from the first of `sides` to the second
     found[weak] = ~_in_bends(sides, axis)[index.ravel()]
     return found & (turn > LEAST)
 
@@ -79,7 +79,7 @@ def _in_bends(sides: np.ndarray, axis: np.ndarray) -> np.ndarray:
                 if (
                     a != b
                     and sign * (along[a] @ along[b]) > PARALLEL
-                    and abs(turn[a] - turn[b]) < ALIKE * max(turn[a], turn[b])
+                    and abs(turn[a] - turn[b]) < SIMILAR * max(turn[a], turn[b])
                 ):
                     after[a].append(b)
                     count[a, enda] += 1

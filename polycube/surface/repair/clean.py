@@ -105,9 +105,9 @@ def _merge(surface: TriMesh, group: np.ndarray) -> Step:
     """Merge each group of vertices into its first one; remove the faces that collapse."""
     _, first, group = np.unique(group, return_index=True, return_inverse=True)
     faces = group[surface.faces]
-    kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
-    merged = TriMesh(surface.vertices[first], faces[kept])
-    return merged, left_out(surface, ~kept, "with two equal corners")
+    has_area = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    merged = TriMesh(surface.vertices[first], faces[has_area])
+    return merged, left_out(surface, ~has_area, "with two equal corners")
 
 
 def drop_repeated(surface: TriMesh) -> Step:
@@ -115,8 +115,8 @@ def drop_repeated(surface: TriMesh) -> Step:
     _, first = np.unique(np.sort(surface.faces, axis=1), axis=0, return_index=True)
     extra = np.ones(len(surface.faces), dtype=bool)
     extra[first] = False
-    kept = TriMesh(surface.vertices, surface.faces[~extra])
-    return kept, left_out(surface, extra, "given twice")
+    cleaned = TriMesh(surface.vertices, surface.faces[~extra])
+    return cleaned, left_out(surface, extra, "given twice")
 
 
 def drop_flat(surface: TriMesh) -> Step:
@@ -125,8 +125,8 @@ def drop_flat(surface: TriMesh) -> Step:
         return surface, []
     flat = face_areas(surface) <= _flat(surface)
     used, faces = np.unique(surface.faces[~flat], return_inverse=True)
-    kept = TriMesh(surface.vertices[used], faces.reshape(-1, 3))
-    return kept, left_out(surface, flat, "of no area")
+    cleaned = TriMesh(surface.vertices[used], faces.reshape(-1, 3))
+    return cleaned, left_out(surface, flat, "of no area")
 
 
 def _flat(surface: TriMesh) -> float:

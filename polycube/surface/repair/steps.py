@@ -23,15 +23,15 @@ def weld_near(surface: TriMesh) -> clean.Step:
 
 def drop_fins(surface: TriMesh) -> clean.Step:
     """Remove faces that have an open edge and an edge with more than two faces."""
-    faces, kept = surface.faces, np.ones(len(surface.faces), dtype=bool)
+    faces, remains = surface.faces, np.ones(len(surface.faces), dtype=bool)
     while True:
-        _, count, edge = topology.edges(faces[kept])
+        _, count, edge = topology.edges(faces[remains])
         on = count[edge].reshape(-1, 3)
         fin = (on == 1).any(axis=1) & (on > 2).any(axis=1)
         if not fin.any():
             break
-        kept[np.flatnonzero(kept)[fin]] = False
-    return _without(surface, ~kept, "that are attached to only one edge")
+        remains[np.flatnonzero(remains)[fin]] = False
+    return _without(surface, ~remains, "that are attached to only one edge")
 
 
 def drop_debris(surface: TriMesh) -> clean.Step:
@@ -44,8 +44,8 @@ def drop_debris(surface: TriMesh) -> clean.Step:
 def _without(surface: TriMesh, faces: np.ndarray, why: str) -> clean.Step:
     if not faces.any():
         return surface, []
-    used, kept = np.unique(surface.faces[~faces], return_inverse=True)
-    left = TriMesh(surface.vertices[used], kept.reshape(-1, 3))
+    used, corners = np.unique(surface.faces[~faces], return_inverse=True)
+    left = TriMesh(surface.vertices[used], corners.reshape(-1, 3))
     return left, clean.left_out(surface, faces, why)
 
 

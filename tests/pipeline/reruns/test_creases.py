@@ -70,27 +70,27 @@ def off(found: Variants) -> float:
     return inspect(found.finish()[0].hexes, found.start.surface).creases
 
 
-@pytest.mark.parametrize("asked", ["auto", "0.1%", 0.003])
-def test_more_parts_along_the_creases_are_taken(surface, asked):
+@pytest.mark.parametrize("creases", ["auto", "0.1%", 0.003])
+def test_more_parts_along_the_creases_are_taken(surface, creases):
     found = found_by(surface)
     before = off(found)
-    meet_creases(found, asked)
+    meet_creases(found, creases)
     assert hexes_of(found) == 16 * 7
     assert off(found) < 0.5 * before  # (4 / 7)^2
     assert found.preferred == (1, False)
 
 
 @pytest.mark.parametrize(
-    ("asked", "options"),
+    ("creases", "options"),
     [
         (None, {}),  # nothing is requested
         ("5%", {}),  # it is met
         ("0.1%", {"level": 2}),  # the number of parts is requested for
     ],
 )
-def test_nothing_is_run_again(surface, asked, options):
+def test_nothing_is_run_again(surface, creases, options):
     found = found_by(surface, **options)
-    meet_creases(found, asked)
+    meet_creases(found, creases)
     assert list(found.attempts) == [(0, False)]
 
 

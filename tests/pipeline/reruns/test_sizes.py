@@ -97,7 +97,7 @@ def test_a_length_in_model_units_and_the_variants_own_factor(surface):
 
 
 @pytest.mark.parametrize(
-    ("times", "options", "said"),
+    ("times", "options", "message"),
     [
         (0.9, {}, ""),  # it is met
         (5.0, {}, "refinement is cheaper"),
@@ -106,13 +106,13 @@ def test_a_length_in_model_units_and_the_variants_own_factor(surface):
         (2.0, {"most": 1.2}, "too many"),
     ],
 )
-def test_else_the_mesh_stays_and_the_log_says_why(surface, times, options, said, caplog):
+def test_otherwise_the_mesh_stays_and_the_log_says_why(surface, times, options, message, caplog):
     found = found_by(surface, **options)
     before = found.finish()[0].hexes
     caplog.set_level(logging.INFO)
     meet_deviation(found, f"{100 * apart(found) / times}%")
     assert found.finish()[0].hexes is before
-    assert said in caplog.text and bool(said) == ("deviation" in caplog.text)
+    assert message in caplog.text and bool(message) == ("deviation" in caplog.text)
 
 
 def test_nothing_is_asked(surface):
@@ -174,15 +174,15 @@ def test_a_poor_mesh_is_not_worth_a_finer_one(surface):
 
 
 def test_a_chord_error_a_little_too_large_asks_for_hexes_a_little_smaller():
-    """Of a CAD face that is 0.4 % off where 0.3 % is kept: by the root of 4/3, and a margin."""
+    """A CAD face is 0.4 % off, the tolerance is 0.3 %: by the root of 4/3, and a margin."""
     fine, mesh = barrel(32), barrel(4)
     used, quads = np.unique(fine.quads, return_inverse=True)
     quads = quads.reshape(-1, 4)
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    whole = TriMesh(fine.vertices[used], faces, np.tile(fine.patch + 1, 2))
-    found = Variants([Stage("meshing/subdivide", Cut())], [{}], RunState(whole), Losing(least=65))
+    double = TriMesh(fine.vertices[used], faces, np.tile(fine.patch + 1, 2))
+    found = Variants([Stage("meshing/subdivide", Cut())], [{}], RunState(double), Losing(least=65))
     found.run(0)
-    farthest = max(each.distance for each in inspect(mesh, whole).features)
+    farthest = max(each.distance for each in inspect(mesh, double).features)
     keep_features(found)
     times = min(1.05 * (farthest / 0.003) ** 0.5, 1.4)
     assert found.plugin("meshing/subdivide").finer == pytest.approx(times)
@@ -190,6 +190,6 @@ def test_a_chord_error_a_little_too_large_asks_for_hexes_a_little_smaller():
 
 def test_where_smaller_hexes_keep_no_more_the_mesh_stays(surface):
     found = found_by(surface)
-    found.acceptance = BySize()  # all meshes are alike to it
+    found.acceptance = BySize()  # it finds all meshes equal
     keep_features(found)
     assert len(found.attempts) == 1

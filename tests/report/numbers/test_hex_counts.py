@@ -1,4 +1,4 @@
-"""Hexes through walls and round holes, beside what was asked for."""
+"""Numbers of hexes through walls and round holes, and the requested ones."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def test_without_settings_the_defaults_count(run):
     assert numbers(run.hexes, run.surface, {"around_hole": 4, "across_wall": 1})["fewer"] == []
 
 
-def test_entries_are_told_with_what_there_is():
+def test_entries_have_the_reached_number():
     side = np.where(BOX.vertices[BOX.quads][:, :, 2].min(axis=1) == 2, 1, 2)
     surface = surface_of(BOX, side)
     entries = [{"at": "cad_face_1", "around": 14}, {"at": "z_max", "through": 2}]

@@ -1,4 +1,4 @@
-"""Material, supports and loads in words."""
+"""Descriptions of material, supports and loads."""
 
 from dataclasses import replace
 
@@ -22,13 +22,13 @@ def mesh():
     return replace(found, sets=boundary_sets(found))
 
 
-def told(mesh, **analysis):
+def described(mesh, **analysis):
     return numbers(problem_of({"analysis": analysis}), mesh)
 
 
-def test_supports_are_told_with_their_area(mesh):
+def test_supports_are_described_with_their_area(mesh):
     held = ["x_min", {"at": "z_min", "components": ["z"]}, {"box": [3.9, 0, 0, 4, 2, 1]}]
-    found = told(mesh, plugin="static", fixed=held)
+    found = described(mesh, plugin="static", fixed=held)
     assert found["supports"] == [
         {"words": "Face 'x_min' is clamped", "quads": 2, "area": pytest.approx(2)},
         {
@@ -52,20 +52,20 @@ def test_supports_are_told_with_their_area(mesh):
 
 def test_a_prescribed_displacement_and_a_plane(mesh):
     moved = {"at": {"plane": [1, 0, 0, 4]}, "components": ["x", "y"], "value": [0.1, 0]}
-    found = told(mesh, plugin="static", fixed=["x_min", moved], units="cm", material="abs")
+    found = described(mesh, plugin="static", fixed=["x_min", moved], units="cm", material="abs")
     assert found["supports"][1]["words"] == (
         "The faces on the plane 1 x + 0 y + 0 z = 4 are moved by 0.1 cm in x, held in y, free in z"
     )
     assert found["loads"] == [] and found["material"].startswith("Abs: Young's modulus 2.3 GPa")
 
 
-def test_loads_are_told_with_size_and_direction(mesh):
+def test_loads_are_described_with_size_and_direction(mesh):
     loads = [
         {"at": "z_max", "pressure": 2e6, "force": [0, 0, -100]},
         {"at": "x_max", "traction": [3e3, 4e3, 0]},
         {"at": "y_max", "pressure": -5},
     ]
-    found = [row["words"] for row in told(mesh, plugin="static", loads=loads)["loads"]]
+    found = [row["words"] for row in described(mesh, plugin="static", loads=loads)["loads"]]
     assert found == [
         "Pressure of 2 MPa on face 'z_max'",
         "Force of 100 N on face 'z_max', in direction -z, distributed evenly",
@@ -77,14 +77,14 @@ def test_loads_are_told_with_size_and_direction(mesh):
 
 def test_heat_and_free_vibration(mesh):
     flux = [{"at": "x_max", "value": 1000}]
-    found = told(mesh, plugin="poisson", flux=flux, source=3.0)
+    found = described(mesh, plugin="poisson", flux=flux, source=3.0)
     assert found["material"] == "Conductivity 50 W/(m K)"
     assert found["supports"][0]["words"] == "Face 'z_min' is kept at 0 K"
     assert [row["words"] for row in found["loads"]] == [
         "Flux of 1000 W/m² into face 'x_max'",
         "Heat source of 3 W/m³ in the whole part",
     ]
-    free = told(mesh, plugin="modal")
+    free = described(mesh, plugin="modal")
     assert free["supports"] == [] == free["loads"]
     assert "The part is free" in section({"problem": free}, {})
     assert problem_of({}) is None and section({}, {}) == ""

@@ -18,7 +18,7 @@ def test_warnings_of_the_mesh_follow_those_of_the_input(run):
     assert found == ["crosses itself", "not within 0.3 %"]
 
 
-def test_a_failure_or_an_early_end_is_told(run):
+def test_a_failure_or_an_early_end_is_reported(run):
     state = RunState(run.surface, failure="no mesh", stopped="time was up", interrupted=True)
     report = summarize(state, {"read": 0.1234}, {"read": {}}, CONFIG)
     assert not report["valid"] and report["failure"] == "no mesh"
@@ -30,11 +30,11 @@ def test_the_report_says_when_and_where_it_was_made(run):
     made = summarize(RunState(run.surface), {}, {}, CONFIG)["made"]
     assert datetime.fromisoformat(made["date"]).utcoffset() is not None
     assert "processors" in made["machine"]
-    told = about({"made": {"date": "2026-01-31T12:34:56+01:00"}, "input": {"path": "a.stl"}})
-    assert told["date"] == "2026-01-31 12:34 +01:00" and told["length unit"] == "unknown"
+    found = about({"made": {"date": "2026-01-31T12:34:56+01:00"}, "input": {"path": "a.stl"}})
+    assert found["date"] == "2026-01-31 12:34 +01:00" and found["length unit"] == "unknown"
     config = {"analysis": {"units": "cm"}}
     box = {"path": "a.STEP", "bbox": [[0, 0, 1], [2, 3, 5]]}
     assert about({"config": config, "input": box})["size"] == "2 × 3 × 4 cm"
     assert about({"config": config, "input": box})["length unit"] == "cm"
-    told = about({"config": config, "input": {"path": "a.stl"}})["length unit"]
-    assert told == "cm, by analysis.units, not by the file"
+    found = about({"config": config, "input": {"path": "a.stl"}})["length unit"]
+    assert found == "cm, by analysis.units, not by the file"

@@ -8,7 +8,7 @@ import pytest
 from polycube.io.bezier import write_solution
 from polycube.pipeline.state import RunState
 from polycube.registry import build
-from polycube.report.numbers import solutions, words
+from polycube.report.numbers import formatting, solutions
 from polycube.report.page import solutions as page
 from polycube.report.pictures import fields
 from polycube.report.pictures.bezier import tessellate
@@ -45,42 +45,42 @@ def bent(bar):
     return build("analysis", {"plugin": "static", "fixed": ["x_min"], "loads": loads})(bar)
 
 
-def test_a_bent_bar_is_told_in_sentences(bar, bent):
-    told = solutions.numbers(bar, bent)
-    found = told["static"]
-    moved, stressed, beside = words.sentences(told)
+def test_sentences_about_a_bent_bar(bar, bent):
+    report = solutions.numbers(bar, bent)
+    found = report["static"]
+    moved, stressed, singular = formatting.sentences(report)
     assert moved.startswith(f"largest displacement {found['max_displacement']:.4g} mm at (4, ")
     value, error = found["max_von_mises"] / 1e6, found["max_von_mises_error"] / 1e6
     assert stressed.startswith(f"largest von Mises stress {value:.4g} MPa ± {error:.2g} at (1, ")
     assert stressed.endswith(f" on {found['max_von_mises_on']}")
-    assert beside.startswith("near a border of x_min, at (")
+    assert singular.startswith("near a border of x_min, at (")
     assert 0 <= found["singular"]["at"][0] <= 1  # in the first element
-    assert f"{found['singular']['von_mises'] / 1e6:.4g} MPa; it is unbounded there" in beside
+    assert f"{found['singular']['von_mises'] / 1e6:.4g} MPa; it is unbounded there" in singular
     text, tile = page_of(bar, bent)
     assert "Near a border of x_min, at (" in text
     assert tile["largest von Mises stress"][0] == f"{value:.4g} MPa ± {error:.2g}"
     assert tile["largest displacement"][0] == f"{found['max_displacement']:.4g} mm"
     assert tile["largest displacement"][1].startswith("at (4, ")
-    assert list(words.cautions(told)) == []
+    assert list(formatting.cautions(report)) == []
 
 
-def test_badly_shaped_elements_are_told(bar, bent):
-    told = solutions.numbers(bar, replace(bent, poor=3))
-    [caution] = words.cautions(told)
+def test_badly_shaped_elements_give_a_warning(bar, bent):
+    report = solutions.numbers(bar, replace(bent, poor=3))
+    [caution] = formatting.cautions(report)
     assert caution.startswith("the stress in 3 elements is ignored, because their shape is too bad")
     state = RunState(TETRAHEDRON, spline=bar, solution=bent)
-    assert "The stress in 3 elements is ignored" in page.solution(state, told, {})
+    assert "The stress in 3 elements is ignored" in page.solution(state, report, {})
 
 
-def test_modes_and_potentials_are_told_in_sentences(bar, warm):
+def test_sentences_about_modes_and_potentials(bar, warm):
     modes = build("analysis", {"plugin": "modal", "modes": 8})(bar)
     first, second = modes.frequency[6:8]
-    [said] = words.sentences(solutions.numbers(bar, modes))
-    assert said == f"lowest elastic frequencies {first:.0f}, {second:.0f} Hz"
-    values, flux = words.sentences(solutions.numbers(bar, warm))
+    [sentence] = formatting.sentences(solutions.numbers(bar, modes))
+    assert sentence == f"lowest elastic frequencies {first:.0f}, {second:.0f} Hz"
+    values, flux = formatting.sentences(solutions.numbers(bar, warm))
     assert values == "u from 10 to 30 K"
     assert flux.startswith("largest flux 250000 W/m^2 at (")
-    assert list(words.sentences({})) == [] == list(words.cautions({}))
+    assert list(formatting.sentences({})) == [] == list(formatting.cautions({}))
 
 
 def test_numbers_of_a_warm_bar(bar, warm):
@@ -94,11 +94,11 @@ def test_numbers_of_a_warm_bar(bar, warm):
 
 def page_of(spline, solution):
     state = RunState(TETRAHEDRON, spline=spline, solution=solution)
-    told = solutions.numbers(spline, solution)
-    return page.solution(state, told, {}), solutions.tiles(told)
+    report = solutions.numbers(spline, solution)
+    return page.solution(state, report, {}), solutions.tiles(report)
 
 
-def test_page_tells_reactions_and_flows(bar, pulled, warm):
+def test_the_page_lists_reactions_and_flows(bar, pulled, warm):
     text, tile = page_of(bar, pulled)
     assert "<td>x_max</td><td>2100</td>" in text and "2100 MPa" in text
     assert tile["largest von Mises stress"][0] == "2100 MPa"

@@ -51,9 +51,9 @@ def test_only_reports_that_are_there_are_linked(tmp_path):
 
 
 def test_contacts_say_how_much_of_them_the_meshes_share(tmp_path):
-    whole = contact(True, quads=[4, 2], common_quads=2, common_area=3.0)
+    agreeing = contact(True, quads=[4, 2], common_quads=2, common_area=3.0)
     part = contact(False, quads=[4, 2], common_quads=1, common_area=1.5)
-    page = assembly_page("a", report([whole, part, contact(None)]), None, tmp_path, [])
+    page = assembly_page("a", report([agreeing, part, contact(None)]), None, tmp_path, [])
     rows = [re.findall("<td>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", page)]
     found = [row[3:] for row in rows if row and row[0] == "plate – pin"]
     assert found == [

@@ -1,4 +1,4 @@
-"""CAD features that a mesh keeps and loses: numbers, picture and list."""
+"""CAD features that a mesh preserves and loses: numbers, picture and list."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from polycube.report.numbers import features as numbers_of
 from polycube.report.page.features import features
 from polycube.report.page.header import header
 from polycube.report.page.views.viewer import viewer
-from polycube.report.pictures.colours import KEPT, LOST, LOST_FACE, SURFACE, WORST, rgb
+from polycube.report.pictures.colours import LOST, LOST_FACE, PRESERVED, SURFACE, WORST, rgb
 from polycube.report.pictures.features import lost_features, lost_on_mesh, lost_segments
 from polycube.report.pictures.pictures import draw, makers
 from polycube.report.pictures.render import view
@@ -68,18 +68,18 @@ def test_only_cad_models_have_features(run, found):
 
 def test_the_picture_marks_what_is_lost(cut):
     scene = lost_features(cut.hexes, cut.surface)
-    assert len(scene) == 6  # two views of the model, curves that are kept, and lost ones
-    model, kept, lost = scene[:3]
+    assert len(scene) == 6  # two views of the model, curves that are preserved, and lost ones
+    model, preserved, lost = scene[:3]
     top = cut.surface.region == 6
     assert (model.colours[top] == rgb((LOST_FACE,))).all()
     assert (model.colours[cut.surface.region == 5] == rgb((SURFACE,))).all()
-    assert (kept.line_colour, lost.line_colour) == (KEPT, WORST)
-    assert (kept.points[:, 2] == 0).all() and lost.points[:, 2].max() > 1
-    lengths = np.linalg.norm(np.diff(kept.points[kept.lines], axis=1), axis=-1)
+    assert (preserved.line_colour, lost.line_colour) == (PRESERVED, WORST)
+    assert (preserved.points[:, 2] == 0).all() and lost.points[:, 2].max() > 1
+    lengths = np.linalg.norm(np.diff(preserved.points[preserved.lines], axis=1), axis=-1)
     assert lengths.sum() == pytest.approx(4)
 
 
-def test_what_is_lost_is_drawn_before_the_mesh(cut, run):
+def test_lost_features_are_drawn_in_front_of_the_mesh(cut, run):
     mesh, lost = lost_on_mesh(cut.hexes, cut.surface)
     assert lost.line_colour == LOST and len(lost.lines) == len(
         lost_segments(cut.hexes, cut.surface)
@@ -99,13 +99,16 @@ def test_the_3d_view_marks_what_is_lost(cut):
     assert "lost features" not in viewer(same, cut.surface)
 
 
-def test_the_first_screen_counts_what_is_kept(found):
+def test_the_header_counts_preserved_features(found):
     page = " ".join(Outline(header({"hex": {"features": found}})).text)
     assert "9 of 26" in page and "4 of 8 points, 4 of 12 curves, 1 of 6 faces" in page
-    all_kept = {**found, **{f"{k}s": {"all": 5, "lost": 0} for k in ("point", "curve", "face")}}
-    tile = header({"hex": {"features": all_kept}})
+    all_preserved = {
+        **found,
+        **{f"{k}s": {"all": 5, "lost": 0} for k in ("point", "curve", "face")},
+    }
+    tile = header({"hex": {"features": all_preserved}})
     assert 'tile good"><span>CAD features preserved' in tile and "15 of 15" in tile
-    assert 'tile doubtful"><span>CAD features preserved' in header({"hex": {"features": found}})
+    assert 'tile warning"><span>CAD features preserved' in header({"hex": {"features": found}})
     assert "CAD features" not in header({"hex": {"features": None}})
 
 
@@ -116,8 +119,8 @@ def test_the_picture_is_drawn(cut):
 
 def test_the_list_tells_kind_faces_distance_and_place(found):
     page = features({"hex": {"features": found}}, {"features": b"\x89PNG"})
-    told = " ".join(" ".join(Outline(page).text).split())
-    assert "points 8 4 curves 12 8 faces 6 5" in told
-    assert "17 lost features" in told and "farther away than 0.3 % of the diagonal" in told
-    assert "point cad_face_2, cad_face_4, cad_face_6 5.774 0.1 (1, 1, 1)" in told
+    shown = " ".join(" ".join(Outline(page).text).split())
+    assert "points 8 4 curves 12 8 faces 6 5" in shown
+    assert "17 lost features" in shown and "farther away than 0.3 % of the diagonal" in shown
+    assert "point cad_face_2, cad_face_4, cad_face_6 5.774 0.1 (1, 1, 1)" in shown
     assert WORST in page and "<img" in page

@@ -1,4 +1,4 @@
-"""The section of the hex mesh: certificate in words, worst hexes, before and after, primitives."""
+"""The section of the hex mesh: certificate, worst hexes, before and after, primitives."""
 
 import numpy as np
 import pytest
@@ -21,35 +21,35 @@ def text(page: str) -> str:
     return " ".join(" ".join(Outline(page).text).split())
 
 
-def test_measures_worst_hexes_and_distances_are_told(run, numbers) -> None:
+def test_measures_worst_hexes_and_distances_are_shown(run, numbers) -> None:
     numbers = numbers | {"surface_to_mesh_max": 0.0123}
-    told = text(hexes(run, {"hex": numbers}, {"cells": b"\x89PNG"}))
+    shown = text(hexes(run, {"hex": numbers}, {"cells": b"\x89PNG"}))
     worst = numbers["worst"][0]
-    assert f"scaled Jacobian {worst['hex']} {worst['scaled_jacobian']:.4g}" in told
-    assert ", ".join(f"{c:.4g}" for c in worst["center"]) in told
-    assert f"{numbers['quality']['edge_ratio']['max']:.4g}" in told
-    assert f"{numbers['quality']['condition']['mean']:.4g}" in told
-    assert f"input to hex mesh 1.23 % ({0.0123 * numbers['deviation']['diagonal']:.4g})" in told
-    assert "Jacobian positive everywhere (Bernstein bounds)" in told
+    assert f"scaled Jacobian {worst['hex']} {worst['scaled_jacobian']:.4g}" in shown
+    assert ", ".join(f"{c:.4g}" for c in worst["center"]) in shown
+    assert f"{numbers['quality']['edge_ratio']['max']:.4g}" in shown
+    assert f"{numbers['quality']['condition']['mean']:.4g}" in shown
+    assert f"input to hex mesh 1.23 % ({0.0123 * numbers['deviation']['diagonal']:.4g})" in shown
+    assert "Jacobian positive everywhere (Bernstein bounds)" in shown
     assert (
-        "0 cube" in told
-        and "1 hole_z" in told
-        and "2 grid cells (1 cube, 1 hole_z), moved apart" in told
+        "0 cube" in shown
+        and "1 hole_z" in shown
+        and "2 grid cells (1 cube, 1 hole_z), moved apart" in shown
     )
-    assert "Before and after" not in told
+    assert "Before and after" not in shown
 
 
 @pytest.mark.parametrize(
-    ("certificate", "words"),
+    ("certificate", "sentence"),
     [
         ({"positive_at_corners": False}, "none: not positive at all corners"),
         ({"not_positive": 1, "undecided": 1, "not_certified": [3, 9]}, "not everywhere in 2: 3, 9"),
         ({"not_positive": 7, "not_certified": list(range(7))}, "in 7: 0, 1, 2, 3, 4, ..."),
     ],
 )
-def test_the_certificate_says_what_is_not_certain(certificate, words, run) -> None:
-    whole = {"positive_at_corners": True, "positive_everywhere": False, "undecided": 0}
-    assert words in text(hexes(run, {"hex": {"certificate": whole | certificate}}, {}))
+def test_the_certificate_says_what_is_not_certain(certificate, sentence, run) -> None:
+    complete = {"positive_at_corners": True, "positive_everywhere": False, "undecided": 0}
+    assert sentence in text(hexes(run, {"hex": {"certificate": complete | certificate}}, {}))
 
 
 def test_cad_faces_without_a_quad_are_named() -> None:
@@ -63,31 +63,31 @@ def test_cad_faces_without_a_quad_are_named() -> None:
     assert found["faces_without_quads"] == ["cad_face_7"]
     run = RunState(surface, path="strip.step", hexes=mesh)
     assert "CAD faces without a quad 1 of 7: cad_face_7" in text(hexes(run, {"hex": found}, {}))
-    whole = quality.full(fine, surface)
-    assert whole["faces_without_quads"] == []
+    numbers = quality.full(fine, surface)
+    assert numbers["faces_without_quads"] == []
     run = RunState(surface, path="strip.step", hexes=fine)
-    assert "CAD faces without a quad 0 of 7" in text(hexes(run, {"hex": whole}, {}))
+    assert "CAD faces without a quad 0 of 7" in text(hexes(run, {"hex": numbers}, {}))
 
 
 def test_before_and_after_where_the_run_began_with_hexes(run, numbers) -> None:
     given = quality.short(run.hexes, run.surface) | {"min_scaled_jacobian": 0.12345}
     pictures = {"given": b"\x89PNG", "cut": b"\x89PNG"}
-    told = text(hexes(run, {"hex": numbers, "given": given}, pictures))
-    assert told.count("cut open") == 2 and "Cut open" not in told
-    before, after = told.index("as given"), told.index("improved")
-    assert "0.1235" in told[before:after] or "0.1234" in told[before:after]
-    assert f"{numbers['min_scaled_jacobian']:.4g}" in told[after : after + 60]
+    shown = text(hexes(run, {"hex": numbers, "given": given}, pictures))
+    assert shown.count("cut open") == 2 and "Cut open" not in shown
+    before, after = shown.index("as given"), shown.index("improved")
+    assert "0.1235" in shown[before:after] or "0.1234" in shown[before:after]
+    assert f"{numbers['min_scaled_jacobian']:.4g}" in shown[after : after + 60]
 
 
 def test_many_grid_cells_are_counted_and_not_named(run) -> None:
     mesh = run.hexes
     many = HexMesh(mesh.vertices, mesh.hexes, mesh.quads, mesh.patch, np.arange(len(mesh.hexes)))
     state = RunState(run.surface, hexes=many)
-    told = text(hexes(state, {}, {"cells": b"\x89PNG"}))
-    assert f"in its {len(mesh.hexes)} grid cells, moved apart" in told and "7 hole" not in told
+    shown = text(hexes(state, {}, {"cells": b"\x89PNG"}))
+    assert f"in its {len(mesh.hexes)} grid cells, moved apart" in shown and "7 hole" not in shown
 
 
 def test_without_numbers_the_mesh_is_still_shown(run) -> None:
-    told = text(hexes(run, {}, {}))
-    assert "Hex mesh" in told and "Worst hexes" not in told and "Primitives" not in told
+    shown = text(hexes(run, {}, {}))
+    assert "Hex mesh" in shown and "Worst hexes" not in shown and "Primitives" not in shown
     assert hexes(RunState(run.surface), {}, {}) == ""

@@ -1,4 +1,4 @@
-"""The page: well-formed, alone, complete, and told as far as a run went."""
+"""The page: well-formed, self-contained, complete, and also written for incomplete runs."""
 
 import base64
 import re
@@ -82,7 +82,7 @@ def test_all_sections_in_order(page: str) -> None:
     assert Outline(page).sections == wanted.split()
 
 
-def test_page_stands_alone(page: str) -> None:
+def test_the_page_needs_no_other_file(page: str) -> None:
     addresses = Outline(page).addresses
     assert all(re.match("data:image/(png|gif);base64,", a) or "/" not in a for a in addresses)
     assert "http:" not in page.replace("http://www.w3.org", "") and "https:" not in page
@@ -122,25 +122,25 @@ def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path
     assert not {"hexes", "spline", "modes"} & set(outline.sections)
 
 
-def test_a_valid_mesh_with_doubts_names_them(tmp_path: Path) -> None:
-    report = {"valid": True, "doubts": ["the volume is 93% of the surface's"]}
+def test_the_warnings_about_a_valid_mesh_are_listed(tmp_path: Path) -> None:
+    report = {"valid": True, "mesh_warnings": ["the volume is 93% of the surface's"]}
     page = write_report(tmp_path, EMPTY, report, False).read_text(encoding="utf-8")
     assert "Valid hex mesh with warnings" in page
     assert "The volume is 93% of the surface" in page
 
 
 @pytest.mark.parametrize(
-    ("corners", "everywhere", "words"),
+    ("corners", "everywhere", "where"),
     [
         (True, True, "everywhere (proved)"),
         (True, False, "at corners"),
         (False, False, "not in all"),
     ],
 )
-def test_the_first_thing_to_read_says_where_it_is_positive(corners, everywhere, words) -> None:
+def test_the_header_says_where_the_jacobian_is_positive(corners, everywhere, where) -> None:
     certificate = {"positive_at_corners": corners, "positive_everywhere": everywhere}
     page = header({"valid": True, "hex": {"hexes": 8, "certificate": certificate}})
-    assert f"Jacobian positive: {words}<" in page
+    assert f"Jacobian positive: {where}<" in page
     assert "Jacobian positive" not in header({"valid": True, "hex": {"hexes": 8}})
 
 
@@ -148,10 +148,10 @@ def test_the_first_thing_to_read_says_where_it_is_positive(corners, everywhere, 
     ("numbers", "mark"),
     [
         ({"min_scaled_jacobian": 0.5}, "good"),
-        ({"min_scaled_jacobian": 0.1}, "doubtful"),
+        ({"min_scaled_jacobian": 0.1}, "warning"),
         ({"min_scaled_jacobian": -0.1}, "bad"),
         ({"volume_error": 0.01}, "good"),
-        ({"volume_error": 0.05}, "doubtful"),
+        ({"volume_error": 0.05}, "warning"),
         ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.02}, "good"),
         ({"mesh_to_surface_max": 0.01, "surface_to_mesh_max": 0.05}, "bad"),
     ],
@@ -164,23 +164,23 @@ def test_a_spline_is_judged_by_its_sign_and_its_distance() -> None:
     spline = {"is_positive": True, "min_scaled_detj": 0.1, "functions": 9}
     spline |= {"surface_to_spline_p99": 0.001, "spline_to_surface_p99": 0.002}
     assert 'tile good"><span>spline' in header({"spline": spline})
-    assert 'tile doubtful"><span>spline' in header({"spline": {**spline, "is_positive": False}})
+    assert 'tile warning"><span>spline' in header({"spline": {**spline, "is_positive": False}})
     far = {**spline, "surface_to_spline_p99": 0.02}
-    assert 'tile doubtful"><span>spline' in header({"spline": far})
+    assert 'tile warning"><span>spline' in header({"spline": far})
 
 
-def test_nothing_at_all_is_still_a_page(tmp_path: Path) -> None:
+def test_an_empty_report_gives_a_page(tmp_path: Path) -> None:
     Outline(write_report(tmp_path, EMPTY, {}, False).read_text(encoding="utf-8"))
 
 
-def test_a_lattice_of_many_bricks_is_told_in_few_words(tmp_path: Path) -> None:
+def test_the_context_of_a_large_lattice_is_abbreviated(tmp_path: Path) -> None:
     many = {"context": ["cube", None] * 9}
     report = {"polycube": {**many, "candidates": [{**many, "score": 1.0}]}}
     text = " ".join(Outline(write_report(tmp_path, EMPTY, report, False).read_text("utf-8")).text)
     assert text.count("bricks in 9 of 18 cells") == 2 and "cube, –" not in text
 
 
-def test_values_are_shown_for_people() -> None:
+def test_values_are_formatted() -> None:
     assert show(12345) == "12\u202f345"
     assert show(np.float64(0.314159)) == "0.3142"
     assert show(304180.2) == "304\u202f180" and show(1e12) == "1e+12"
@@ -195,7 +195,7 @@ def test_table_has_every_column_any_row_has() -> None:
     assert rows.index("class=chosen") > rows.index("<td>1</td>")
 
 
-def test_a_denoising_is_in_the_page_and_beside_it(page: str, folder: Path) -> None:
+def test_a_denoising_is_in_the_page_and_in_its_folder(page: str, folder: Path) -> None:
     assert "Their distance from it is 0.026 cells on average, 0.161 at most." in page
     assert "They are on another polycube, hole_z, None." in page
     for name, kind in (("trajectory.png", "png"), ("trajectory.gif", "gif")):

@@ -125,7 +125,7 @@ def page_of_a_run(run: RunState, name: str, folder: Path) -> str:
         "made": {"date": "", "machine": name},
         "seconds": {name: 1.0, "read": 2.0},
         "warnings": [name],
-        "doubts": [name],
+        "mesh_warnings": [name],
         "stopped": name,
         "version": name,
         "seed": name,

@@ -23,11 +23,11 @@ def test_displacement_and_stress_of_a_pulled_bar(bar, points, pulled):
     np.testing.assert_allclose(moved.values, np.linalg.norm(exact, axis=1), atol=1e-9)
     np.testing.assert_allclose(moved.shift, exact / largest, atol=1e-6)
     assert moved.ends == (0, pytest.approx(largest)) and moved.unit == "mm"
-    assert moved.words[1] == f"{largest:.4g} mm"
+    assert moved.labels[1] == f"{largest:.4g} mm"
     times = 0.08 * np.linalg.norm(BAR) / largest  # the largest is 8 % of the diagonal
     assert moved.drawn == stress.drawn == f"displacement drawn {times:.3g} times as large"
     np.testing.assert_allclose(stress.values, 2100, rtol=1e-6)
-    assert stress.words[1] == "2100 MPa and more" and stress.shift is moved.shift
+    assert stress.labels[1] == "2100 MPa and more" and stress.shift is moved.shift
 
 
 def test_values_come_in_steps_of_the_colour_bar(bar, points, pulled):
@@ -46,7 +46,7 @@ def test_modes_and_potentials(bar, points):
     ends = [{"at": "x_min", "value": 10.0}, {"at": "x_max", "value": 30.0}]
     [warm] = results(bar, build("analysis", {"plugin": "poisson", "fixed": ends})(bar), points, "")
     np.testing.assert_allclose(warm.values, 10 + 5 * points[:, 0], atol=1e-8)
-    assert warm.words == ("10 K", "30 K") and warm.shift is None and len(warm.arrays()) == 1
+    assert warm.labels == ("10 K", "30 K") and warm.shift is None and len(warm.arrays()) == 1
 
 
 def test_the_number_of_results_is_bounded(bar, points, pulled, monkeypatch):

@@ -89,7 +89,7 @@ def test_sets_in_others_have_their_colour(block):
     assert "cad_all" not in found
 
 
-def test_both_sides_are_seen_apart(run):
+def test_the_two_views_do_not_overlap(run):
     """The second view is the first, turned by half a turn; neither hides the other."""
     front, back = both_sides(run.hexes)
     size = np.linalg.norm(np.ptp(front.points, axis=0))
@@ -112,12 +112,12 @@ def test_both_sides_are_seen_apart(run):
 def test_the_section_is_a_legend(block):
     report = {"hex": {"sets": numbers(block.hexes, block.surface)}}
     page = sets(block, report, {"sets": b"\x89PNG"})
-    told = text(page)
-    assert "z_max direction 6, 7 8 8 (2, 1, 2) (0, 0, 1)" in told
-    assert "cad_RIGHT CAD face 7 4 4 (3, 1, 2) (0, 0, 1)" in told
-    assert "7 CAD faces" in told and "1 patch of the polycube" in told
+    shown = text(page)
+    assert "z_max direction 6, 7 8 8 (2, 1, 2) (0, 0, 1)" in shown
+    assert "cad_RIGHT CAD face 7 4 4 (3, 1, 2) (0, 0, 1)" in shown
+    assert "7 CAD faces" in shown and "1 patch of the polycube" in shown
     assert f"background:{AXIS_COLOURS[4]}" in page and "<img" in page
-    assert "differs by" not in told
+    assert "differs by" not in shown
 
 
 def test_cad_faces_without_quads_are_listed_as_lost(block):
@@ -126,9 +126,9 @@ def test_cad_faces_without_quads_are_listed_as_lost(block):
     lost["cad_face_6"] = lost["cad_face_6"][2:]
     del lost["cad_face_7"]
     state = replace(block, hexes=replace(block.hexes, sets=lost))
-    told = text(sets(state, {"hex": {"sets": numbers(state.hexes, state.surface)}}, {}))
-    assert "differs by more than 10 %: 2 of 7 (cad_face_6, cad_face_7)." in told
-    assert "50.0%" in told and "cad_face_7 CAD face 0" in told and "0.0%" in told
+    shown = text(sets(state, {"hex": {"sets": numbers(state.hexes, state.surface)}}, {}))
+    assert "differs by more than 10 %: 2 of 7 (cad_face_6, cad_face_7)." in shown
+    assert "50.0%" in shown and "cad_face_7 CAD face 0" in shown and "0.0%" in shown
 
 
 def test_without_a_mesh_or_sets_there_is_no_section(block):
@@ -138,8 +138,8 @@ def test_without_a_mesh_or_sets_there_is_no_section(block):
 
 def test_the_view_names_the_sets_of_each_face(block):
     number, names = memberships(block.hexes)
-    told = [set(names[n].split(", ")) for n in number]
+    sets_of_quads = [set(names[n].split(", ")) for n in number]
     for name, own in block.hexes.sets.items():
-        assert [name in each for each in told] == np.isin(np.arange(40), own).tolist()
+        assert [name in each for each in sets_of_quads] == np.isin(np.arange(40), own).tolist()
     plain, none = memberships(replace(block.hexes, sets={}))
     assert set(plain) == {0} and none == [""]

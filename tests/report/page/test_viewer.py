@@ -52,8 +52,8 @@ def test_the_mesh_is_in_the_page(run) -> None:
     on_quads = sets[quad_sides(mesh)]
     np.testing.assert_array_equal(sets < 0, distance < 0)
     for name, own in mesh.sets.items():
-        told = {name in data["sets"][number].split(", ") for number in on_quads[own]}
-        assert told == {True}
+        is_named = {name in data["sets"][number].split(", ") for number in on_quads[own]}
+        assert is_named == {True}
     assert data["set_colours"][on_quads[mesh.sets["x_max"][0]]] == rgb(AXIS_COLOURS)[0].tolist()
     np.testing.assert_array_equal(distance < 0, viewer.beyond(mesh.hexes) >= 0)
     assert data["farthest"] == pytest.approx(distance.max())
@@ -90,7 +90,7 @@ def test_of_a_large_mesh_the_boundary_and_the_worst_hexes_are_in_the_page(
     moved = np.zeros_like(mesh.vertices)
     moved[middle[0]] = 0.04  # the eight hexes round one vertex are bad, the one in the middle worst
     mesh = replace(mesh, vertices=mesh.vertices + moved)
-    monkeypatch.setattr(viewer, "WHOLE", 209)
+    monkeypatch.setattr(viewer, "ALL_SHOWN", 209)
     monkeypatch.setattr(viewer, "WORST", 1)
     data, raw = unpacked(viewer.viewer(mesh))
     n, h = data["V"], data["H"]
@@ -100,14 +100,14 @@ def test_of_a_large_mesh_the_boundary_and_the_worst_hexes_are_in_the_page(
     hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8).cumsum(axis=0)
     places = np.frombuffer(raw, "<f4", 3 * n).reshape(n, 3)
     size = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
-    whole = mesh.vertices[mesh.hexes[numbers]]
-    np.testing.assert_allclose(places[hexes] * size, whole - [0.5, 0.5, 0.5], atol=1e-6)
+    corners = mesh.vertices[mesh.hexes[numbers]]
+    np.testing.assert_allclose(places[hexes] * size, corners - [0.5, 0.5, 0.5], atol=1e-6)
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     assert quality.argmin() in numbers
     others = np.frombuffer(raw, "<i4", 6 * h, 12 * n + 32 * h).reshape(h, 6).cumsum(axis=0)
-    told = np.where(others < 0, others, numbers[others.clip(0)])
+    found = np.where(others < 0, others, numbers[others.clip(0)])
     true = viewer.beyond(mesh.hexes)[numbers]
-    np.testing.assert_array_equal(told, np.where(np.isin(true, [-1, *numbers]), true, -2))
+    np.testing.assert_array_equal(found, np.where(np.isin(true, [-1, *numbers]), true, -2))
 
 
 def test_the_page_of_60_000_hexes_has_a_view_of_less_than_2_5_MB() -> None:

@@ -62,13 +62,13 @@ def test_cut_keeps_whole_hexes_behind_the_plane(run) -> None:
     (layer,) = scenes.hex_cut(mesh)
     rest, volume = area_vector(layer.points, layer.polygons)
     np.testing.assert_allclose(rest, 0, atol=1e-9)  # closed: no hex is cut in two
-    (whole,) = scenes.hex_outside(mesh)
-    _, all_of_it = area_vector(whole.points, whole.polygons)
+    (outside,) = scenes.hex_outside(mesh)
+    _, all_of_it = area_vector(outside.points, outside.polygons)
     assert 0.4 * all_of_it < volume < 0.8 * all_of_it
-    np.testing.assert_array_equal(np.unique(whole.polygons), np.unique(mesh.quads))
+    np.testing.assert_array_equal(np.unique(outside.polygons), np.unique(mesh.quads))
 
 
-def test_hexes_wear_their_quality_on_a_fixed_scale() -> None:
+def test_hexes_are_coloured_by_quality_on_a_fixed_scale() -> None:
     (layer,) = scenes.hex_outside(hex_mesh(CORNERS, np.arange(8)[None]))
     assert (layer.colours == rgb(QUALITY_COLOURS)[-1]).all()
     squeezed = CORNERS * 1.0

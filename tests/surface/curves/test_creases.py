@@ -75,20 +75,20 @@ def test_short_pieces_and_loose_ends_are_noise():
     points = np.vstack([points, [[2, 0.05, 0], [9, 0, 0], [9, 0.04, 0]]])
     sides = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [2, 5], [6, 7]])
     every = np.ones(6, bool)
-    kept = _without_noise(points, sides, every, ~every)
-    assert kept.tolist() == [True] * 4 + [False] * 2
-    kept = _without_noise(points, sides, every, np.arange(6) == 5)  # the scratch: a CAD curve
-    assert kept.tolist() == [True] * 4 + [False, True]
+    remains = _without_noise(points, sides, every, ~every)
+    assert remains.tolist() == [True] * 4 + [False] * 2
+    remains = _without_noise(points, sides, every, np.arange(6) == 5)  # the scratch: a CAD curve
+    assert remains.tolist() == [True] * 4 + [False, True]
     points[5, 1] = 0.07
     assert _without_noise(points, sides, every, ~every).sum() == 5
 
 
-@pytest.mark.parametrize(("broad", "kept"), [([0, 1, 1, 1], 4), ([0, 0, 0, 1], 0)])
-def test_a_crease_of_which_most_is_sharp_from_near_only_is_noise(broad, kept):
+@pytest.mark.parametrize(("broad", "n_remaining"), [([0, 1, 1, 1], 4), ([0, 0, 0, 1], 0)])
+def test_a_crease_of_which_most_is_sharp_from_near_only_is_noise(broad, n_remaining):
     points = np.arange(5.0)[:, None] * [1, 0, 0]
     sides = np.stack([np.arange(4), np.arange(1, 5)], axis=1)
     found = _without_noise(points, sides, np.array(broad, bool), np.zeros(4, bool))
-    assert found.sum() == kept
+    assert found.sum() == n_remaining
 
 
 @given(st.integers(0, 10**6))
@@ -136,11 +136,11 @@ def test_a_loop_goes_on_beyond_its_length():
 
 @given(st.integers(0, 3), st.floats(-0.1, 0.1), st.floats(-0.5, 0.5))
 @settings(max_examples=40, deadline=None)
-def test_a_point_on_a_crease_is_its_own_answer(corner, beside, off):
+def test_a_point_on_a_crease_is_its_own_answer(corner, distance, off):
     """Near a corner of a square, wherever about it the path expects the point."""
     points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0.0, 0, 0]])
     square = Crease(points, np.arange(0, 10.0, 2), np.full(4, np.pi / 2), (-1, -1))
-    arc = 2.0 * corner + beside
+    arc = 2.0 * corner + distance
     found, gap = square.nearest(square.at(np.array([arc]))[0], np.array([arc + off]))
     assert found == pytest.approx(arc, abs=1e-7) and gap == pytest.approx(0, abs=1e-7)
 

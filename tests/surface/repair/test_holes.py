@@ -44,7 +44,7 @@ def test_faces_taken_out_of_a_box_are_put_back():
     assert flatness(open_box.vertices[loop]) < 1e-12
 
 
-def test_a_loop_within_another_is_told():
+def test_a_loop_within_another_is_recognized():
     ring = np.column_stack([ELL, np.zeros(6)])
     surface = TriMesh(
         np.concatenate([ring, 0.5 * ring + [0.2, 0.2, 0], ring + 10]), np.zeros((0, 3))

@@ -19,14 +19,14 @@ PAGE = "view.html"
 VIEWER = re.compile(r'<div class="viewer">.*?</script>\s*</div>', re.DOTALL)
 
 
-def comparison_page(folders: Sequence[Path], beside: Path) -> str:
+def comparison_page(folders: Sequence[Path], page_folder: Path) -> str:
     """HTML of the page.
 
     Parameters
     ----------
     folders
         Folders of results. The views are those of their reports.
-    beside
+    page_folder
         Folder of the page, from which its links start.
 
     Raises
@@ -37,17 +37,20 @@ def comparison_page(folders: Sequence[Path], beside: Path) -> str:
     parent = Path(os.path.commonpath([folder.resolve() for folder in folders]))
     names = [folder.resolve().relative_to(parent).as_posix() for folder in folders]
     links = [
-        Link(folder.resolve().name if name == "." else name, f"{_from(beside, folder)}/report.html")
+        Link(
+            folder.resolve().name if name == "." else name,
+            f"{_relative(folder, page_folder)}/report.html",
+        )
         for name, folder in zip(names, folders, strict=True)
     ]
     numbers = list(map(_main_numbers, folders))
     views = list(zip(links, map(_view, folders), strict=True))
-    title = f"{len(folders)} results" if len(folders) > 1 else links[0].words
+    title = f"{len(folders)} results" if len(folders) > 1 else links[0].label
     return page(title, render("comparison.html", views=views, numbers=numbers))
 
 
-def _from(beside: Path, folder: Path) -> str:
-    return Path(os.path.relpath(folder.resolve(), beside.resolve())).as_posix()
+def _relative(folder: Path, start: Path) -> str:
+    return Path(os.path.relpath(folder.resolve(), start.resolve())).as_posix()
 
 
 def _main_numbers(folder: Path) -> dict[str, str]:
@@ -55,8 +58,8 @@ def _main_numbers(folder: Path) -> dict[str, str]:
     path = folder / "report.json"
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
-        _, words = verdict(report)
-        return {"verdict": words, **{tile.name: tile.value for tile in tiles(report)}}
+        _, text = verdict(report)
+        return {"verdict": text, **{tile.name: tile.value for tile in tiles(report)}}
     except (OSError, ValueError, LookupError, AttributeError, TypeError):
         raise InputError("it is not the report of a run", str(path)) from None
 

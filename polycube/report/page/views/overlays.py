@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from polycube.report.numbers.words import frequency, text
+from polycube.report.numbers.formatting import frequency, text
 from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS, rgb
 from polycube.report.pictures.fields import N_MODES, TINY, exaggeration, first_elastic
 from polycube.types import Deformation, Json, Modes, Solution, Spline, TriMesh
@@ -30,9 +30,9 @@ class Result:
     values : (N,) values
     ends : values at the ends of the colour bar
     colours : of the colour bar
-    words : text at the ends of the colour bar
+    labels : text at the ends of the colour bar
     shift : (N, 3) displacement, with the largest one as long as 1; None: the part is at rest
-    drawn : how much the displacement is exaggerated, in words
+    drawn : sentence about the exaggeration of the displacement
     """
 
     title: str
@@ -40,7 +40,7 @@ class Result:
     values: np.ndarray
     ends: tuple[float, float]
     colours: tuple[str, ...]
-    words: tuple[str, str]
+    labels: tuple[str, str]
     shift: np.ndarray | None = None
     drawn: str = ""
 
@@ -82,8 +82,8 @@ def results(spline: Spline, solution: Solution, points: np.ndarray, unit: str) -
         u = at @ solution.values
         ends = float(u.min()), float(u.max())
         name = solution.units.get("u", "")
-        words = (f"{text(ends[0])} {name}", f"{text(ends[1])} {name}")
-        found = [Result("u", name, u, ends, FIELD_COLOURS, words)]
+        labels = (f"{text(ends[0])} {name}", f"{text(ends[1])} {name}")
+        found = [Result("u", name, u, ends, FIELD_COLOURS, labels)]
     return found[: max(1, MOST_VALUES // len(points))]
 
 
@@ -93,8 +93,8 @@ def _modes(modes: Modes, at: csr_matrix) -> list[Result]:
     for number in range(first, min(first + N_MODES, len(modes.eigenvalues))):
         shift = _scaled(at @ modes.shapes[number])
         title = f"mode {number + 1}: {frequency(float(modes.frequency[number]), unit)}"
-        values, words = np.linalg.norm(shift, axis=1), ("at rest", "largest displacement")
-        found.append(Result(title, "", values, (0, 1), DISPLACEMENT_COLOURS, words, shift))
+        values, labels = np.linalg.norm(shift, axis=1), ("at rest", "largest displacement")
+        found.append(Result(title, "", values, (0, 1), DISPLACEMENT_COLOURS, labels, shift))
     return found
 
 
@@ -109,10 +109,19 @@ def _static(
     drawn = f"displacement drawn {text(float(f'{times:.3g}'))} times as large"
     shift = _scaled(moved)
     ends = 0.0, float(length.max())
-    words, limit = ("0", f"{text(ends[1])} {unit}"), ("0", f"{text(most)} MPa and more")
+    labels, stress_labels = ("0", f"{text(ends[1])} {unit}"), ("0", f"{text(most)} MPa and more")
     return [
-        Result("displacement", unit, length, ends, DISPLACEMENT_COLOURS, words, shift, drawn),
-        Result("von Mises stress", "MPa", stress, (0.0, most), FIELD_COLOURS, limit, shift, drawn),
+        Result("displacement", unit, length, ends, DISPLACEMENT_COLOURS, labels, shift, drawn),
+        Result(
+            "von Mises stress",
+            "MPa",
+            stress,
+            (0.0, most),
+            FIELD_COLOURS,
+            stress_labels,
+            shift,
+            drawn,
+        ),
     ]
 
 

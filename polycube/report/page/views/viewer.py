@@ -23,7 +23,7 @@ from polycube.report.pictures.render import view
 from polycube.types import HexMesh, Json, Solution, Spline, TriMesh
 
 # number of hexes up to which all are shown; above, only those on the boundary and the worst
-WHOLE = 60_000
+ALL_SHOWN = 60_000
 WORST = 1_000  # number of hexes with the smallest scaled Jacobian that are always shown
 MOST = 200_000  # largest number of shown hexes, which limits the size of the page
 N_NAMED = 12  # largest number of grid cells with a name below the view
@@ -41,8 +41,8 @@ def viewer(
 ) -> Markup:
     """Markup of the 3D view; empty if more than `MOST` hexes would be shown.
 
-    For a mesh of more than `WHOLE` hexes, the page has those with a face on the boundary and the
-    `WORST` ones.
+    For a mesh of more than `ALL_SHOWN` hexes, the page has those with a face on the boundary and
+    the `WORST` ones.
 
     surface : the input; None: no colours by distance
     context : primitive per grid cell; empty if it is unknown
@@ -103,27 +103,27 @@ def viewer(
         "primitive": primitive,
         "S": len(drawn[0]),
         "T": len(drawn[1]),
-        "whole": surface is None or len(drawn[1]) == len(surface.faces),
+        "complete": surface is None or len(drawn[1]) == len(surface.faces),
         "results": [result.numbers() for result in found],
         "amplitude": AMPLITUDE,
         "data": base64.b64encode(packed).decode(),
     }
     legends = _legends(mesh, data, None if surface is None else unit, filled)
     for place, result in enumerate(found):
-        legends[f"result{place}"] = _bar(result.title, result.colours, *result.words)
+        legends[f"result{place}"] = _bar(result.title, result.colours, *result.labels)
     return render("viewer.html", data=data, legends=legends)
 
 
 def _shown(mesh: HexMesh, quality: np.ndarray) -> np.ndarray:
     """(S,) numbers of the hexes in the page, ascending."""
-    if len(mesh.hexes) <= WHOLE:
+    if len(mesh.hexes) <= ALL_SHOWN:
         return np.arange(len(mesh.hexes))
     worst = np.argpartition(quality, min(WORST, len(quality) - 1))[:WORST]
     return np.union1d(quad_sides(mesh)[0], worst)
 
 
 def _renumbered(beyond: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    """Indices of hexes among the shown ones; -1 is kept, -2 for a hex that is not shown."""
+    """Indices of hexes among the shown ones; -1 stays -1, and a hex that is not shown has -2."""
     place = np.searchsorted(shown, beyond).clip(max=len(shown) - 1)
     return np.where(beyond < 0, -1, np.where(shown[place] == beyond, place, -2))
 

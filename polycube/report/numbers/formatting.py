@@ -1,4 +1,4 @@
-"""Sentences about a solution."""
+"""Numbers and coordinates as text, and sentences about a solution."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ def sentences(report: Json) -> Iterator[str]:
             yield f"lowest elastic frequencies {', '.join(map(number, elastic))} Hz"
     elif "static" in report:
         found = report["static"]
-        unit, place = found["units"]["length"], place_words(found["max_displacement_at"])
+        unit, place = found["units"]["length"], coordinates(found["max_displacement_at"])
         yield f"largest displacement {number(found['max_displacement'])} {unit} at {place}"
-        place, on = place_words(found["max_von_mises_at"]), found["max_von_mises_on"]
+        place, on = coordinates(found["max_von_mises_at"]), found["max_von_mises_on"]
         yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")
-        yield from beside(found)
+        yield from singular_stress(found)
     elif "poisson" in report:
         found = report["poisson"]
-        unit, place = found["units"], place_words(found["max_flux_at"])
+        unit, place = found["units"], coordinates(found["max_flux_at"])
         yield f"u from {number(found['min_u'])} to {number(found['max_u'])} {unit['u']}"
         yield f"largest flux {number(found['max_flux'])} {unit['flux']} at {place}"
 
 
-def beside(static: Json) -> Iterator[str]:
-    """Larger stresses that are excluded from the largest stress, with reasons."""
-    other = static["singular"]
-    if other:
+def singular_stress(static: Json) -> Iterator[str]:
+    """A sentence about the larger stress at a singular place, which is not the largest stress."""
+    peak = static["singular"]
+    if peak:
         yield (
-            f"near a {other['what']}, at {place_words(other['at'])}, the stress is "
-            f"{megapascal(other['von_mises'])}; it is unbounded there and grows as the mesh is "
+            f"near a {peak['what']}, at {coordinates(peak['at'])}, the stress is "
+            f"{megapascal(peak['von_mises'])}; it is unbounded there and grows as the mesh is "
             "refined"
         )
 
@@ -83,9 +83,9 @@ def frequency(value: float, unit: str) -> str:
     return f"{text(value)} {unit}".strip()
 
 
-def sentence(words: str) -> str:
-    """The words with a capital letter and a full stop."""
-    return words[:1].upper() + words[1:].rstrip(".") + "."
+def sentence(phrase: str) -> str:
+    """A phrase with a capital letter and a full stop."""
+    return phrase[:1].upper() + phrase[1:].rstrip(".") + "."
 
 
 def largest(static: Json) -> str:
@@ -94,7 +94,7 @@ def largest(static: Json) -> str:
     return megapascal(value) + (f" ± {error / 1e6:.2g}" if error > VISIBLE * value else "")
 
 
-def place_words(at: Sequence[float]) -> str:
-    """Coordinates with as many digits as their size needs."""
+def coordinates(at: Sequence[float]) -> str:
+    """A point as text, with as many digits as the size of its coordinates needs."""
     size = max(*map(abs, at), 1e-300)
     return f"({', '.join(f'{round(x / size, 6) * size + 0.0:.4g}' for x in at)})"
