@@ -22,7 +22,7 @@ from polycube.cli.command import OTHER_FOLDER, command
 from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.pairs.shapes import turned_contexts
 from polycube.diffusion.training import history
-from polycube.diffusion.training.checkpoints import WholeCheckpoints
+from polycube.diffusion.training.checkpoints import AtomicCheckpoints
 from polycube.diffusion.training.learning import Learning, moving_average
 from polycube.diffusion.training.module import DDPMPolycube
 from polycube.diffusion.training.pictures import Pictures
@@ -168,7 +168,7 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
         cfg["trainer"],
         callbacks=[best, last, Pictures()],
         logger=logger,
-        plugins=[WholeCheckpoints(folder)],
+        plugins=[AtomicCheckpoints(folder)],
         use_distributed_sampler=False,  # the samplers of this program support several processes
         limit_train_batches=cfg["batches_per_epoch"],
         log_every_n_steps=min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),

@@ -12,7 +12,7 @@ from polycube.errors import InputError
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
-from polycube.plugins.structure.learned.hypotheses import denoiser_of_any, known_denoiser
+from polycube.plugins.structure.learned.hypotheses import denoiser_of_any, denoiser_of_grid
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
@@ -49,7 +49,7 @@ def test_all_that_use_a_network_take_it_from_there(structure: str, count: int) -
 
 def test_weights_of_a_grid_and_of_any_structure_serve_their_own_proposals(caplog) -> None:
     grid, free = (str(shipped(of)) for of in ((2, 1, 1), ()))
-    assert known_denoiser(free, (2, 1, 1), {"cube": np.ones((3, 3, 3), bool)}).condition.grid
+    assert denoiser_of_grid(free, (2, 1, 1), {"cube": np.ones((3, 3, 3), bool)}).condition.grid
     assert "are for any structure, not a grid; proposals of a grid use" in caplog.text
     assert not denoiser_of_any(grid).condition.grid
     assert "are for a grid, not any structure; proposals of any structure use" in caplog.text

@@ -20,8 +20,8 @@ def test_order_of_points_does_not_matter() -> None:
     x = _geometry()
     shuffled = x.flatten(2)[:, :, order].reshape(x.shape)
     classifier = _classifier()
-    for plain, again in zip(classifier(x), classifier(shuffled), strict=True):
-        assert torch.allclose(plain, again, atol=1e-5)
+    for plain, reordered in zip(classifier(x), classifier(shuffled), strict=True):
+        assert torch.allclose(plain, reordered, atol=1e-5)
 
 
 def test_it_says_what_fills_each_cell_and_whether_the_geometry_fits() -> None:
@@ -35,7 +35,7 @@ def test_log_likelihood_is_the_sum_over_the_cells_and_of_fitting() -> None:
     contexts = torch.tensor([[0, 0], [3, 4], [4, 1]])
     with torch.no_grad():
         found = classifier.log_likelihood(geometry, contexts).numpy()
-        cells, fits = (said.double().numpy() for said in classifier(geometry))
+        cells, fits = (logits.double().numpy() for logits in classifier(geometry))
     for b in range(2):
         for c, context in enumerate(contexts.tolist()):
             expected = -np.log(1 + np.exp(-fits[b]))

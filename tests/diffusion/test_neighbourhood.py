@@ -34,11 +34,11 @@ def test_only_the_neighbours_count() -> None:
     """Another normal at a point changes that point and those that have it as a neighbour."""
     torch.manual_seed(0)
     around, (points, normals) = Neighbourhood(8, 6), cloud()
-    seen = nearest(points, 6)
+    neighbours = nearest(points, 6)
     other = normals.clone()
     other[:, 7] *= -1
     changed = (around(points, other) != around(points, normals)).any(dim=2)
-    affected = (seen == 7).any(dim=2)
+    affected = (neighbours == 7).any(dim=2)
     affected[:, 7] = True
     assert not (changed & ~affected).any() and changed[:, 7].all()
 

@@ -56,10 +56,10 @@ def angles(places: Tensor) -> Tensor:
 def test_attention_depends_on_how_points_lie_to_each_other_alone() -> None:
     torch.manual_seed(0)
     attention, x, places = Attention(24, heads=2), torch.randn(2, 7, 24), torch.randn(2, 7, 3)
-    seen = attention(x, angles(places))
+    expected = attention(x, angles(places))
     moved = places + torch.tensor([0.3, -1.0, 2.0])
-    assert torch.allclose(attention(x, angles(moved)), seen, atol=1e-5)
-    assert not torch.allclose(attention(x, angles(2 * places)), seen, atol=1e-3)
+    assert torch.allclose(attention(x, angles(moved)), expected, atol=1e-5)
+    assert not torch.allclose(attention(x, angles(2 * places)), expected, atol=1e-3)
 
 
 def test_turning_keeps_lengths() -> None:

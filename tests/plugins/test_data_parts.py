@@ -33,9 +33,9 @@ def test_it_keeps_the_promises_of_its_kind(folder: Path, share: float) -> None:
 
 
 def test_a_pair_depends_on_seed_and_number_only(folder: Path) -> None:
-    first, again, other = (stream(folder, seed)(7) for seed in (0, 0, 1))
-    assert np.array_equal(first.geometry, again.geometry)
-    assert np.array_equal(first.labels, again.labels)
+    first, same, other = (stream(folder, seed)(7) for seed in (0, 0, 1))
+    assert np.array_equal(first.geometry, same.geometry)
+    assert np.array_equal(first.labels, same.labels)
     assert not np.array_equal(first.geometry, other.geometry)
 
 
@@ -54,7 +54,7 @@ def test_points_lie_on_the_part_and_on_its_polycube(folder: Path) -> None:
 
 
 def test_every_part_comes_in_every_orientation(folder: Path) -> None:
-    """The L is known by its empty box: it is seen at the four corners of each of three planes."""
+    """The empty box of the L differs in its rotations: four corners of each of three planes."""
     pairs = stream(folder, share=1.0)
     parts = [pairs.part(number) for number in range(600)]
     assert {part.genus for part in parts} == {0, 1}
@@ -80,8 +80,8 @@ def test_views_are_of_one_part(folder: Path) -> None:
     pairs = stream(folder, share=1.0)
     pairs.views = 4
     for number in range(5):
-        seen = {pairs(4 * number + view).solid.occupancy.sum() for view in range(4)}
-        assert len(seen) == 1
+        n_full = {pairs(4 * number + view).solid.occupancy.sum() for view in range(4)}
+        assert len(n_full) == 1
 
 
 def test_a_training_is_measured_on_lattices(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Random lattices: one solid each, collapsed, and their features are where they are said to be."""
+"""Random lattices: one solid each, collapsed, with features at their stated positions."""
 
 import numpy as np
 import pytest
@@ -54,9 +54,9 @@ def test_they_are_of_many_kinds(lattices: list[Lattice]) -> None:
 
 
 def test_a_seed_makes_one_lattice() -> None:
-    first, again = (random_lattice(np.random.default_rng(7)) for _ in range(2))
-    assert np.array_equal(first.occupancy, again.occupancy)
-    assert first.features == again.features
+    first, same = (random_lattice(np.random.default_rng(7)) for _ in range(2))
+    assert np.array_equal(first.occupancy, same.occupancy)
+    assert first.features == same.features
 
 
 def test_shares_are_shares() -> None:

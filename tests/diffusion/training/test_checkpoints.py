@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from polycube.diffusion.training.checkpoints import WholeCheckpoints
+from polycube.diffusion.training.checkpoints import AtomicCheckpoints
 
 
 class Unwritable:
@@ -16,7 +16,7 @@ class Unwritable:
 
 
 def test_a_checkpoint_that_fails_leaves_the_one_before(tmp_path: Path) -> None:
-    path, writer = tmp_path / "checkpoints" / "last.ckpt", WholeCheckpoints(tmp_path)
+    path, writer = tmp_path / "checkpoints" / "last.ckpt", AtomicCheckpoints(tmp_path)
     writer.save_checkpoint({"weights": torch.ones(1000)}, path)
     with pytest.raises(OSError, match="disk full"):
         writer.save_checkpoint({"weights": torch.zeros(1000), "last": Unwritable()}, path)
