@@ -41,7 +41,7 @@ def propose(output: Path, *overrides: str) -> str:
 @pytest.mark.parametrize(
     ("structure", "count"), [("auto", 2), ("diffusion", 1), ("classify", 1), ("drawn", 1)]
 )
-def test_all_that_use_a_network_take_it_from_there(structure: str, count: int) -> None:
+def test_every_plugin_with_a_network_gets_the_weights_of_ckpt(structure: str, count: int) -> None:
     cfg = config("infer", "mesh=x.stl", f"structure={structure}", "ckpt=mine.ckpt")["structure"]
     plugins = cfg.get("proposals", {"only": cfg}).values()
     assert [p["weights"] for p in plugins if "weights" in p] == count * ["mine.ckpt"]
@@ -56,14 +56,16 @@ def test_weights_of_a_grid_and_of_any_structure_serve_their_own_proposals(caplog
 
 
 @pytest.mark.slow
-def test_a_training_of_ones_own_proposes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_weights_of_a_new_training_give_proposals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     train(config("train", *TINY, *SHORT), tmp_path / "training")
     monkeypatch.chdir(tmp_path)
     for path in ("training/checkpoints/last.ckpt", "training/weights", "training"):
         assert propose(tmp_path / "run", f"ckpt={path}") == "diffusion"
 
 
-def test_without_weights_for_the_grid_it_says_what_is_missing(tmp_path: Path) -> None:
+def test_a_grid_without_weights_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no trained weights for .* on a 3x1x1 grid"):
         propose(tmp_path / "run", "grid=3x1")
 

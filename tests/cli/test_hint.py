@@ -1,4 +1,4 @@
-"""Where a mesh is doubted or has few hexes somewhere, the terminal says so."""
+"""The terminal has a warning and a hint for a poor mesh, and for too few hexes in some places."""
 
 import logging
 
@@ -28,5 +28,5 @@ def test_a_doubt_comes_with_a_hint(part, size, is_doubted, tmp_path, caplog):
     ]
     assert bool(report["doubts"]) == bool(hints) == is_doubted
     fewer = {row["kind"] for row in report["hex"]["counts"]["fewer"]}
-    told = [m for m in caplog.messages if m.endswith("they are listed in the report")]
-    assert len(told) == len(fewer)
+    lines = [m for m in caplog.messages if m.endswith("they are listed in the report")]
+    assert len(lines) == len(fewer)

@@ -24,7 +24,7 @@ KILLS = 30
 
 @pytest.fixture
 def killed() -> Iterator[Callable[[str], Killed]]:
-    """Makes a process that runs a program again and again."""
+    """Makes a process that runs a program repeatedly."""
     made: list[Killed] = []
 
     def make(program: str) -> Killed:
@@ -51,13 +51,13 @@ def test_inference(killed, tmp_path: Path) -> None:
     """In one folder: the files are at last those of a run that nobody killed."""
     program, folder, whole = killed("infer"), tmp_path / "killed", tmp_path / "whole"
     done = program.run(whole, [*INFER, f"output_dir={whole}"])
-    assert done.code == 0, done.said
+    assert done.code == 0, done.output
     folder.mkdir()
     (folder / "mine").write_text("mine")
     dead = 0
     for moment in moments(KILLS, done.changes, done.seconds):
         ended = program.run(folder, [*INFER, f"output_dir={folder}"], **moment)
-        assert ended.code in (0, -9), ended.said
+        assert ended.code in (0, -9), ended.output
         dead += ended.code == -9
         for name in check_whole(folder, {"mine"}):
             if name.startswith("stages/"):
@@ -66,7 +66,7 @@ def test_inference(killed, tmp_path: Path) -> None:
                 json.loads((folder / name).read_text())
     assert dead >= KILLS // 2
     last = program.run(folder, [*INFER, f"output_dir={folder}"])
-    assert last.code == 0, last.said
+    assert last.code == 0, last.output
     assert (folder / "mine").read_text() == "mine"
     assert tree(folder) - {"mine"} == tree(whole)
     for name in tree(whole) - OWN:
@@ -81,16 +81,16 @@ def test_training(killed, tmp_path: Path) -> None:
     """It goes on from its last checkpoint: the weights are those of a training nobody killed."""
     program, folder, whole = killed("train"), tmp_path / "a" / "killed", tmp_path / "b" / "whole"
     done = program.run(whole, [*TRAIN, f"hydra.run.dir={whole}"])
-    assert done.code == 0, done.said
+    assert done.code == 0, done.output
     last, step, dead = folder / "checkpoints" / "last.ckpt", 0, 0
 
     def go_on(**moment: float):
-        again = ["ckpt=last"] if last.is_file() else []
-        return program.run(folder, [*TRAIN, *again, f"hydra.run.dir={folder}"], **moment)
+        resume = ["ckpt=last"] if last.is_file() else []
+        return program.run(folder, [*TRAIN, *resume, f"hydra.run.dir={folder}"], **moment)
 
     for moment in moments(KILLS, done.changes, done.seconds):
         ended = go_on(**moment)
-        assert ended.code in (0, -9), ended.said
+        assert ended.code in (0, -9), ended.output
         dead += ended.code == -9
         if folder.exists():
             check_whole(folder)
@@ -100,11 +100,11 @@ def test_training(killed, tmp_path: Path) -> None:
             step = reached
     assert dead >= KILLS // 2
     ended = go_on()
-    assert ended.code == 0, ended.said
+    assert ended.code == 0, ended.output
     assert {name for name in tree(folder) if name.startswith(".polycube")} == set()
     for name in ("weights.safetensors", "weights.yaml"):
         assert filecmp.cmp(folder / "weights" / name, whole / "weights" / name, shallow=False)
     one, other = (json.loads((p / "weights/weights.json").read_text()) for p in (folder, whole))
     # a training that was killed after its last step has no loss of a step
-    known = {name: other[name] for name in one} | {"samples_per_second": 0}
-    assert one | {"samples_per_second": 0} == known and {"error", "steps"} <= one.keys()
+    expected = {name: other[name] for name in one} | {"samples_per_second": 0}
+    assert one | {"samples_per_second": 0} == expected and {"error", "steps"} <= one.keys()
