@@ -1,4 +1,4 @@
-"""Denoising with networks whose answer is known."""
+"""Denoising with networks whose outputs are known."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ FOUR = ("cube", "a", "b", "c")
 
 
 class Halved(nn.Module):
-    """Knows the polycube of its geometry: half of it.  Its labels follow from the normals."""
+    """Returns half the geometry as polycube, and labels computed from the normals."""
 
     def __init__(
         self, channels: int, outputs: int, context_length: int, image: tuple[int, int]

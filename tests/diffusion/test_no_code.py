@@ -31,7 +31,7 @@ class Runs:
 
 @pytest.fixture
 def trap(tmp_path: Path):
-    """An object that is noticed when it is run; at the end, that it never was."""
+    """An object that leaves a file when it is run; asserts at the end that it was not run."""
     mark = tmp_path / "code was run"
     pickle.loads(pickle.dumps(Runs(mark)))  # the trap works
     assert mark.is_file()
@@ -58,7 +58,7 @@ def test_a_checkpoint_runs_no_code(kind: str, tmp_path: Path, trap: Runs) -> Non
         AtomicCheckpoints(tmp_path).load_checkpoint(path)
 
 
-def test_a_training_does_not_go_on_from_one_that_would(tmp_path: Path, trap: Runs) -> None:
+def test_a_training_does_not_load_a_harmful_checkpoint(tmp_path: Path, trap: Runs) -> None:
     path = checkpoint(tmp_path / "last.ckpt", trap)
     settings = ("experiment=smoke", "batch_size=2", "batches_per_epoch=1", "held_out=2")
     with pytest.raises(InputError, match=r"last\.ckpt .* could run code"):

@@ -93,8 +93,8 @@ def test_files_that_are_not_there_or_do_not_fit_are_refused(
         load_denoiser(build, path)
 
 
-def test_another_grid_begins_from_what_fits(denoiser: Denoiser, config: dict) -> None:
-    """From 2x1 to 3x1 all is taken over but what the context enters, and the label of the cell."""
+def test_begin_from_copies_tensors_of_equal_shape(denoiser: Denoiser, config: dict) -> None:
+    """From 2x1 to 3x1: all except layers whose size depends on the context or the labels."""
     larger = make_denoiser(config | {"grid": [3, 1, 1]}, build)
     before = {name: tensor.clone() for name, tensor in larger.state_dict().items()}
     taken = begin_from(larger, denoiser)

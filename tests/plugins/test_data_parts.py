@@ -28,7 +28,7 @@ def stream(folder: Path, seed: int = 0, **options: float):
 
 
 @pytest.mark.parametrize("share", [0.4, 1.0])
-def test_it_keeps_the_promises_of_its_kind(folder: Path, share: float) -> None:
+def test_requirements_of_its_kind(folder: Path, share: float) -> None:
     check_plugin("data", {"plugin": "parts", "path": str(folder), "share": share})
 
 
@@ -66,7 +66,7 @@ def test_every_part_comes_in_every_orientation(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_rest_are_the_lattices_of_any_other_training(folder: Path) -> None:
+def test_the_other_parts_are_those_of_a_training_without_these_files(folder: Path) -> None:
     pairs, lattices = stream(folder, share=0.3), LatticePairs(0, 256)
     parts = [pairs.part(number) for number in range(400)]
     meshed = [part.style == "meshed" for part in parts]
@@ -90,7 +90,7 @@ def test_a_training_is_measured_on_lattices(folder: Path) -> None:
     assert np.array_equal(found(3).geometry, lattices(3).geometry)
 
 
-def test_what_cannot_be_is_refused(folder: Path, tmp_path: Path) -> None:
+def test_invalid_options_are_refused(folder: Path, tmp_path: Path) -> None:
     for share in (0.0, 1.2):
         with pytest.raises(InputError, match="share must be above 0 and at most 1; got"):
             build("data", {"plugin": "parts", "path": str(folder), "share": share})

@@ -29,7 +29,7 @@ def classify(surface: TriMesh, earlier: tuple[Candidate, ...] = (), **options) -
 
 
 @pytest.mark.parametrize("context", [("hole_y", "hole_y"), ("hole_x", "hole_y"), ("cube", None)])
-def test_it_names_turned_polycubes(context: tuple[str | None, ...]) -> None:
+def test_rotated_polycubes_are_recognised(context: tuple[str | None, ...]) -> None:
     best = classify(part(context, TURNED))[0]
     true = collapse(lattice(TWO, context, PRIMITIVES)).occupancy
     assert any(np.array_equal(turn(true, r), best.polycube.occupancy) for r in rotations())

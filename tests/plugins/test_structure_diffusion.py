@@ -121,7 +121,7 @@ def test_the_seed_decides(eight: TriMesh, sliced: tuple[Candidate, ...]) -> None
     assert not np.array_equal(one.trajectory, other.trajectory)
 
 
-def test_grids_without_weights_are_left_to_others(
+def test_nothing_is_proposed_for_grids_without_weights(
     eight: TriMesh, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.INFO):

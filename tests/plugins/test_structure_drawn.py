@@ -178,7 +178,7 @@ def test_nothing_for_a_part_of_too_many_cad_faces(straight: Denoiser) -> None:
     assert propose(by_side, faces=5) == []
 
 
-def test_promises_of_a_structure(straight: Denoiser) -> None:
+def test_requirements_of_a_structure(straight: Denoiser) -> None:
     check_plugin("structure", {"plugin": "drawn"})
 
 

@@ -20,7 +20,7 @@ def lattices() -> list[Lattice]:
     return [random_lattice(np.random.default_rng([0, i])) for i in range(300)]
 
 
-def test_each_is_one_collapsed_manifold_of_the_genus_it_says(lattices: list[Lattice]) -> None:
+def test_each_is_one_collapsed_manifold_of_the_stated_genus(lattices: list[Lattice]) -> None:
     for each in lattices:
         shape = each.occupancy.shape
         knots = [np.arange(n + 1.0) for n in shape]

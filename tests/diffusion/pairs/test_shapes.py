@@ -25,7 +25,7 @@ def two(primitives: dict) -> tuple[list, np.ndarray]:
     return every, turned_contexts(every, (2, 1, 1), primitives)
 
 
-def test_the_identity_is_where_it_is_said_to_be() -> None:
+def test_the_identity_has_the_stated_index() -> None:
     assert np.array_equal(rotations()[IDENTITY], np.eye(3))
     assert np.array_equal(rotations()[_about_z()], QUARTER)
 
@@ -42,7 +42,7 @@ def test_the_identity_is_where_it_is_said_to_be() -> None:
         (("hole_x", "cube"), ("hole_x", "cube")),  # blind, open at the first end
     ],
 )
-def test_equal_shapes_have_one_name(
+def test_equal_shapes_have_one_canonical_context(
     context: tuple, canonical: tuple, two: tuple, primitives: dict
 ) -> None:
     every, turned = two

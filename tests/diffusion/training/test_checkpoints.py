@@ -1,4 +1,4 @@
-"""Checkpoints appear whole or not at all."""
+"""Checkpoints are complete or not written at all."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from polycube.diffusion.training.checkpoints import AtomicCheckpoints
 
 
 class Unwritable:
-    """Fails when it is written, after what stands before it."""
+    """An object whose pickling fails, after the objects before it were written."""
 
     def __reduce__(self) -> None:
         raise OSError("disk full")

@@ -1,4 +1,4 @@
-"""Networks whose answers are known have the measures that follow from them, exactly."""
+"""Measures of networks with known outputs, exactly."""
 
 from collections.abc import Callable
 
