@@ -41,13 +41,13 @@ class Ddpm:
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
     ) -> tuple[Tensor, Tensor]:
-        """x_0 and the recorded states on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        """x_0 and the recorded states from x_T to it, (B, 3, h, w) and (S, B, 3, h, w)."""
         import torch
 
         from polycube.diffusion.process import kept_steps
 
         q, x_t, states = process.adjustment(x_T), x_T, [x_T]
-        kept = kept_steps(process.steps)
+        recorded = kept_steps(process.steps)
         for t in range(process.steps, 0, -1):
             step = torch.full((len(x_T),), t)
             z = process.noise(x_t, predict(x_t, t), q, step)
@@ -55,7 +55,7 @@ class Ddpm:
             if t > 1:
                 sigma = self._variance(process, t) ** 0.5
                 x_t = x_t + self.noise * sigma * torch.randn(x_t.shape, generator=generator).to(x_t)
-            if t - 1 in kept:
+            if t - 1 in recorded:
                 states.append(x_t)
         return x_t, torch.stack(states)
 
@@ -93,7 +93,7 @@ class Ddim:
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
     ) -> tuple[Tensor, Tensor]:
-        """x_0 and the recorded states on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        """x_0 and the recorded states from x_T to it, (B, 3, h, w) and (S, B, 3, h, w)."""
         import torch
 
         from polycube.diffusion.process import kept_steps
@@ -108,11 +108,12 @@ class Ddim:
                 share = self.noise * process.renewed(t, after) ** 0.5
                 new = torch.randn(z.shape, generator=generator).to(z)
                 z = (1 - share**2) ** 0.5 * z + share * new
-            seen = [step for step in kept_steps(T) if after <= step < t]
-            *way, x_t = (
-                process.forward(x_0, z, q, torch.full((len(x_T),), step)) for step in [*seen, after]
+            recorded = [step for step in kept_steps(T) if after <= step < t]
+            *between, x_t = (
+                process.forward(x_0, z, q, torch.full((len(x_T),), step))
+                for step in [*recorded, after]
             )
-            states += way
+            states += between
         return x_t, torch.stack(states)
 
 
@@ -144,7 +145,7 @@ class Mean:
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
     ) -> tuple[Tensor, Tensor]:
-        """x_0 and the recorded states on the way from x_T, (B, 3, h, w) and (S, B, 3, h, w)."""
+        """x_0 and the recorded states from x_T to it, (B, 3, h, w) and (S, B, 3, h, w)."""
         sampler = build("sampler", self.of)
         _, states = sampler(predict, x_T, process, generator)
         for draws in range(2, self.k + 1):

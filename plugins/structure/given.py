@@ -13,14 +13,14 @@ from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.types import Candidate, Polycube, TriMesh
 
-from .slices.options import Reader
+from .slices.options import SliceOptions
 
 logger = logging.getLogger(__name__)
 
 
 @register("structure", "given")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Given(Reader, Structure):
+class Given(SliceOptions, Structure):
     """Place the context that the user chooses, in every orientation.
 
     A row of slabs is placed by slices of the part, any other polycube by boxes.
@@ -39,8 +39,8 @@ class Given(Reader, Structure):
         from polycube.surface import measures as surfaces
 
         from .boxes import boxed
-        from .slices.candidates import as_candidate, distinct_turns, readings, views
-        from .slices.patterns import Word
+        from .slices.candidates import alignments, as_candidate, distinct_turns, views
+        from .slices.patterns import SlabPattern
 
         full = self._polycube()
         polycube, named = collapse(full), ", ".join(map(str, self.context))
@@ -52,27 +52,27 @@ class Given(Reader, Structure):
         found: list[Candidate] = []
         for frame, view in enumerate(views(self, surface)):
             aligned = [
-                reading
-                for solid, pattern in self._patterns(full).items()
-                for reading in readings(
+                alignment
+                for solid, slabs in self._slabs(full).items()
+                for alignment in alignments(
                     self,
                     view,
                     distinct_turns(solid, of_row=True),
-                    [Word(pattern, (collapse(solid),))],
+                    [SlabPattern(slabs, (collapse(solid),))],
                 )
             ]
-            found += [as_candidate(reading, "given", frame) for reading in aligned]
+            found += [as_candidate(each, "given", frame) for each in aligned]
             if not aligned:
                 found += boxed(polycube, view, distinct_turns(polycube), frame, "given")
         logger.info("given: %d placements of %s", len(found), named)
         return sorted(found, key=lambda candidate: candidate.cost)
 
-    def _patterns(self, full: Polycube) -> dict[Polycube, str]:
-        """The polycube and its slab pattern, if any; for one cell also those of its rotations."""
+    def _slabs(self, full: Polycube) -> dict[Polycube, str]:
+        """The polycube and its slabs, if they have a pattern; for one cell also its rotations."""
         from polycube.structure.lattice import lattice
         from polycube.surface.frames import rotations, turn
 
-        from .slices.patterns import spell
+        from .slices.patterns import slabs_of_context
 
         if full.grid[1:] != (1, 1):
             return {}
@@ -84,8 +84,8 @@ class Given(Reader, Structure):
             names = [name for name, cell in self.primitives.items() if cell.tobytes() in turned]
             rest = (None,) * (len(full.context) - 1)
             solids = [lattice(self.grid, (name, *rest), self.primitives) for name in names]
-        patterns = {solid: spell(solid.context, self.primitives) for solid in solids}
-        return {solid: pattern for solid, pattern in patterns.items() if pattern}
+        slabs_of = {solid: slabs_of_context(solid.context, self.primitives) for solid in solids}
+        return {solid: slabs for solid, slabs in slabs_of.items() if slabs}
 
     def _polycube(self) -> Polycube:
         from polycube.structure.lattice import lattice

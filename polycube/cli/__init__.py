@@ -6,7 +6,7 @@ import os
 import sys
 from importlib import import_module
 
-from polycube.cli.terminal import to_a_reader
+from polycube.cli.terminal import ending_with_reader
 from polycube.errors import InputError
 
 # The OpenBLAS in the wheels of numpy and scipy reads this when it is loaded.  Its threads wait for
@@ -39,21 +39,21 @@ def view_command() -> None:
     """`polycube-view`, `python -m polycube.view`."""
     from polycube.cli.view import main
 
-    with to_a_reader():
+    with ending_with_reader():
         main()
 
 
 def _run(name: str, module: str = "") -> None:
     """Show the help of a program, or import the program and run it."""
     # Imports and the configuration make many objects and little garbage, and the collector would
-    # search them again and again. `command.run_hydra` turns it on for the work itself.
+    # search them repeatedly. `command.run_hydra` turns it on for the work itself.
     gc.disable()
     atexit.register(gc.freeze)
     from polycube.cli import help
     from polycube.cli.command import refused
 
-    with to_a_reader():
-        if not help.is_asked_for():
+    with ending_with_reader():
+        if not help.is_requested():
             import_module(f"polycube.cli.{module or name}").main()
             return
         try:

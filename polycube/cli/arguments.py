@@ -63,45 +63,50 @@ def with_input(arguments: list[str]) -> list[str]:
     from polycube.io.hex_meshes import FORMATS
     from polycube.io.surfaces import KNOWN
 
-    words = split(arguments)[0].overrides
-    bare = [word for word in words if _is_part(word, (*KNOWN, *FORMATS))]
+    overrides = split(arguments)[0].overrides
+    bare = [each for each in overrides if _is_part(each, (*KNOWN, *FORMATS))]
     if len(bare) != 1:
         return arguments
     key = "hex=" if bare[0].lower().endswith(FORMATS) else "mesh="
-    if any(word.startswith((key, "resume=")) for word in words):
+    if any(each.startswith((key, "resume=")) for each in overrides):
         return arguments
     place = arguments.index(bare[0])
     return [*arguments[:place], key + bare[0], *arguments[place + 1 :]]
 
 
-def _is_part(word: str, suffixes: tuple[str, ...]) -> bool:
-    if isfile(word):
+def _is_part(argument: str, suffixes: tuple[str, ...]) -> bool:
+    if isfile(argument):
         return True
-    named = word.startswith("example:") or word.lower().endswith(suffixes)
-    return "=" not in word and (named or isdir(word) or any(sign in word for sign in "*?"))
+    named = argument.startswith("example:") or argument.lower().endswith(suffixes)
+    return "=" not in argument and (
+        named or isdir(argument) or any(sign in argument for sign in "*?")
+    )
 
 
 def in_full(arguments: list[str]) -> list[str]:
     """All arguments, with the full names of options for short ones such as `size=3`."""
     found = []
-    for word in arguments:
-        name, sign, value = word.partition("=")
-        found.append(f"{SHORT.get(name, name)}={value}" if sign else word)
+    for argument in arguments:
+        name, sign, value = argument.partition("=")
+        found.append(f"{SHORT.get(name, name)}={value}" if sign else argument)
     return found
 
 
 def quoted(arguments: list[str]) -> list[str]:
     """The arguments, with quotes around paths that Hydra's grammar cannot read, as with # or =."""
-    return [_quoted(word) if word.partition("=")[0] in PATHS else word for word in arguments]
+    return [
+        _quoted(argument) if argument.partition("=")[0] in PATHS else argument
+        for argument in arguments
+    ]
 
 
-def _quoted(word: str) -> str:
+def _quoted(argument: str) -> str:
     try:
-        OverridesParser.create().parse_overrides([word])
+        OverridesParser.create().parse_overrides([argument])
     except HydraException:
-        name, _, path = word.partition("=")
+        name, _, path = argument.partition("=")
         return f"{name}={quote(path)}"
-    return word
+    return argument
 
 
 def quote(path: str) -> str:

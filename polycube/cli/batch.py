@@ -70,7 +70,7 @@ def expanded(arguments: list[str]) -> list[str]:
         result.append(f"output_dir=outputs/{time.strftime('%Y%m%d-%H%M%S')}")
     names = ",".join(["mesh", "hex", *PRESENTATION, *single])
     named = f"hydra.job.config.override_dirname.exclude_keys=[{names}]"
-    return ["-m", *(word for word in result if word not in MANY), named]
+    return ["-m", *(argument for argument in result if argument not in MANY), named]
 
 
 def _sweep(argument: str) -> list[str]:
@@ -155,8 +155,8 @@ def run_job(
     identity = _identity(cfg)
     path = folder / ROW
     row = json.loads(path.read_text()) if path.is_file() else {}
-    kept = row.get("identity") == identity
-    if not kept:
+    is_done = row.get("identity") == identity
+    if not is_done:
         manifest.check(folder, [ROW, FAILURE])
         manifest.remove(folder, [ROW, FAILURE])
         try:
@@ -172,11 +172,11 @@ def run_job(
         row |= {"result": VERDICT.get(code, "failed"), **_numbers(folder), "says": sentence}
         with manifest.writing(folder) as scratch:
             (scratch / ROW).write_text(json.dumps(row, indent=1))
-    told = [row["says"]] if row["says"] else []
+    details = [row["says"]] if row["says"] else []
     if "hexes" in row:
-        told.insert(0, f"{row['hexes']} hexes, scaled Jacobian {row['min_scaled_jacobian']:.3f}")
-    result = row["result"] + ", as before" * kept
-    sys.stderr.write(f"{folder.name}: {'; '.join([result, *told])}\n")
+        details.insert(0, f"{row['hexes']} hexes, scaled Jacobian {row['min_scaled_jacobian']:.3f}")
+    result = row["result"] + ", as before" * is_done
+    sys.stderr.write(f"{folder.name}: {'; '.join([result, *details])}\n")
     return row["exit"]
 
 
@@ -225,8 +225,8 @@ class Summary(Callback):
         codes = cluster.run_all(_waiting, config.dask) if _waiting else []
         rows = summarized(folder)
         results = Counter(row["result"] for row in rows)
-        told = ", ".join(f"{count} {result}" for result, count in results.items())
-        sys.stderr.write(f"{told}: {folder / 'summary.html'}\n")
+        counts = ", ".join(f"{count} {result}" for result, count in results.items())
+        sys.stderr.write(f"{counts}: {folder / 'summary.html'}\n")
         sys.exit(max([*codes, *(row["exit"] for row in rows)]))
 
 

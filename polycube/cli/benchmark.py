@@ -165,13 +165,15 @@ def main() -> None:
     parser.add_argument("--parts", type=Path, help="folder of CAD parts, meshed first")
     parser.add_argument("--subset", type=int, help="number of parts, selected evenly")
     parser.add_argument("--settings", nargs="*", default=(), help="further settings of infer.py")
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     try:
-        if asked.before is not None:  # before the parts are meshed, which may take hours
-            check_batch(asked.before)
-        if asked.parts is not None:
-            mesh_all(parts_of(asked.parts, asked.subset), asked.folder, asked.settings)
-        sys.stdout.write(f"The page is {benchmark(asked.folder, asked.before)}\n")
+        if arguments.before is not None:  # before the parts are meshed, which may take hours
+            check_batch(arguments.before)
+        if arguments.parts is not None:
+            mesh_all(
+                parts_of(arguments.parts, arguments.subset), arguments.folder, arguments.settings
+            )
+        sys.stdout.write(f"The page is {benchmark(arguments.folder, arguments.before)}\n")
     except InputError as error:
         sys.exit(refused(error))
 

@@ -69,21 +69,21 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
     """
     arguments = sys.argv[1:] = quoted(sys.argv[1:])
     os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits
-    for word in split(arguments)[1]:
-        if word.startswith("-"):
-            name = word.lstrip("-").partition("=")[0]
-            raise InputError(f"unknown flag {word}; options are given as {name}=value")
+    for flag in split(arguments)[1]:
+        if flag.startswith("-"):
+            name = flag.lstrip("-").partition("=")[0]
+            raise InputError(f"unknown flag {flag}; options are given as {name}=value")
 
     @wraps(task)
-    def collected(cfg: DictConfig) -> None:
+    def with_collector(cfg: DictConfig) -> None:
         if not gc.isenabled():  # see `polycube.cli`
-            gc.freeze()  # what is there now stays until the end
+            gc.freeze()  # existing objects stay until the end
             gc.enable()
         task(cfg)
 
     main = hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
     try:
-        main(collected)()
+        main(with_collector)()
     except HydraException as error:
         raise refusal(error) from None
     except OSError as error:  # from files of Hydra and TensorBoard
@@ -93,7 +93,7 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
 
 
 def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
-    """Check the folder of a multirun and write `multirun.yaml`, which Hydra overwrites unasked.
+    """Check the folder of a multirun and write `multirun.yaml`, which Hydra would just overwrite.
 
     names : files that will be written to the folder
     """

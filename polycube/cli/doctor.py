@@ -41,7 +41,7 @@ print(type(plotter.render_window).__name__, end="")
 """
 OPEN3D = "import open3d; print(open3d.__version__, end='')"
 GMSH = "import gmsh; print(gmsh.__version__, end='')"
-GMSH_CURE = (
+GMSH_REMEDY = (
     "STEP, IGES and BREP files need it: pip install 'polycube[cad]', and on Debian or Ubuntu "
     "apt-get install libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1 libxfixes3 "
     "libxext6 libfontconfig1 libgomp1; without it cascadio reads STEP"
@@ -58,11 +58,11 @@ def examine() -> Iterator[Item]:
     yield _probe("torch runs on", TORCH)
     for library, (package, purpose) in LIBRARIES.items():
         found = find_library(library)
-        cure = f"{purpose} need it; on Debian or Ubuntu: apt-get install {package}"
-        yield f"lib{library}", found is not None, found or cure
+        remedy = f"{purpose} need it; on Debian or Ubuntu: apt-get install {package}"
+        yield f"lib{library}", found is not None, found or remedy
     yield _probe("open3d (FBX, point clouds)", OPEN3D)
     name, works, more = _probe("gmsh (CAD)", GMSH)
-    yield name, works, more if works else f"{more}; {GMSH_CURE}"
+    yield name, works, more if works else f"{more}; {GMSH_REMEDY}"
     yield _probe("picture without a display", PICTURE)
     browser = next(filter(None, map(which, BROWSERS)), None)
     yield "browser", True, browser or "none; only tests of the report page need chromium"

@@ -59,7 +59,7 @@ TABLE = {  # heading: column of `diffusion.evaluation`, and its format
     "s": ("seconds", "{:.3g}"),
     "1/s": ("samples_per_second", "{:.3g}"),
 }
-WITHOUT_GRID = {  # the same for arbitrary structures; shown beside it if there are any
+WITHOUT_GRID = {  # the same for arbitrary structures; additional columns if there are any
     "axis": ("labelled_axis", "{:.1%}"),
     "knot": ("labelled_knot", "{:.1%}"),
     "nearest: axis": ("nearest_axis", "{:.1%}"),
@@ -178,10 +178,10 @@ def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> l
     manifest if there is one.
     """
     config = {**cfg["structure"], "weights": path}
-    known = {"grid": denoiser.condition.grid, "primitives": voxels(denoiser.condition.cells)}
+    arguments = {"grid": denoiser.condition.grid, "primitives": voxels(denoiser.condition.cells)}
     rows = []
     for file in files:
-        propose = registry.build("structure", config, **known)
+        propose = registry.build("structure", config, **arguments)
         surface, _ = read_surface(file)
         began = time.perf_counter()
         candidates = propose(surface, ())
@@ -201,7 +201,7 @@ def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> l
 
 
 def _hint(file: Path) -> str:
-    """Description of the polycube in the manifest beside a part, if there is one."""
+    """Description of the polycube in the manifest in the folder of a part, if there is one."""
     manifest = file.parent / "manifest.csv"
     if not manifest.is_file():
         return ""

@@ -86,10 +86,10 @@ def strip(run: Path) -> bytes:
     """PNG of the pictures of a run side by side, with gaps for those that cannot be drawn."""
     from PIL import Image
 
-    wanted = pictured(run)
-    drawn = draw(wanted)
-    sheet = Image.new("RGB", (TILE[0] * len(wanted), TILE[1]), "white")
-    for column, name in enumerate(wanted):
+    pictures = pictured(run)
+    drawn = draw(pictures)
+    sheet = Image.new("RGB", (TILE[0] * len(pictures), TILE[1]), "white")
+    for column, name in enumerate(pictures):
         if name in drawn:
             tile = Image.open(io.BytesIO(drawn[name])).convert("RGBA").convert("RGB")
             tile.thumbnail((TILE[0] - 10, TILE[1] - 10))
@@ -134,8 +134,11 @@ def _is_run(run: Path) -> bool:
 def _row(name: str, report: Json) -> list[str]:
     polycube, hexes, spline = (report.get(half, {}) for half in ("polycube", "hex", "spline"))
     proposal = polycube["candidates"][polycube["chosen"]]["proposal"]
-    words = ", ".join(each or "–" for each in polycube["context"])
-    row = [name, f"{polycube['boxes']} bricks" if proposal == "bricks" else f"{words} ({proposal})"]
+    context = ", ".join(each or "–" for each in polycube["context"])
+    row = [
+        name,
+        f"{polycube['boxes']} bricks" if proposal == "bricks" else f"{context} ({proposal})",
+    ]
     if hexes:
         quality = f"{hexes['min_scaled_jacobian']:.2f} / {hexes['mean_scaled_jacobian']:.2f}"
         row += [str(hexes["hexes"]), quality, f"{100 * hexes['surface_to_mesh_p99']:.2f}"]

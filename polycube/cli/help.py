@@ -34,7 +34,7 @@ MORE = """All options of a choice: --help GROUP=OPTION.  All values: --cfg job.
 PARAMETER = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
 
 
-def is_asked_for() -> bool:
+def is_requested() -> bool:
     """Whether the command line requests help."""
     return bool(split(sys.argv[1:])[0].help)
 
@@ -44,12 +44,12 @@ def show(config_name: str) -> None:
     overrides = split(sys.argv[1:])[0].overrides
     blocks = list(of_choices(config_name, overrides)) if overrides else []
     if not blocks:
-        words = _file(config_name).hydra.help
+        texts = _file(config_name).hydra.help
         blocks = [
-            words.header,
+            texts.header,
             f"== Choices: group=option (* default) ==\n{choices(config_name)}",
             f"== Settings: name=value ==\n{settings(config_name)}",
-            f"{words.footer}{MORE}",
+            f"{texts.footer}{MORE}",
         ]
     sys.stdout.write("\n\n".join(block.strip() for block in blocks) + "\n")
 
@@ -59,8 +59,8 @@ def choices(config_name: str) -> str:
     own = (entry for entry in _file(config_name).defaults if isinstance(entry, DictConfig))
     lists = {str(group): "" for entry in own for group, value in entry.items() if value == []}
     search = loader()
-    known = search.compute_defaults_list(config_name, [], RunMode.RUN).overrides.known_choices
-    chosen = lists | {k: v for k, v in known.items() if not k.startswith("hydra/")}
+    defaults = search.compute_defaults_list(config_name, [], RunMode.RUN).overrides.known_choices
+    chosen = lists | {k: v for k, v in defaults.items() if not k.startswith("hydra/")}
     lines = []
     for key in sorted(chosen):
         group, _, package = key.partition("@")
@@ -88,18 +88,18 @@ def settings(name: str) -> str:
 def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
     """Options, values and help of the choices among the overrides, and of their parts."""
     config = compose(config_name, overrides)
-    asked = set()
+    requested = set()
     for override in OverridesParser.create().parse_overrides(list(overrides)):
         value, group = override.value(), override.key_or_group
-        asked |= {f"{group}/{each}" for each in (value if isinstance(value, list) else [value])}
+        requested |= {f"{group}/{each}" for each in (value if isinstance(value, list) else [value])}
     parts = loader().compute_defaults_list(config_name, list(overrides), RunMode.RUN).defaults
-    owners = set(asked)
+    owners = set(requested)
     for _ in parts:  # a part of a part is also one, in any order
         owners |= {str(part.config_path) for part in parts if part.parent in owners}
-    known = {"/".join(key): (key[0], cls) for key, cls in {**SHARED, **classes()}.items()}
+    plugins = {"/".join(key): (key[0], cls) for key, cls in {**SHARED, **classes()}.items()}
     for part in parts:
-        if part.config_path in known and (part.config_path in asked or part.parent in owners):
-            kind, cls = known[part.config_path]
+        if part.config_path in plugins and (part.config_path in requested or part.parent in owners):
+            kind, cls = plugins[part.config_path]
             lines = [f"== {part.package}: {_first_line(cls)} =="]
             for name, text in described(kind, cls).items():
                 value = config

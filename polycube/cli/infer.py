@@ -76,7 +76,7 @@ def infer(
             started=lambda there: log_to(append_to(there, "run.log")),
             placed=placed,
         )
-        _say(result.report, folder, cfg)
+        _log_results(result.report, folder, cfg)
     return result.report
 
 
@@ -89,13 +89,15 @@ def check(cfg: Json) -> tuple[int, str]:
     from polycube.io.preflight import preflight
     from polycube.pipeline.settings import Settings
 
-    wish = cfg["preflight"]
-    if not isinstance(wish, bool) and not str(wish).lower().endswith(".vtp"):
-        raise InputError(f"preflight must be true, false or the name of a .vtp file; got {wish!r}")
+    option = cfg["preflight"]
+    if not isinstance(option, bool) and not str(option).lower().endswith(".vtp"):
+        raise InputError(
+            f"preflight must be true, false or the name of a .vtp file; got {option!r}"
+        )
     if cfg["hex"]:
         raise InputError("preflight checks the surface of mesh=, it cannot be combined with hex=")
     settings = replace(Settings.of(cfg), resume=None)
-    places = None if isinstance(wish, bool) else Path(str(wish))
+    places = None if isinstance(option, bool) else Path(str(option))
     remedy = "choose another name in preflight=, or move the file away"
     if places:
         manifest.check(places.parent, [places.name], [Path(str(settings.mesh))], remedy)
@@ -132,13 +134,13 @@ def _command(cfg: DictConfig) -> int:
     """Exit code of a run, or of a job of a batch; errors are printed on the terminal."""
     hydra_cfg = HydraConfig.get() if HydraConfig.initialized() else None
     try:
-        given = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
-        if not given and not cfg.resume and not cfg.hex:
+        has_mesh = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
+        if not has_mesh and not cfg.resume and not cfg.hex:
             raise InputError(
-                "no part given: say infer.py part.step, or infer.py example:rod to try it"
+                "no part given: run infer.py part.step, or infer.py example:rod to try it"
             )
         is_many = hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN
-        if cluster.is_used(cfg.dask) and not is_many and not solids.is_asked_for(cfg):
+        if cluster.is_used(cfg.dask) and not is_many and not solids.is_requested(cfg):
             what = "dask is for several parts, such as mesh=folder or cad.solid=all"
             raise InputError(what, "dask")
         settings = plain(cfg)
@@ -165,7 +167,7 @@ def _attempt(
 ) -> tuple[int, str]:
     """Exit code, and if it is not 0, a sentence with the reason."""
     try:
-        if solids.is_asked_for(cfg):
+        if solids.is_requested(cfg):
             found = solids.solids_of(cfg)
             if found and cfg["preflight"] is not False:
                 return solids.check_solids(cfg, found, _silently)
@@ -182,15 +184,15 @@ def _attempt(
     except KeyboardInterrupt:
         return INTERRUPTED, "interrupted; the results of completed stages are saved"
     if report.get("interrupted"):
-        kept = "the best mesh so far is saved" if report["valid"] else "there is no valid mesh yet"
-        return INTERRUPTED, f"interrupted; {kept}"
+        state = "the best mesh so far is saved" if report["valid"] else "there is no valid mesh yet"
+        return INTERRUPTED, f"interrupted; {state}"
     if not report["valid"]:
         mark = "partly fitted" if report.get("partly_fitted") else "invalid"
         return 3, f"{report['failure']}; the files are marked as {mark}"
     return 0, ""
 
 
-def _say(report: Json, folder: Path, cfg: Json) -> None:
+def _log_results(report: Json, folder: Path, cfg: Json) -> None:
     """Print the mesh, the results of the analysis and their folder; warnings and suggestions."""
     from polycube.report.numbers.formatting import cautions, sentences
 

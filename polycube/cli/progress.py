@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.text import Text
 
 # quartiles of the elapsed share of the total time, at the first start of a stage and at the n-th
-# start of meshing/optimize: 134 runs to the mesh, times the share of the mesh in 12 whole runs
+# start of meshing/optimize: 134 runs to the mesh, times the share of the mesh in 12 complete runs
 SHARES = {
     "ranking": (0.08, 0.21, 0.32),
     "meshing/refine": (0.43, 0.49, 0.54),

@@ -21,21 +21,21 @@ def terminable() -> Iterator[threading.Event]:
     Yields the event that a signal sets. If Ctrl-C was ignored before, as in the background of a
     shell script, it stays ignored.
     """
-    asked = threading.Event()
+    interrupted = threading.Event()
 
     def stop(*_: object) -> None:
-        asked.set()
+        interrupted.set()
         raise KeyboardInterrupt
 
-    is_heard = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+    is_handled = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
     with (
         _handled(signal.SIGTERM, stop),
-        _handled(signal.SIGINT, stop if is_heard else signal.SIG_IGN),
+        _handled(signal.SIGINT, stop if is_handled else signal.SIG_IGN),
     ):
         try:
-            yield asked
+            yield interrupted
         except SystemError as error:
-            if asked.is_set():
+            if interrupted.is_set():
                 raise KeyboardInterrupt from error
             raise
 

@@ -35,13 +35,13 @@ class Trainings(Callback):
 
 def summarized(folder: Path) -> list[dict[str, object]]:
     """A row for each training below a folder, sorted by error, failed ones last."""
-    rows, known = [], {}
+    rows, curves_of = [], {}
     for run, chosen in _settings(folder).items():
         path = run / "weights" / "weights.json"
         metrics = json.loads(path.read_text()) if path.is_file() else {}
         rows.append({"settings": chosen, **metrics, "folder": run.name})
         if metrics:
-            known[chosen] = curves(run)
+            curves_of[chosen] = curves(run)
     rows.sort(key=lambda row: row.get("error", float("inf")))
     columns = list(dict.fromkeys(name for row in rows for name in row))
     with writing(folder) as scratch:
@@ -49,8 +49,8 @@ def summarized(folder: Path) -> list[dict[str, object]]:
             writer = csv.DictWriter(file, columns)
             writer.writeheader()
             writer.writerows(rows)
-        if known:
-            draw(known, scratch / TABLE[1])
+        if curves_of:
+            draw(curves_of, scratch / TABLE[1])
     return rows
 
 
@@ -68,8 +68,8 @@ def _table(rows: list[dict[str, object]]) -> str:
     """The most important columns, aligned."""
     lines = [["settings", *SHOWN, "folder"]]
     for row in rows:
-        told = [f"{row[name]:.3f}" if name in row else "failed" for name in SHOWN]
-        lines.append([str(row["settings"]), *told, str(row["folder"])])
+        values = [f"{row[name]:.3f}" if name in row else "failed" for name in SHOWN]
+        lines.append([str(row["settings"]), *values, str(row["folder"])])
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     aligned = ("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
     return "".join(f"{line}\n" for line in aligned)

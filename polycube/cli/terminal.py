@@ -103,7 +103,7 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
     is_alone : whether the process does nothing else, so that other output of libraries on stdout,
         stderr and as warnings is redirected to the file
     """
-    root, heard = logging.getLogger("polycube"), logging.getLogger("py.warnings")
+    root, warned = logging.getLogger("polycube"), logging.getLogger("py.warnings")
     before, opened = root.level, []
     early = MemoryHandler(10_000, flushLevel=logging.CRITICAL + 1, flushOnClose=False)
 
@@ -112,32 +112,32 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
         file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
         early.setTarget(file)
         early.flush()
-        for source in (root, heard):
+        for source in (root, warned):
             source.addHandler(file)
             source.removeHandler(early)
         opened.append(file)
 
-    with _caught(is_alone) as stream:
+    with _terminal_stream(is_alone) as stream:
         terminal = Terminal(stream, shown)
         root.setLevel(logging.DEBUG)
         root.addHandler(terminal)
-        for source in (root, heard):
+        for source in (root, warned):
             source.addHandler(early)
         logging.captureWarnings(is_alone)
         try:
-            with _heard(is_alone):
+            with _output_to_log(is_alone):
                 yield log_to
         finally:
             logging.captureWarnings(False)
             root.setLevel(before)
             for handler in (terminal, early, *opened):
                 root.removeHandler(handler)
-                heard.removeHandler(handler)
+                warned.removeHandler(handler)
                 handler.close()
 
 
 @contextmanager
-def _caught(is_alone: bool) -> Iterator[TextIO]:
+def _terminal_stream(is_alone: bool) -> Iterator[TextIO]:
     """The stream for messages; a copy if stderr itself is redirected."""
     if not (is_alone and _has_descriptors()):
         yield sys.stderr
@@ -151,30 +151,30 @@ def _caught(is_alone: bool) -> Iterator[TextIO]:
 
 
 @contextmanager
-def _heard(is_alone: bool) -> Iterator[None]:
+def _output_to_log(is_alone: bool) -> Iterator[None]:
     """Redirect the output of all libraries to the file descriptors 1 and 2 to the log."""
     if not (is_alone and _has_descriptors()):
         yield
         return
-    kept = {number: os.dup(number) for number in (1, 2)}
-    with tempfile.TemporaryFile() as chatter:
-        for number in kept:
-            os.dup2(chatter.fileno(), number)
+    copies = {number: os.dup(number) for number in (1, 2)}
+    with tempfile.TemporaryFile() as output:
+        for number in copies:
+            os.dup2(output.fileno(), number)
         try:
             yield
         finally:
             for stream in (sys.stdout, sys.stderr):
                 stream.flush()
-            for number, copy in kept.items():
+            for number, copy in copies.items():
                 os.dup2(copy, number)
                 os.close(copy)
-            chatter.seek(0)
-            for line in chatter.read().decode(errors="replace").splitlines():
+            output.seek(0)
+            for line in output.read().decode(errors="replace").splitlines():
                 logger.debug("message of a library: %s", line)
 
 
 @contextmanager
-def to_a_reader() -> Iterator[None]:
+def ending_with_reader() -> Iterator[None]:
     """End the process with exit code 0 if its output is no longer read, as by `--help | head`."""
     try:
         try:

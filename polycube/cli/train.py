@@ -22,7 +22,7 @@ from polycube.cli.command import OTHER_FOLDER, command
 from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.pairs.shapes import turned_contexts
 from polycube.diffusion.training import history
-from polycube.diffusion.training.checkpoints import WholeCheckpoints
+from polycube.diffusion.training.checkpoints import AtomicCheckpoints
 from polycube.diffusion.training.learning import Learning, moving_average
 from polycube.diffusion.training.module import DDPMPolycube
 from polycube.diffusion.training.pictures import Pictures
@@ -65,8 +65,8 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     denoiser = _checked(make_denoiser, config, _build)
     if cfg["begin_from"]:
         taken = begin_from(denoiser, load_denoiser(_build, cfg["begin_from"]))
-        given = (taken, len(denoiser.state_dict()), cfg["begin_from"])
-        logger.info("%d of %d tensors are copied from %s", *given)
+        total = len(denoiser.state_dict())
+        logger.info("%d of %d tensors are copied from %s", taken, total, cfg["begin_from"])
     learning, size = _learning(cfg), cfg["batch_size"]
     pairs = _checked(data, grid, primitives, cfg["seed"])
     others = _checked(getattr(data, "held_out", data), grid, primitives, cfg["seed"] + HELD_OUT)
@@ -160,15 +160,15 @@ def _denoiser_config(cfg: Json, pads: bool) -> Recipe:
 
 def _trainer(cfg: Json, folder: Path) -> L.Trainer:
     """Trainer of Lightning, with checkpoints, averaged weights, TensorBoard and pictures."""
-    keep = partial(ModelCheckpoint, folder / "checkpoints", enable_version_counter=False)
-    best = keep(filename="best", monitor="error")
-    last = keep(filename="last", save_on_train_epoch_end=True)  # each epoch, validated or not
+    saved = partial(ModelCheckpoint, folder / "checkpoints", enable_version_counter=False)
+    best = saved(filename="best", monitor="error")
+    last = saved(filename="last", save_on_train_epoch_end=True)  # each epoch, validated or not
     logger = TensorBoardLogger(folder, name="tensorboard", version="", default_hp_metric=False)
     trainer = hydra.utils.instantiate(
         cfg["trainer"],
         callbacks=[best, last, Pictures()],
         logger=logger,
-        plugins=[WholeCheckpoints(folder)],
+        plugins=[AtomicCheckpoints(folder)],
         use_distributed_sampler=False,  # the samplers of this program support several processes
         limit_train_batches=cfg["batches_per_epoch"],
         log_every_n_steps=min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),
@@ -188,7 +188,7 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
 
 
 def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
-    """Checkpoint to resume: a path, or `last` of the newest other run beside `folder`.
+    """Checkpoint to resume: a path, or `last` of the newest other run next to `folder`.
 
     config : recipe of the denoiser; raises InputError if the checkpoint has a different one
     """
@@ -207,8 +207,8 @@ def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
         raise InputError(f"no checkpoint at {path}; ckpt is a file, last, or null")
     if others := changed_settings(config, config_of(path), config):
         raise InputError(
-            f"ckpt: {path} belongs to another training: {'; '.join(others)}; say the same "
-            "again, or take its weights alone by begin_from="
+            f"ckpt: {path} belongs to another training: {'; '.join(others)}; use the "
+            "same settings, or only its weights, with begin_from="
         )
     return path
 

@@ -40,21 +40,21 @@ class ContextClassifier(nn.Module):
 
     def forward(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
         """Logits of the cells, and of the alignment of the geometry with the grid."""
-        seen = geometry[:, : self.channels]
-        features = self.features(seen, geometry.new_ones(len(geometry), 1))
-        said = self.leave(torch.cat([features.mean(dim=1), features.amax(dim=1)], dim=1))
-        return said[:, :-1].reshape(-1, *self.shape), said[:, -1]
+        inputs = geometry[:, : self.channels]
+        features = self.features(inputs, geometry.new_ones(len(geometry), 1))
+        outputs = self.leave(torch.cat([features.mean(dim=1), features.amax(dim=1)], dim=1))
+        return outputs[:, :-1].reshape(-1, *self.shape), outputs[:, -1]
 
     def log_cells(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
         """Log-probabilities (B, cells, primitives + 1), and that of alignment (B,)."""
-        logits, fits = self(geometry)
-        return logits.float().log_softmax(dim=2), nn.functional.logsigmoid(fits.float())
+        logits, alignment = self(geometry)
+        return logits.float().log_softmax(dim=2), nn.functional.logsigmoid(alignment.float())
 
     def log_likelihood(self, geometry: Tensor, cells: Tensor) -> Tensor:
         """(B, C) log-probability of contexts, cells (C, n_cells) as numbers of classes.
 
         It includes the probability that the geometry is aligned with the grid.
         """
-        log_p, log_along = self.log_cells(geometry)
+        log_p, log_aligned = self.log_cells(geometry)
         each = torch.arange(cells.shape[1])
-        return log_p[:, each, cells].sum(dim=2) + log_along[:, None]
+        return log_p[:, each, cells].sum(dim=2) + log_aligned[:, None]

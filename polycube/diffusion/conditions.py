@@ -1,6 +1,7 @@
 """Condition of a denoiser: contexts on a grid of primitives, or arbitrary structures.
 
-The condition determines the additional input for a part, the labels, and the number of points.
+The condition determines the additional input for a part, the labels, and the number of points. Its
+value for a part is a context, or a genus.
 """
 
 from __future__ import annotations
@@ -44,15 +45,15 @@ class Condition(ABC):
     origin: np.ndarray
 
     @abstractmethod
-    def told(self, pair: Any) -> Any:
-        """The input for a network from a pair, as an argument of `vector`."""
+    def value_of(self, pair: Any) -> Any:
+        """The value of the condition for a pair, as an argument of `vector`."""
 
     @abstractmethod
-    def vector(self, told: Any) -> np.ndarray:
-        """(length,) float32 vector."""
+    def vector(self, value: Any) -> np.ndarray:
+        """(length,) float32 vector: a value as input of a network."""
 
     @abstractmethod
-    def n_points(self, told: Any, pads: bool) -> int:
+    def n_points(self, value: Any, pads: bool) -> int:
         """Number of sample points of a geometry; pads : single cells have 512 points and zeros."""
 
 
@@ -70,17 +71,17 @@ class GridContexts(Condition):
         self.labels = {"axis": AXES, "cell": n_cells, "wall": 2}
         self.image, self.origin = image_size(grid), np.array(grid) / 2
 
-    def told(self, pair: Pair) -> Sequence[str | None]:
+    def value_of(self, pair: Pair) -> Sequence[str | None]:
         """The context of a pair."""
         return pair.context
 
-    def vector(self, told: Sequence[str | None]) -> np.ndarray:
+    def vector(self, value: Sequence[str | None]) -> np.ndarray:
         """The context vector; raises LookupError for a primitive outside the training set."""
-        return context_vector(told, self.primitives, int(np.prod(self.grid)))
+        return context_vector(value, self.primitives, int(np.prod(self.grid)))
 
-    def n_points(self, told: Sequence[str | None], pads: bool) -> int:
+    def n_points(self, value: Sequence[str | None], pads: bool) -> int:
         """512 points for each cell."""
-        return n_sample_points(tuple(told), pads)
+        return n_sample_points(tuple(value), pads)
 
 
 class AnyStructure(Condition):
@@ -94,18 +95,18 @@ class AnyStructure(Condition):
     image = (16, 16)
     origin = np.zeros(3)
 
-    def told(self, pair: LatticePair) -> int | None:
+    def value_of(self, pair: LatticePair) -> int | None:
         """The genus of a pair, if it is known."""
         return pair.genus
 
-    def vector(self, told: int | None) -> np.ndarray:
+    def vector(self, value: int | None) -> np.ndarray:
         """1 at the genus; at the end if it is unknown, or larger than any in the training."""
-        known = told is not None and 0 <= told <= MOST_HANDLES
+        has_entry = value is not None and 0 <= value <= MOST_HANDLES
         vector = np.zeros(self.length, np.float32)
-        vector[told if known else -1] = 1
+        vector[value if has_entry else -1] = 1
         return vector
 
-    def n_points(self, told: int | None, pads: bool) -> int:
+    def n_points(self, value: int | None, pads: bool) -> int:
         """The number of pixels of the image."""
         return self.image[0] * self.image[1]
 

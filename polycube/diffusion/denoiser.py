@@ -21,11 +21,12 @@ from polycube.diffusion.process import DiffusionProcess, Predict
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
 
 TARGETS = ("x0", "noise", "v", "move")
-AT_ONCE = 8  # images classified at once, whose features fit into the cache: half the time of 72
+# images classified at once: their features fit into the cache, which halves the time of 72 images
+CLASSIFIER_BATCH = 8
 
 
 @contextmanager
-def _same_everywhere() -> Iterator[None]:
+def _reproducible() -> Iterator[None]:
     """Disable gradients and use one thread, because the order of sums depends on their number.
 
     A difference of a millionth leads to a different mesh. Two threads would reduce 2.4 s to 2.2 s.
@@ -45,7 +46,7 @@ class DenoiserOptions:
 
     # output of the network: x0, noise, v, or the displacement from geometry to x0
     target: str = "x0"
-    geometry_channels: bool = True  # points of the geometry as three additional channels beside x_t
+    geometry_channels: bool = True  # points of the geometry as three channels in addition to x_t
     normals: bool = True  # its unit normals as three more channels
     labels: bool = True  # also predict the polycube face of each point: axis, cell, wall
     classifier: bool = True  # a second network predicts the context; needs a grid
@@ -105,30 +106,32 @@ class Denoiser(nn.Module):
 
         geometry : (B, 6, h, w) points and normals, from which the inputs of the network are taken
         """
-        seen = [x_t]
-        seen += [geometry[:, :3]] if self.options.geometry_channels else []
-        seen += [geometry[:, 3:]] if self.options.normals else []
-        return self.network(torch.cat(seen, dim=1), t.float() / self.process.steps, context)
+        inputs = [x_t]
+        inputs += [geometry[:, :3]] if self.options.geometry_channels else []
+        inputs += [geometry[:, 3:]] if self.options.normals else []
+        return self.network(torch.cat(inputs, dim=1), t.float() / self.process.steps, context)
 
     def predict(self, geometry: Tensor, context: Tensor, start: Tensor | None = None) -> Predict:
         """The prediction of x_0 from (x_t, t), for images of a geometry and context vectors.
 
-        start : outputs at t = T for the geometry itself as x_T, if they are known
+        start : outputs at t = T for the geometry itself as x_T, if they were computed before
         """
         q = self.process.adjustment(geometry[:, :3])
-        read = {
-            "x0": lambda x_t, said, steps: said,
-            "noise": lambda x_t, said, steps: self.process.origin(x_t, said, q, steps),
-            "v": lambda x_t, said, steps: self.process.origin_of_velocity(x_t, said, q, steps),
-            "move": lambda x_t, said, steps: geometry[:, :3] + said,
+        to_x_0 = {
+            "x0": lambda x_t, outputs, steps: outputs,
+            "noise": lambda x_t, outputs, steps: self.process.origin(x_t, outputs, q, steps),
+            "v": lambda x_t, outputs, steps: self.process.origin_of_velocity(
+                x_t, outputs, q, steps
+            ),
+            "move": lambda x_t, outputs, steps: geometry[:, :3] + outputs,
         }[self.options.target]
 
         def x_0(x_t: Tensor, t: int) -> Tensor:
             steps = torch.full((len(x_t),), t, device=x_t.device)
             is_start = t == self.process.steps and torch.equal(x_t, geometry[:, :3])
-            known = start if is_start else None
-            said = self(x_t, geometry, steps, context) if known is None else known
-            return read(x_t, said[:, :3].float(), steps)
+            stored = start if is_start else None
+            outputs = self(x_t, geometry, steps, context) if stored is None else stored
+            return to_x_0(x_t, outputs[:, :3].float(), steps)
 
         return x_0
 
@@ -142,41 +145,44 @@ class Denoiser(nn.Module):
         logits = outputs[:, 3:].float().split(self.classes, dim=1)
         return tuple(each.log_softmax(dim=1) for each in logits)
 
-    def n_points(self, told: Any) -> int:
-        """Number of sample points of a geometry with this condition."""
-        return self.condition.n_points(told, self.options.pads)
+    def n_points(self, value: Any) -> int:
+        """Number of sample points of a geometry with this value of the condition."""
+        return self.condition.n_points(value, self.options.pads)
 
-    def vectors(self, told: Sequence[Any]) -> Tensor:
-        """(B, K) vectors of the conditions; raises LookupError for an unknown primitive."""
-        return torch.from_numpy(np.stack([self.condition.vector(each) for each in told]))
+    def vectors(self, values: Sequence[Any]) -> Tensor:
+        """(B, K) vectors of values; raises LookupError for an unknown primitive."""
+        return torch.from_numpy(np.stack([self.condition.vector(value) for value in values]))
 
-    @_same_everywhere()
+    @_reproducible()
     def denoise(
         self,
         points: np.ndarray,
         normals: np.ndarray,
-        told: Sequence[Any],
+        condition_values: Sequence[Any],
         sampler: Sampler,
         seed: int,
-        read: float = 1.0,
+        label_time: float = 1.0,
     ) -> Denoised:
         """Polycube points for points and normals (B, N, 3) of geometries in the learning frame.
 
-        told : for each geometry its context on the grid; without a grid its genus, or None
-        read : share of T at which labels are evaluated: 1 uses the geometry only; smaller values
-            also use the sample with the noise of that step, so that the labels belong to that
-            sample
+        condition_values : for each geometry its context on the grid; without a grid its genus, or
+            None
+        label_time : share of T at which labels are evaluated: 1 uses the geometry only; smaller
+            values also use the sample with the noise of that step, so that the labels belong to
+            that sample
         """
         self.eval()
         order = x_order(points)
-        geometry, context = self._images(points, normals, order), self.vectors(told)
+        geometry = self._images(points, normals, order)
+        context = self.vectors(condition_values)
         start = self.at_start(geometry, context)
         predict = self.predict(geometry, context, start)
         draw = torch.Generator().manual_seed(seed)
         x_0, states = sampler(predict, geometry[:, :3], self.process, draw)
         labels: tuple[Tensor, ...] = ()
-        if self.classes and read < 1:
-            t, z = round(read * self.process.steps), torch.randn(x_0.shape, generator=draw)
+        if self.classes and label_time < 1:
+            t = round(label_time * self.process.steps)
+            z = torch.randn(x_0.shape, generator=draw)
             q, step = self.process.adjustment(geometry[:, :3]), torch.full((len(x_0),), t)
             x_t = self.process.forward(x_0, z, q, step)
             labels = self.log_labels(self(x_t, geometry, step, context))
@@ -189,7 +195,7 @@ class Denoiser(nn.Module):
             tuple(to_points(log_p.numpy(), order) for log_p in labels),
         )
 
-    @_same_everywhere()
+    @_reproducible()
     def log_likelihood(
         self, points: np.ndarray, normals: np.ndarray, contexts: Sequence[Context]
     ) -> np.ndarray:
@@ -203,7 +209,7 @@ class Denoiser(nn.Module):
         geometry = self._images(points, normals, x_order(points))
         return self.classifier.log_likelihood(geometry, self.classes_of(contexts)).numpy()
 
-    @_same_everywhere()
+    @_reproducible()
     def log_cells(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log-probability of the contents of each cell, and of alignment with the grid.
 
@@ -213,9 +219,9 @@ class Denoiser(nn.Module):
         """
         self.eval()
         geometry = self._images(points, normals, x_order(points))
-        few = [self.classifier.log_cells(images) for images in geometry.split(AT_ONCE)]
-        log_p, log_along = (torch.cat(each).numpy() for each in zip(*few, strict=True))
-        return log_p, log_along
+        batches = [self.classifier.log_cells(images) for images in geometry.split(CLASSIFIER_BATCH)]
+        log_p, log_aligned = (torch.cat(each).numpy() for each in zip(*batches, strict=True))
+        return log_p, log_aligned
 
     def classes_of(self, contexts: Sequence[Context]) -> Tensor:
         """(C, n_cells) int64 number of the primitive of each cell; the last number is empty."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-SEEN = 9  # numbers of a neighbour: its position, its normal, and that of the point
+INPUTS = 9  # numbers of a neighbour: its position, its normal, and that of the point
 
 
 class Neighbourhood(nn.Module):
@@ -19,7 +19,7 @@ class Neighbourhood(nn.Module):
         super().__init__()
         self.neighbours = neighbours
         self.look = nn.Sequential(
-            nn.Linear(SEEN, width // 2), nn.GELU(), nn.Linear(width // 2, width // 2)
+            nn.Linear(INPUTS, width // 2), nn.GELU(), nn.Linear(width // 2, width // 2)
         )
         self.leave = nn.Linear(width // 2, width)
 
@@ -30,8 +30,8 @@ class Neighbourhood(nn.Module):
         away = points[batch, near] - points[:, :, None]  # (B, N, k, 3)
         reach = away[:, :, -1].norm(dim=2).mean(dim=1)[:, None, None, None]
         own = normals[:, :, None].expand_as(away)
-        seen = torch.cat([away / (reach + 1e-6), normals[batch, near], own], dim=3)
-        return self.leave(self.look(seen).amax(dim=2))
+        inputs = torch.cat([away / (reach + 1e-6), normals[batch, near], own], dim=3)
+        return self.leave(self.look(inputs).amax(dim=2))
 
 
 def nearest(points: Tensor, k: int) -> Tensor:

@@ -80,7 +80,7 @@ class PointFeatures(nn.Module):
         self.given = nn.Sequential(nn.Linear(given, width), nn.GELU(), nn.Linear(width, width))
         self.blocks = nn.ModuleList(SharedBlock(width, slots) for _ in range(blocks))
 
-    def seen(self, x: Tensor) -> Tensor:
+    def embedded(self, x: Tensor) -> Tensor:
         """Features of each point and of its neighbours, before the blocks."""
         points = x.flatten(2).transpose(1, 2)  # (B, N, channels)
         phase = (points[..., :3, None] * self.waves).flatten(2)
@@ -91,7 +91,7 @@ class PointFeatures(nn.Module):
 
     def forward(self, x: Tensor, given: Tensor) -> Tensor:
         """One row of features per pixel, row by row."""
-        features, given = self.seen(x), self.given(given)
+        features, given = self.embedded(x), self.given(given)
         for block in self.blocks:
             features = block(features, given)
         return features
@@ -118,5 +118,5 @@ class PointNetwork(nn.Module):
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
         """The trained outputs, per pixel."""
         features = self.features(x, torch.cat([context, t[:, None].to(context)], dim=1))
-        said = self.leave(features).transpose(1, 2)
-        return said.reshape(len(x), -1, *x.shape[2:])
+        outputs = self.leave(features).transpose(1, 2)
+        return outputs.reshape(len(x), -1, *x.shape[2:])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 
-def claim(holds: bool | np.bool_, promise: str, found: object = None) -> None:
+def claim(holds: bool | np.bool_, requirement: str, found: object = None) -> None:
     """Raise AssertionError with the requirement and the value found if it does not hold."""
     if not holds:
-        raise AssertionError(promise if found is None else f"{promise}; got {found}")
+        raise AssertionError(requirement if found is None else f"{requirement}; got {found}")
 
 
 def claim_array(value: object, dims: tuple[int | None, ...], what: str) -> None:

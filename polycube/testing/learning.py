@@ -57,34 +57,34 @@ def check_model(plugin: Callable) -> None:
     claim(tuple(y.shape) == shape, f"the output has shape {shape}", tuple(y.shape))
     claim(bool(torch.isfinite(y).all()), "the output is finite")
     y.square().mean().backward()
-    idle = [name for name, p in network.named_parameters() if p.requires_grad and p.grad is None]
-    claim(not idle, "the gradient reaches every parameter", f"none at {', '.join(idle[:3])}")
+    unused = [name for name, p in network.named_parameters() if p.requires_grad and p.grad is None]
+    claim(not unused, "the gradient reaches every parameter", f"none at {', '.join(unused[:3])}")
     for name, given in (("image", x), ("context", context)):
-        seen = given.grad is not None and bool(given.grad.abs().max() > 0)
-        claim(seen, f"the output depends on the {name}")
+        is_used = given.grad is not None and bool(given.grad.abs().max() > 0)
+        claim(is_used, f"the output depends on the {name}")
     network.eval()
     with torch.no_grad():
-        again = torch.equal(network(x, time, context), network(x, time, context))
-        later = torch.equal(network(x, time, context), network(x, 1 - time, context))
+        is_same = torch.equal(network(x, time, context), network(x, time, context))
+        ignores_time = torch.equal(network(x, time, context), network(x, 1 - time, context))
         if getattr(plugin, "any_size", False):
-            few = tuple(network(x[..., ::2, ::4], time, context).shape)
-            claim(few == (4, OUTPUTS, 16, 8), "images of any size are answered", few)
-    claim(again, "the same input gives the same output")
-    claim(not later, "the output depends on t")
+            smaller = tuple(network(x[..., ::2, ::4], time, context).shape)
+            claim(smaller == (4, OUTPUTS, 16, 8), "images of any size are accepted", smaller)
+    claim(is_same, "the same input gives the same output")
+    claim(not ignores_time, "the output depends on t")
 
 
 def check_sampler(plugin: Callable) -> None:
-    """x_T -> (x_0, states); with an exact network, the exact answer."""
+    """x_T -> (x_0, states); with an exact network, the exact x_0."""
     import torch
 
     from polycube.diffusion.process import DiffusionProcess
 
     process = DiffusionProcess(np.linspace(1, 0.05, 41), noise_scale=0.3)
     draw = torch.Generator().manual_seed(0)
-    x_T, answer = (torch.randn(2, 3, 8, 8, generator=draw, dtype=torch.float64) for _ in "ab")
+    x_T, exact = (torch.randn(2, 3, 8, 8, generator=draw, dtype=torch.float64) for _ in "ab")
 
     def sample() -> tuple[torch.Tensor, torch.Tensor]:
-        return plugin(lambda x, t: answer, x_T, process, torch.Generator().manual_seed(1))
+        return plugin(lambda x, t: exact, x_T, process, torch.Generator().manual_seed(1))
 
     x_0, states = sample()
     claim(x_0.shape == x_T.shape, f"x_0 has shape {tuple(x_T.shape)}", tuple(x_0.shape))
@@ -92,7 +92,7 @@ def check_sampler(plugin: Callable) -> None:
     claim(fits, "the states have shape (S, B, 3, h, w)", tuple(states.shape))
     claim(torch.equal(states[0], x_T), "the first state is x_T")
     claim(torch.equal(states[-1], x_0), "the last state is x_0")
-    off = float((x_0 - answer).abs().max())
+    off = float((x_0 - exact).abs().max())
     claim(off < 1e-6, "a network that predicts x_0 exactly gives x_0", f"an error of {off:.2g}")
     claim(torch.equal(sample()[0], x_0), "the same generator gives the same sample")
 

@@ -32,8 +32,8 @@ def check_spline(plugin: Callable) -> None:
     claim(inside, f"nodes number the {shape[0]} Bezier nodes")
     hexes = set(spline.element_hex.tolist())
     claim(hexes == set(range(len(part.hexes.hexes))), "every hex has an element")
-    known = set(part.hexes.patch.tolist())
-    claim(set(spline.patch.tolist()) == known, "its sides have the patches of the mesh")
+    patches = set(part.hexes.patch.tolist())
+    claim(set(spline.patch.tolist()) == patches, "its sides have the patches of the mesh")
     points = spline.extraction @ spline.control
     size = np.ptp(points, axis=0)
     off = np.abs(size / SIDES - 1).max()
@@ -78,9 +78,9 @@ def _check_modes(modes: Modes, spline: Spline) -> None:
 
 
 def _check_balance(rest: np.ndarray, given: np.ndarray, supports: tuple[str, ...]) -> None:
-    claim(len(supports) > 0, "something is held")
+    claim(len(supports) > 0, "there is a support")
     off = np.abs(rest).max() / max(np.abs(given).max(), 1e-300)
-    claim(off < 1e-6, "what goes in through the supports balances the rest", f"{off:.2g} of it")
+    claim(off < 1e-6, "the supports balance the loads", f"{off:.2g} of it")
 
 
 def check_export(plugin: Callable) -> None:
@@ -90,9 +90,13 @@ def check_export(plugin: Callable) -> None:
         folder = Path(name)
         path = plugin(part.hexes, folder / "hex")
         claim(isinstance(path, Path) and path.is_file(), "the path written is returned", path)
-        claim(path.parent == folder, "the file lies in the folder asked for", path.parent)
-        claim(path.stem == "hex" and path.suffix, "the name is kept, with a suffix", path.name)
-        claim([path] == list(folder.iterdir()), "nothing else is left in the folder")
+        claim(path.parent == folder, "the file is in the given folder", path.parent)
+        claim(
+            path.stem == "hex" and path.suffix,
+            "the file has the given name and a suffix",
+            path.name,
+        )
+        claim([path] == list(folder.iterdir()), "there is no other file in the folder")
         first = path.read_bytes()
         claim(plugin(part.hexes, folder / "hex").read_bytes() == first, "equal input, equal bytes")
         _check_read_back(path, part.hexes)
@@ -110,6 +114,6 @@ def _check_read_back(path: Path, hexes: HexMesh) -> None:
     except ModuleNotFoundError:  # a package that meshio needs, such as for Exodus
         return
     off = np.abs(found.points - hexes.vertices).max() / np.linalg.norm(SIDES)
-    claim(off < 1e-6, "points come back", f"{off:.2g} of the diagonal off")
+    claim(off < 1e-6, "the points are read back", f"{off:.2g} of the diagonal off")
     same = np.array_equal(found.cells_dict["hexahedron"], hexes.hexes)
-    claim(same, "hexes come back in VTK's order of nodes")
+    claim(same, "the hexes are read back in VTK's order of nodes")

@@ -175,8 +175,8 @@ def _check_hexes(hexes: HexMesh, part: Solid) -> None:
     ends = np.array([hexes.vertices.min(0), hexes.vertices.max(0)])
     off = np.abs(ends - [PLACE, PLACE + SIDES]).max() / np.linalg.norm(SIDES)
     claim(off < NEAR, "the mesh keeps units and placement", f"{off:.1%} of the diagonal off")
-    known = set(lattice.boundary(part.polycube).patch.tolist())
-    claim(set(hexes.patch.tolist()) <= known, "patches are those of the polycube")
+    patches = set(lattice.boundary(part.polycube).patch.tolist())
+    claim(set(hexes.patch.tolist()) <= patches, "patches are those of the polycube")
 
 
 STAGES = {

@@ -29,7 +29,7 @@ def test_the_only_part_is_the_mesh(name: str) -> None:
     assert with_input([*flag, name, LAST]) == [*flag, f"mesh={name}", LAST]
 
 
-def test_a_hex_mesh_is_to_be_improved() -> None:
+def test_a_hex_mesh_is_the_value_of_hex() -> None:
     assert with_input(["part.vtu"]) == ["hex=part.vtu"]
     assert with_input(["mesh=part.step", "part.vtu"]) == ["mesh=part.step", "hex=part.vtu"]
 

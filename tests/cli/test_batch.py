@@ -1,4 +1,4 @@
-"""Many parts at once: the list, what is kept, the table, processes."""
+"""Batches of parts: the list, results of earlier runs, the table, processes."""
 
 import csv
 import json
@@ -47,7 +47,7 @@ def test_folders_patterns_and_lists_become_lists(parts, given, listed):
     assert expanded([f"mesh={given}", "--multirun"])[:2] == ["-m", f"mesh={listed}"]
 
 
-def test_odd_names_reach_hydra_whole(parts):
+def test_unusual_file_names_reach_hydra_unchanged(parts):
     (parts / "b.stl").rename(parts / "it's, so=1.stl")
     [listed] = [word for word in expanded(["mesh=parts/*.stl"]) if word.startswith("mesh=")]
     assert listed == "mesh='parts/it\\'s, so=1.stl'"
@@ -61,7 +61,7 @@ def test_odd_names_reach_hydra_whole(parts):
         ("parts/a.obj,other/a.stl", "2 parts have the name a: parts/a.obj, other/a.stl"),
     ],
 )
-def test_lists_that_make_no_sense_are_refused(parts, given, sentence):
+def test_invalid_lists_are_refused(parts, given, sentence):
     (parts.parent / "empty").mkdir()
     with pytest.raises(InputError, match=sentence):
         expanded([f"mesh={given}"])
@@ -106,7 +106,7 @@ def test_a_bug_in_one_job_leaves_the_others_alone(tmp_path):
     assert "Traceback" in (tmp_path / "failure.txt").read_text()
 
 
-def test_the_table_has_failures_beside_successes(tmp_path):
+def test_the_table_has_successes_and_failures(tmp_path):
     for name, more in {
         "good<1>": {"exit": 0, "result": "valid", "hexes": 7, "says": ""},
         "bad": {"exit": 2, "result": "refused", "says": "not closed"},
@@ -142,19 +142,19 @@ def batch(folder, *words):
         pytest.param(["dask.workers=2"], marks=pytest.mark.slow),
     ],
 )
-def test_all_parts_are_done_the_worst_code_counts_and_a_second_time_is_free(tmp_path, launcher):
+def test_a_batch_ends_with_the_largest_exit_code_and_is_not_repeated(tmp_path, launcher):
     words = ["mesh=example:ring,nowhere.stl,example:dice", "output_dir=results", *launcher]
     first = batch(tmp_path, *words)
     assert first.returncode == 2
-    said = first.stderr.splitlines()
-    assert sorted(line.partition(":")[0] for line in said[:3]) == ["dice", "nowhere", "ring"]
-    assert said[-1] == "2 valid, 1 refused: results/summary.html"
+    lines = first.stderr.splitlines()
+    assert sorted(line.partition(":")[0] for line in lines[:3]) == ["dice", "nowhere", "ring"]
+    assert lines[-1] == "2 valid, 1 refused: results/summary.html"
     made = {path.name for path in (tmp_path / "results").iterdir()}
     files = {"multirun.yaml", "summary.csv", "summary.html", "polycube-files.json"}
     assert made == {"dice", "nowhere", "ring"} | files
     assert (tmp_path / "results/dice/report.json").is_file()
-    again = batch(tmp_path, *words)
-    assert again.returncode == 2 and again.stderr.count(", as before") == 3
+    repeated = batch(tmp_path, *words)
+    assert repeated.returncode == 2 and repeated.stderr.count(", as before") == 3
 
 
 @pytest.mark.slow
@@ -229,7 +229,7 @@ def test_a_worker_killed_half_way_costs_no_part_and_does_none_twice(mortal):
     tmp_path = mortal
     for name in "abcdef":
         (tmp_path / "parts" / f"{name}.stl").touch()
-    for _ in range(2):  # again: all are kept
+    for _ in range(2):  # the second time, all results are those of the first
         ended = batch(tmp_path, "mesh=parts", "output_dir=results", "dask.workers=2")
         assert ended.returncode == 0, ended.stderr
         assert ended.stderr.splitlines()[-1] == "6 valid: results/summary.html"

@@ -62,7 +62,7 @@ def test_the_worst_come_first(batch: Path) -> None:
 def test_a_failed_part_keeps_nothing_and_a_ball_has_no_points(batch: Path) -> None:
     found = totals(results(batch))
     assert found["parts"] == 6 and found["valid hex meshes"] == 5
-    assert found["everything kept"] == 3  # of what is no CAD model it is not known
+    assert found["everything kept"] == 3  # unknown for a part that is no CAD model
     # the mean of two whole blocks, one that loses three, one that failed, and the ball
     assert found["points kept, %"] == pytest.approx(100 * (1 + 1 + 5 / 8 + 0) / 4)
     assert found["curves kept, %"] == pytest.approx(100 * (1 + 1 + 9 / 12 + 0) / 4)
@@ -123,8 +123,8 @@ def test_the_page_has_totals_failures_parts_and_pictures(
     assert benchmark.benchmark(batch).read_text().count("published") == 1
 
 
-def test_what_is_not_drawn_is_said(batch: Path, caplog) -> None:
-    """A surface that was read but is no surface, and parts of which nothing is kept."""
+def test_a_part_that_cannot_be_drawn_is_logged(batch: Path, caplog) -> None:
+    """A surface that was read but is no surface, and parts without any feature."""
     save_stage(batch / "a_good", "read", [None])
     text = " ".join(Outline(benchmark.benchmark(batch).read_text()).text)
     assert text.count("No picture.") == 6
@@ -160,7 +160,7 @@ def test_what_is_lost_is_red_and_drawn_once(tmp_path: Path, monkeypatch) -> None
     red = (pixels[..., 0] > 180) & (pixels[..., 1:] < 80).all(-1)
     assert pixels.shape[0] <= benchmark.TILE[1] and red.sum() > 200
     save_stage(run, "meshing/refine", whole)
-    assert benchmark.picture(run) == drawn  # as it was kept
+    assert benchmark.picture(run) == drawn  # the cached one
     later = (run / "benchmark.png").stat().st_mtime + 1
     os.utime(run / "row.json", (later, later))
     assert benchmark.picture(run) != drawn
@@ -210,13 +210,13 @@ def test_the_command_meshes_the_parts_then_writes_the_page(
     drawing(monkeypatch)
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "it's.step").touch()
-    said = []
-    monkeypatch.setattr(infer, "main", lambda: (said.extend(sys.argv[1:]), sys.exit(ends)))
+    arguments = []
+    monkeypatch.setattr(infer, "main", lambda: (arguments.extend(sys.argv[1:]), sys.exit(ends)))
     words = ["--parts", tmp_path / "parts", "--settings", "dask.workers=2"]
     assert command(monkeypatch, batch, *words) == code
     mesh = str(tmp_path / "parts" / "it's.step").replace("'", "\\'")
-    assert said[:3] == ["-m", f"mesh='{mesh}'", f"output_dir={batch}"]
-    assert said[3:] == ["order=[meshing]", "dask.workers=2"]
+    assert arguments[:3] == ["-m", f"mesh='{mesh}'", f"output_dir={batch}"]
+    assert arguments[3:] == ["order=[meshing]", "dask.workers=2"]
     assert (batch / "benchmark.html").is_file() == (code == 0)
 
 

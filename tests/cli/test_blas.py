@@ -1,4 +1,4 @@
-"""Dense products run on one thread unless the user says otherwise."""
+"""Dense products run on one thread unless the user sets another number."""
 
 import os
 import subprocess

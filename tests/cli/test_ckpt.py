@@ -12,7 +12,7 @@ from polycube.errors import InputError
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
-from polycube.plugins.structure.learned.hypotheses import denoiser_of_any, known_denoiser
+from polycube.plugins.structure.learned.hypotheses import denoiser_of_any, denoiser_of_grid
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
@@ -41,7 +41,7 @@ def propose(output: Path, *overrides: str) -> str:
 @pytest.mark.parametrize(
     ("structure", "count"), [("auto", 2), ("diffusion", 1), ("classify", 1), ("drawn", 1)]
 )
-def test_all_that_use_a_network_take_it_from_there(structure: str, count: int) -> None:
+def test_every_plugin_with_a_network_gets_the_weights_of_ckpt(structure: str, count: int) -> None:
     cfg = config("infer", "mesh=x.stl", f"structure={structure}", "ckpt=mine.ckpt")["structure"]
     plugins = cfg.get("proposals", {"only": cfg}).values()
     assert [p["weights"] for p in plugins if "weights" in p] == count * ["mine.ckpt"]
@@ -49,21 +49,23 @@ def test_all_that_use_a_network_take_it_from_there(structure: str, count: int) -
 
 def test_weights_of_a_grid_and_of_any_structure_serve_their_own_proposals(caplog) -> None:
     grid, free = (str(shipped(of)) for of in ((2, 1, 1), ()))
-    assert known_denoiser(free, (2, 1, 1), {"cube": np.ones((3, 3, 3), bool)}).condition.grid
+    assert denoiser_of_grid(free, (2, 1, 1), {"cube": np.ones((3, 3, 3), bool)}).condition.grid
     assert "are for any structure, not a grid; proposals of a grid use" in caplog.text
     assert not denoiser_of_any(grid).condition.grid
     assert "are for a grid, not any structure; proposals of any structure use" in caplog.text
 
 
 @pytest.mark.slow
-def test_a_training_of_ones_own_proposes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_weights_of_a_new_training_give_proposals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     train(config("train", *TINY, *SHORT), tmp_path / "training")
     monkeypatch.chdir(tmp_path)
     for path in ("training/checkpoints/last.ckpt", "training/weights", "training"):
         assert propose(tmp_path / "run", f"ckpt={path}") == "diffusion"
 
 
-def test_without_weights_for_the_grid_it_says_what_is_missing(tmp_path: Path) -> None:
+def test_a_grid_without_weights_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no trained weights for .* on a 3x1x1 grid"):
         propose(tmp_path / "run", "grid=3x1")
 

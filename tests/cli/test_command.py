@@ -61,14 +61,14 @@ def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch)
 
 def test_the_collector_runs_during_the_work_and_leaves_out_the_imports(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["program", "mesh=example:rod"])
-    seen = []
+    states = []
     gc.disable()
     try:
-        run_hydra("infer", lambda cfg: seen.append((gc.isenabled(), gc.get_freeze_count() > 0)))
+        run_hydra("infer", lambda cfg: states.append((gc.isenabled(), gc.get_freeze_count() > 0)))
     finally:
         gc.unfreeze()
         gc.enable()
-    assert seen == [(True, True)]
+    assert states == [(True, True)]
 
 
 LINES = [
@@ -108,13 +108,13 @@ def test_flags_of_other_programs_are_named(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("words", "message"),
     [
         (["infer.py", "mesh="], "no part given"),
         pytest.param(["train.py", "dta=x"], "data", marks=pytest.mark.slow),
     ],
 )
-def test_programs_end_with_code_2_and_one_line(tmp_path, words, says):
+def test_programs_end_with_code_2_and_one_line(tmp_path, words, message):
     program = str(HOME / words[0])
     done = subprocess.run(
         [sys.executable, program, *words[1:]],
@@ -125,7 +125,7 @@ def test_programs_end_with_code_2_and_one_line(tmp_path, words, says):
     )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith("error: ") and says in done.stderr
+    assert done.stderr.startswith("error: ") and message in done.stderr
     assert not list(tmp_path.iterdir())
 
 

@@ -8,7 +8,7 @@ from polycube.cli import doctor
 
 
 def test_every_item_is_one_line(capsys, monkeypatch):
-    monkeypatch.setattr(doctor, "_probe", lambda name, code: (name, True, "not asked here"))
+    monkeypatch.setattr(doctor, "_probe", lambda name, code: (name, True, "not tested here"))
     doctor.main()
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == len(list(doctor.examine()))
@@ -58,7 +58,7 @@ def test_missing_library_names_its_package(monkeypatch):
 
 
 @pytest.mark.parametrize("found", ["/usr/bin/chromium", None])
-def test_what_is_optional_is_said_and_not_missed(monkeypatch, found):
+def test_optional_items_are_listed_and_never_missing(monkeypatch, found):
     monkeypatch.setattr(doctor, "which", lambda name: found)
     monkeypatch.setattr(doctor, "_probe", lambda name, code: (name, "gmsh" not in name, "no gmsh"))
     items = {name: (works, more) for name, works, more in doctor.examine()}

@@ -10,7 +10,7 @@ from polycube.cli.evaluate import TABLE, evaluate_weights, main, table
 from polycube.cli.train import train
 from polycube.config import compose
 
-# torch says this about how Lightning asks it; neither is ours
+# a warning of torch about a call in Lightning
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
 SMALL = ("pairs=4", "batch_size=2", "sampler.steps=2")
@@ -68,7 +68,7 @@ def test_a_part_has_its_best_structure_and_the_hint(
     assert f"| {part['context']} | {part['cost']} |" in capsys.readouterr().out
 
 
-def test_what_is_not_there_is_empty_and_not_zero() -> None:
+def test_missing_columns_are_empty_cells() -> None:
     row = {"path": "a/weights/weights.safetensors", "columns": {"error": 0.25}, "parts": []}
     cells = table([row]).splitlines()[2].split("|")[1:-1]
     assert cells[:2] == [" a ", " 0.250 "]

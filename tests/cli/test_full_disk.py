@@ -10,14 +10,14 @@ import pytest
 from polycube import HOME
 from tests.fixtures.runs import FAST, check_complete, tree
 
-# a file system of a given size, seen by this one process; what is on it is copied out at the end
+# a file system of a given size, visible to this process only; its files are copied out at the end
 ALONE = """
 mount -t tmpfs -o size={size} tmpfs "{disk}" || exit 99
 echo mine > "{disk}/mine"
 {prepare}
 {command}
 code=$?
-cp -a "{disk}/." "{kept}"
+cp -a "{disk}/." "{copied}"
 exit $code
 """
 INFER = ["mesh=example:rod", *FAST, "quiet=true", "order=[meshing,spline]"]
@@ -30,19 +30,19 @@ def on_disk(tmp_path: Path):
     """Runs a program with results on a small disk; exit code, message, copy of the disk."""
 
     def run(size: str, program: str, *arguments: str, prepare: str = "") -> tuple[int, str, Path]:
-        disk, kept = tmp_path / "disk", tmp_path / "kept"
+        disk, copied = tmp_path / "disk", tmp_path / "kept"
         disk.mkdir()
-        kept.mkdir()
+        copied.mkdir()
         words = [sys.executable, str(HOME / program), *arguments]
         command = " ".join(f"'{word}'" for word in words)
-        script = ALONE.format(size=size, disk=disk, kept=kept, command=command, prepare=prepare)
+        script = ALONE.format(size=size, disk=disk, copied=copied, command=command, prepare=prepare)
         alone = ["unshare", "--map-root-user", "--mount", "sh", "-c", script]
         if not shutil.which("unshare"):
             pytest.skip("no unshare")
         ended = subprocess.run(alone, capture_output=True, text=True, cwd=tmp_path)
         if ended.returncode == 99 or "unshare" in ended.stderr:
             pytest.skip(f"no file system of its own: {ended.stderr}")
-        return ended.returncode, ended.stderr, kept
+        return ended.returncode, ended.stderr, copied
 
     return run
 
@@ -53,14 +53,14 @@ def on_disk(tmp_path: Path):
     [("20k", 0), ("1100k", 10), ("1300k", 10), ("2000k", 20)],
 )
 def test_a_run_on_a_disk_that_fills_up(size: str, most: int, on_disk, tmp_path: Path) -> None:
-    code, said, kept = on_disk(size, "infer.py", *INFER, f"output_dir={tmp_path}/disk/out")
-    assert code == 2, said
-    assert said.count("\n") == 1 and "No space left on device" in said
-    assert (kept / "mine").read_text() == "mine\n"
-    found = check_complete(kept / "out") if (kept / "out").exists() else set()
+    code, errors, copied = on_disk(size, "infer.py", *INFER, f"output_dir={tmp_path}/disk/out")
+    assert code == 2, errors
+    assert errors.count("\n") == 1 and "No space left on device" in errors
+    assert (copied / "mine").read_text() == "mine\n"
+    found = check_complete(copied / "out") if (copied / "out").exists() else set()
     assert len(found) <= most and "report.json" not in found
     if "stages/meshing.subdivide.npz" in found:  # with more room it goes on from there
-        command = [sys.executable, str(HOME / "infer.py"), f"resume={kept / 'out'}", "quiet=true"]
+        command = [sys.executable, str(HOME / "infer.py"), f"resume={copied / 'out'}", "quiet=true"]
         command += ["from=meshing/smooth", *FAST, "order=[meshing]"]
         assert subprocess.run(command).returncode == 0
 
@@ -69,15 +69,15 @@ def test_a_run_on_a_disk_that_fills_up(size: str, most: int, on_disk, tmp_path: 
 @pytest.mark.parametrize("size", ["4k", "30k", "1200k", "1600k"])
 def test_a_training_on_a_disk_that_fills_up(size: str, on_disk, tmp_path: Path) -> None:
     folder = f"hydra.run.dir={tmp_path}/disk/out"
-    code, said, kept = on_disk(size, "train.py", *TRAIN, folder)
-    assert code == 2, said
+    code, errors, copied = on_disk(size, "train.py", *TRAIN, folder)
+    assert code == 2, errors
     assert (
-        said.strip()
+        errors.strip()
         .splitlines()[-1]
         .endswith(("No space left on device", "device; files that were complete are kept"))
     )
-    assert "Traceback" not in said
-    check_complete(kept / "out")
+    assert "Traceback" not in errors
+    check_complete(copied / "out")
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_a_training_on_a_disk_that_fills_up(size: str, on_disk, tmp_path: Path) 
 def test_a_read_only_disk(command, folder: str, refusal: str, on_disk, tmp_path: Path) -> None:
     prepare = f'mount -o remount,ro "{tmp_path}/disk"'
     out = f"{tmp_path}/disk/out"
-    code, said, kept = on_disk("100k", *command, f"{folder}={out}", prepare=prepare)
+    code, errors, copied = on_disk("100k", *command, f"{folder}={out}", prepare=prepare)
     assert code == 2
-    assert said == f"error: {refusal.format(out)}: Read-only file system\n"
-    assert tree(kept) == {"mine"}
+    assert errors == f"error: {refusal.format(out)}: Read-only file system\n"
+    assert tree(copied) == {"mine"}

@@ -1,4 +1,4 @@
-"""`--help`: what can be chosen, with its default and a line that says what it is."""
+"""`--help`: the choices, with their defaults and descriptions."""
 
 import re
 import subprocess
@@ -23,7 +23,7 @@ def help_of(
 
 
 def listed(text: str) -> dict[str, dict[str, str]]:
-    """Group -> name -> what is said of it; the name of a default begins with *."""
+    """Group -> name -> description; the name of a default begins with *."""
     block = text.split("== Choices: group=option (* default) ==\n")[1].split("\n== Settings")[0]
     found: dict[str, dict[str, str]] = {}
     group = ""
@@ -56,7 +56,7 @@ def test_what_is_listed_can_be_chosen_and_the_default_is_marked(name, capsys, mo
             assert name == "infer" or "???" not in str(config), f"{group}={option}"
 
 
-def test_what_is_used_inside_only_is_no_choice(capsys, monkeypatch) -> None:
+def test_internal_groups_and_options_are_not_listed(capsys, monkeypatch) -> None:
     found = listed(help_of("infer", capsys, monkeypatch))
     assert not {"primitive", "sampler", "schedule", "model", "trainer"} & set(found)
     assert "improve" not in found["meshing"] and "_settings" not in found["meshing"]
@@ -91,14 +91,14 @@ def test_a_choice_has_a_help_of_its_own(capsys, monkeypatch) -> None:
     assert "export.abaqus.element=C3D8I\n" in text and "export.gmsh.version=2.2\n" in text
 
 
-def test_help_of_what_is_no_choice_is_refused(capsys, monkeypatch) -> None:
+def test_help_of_an_unknown_choice_is_refused(capsys, monkeypatch) -> None:
     with pytest.raises(SystemExit) as ended:
         help_of("infer", capsys, monkeypatch, "spline=h3s")
     assert ended.value.code == 2
     assert "did you mean h2s" in capsys.readouterr().err
 
 
-def test_help_is_shown_without_what_computes() -> None:
+def test_help_imports_no_numerical_libraries() -> None:
     code = (
         "import sys; sys.argv = ['infer.py', '--help']\n"
         "from polycube.cli import infer_command\n"

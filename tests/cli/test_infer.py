@@ -73,20 +73,22 @@ def test_six_rigid_modes_and_then_elastic_ones(rod):
 @pytest.mark.slow
 def test_resume_goes_on_from_the_stage_named(rod, tmp_path):
     first, folder = rod
-    again = run(
+    resumed = run(
         f"resume={folder}", "from=analysis", f"output_dir={tmp_path}", "analysis.modes=8", *FAST
     )
-    assert again["hex"] == first["hex"]
-    values = first["modes"]["omega_squared"][:8]  # the first six are noise beside the others
-    assert again["modes"]["omega_squared"] == pytest.approx(values, rel=1e-6, abs=1e-9 * values[6])
-    assert "meshing/optimize" not in again["seconds"]
+    assert resumed["hex"] == first["hex"]
+    values = first["modes"]["omega_squared"][:8]  # the first six are noise compared with the others
+    assert resumed["modes"]["omega_squared"] == pytest.approx(
+        values, rel=1e-6, abs=1e-9 * values[6]
+    )
+    assert "meshing/optimize" not in resumed["seconds"]
 
 
 @pytest.mark.slow
-def test_files_are_written_as_they_are_asked_for(rod, tmp_path):
-    asked = ("files.bext=2", "files.cells=corners", "files.precision=double")
+def test_files_are_written_as_requested(rod, tmp_path):
+    options = ("files.bext=2", "files.cells=corners", "files.precision=double")
     half = "order=[meshing,spline,analysis]"
-    run(f"resume={rod[1]}", "from=analysis", f"output_dir={tmp_path}", half, *asked, *FAST)
+    run(f"resume={rod[1]}", "from=analysis", f"output_dir={tmp_path}", half, *options, *FAST)
     assert "spline.bxt" in tree(tmp_path) and "spline.bext" not in tree(tmp_path)
     assert "spline.bxt" in (tmp_path / "modal.k").read_text().splitlines()
     modes = meshio.read(tmp_path / "modes.vtu")
@@ -106,10 +108,10 @@ def test_a_resumed_run_says_which_settings_are_others_and_leaves_no_old_results(
         for name in ("poisson.vtu", "hex.inp"):
             (scratch / name).write_text("of an earlier run")
     run(f"resume={folder}", "from=analysis", "analysis=static", *FAST)
-    said = [m for m in caplog.messages if "resumed with other settings" in m]
-    assert any("analysis.plugin is static, was modal" in m for m in said)
-    assert any("analysis.fixed is ['z_min'], was []" in m for m in said)
-    assert not any("meshing" in m for m in said)
+    warnings = [m for m in caplog.messages if "resumed with other settings" in m]
+    assert any("analysis.plugin is static, was modal" in m for m in warnings)
+    assert any("analysis.fixed is ['z_min'], was []" in m for m in warnings)
+    assert not any("meshing" in m for m in warnings)
     assert (folder / "static.vtu").is_file() and (folder / "spline.bext").is_file()
     assert not {"poisson.vtu", "hex.inp", "modes.vtu", "modes.csv"} & tree(folder)
 
@@ -135,7 +137,7 @@ def test_units_and_placement_are_kept(rod, tmp_path):
 
 
 @pytest.mark.slow
-def test_context_overrules(tmp_path):
+def test_a_given_context_is_used(tmp_path):
     report = run(
         "mesh=example:rod",
         "context=[cube,hole_y]",
@@ -184,9 +186,9 @@ def test_refusals_are_one_sentence_with_code_2_and_no_files(
 ):
     monkeypatch.chdir(tmp_path)
     assert _command(config("quiet=true", "structure=slices", *overrides)) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("error: ") and said.count("\n") == 1
-    assert sentence in said
+    errors = capsys.readouterr().err
+    assert errors.startswith("error: ") and errors.count("\n") == 1
+    assert sentence in errors
     assert tree(tmp_path) == set()
 
 
@@ -230,9 +232,9 @@ def test_a_new_run_leaves_no_results_of_another_in_the_folder(tmp_path):
     (tmp_path / "modes.csv").write_text("changed by the user")
     for _ in range(2):
         run("mesh=example:dice", f"output_dir={tmp_path}", "order=[]", "structure=slices")
-        kept = tree(tmp_path)
-        assert {"hex.k", "modes.csv", "report.json", "stages/read.npz"} <= kept
-        assert not (old - {"modes.csv"}) & kept
+        files = tree(tmp_path)
+        assert {"hex.k", "modes.csv", "report.json", "stages/read.npz"} <= files
+        assert not (old - {"modes.csv"}) & files
 
 
 def test_a_folder_that_can_not_be_written_is_refused(tmp_path, capsys):
@@ -241,9 +243,9 @@ def test_a_folder_that_can_not_be_written_is_refused(tmp_path, capsys):
     assert _command(config(*overrides)) == 2
     (tmp_path / "file").touch()
     assert _command(config(*overrides, f"output_dir={tmp_path / 'file'}")) == 2
-    said = capsys.readouterr().err.splitlines()
-    assert len(said) == 2
-    assert "run.log would be overwritten" in said[0] and "cannot write results to" in said[1]
+    errors = capsys.readouterr().err.splitlines()
+    assert len(errors) == 2
+    assert "run.log would be overwritten" in errors[0] and "cannot write results to" in errors[1]
 
 
 def test_help_shows_how_to_begin():

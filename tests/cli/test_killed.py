@@ -24,7 +24,7 @@ KILLS = 30
 
 @pytest.fixture
 def killed() -> Iterator[Callable[[str], Killed]]:
-    """Makes a process that runs a program again and again."""
+    """Makes a process that runs a program repeatedly."""
     made: list[Killed] = []
 
     def make(program: str) -> Killed:
@@ -85,8 +85,8 @@ def test_training(killed, tmp_path: Path) -> None:
     last, step, dead = folder / "checkpoints" / "last.ckpt", 0, 0
 
     def go_on(**moment: float):
-        again = ["ckpt=last"] if last.is_file() else []
-        return program.run(folder, [*TRAIN, *again, f"hydra.run.dir={folder}"], **moment)
+        resume = ["ckpt=last"] if last.is_file() else []
+        return program.run(folder, [*TRAIN, *resume, f"hydra.run.dir={folder}"], **moment)
 
     for moment in moments(KILLS, done.changes, done.seconds):
         ended = go_on(**moment)
@@ -106,5 +106,5 @@ def test_training(killed, tmp_path: Path) -> None:
         assert filecmp.cmp(folder / "weights" / name, whole / "weights" / name, shallow=False)
     one, other = (json.loads((p / "weights/weights.json").read_text()) for p in (folder, whole))
     # a training that was killed after its last step has no loss of a step
-    known = {name: other[name] for name in one} | {"samples_per_second": 0}
-    assert one | {"samples_per_second": 0} == known and {"error", "steps"} <= one.keys()
+    expected = {name: other[name] for name in one} | {"samples_per_second": 0}
+    assert one | {"samples_per_second": 0} == expected and {"error", "steps"} <= one.keys()

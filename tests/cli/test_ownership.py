@@ -1,4 +1,4 @@
-"""No command deletes or overwrites a file of the user's, and each says so before its work."""
+"""No command deletes or overwrites a file of the user; each refuses before its work."""
 
 import shutil
 import subprocess
@@ -72,9 +72,9 @@ def test_a_file_of_a_results_name_is_refused_before_the_work(name, overrides, he
         (here / name).write_text("mine")
     before = tree(here)
     assert infer(*overrides, "output_dir=.") == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1 and f"{name} " in said
-    assert "would be overwritten" in said and "choose another output_dir" in said
+    errors = capsys.readouterr().err
+    assert errors.count("\n") == 1 and f"{name} " in errors
+    assert "would be overwritten" in errors and "choose another output_dir" in errors
     assert tree(here) == before
 
 
@@ -82,9 +82,9 @@ def test_a_file_of_a_results_name_is_refused_before_the_work(name, overrides, he
 def test_an_input_among_the_results_survives(here):
     """What destroyed its own input: `hex=hex.inp output_dir=.`, `mesh=out/repaired.stl ...`."""
     abaqus(here / "hex.inp")
-    kept = (here / "hex.inp").read_bytes()
+    before = (here / "hex.inp").read_bytes()
     assert infer("hex=hex.inp", "output_dir=.", "order=[]") == 0
-    assert (here / "hex.inp").read_bytes() == kept
+    assert (here / "hex.inp").read_bytes() == before
     assert infer("mesh=dice.stl", "output_dir=out", "repair=safe", "order=[]") == 0
     repaired = (here / "out/repaired.stl").read_bytes()
     assert infer("mesh=out/repaired.stl", "output_dir=out", "order=[]") == 0
@@ -109,12 +109,12 @@ def test_a_folder_of_an_earlier_run_is_used_again_unless_its_results_changed(her
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kept", ["the manifest", "no manifest"])
-def test_a_folder_without_a_manifest_is_the_users(here, kept):
+@pytest.mark.parametrize("state", ["the manifest", "no manifest"])
+def test_a_folder_without_a_manifest_is_the_users(here, state):
     assert infer("mesh=dice.stl", "output_dir=out", "order=[]") == 0
-    if kept == "no manifest":  # as the program left it before there were manifests
+    if state == "no manifest":  # as the program left it before there were manifests
         (here / "out/polycube-files.json").unlink()
-    code = 0 if kept == "the manifest" else 2
+    code = 0 if state == "the manifest" else 2
     assert infer("mesh=dice.stl", "output_dir=out", "order=[]") == code
 
 

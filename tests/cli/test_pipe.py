@@ -1,4 +1,4 @@
-"""A reader who goes before all is said gets no traceback."""
+"""A pipe whose reader ends early, as of `| head`, gives no traceback."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ from polycube import HOME
 
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["--help"], ["--cfg", "job"]])
-def test_a_reader_may_go(arguments: list[str]) -> None:
+def test_a_closed_pipe_is_no_error(arguments: list[str]) -> None:
     program = subprocess.Popen(
         [sys.executable, str(HOME / "infer.py"), *arguments],
         stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and a budget of seconds at the program: the best mesh so far is kept."""
+"""Ctrl-C, SIGTERM and a budget of seconds at the program: the best mesh so far is saved."""
 
 import json
 import os
@@ -26,7 +26,7 @@ MARK = "meshing/pillow"  # signals come when this stage ends: a valid mesh is th
 
 
 @pytest.fixture(autouse=True)
-def ctrl_c_is_heard() -> Iterator[None]:
+def ctrl_c_is_handled() -> Iterator[None]:
     """In the background of a script Ctrl-C is ignored, and so by every program started there."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
@@ -34,11 +34,11 @@ def ctrl_c_is_heard() -> Iterator[None]:
 
 
 def test_sigterm_is_like_ctrl_c_and_is_remembered() -> None:
-    with terminable() as asked:
+    with terminable() as interrupted:
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGTERM)
             time.sleep(5)
-        assert asked.is_set()
+        assert interrupted.is_set()
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
@@ -48,11 +48,11 @@ def test_an_interruption_that_compiled_code_swallowed_is_not_a_failed_stage() ->
 
     with pytest.raises(MeshingError, match="SystemError"):
         Clock().run("meshing/optimize", swallowed)
-    with pytest.raises(KeyboardInterrupt), terminable() as asked:
-        asked.set()
+    with pytest.raises(KeyboardInterrupt), terminable() as interrupted:
+        interrupted.set()
         swallowed()
     with pytest.raises(KeyboardInterrupt):
-        Deadline(interrupt=asked).check()
+        Deadline(interrupt=interrupted).check()
 
 
 @pytest.mark.slow
@@ -123,9 +123,9 @@ def test_ctrl_c_at_the_real_program(times, tmp_path) -> None:
         for _ in range(times):
             process.send_signal(signal.SIGINT)
             time.sleep(0.05)
-        said = process.stderr.read()
-        assert process.wait() == 130, said
-    assert "error: interrupted" in said and "Traceback" not in said
+        errors = process.stderr.read()
+        assert process.wait() == 130, errors
+    assert "error: interrupted" in errors and "Traceback" not in errors
     assert not [name for name in tree(tmp_path) if Path(name).name.startswith(".")]
     if times == 1:
         report = json.loads((tmp_path / "report.json").read_text())

@@ -100,27 +100,27 @@ def test_the_mesh_of_all_names_the_solids_and_has_one_vertex_where_they_agree(do
         np.testing.assert_allclose([own.min(axis=0), own.max(axis=0)], [low, high], atol=1e-6)
 
 
-def test_a_second_time_is_free_and_other_settings_are_not(done, cubes, capsys):
+def test_results_are_reused_unless_a_setting_changes(done, cubes, capsys):
     _, folder = done
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
     assert _command(config(f"mesh={cubes}", *words, *QUICK)) == 2
-    said = capsys.readouterr().err.splitlines()
-    assert [line.partition(":")[0] for line in said[:4]] == ["left", "top", "hollow", "right"]
-    assert all(", as before" in line for line in said[:4])
-    assert said[4].startswith("3 valid, 1 refused, meshes agree at 1 of 2 contacts: ")
-    assert said[5] == "error: no valid result of 1 of 4 solids: hollow"
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.partition(":")[0] for line in lines[:4]] == ["left", "top", "hollow", "right"]
+    assert all(", as before" in line for line in lines[:4])
+    assert lines[4].startswith("3 valid, 1 refused, meshes agree at 1 of 2 contacts: ")
+    assert lines[5] == "error: no valid result of 1 of 4 solids: hollow"
 
 
-def again(cubes, folder):
-    """Exit code and sentence of the valid three of the cubes, whose runs are kept."""
+def combined_again(cubes, folder):
+    """Exit code and sentence of the valid three of the cubes, from the results of their runs."""
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
     cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK])
-    return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg: (1, "it was not kept"))
+    return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg: (1, "it was run again"))
 
 
 def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
     folder = shutil.copytree(done[1], tmp_path / "again")
-    assert again(cubes, folder) == (0, "") and report(folder)["valid"]
+    assert combined_again(cubes, folder) == (0, "") and report(folder)["valid"]
     deck = (folder / "hex.inp").read_text()
     assert "ELSET=primitive_left" in deck and "NAME=top_x_min" in deck
     assert "NAME=left_x_max" not in deck  # it is inside
@@ -136,13 +136,13 @@ def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
 
     monkeypatch.setattr("polycube.cli.solids.result.combined", mirrored)
     folder = shutil.copytree(done[1], tmp_path / "again")
-    code, why = again(cubes, folder)
+    code, why = combined_again(cubes, folder)
     assert code == 3 and why.endswith("but the joined mesh is not")
     assert not (folder / "hex.inp").exists()
 
 
 @pytest.mark.slow
-def test_looking_at_all_solids_writes_nothing(cubes, tmp_path, monkeypatch, capsys):
+def test_preflight_of_all_solids_writes_nothing(cubes, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert _command(config(f"mesh={cubes}", "cad.solid=all", "preflight=true")) == 2
     out = capsys.readouterr().out
@@ -185,8 +185,8 @@ def settings(tmp_path, *words):
     return compose("infer", [f"mesh={tmp_path / 'file.step'}", "cad.solid=all", *words])
 
 
-def asked(code=0, why=""):
-    """What stands for a run, and the solids that it was called for."""
+def recording(code=0, why=""):
+    """A function in place of a run, and the list of solids for which it is called."""
     calls = []
 
     def attempt(cfg, placed=None):
@@ -196,8 +196,8 @@ def asked(code=0, why=""):
     return attempt, calls
 
 
-def test_a_copy_ends_as_the_solid_that_it_is_the_same_as(tmp_path):
-    attempt, calls = asked(3, "no luck")
+def test_a_copy_has_the_exit_code_of_its_original(tmp_path):
+    attempt, calls = recording(3, "no luck")
     code, why = run_solids(settings(tmp_path), SOLIDS, tmp_path / "out", attempt)
     assert code == 3 and why == "no valid result of 2 of 3 solids: bolt_1, bolt_3"
     assert calls == [(1, None), (2, None)]
@@ -217,26 +217,26 @@ def test_results_of_an_earlier_run_are_not_those_of_a_refused_one(done, cubes, t
     assert not (folder / "hex.vtu").exists()
 
 
-def test_regions_lie_somewhere_so_every_solid_is_meshed(tmp_path):
-    attempt, calls = asked()
+def test_with_regions_every_solid_is_meshed_separately(tmp_path):
+    attempt, calls = recording()
     regions = "meshing.regions=[{box:[0,0,0,1,1,1],size:1%}]"
     run_solids(settings(tmp_path, regions), SOLIDS, tmp_path / "out", attempt)
     assert calls == [(1, None), (2, None), (3, None)]
 
 
 def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
-    attempt, calls = asked(INTERRUPTED, "interrupted")
+    attempt, calls = recording(INTERRUPTED, "interrupted")
     with pytest.raises(KeyboardInterrupt):
         run_solids(settings(tmp_path), SOLIDS[::-1][1:], tmp_path / "out", attempt)
     assert calls == [(2, None), (1, None)] and not (tmp_path / "out" / "report.json").exists()
-    attempt, calls = asked()
+    attempt, calls = recording()
     assert run_solids(settings(tmp_path), SOLIDS[::-1][1:], tmp_path / "out", attempt) == (0, "")
     assert calls == [(1, None)]
 
 
 def test_a_file_of_the_user_is_not_overwritten(tmp_path):
     (tmp_path / "hex.vtu").write_text("mine")
-    attempt, calls = asked()
+    attempt, calls = recording()
     with pytest.raises(InputError, match=r"hex\.vtu would be overwritten"):
         run_solids(settings(tmp_path), SOLIDS, Path(tmp_path), attempt)
     assert calls == []

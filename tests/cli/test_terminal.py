@@ -20,8 +20,8 @@ from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, Terminal, logging_to
 from tests.conftest import ROOT
 
 
-def say() -> None:
-    """What a run says: a stage that begins, a detail of it, its end, a warning."""
+def log_messages() -> None:
+    """Messages of a run: a stage that begins, a detail of it, its end, a warning."""
     stage = logging.getLogger("polycube.pipeline.stages")
     stage.debug("meshing/smooth begins", extra={"stage": "meshing/smooth"})
     logging.getLogger("polycube.fitting.polish").info("a detail")
@@ -46,18 +46,20 @@ def test_a_line_per_stage_and_no_more(shown, words, tmp_path, monkeypatch) -> No
     monkeypatch.setattr(sys, "stderr", stream)
     with logging_to(shown) as log_to:
         log_to(tmp_path / "run.log")
-        say()
+        log_messages()
     assert stream.getvalue().splitlines() == words.split("|")
-    kept = (tmp_path / "run.log").read_text()
-    assert all(each in kept for each in ("smooth begins", "a detail", "1.2 s", "best: 0.5", "look"))
+    logged = (tmp_path / "run.log").read_text()
+    assert all(
+        each in logged for each in ("smooth begins", "a detail", "1.2 s", "best: 0.5", "look")
+    )
 
 
-def test_what_was_said_before_there_is_a_folder_is_in_the_log_too(tmp_path) -> None:
+def test_messages_before_the_folder_exists_are_in_the_log_too(tmp_path) -> None:
     before = list(logging.getLogger("polycube").handlers)
     with logging_to(logging.CRITICAL) as log_to:
-        say()
+        log_messages()
         log_to(tmp_path / "run.log")
-        say()
+        log_messages()
     assert (tmp_path / "run.log").read_text().count("a detail") == 2
     assert logging.getLogger("polycube").handlers == before
 
@@ -90,7 +92,7 @@ def on_a_terminal() -> Iterator[tuple[Terminal, Callable[[], str]]]:
 def test_on_a_terminal_the_last_line_shows_the_progress(monkeypatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     with on_a_terminal() as (terminal, written):
-        say()
+        log_messages()
         time.sleep(0.6)
         terminal.close()
         shown = written()
@@ -104,7 +106,7 @@ def test_on_a_terminal_the_last_line_shows_the_progress(monkeypatch) -> None:
 def test_a_terminal_without_control_codes_gets_messages_only(monkeypatch) -> None:
     monkeypatch.setenv("TERM", "dumb")
     with on_a_terminal() as (terminal, written):
-        say()
+        log_messages()
         terminal.close()
         assert written() == "meshing/smooth  1.2 s\r\nwarning: look\r\n"
 
@@ -114,7 +116,7 @@ def test_a_pipe_gets_no_control_codes_even_if_colours_are_forced(monkeypatch) ->
     stream = io.StringIO()
     monkeypatch.setattr(sys, "stderr", stream)
     with logging_to(PLAIN):
-        say()
+        log_messages()
     assert stream.getvalue() == "meshing/smooth  1.2 s\nwarning: look\n"
 
 
@@ -133,7 +135,7 @@ print("after")
 """
 
 
-def test_what_libraries_say_goes_to_the_log(tmp_path: Path) -> None:
+def test_output_of_libraries_goes_to_the_log(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", CHATTER],
         cwd=tmp_path,
@@ -162,14 +164,14 @@ def test_a_terminal_that_is_closed_ends_no_run(monkeypatch) -> None:
     os.dup2(theirs, 2)
     try:
         with logging_to(PLAIN):
-            say()
+            log_messages()
         monkeypatch.setattr(sys, "stderr", open(2, "w", closefd=False))
         monkeypatch.setattr(sys, "stdout", open(1, "w", closefd=False))
         with logging_to(PLAIN, is_alone=True):
-            say()
+            log_messages()
             os.close(ours)
             time.sleep(0.6)  # some updates of the line
-            say()
+            log_messages()
     finally:
         os.dup2(stderr, 2)
         os.close(stderr)

@@ -114,8 +114,8 @@ def test_a_sweep_ends_with_a_table_of_its_trainings(
         found = json.loads((sweep / row["folder"] / "weights" / "weights.json").read_text())
         assert float(row["error"]) == found["error"]
     assert float(rows[0]["error"]) <= float(rows[1]["error"])
-    said = capsys.readouterr().err
-    assert f"{float(rows[0]['error']):.3f}" in said and "schedule=cosine" in said
+    errors = capsys.readouterr().err
+    assert f"{float(rows[0]['error']):.3f}" in errors and "schedule=cosine" in errors
     assert (sweep / "loss.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -43,8 +43,8 @@ def test_a_wrong_option_is_one_sentence_and_exit_code_2(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert command(*SMALL, argument) == 2
-    said = capsys.readouterr().err.strip().splitlines()[-1]
-    assert said.startswith(message)
+    errors = capsys.readouterr().err.strip().splitlines()[-1]
+    assert errors.startswith(message)
 
 
 def test_held_out_pairs_must_be_shared_evenly(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The network that reads the context off a geometry."""
+"""The network that classifies the context of a geometry."""
 
 import numpy as np
 import torch
@@ -20,31 +20,31 @@ def test_order_of_points_does_not_matter() -> None:
     x = _geometry()
     shuffled = x.flatten(2)[:, :, order].reshape(x.shape)
     classifier = _classifier()
-    for plain, again in zip(classifier(x), classifier(shuffled), strict=True):
-        assert torch.allclose(plain, again, atol=1e-5)
+    for plain, reordered in zip(classifier(x), classifier(shuffled), strict=True):
+        assert torch.allclose(plain, reordered, atol=1e-5)
 
 
-def test_it_says_what_fills_each_cell_and_whether_the_geometry_fits() -> None:
-    cells, fits = _classifier()(_geometry())
-    assert cells.shape == (2, 2, 5) and fits.shape == (2,)
+def test_shapes_of_the_logits() -> None:
+    cells, alignment = _classifier()(_geometry())
+    assert cells.shape == (2, 2, 5) and alignment.shape == (2,)
 
 
-def test_log_likelihood_is_the_sum_over_the_cells_and_of_fitting() -> None:
-    """log p(fits) + log p(first cell) + log p(second cell), by hand."""
+def test_log_likelihood_is_the_sum_over_cells_and_alignment() -> None:
+    """log p(aligned) + log p(first cell) + log p(second cell), by hand."""
     classifier, geometry = _classifier(), _geometry()
     contexts = torch.tensor([[0, 0], [3, 4], [4, 1]])
     with torch.no_grad():
         found = classifier.log_likelihood(geometry, contexts).numpy()
-        cells, fits = (said.double().numpy() for said in classifier(geometry))
+        cells, alignment = (logits.double().numpy() for logits in classifier(geometry))
     for b in range(2):
         for c, context in enumerate(contexts.tolist()):
-            expected = -np.log(1 + np.exp(-fits[b]))
+            expected = -np.log(1 + np.exp(-alignment[b]))
             for cell, name in enumerate(context):
                 expected += cells[b, cell, name] - np.log(np.exp(cells[b, cell]).sum())
             assert np.isclose(found[b, c], expected, atol=1e-5)
 
 
-def test_all_contexts_and_not_fitting_have_probability_one() -> None:
+def test_probabilities_of_all_contexts_and_of_misalignment_add_up_to_one() -> None:
     classifier, geometry = _classifier(), _geometry()
     every = torch.cartesian_prod(torch.arange(5), torch.arange(5))
     with torch.no_grad():
@@ -52,7 +52,7 @@ def test_all_contexts_and_not_fitting_have_probability_one() -> None:
         assert torch.allclose(total + torch.sigmoid(-classifier(geometry)[1]), torch.ones(2))
 
 
-def test_without_normals_it_sees_points_only() -> None:
+def test_without_normals_only_points_are_inputs() -> None:
     torch.manual_seed(0)
     classifier = ContextClassifier(3, 2, 4, width=16, blocks=1, slots=4).eval()
     other = _geometry().clone()
@@ -62,6 +62,6 @@ def test_without_normals_it_sees_points_only() -> None:
 
 def test_every_parameter_is_trained() -> None:
     classifier = ContextClassifier(6, 2, 4, width=16, blocks=2, slots=4)
-    cells, fits = classifier(_geometry())
-    (cells.square().mean() + fits.square().mean()).backward()
+    cells, alignment = classifier(_geometry())
+    (cells.square().mean() + alignment.square().mean()).backward()
     assert all(p.grad is not None for p in classifier.parameters())

@@ -1,24 +1,24 @@
-"""What is told of a structure: contexts of a grid, or the genus of any."""
+"""Conditions of a denoiser: contexts of a grid, or the genus of any structure."""
 
 import numpy as np
 import pytest
 
 from polycube.diffusion.conditions import AnyStructure, GridContexts, condition
 from polycube.diffusion.encoding import context_vector
-from polycube.diffusion.pairs.any_structure import UNTOLD, LatticePairs
+from polycube.diffusion.pairs.any_structure import UNKNOWN_GENUS, LatticePairs
 from polycube.structure.lattice import genus
 
 
-def test_a_grid_is_told_by_its_context_vector() -> None:
+def test_the_vector_of_a_grid_is_the_context_vector() -> None:
     of_grid = condition([2, 1, 1], ["cube", {"plugin": "hole_z"}])
     assert isinstance(of_grid, GridContexts) and of_grid.primitives == ("cube", "hole_z")
     assert dict(of_grid.labels) == {"axis": 6, "cell": 2, "wall": 2}
     assert (of_grid.image, of_grid.length, of_grid.origin.tolist()) == ((32, 32), 13, [1, 0.5, 0.5])
-    told = ("cube", None)
-    assert np.array_equal(of_grid.vector(told), context_vector(told, ["cube", "hole_z"], 2))
+    context = ("cube", None)
+    assert np.array_equal(of_grid.vector(context), context_vector(context, ["cube", "hole_z"], 2))
 
 
-def test_any_structure_is_told_by_its_genus_or_that_it_is_unknown() -> None:
+def test_the_vector_of_any_structure_marks_its_genus_or_that_it_is_unknown() -> None:
     of_any = condition(None, [])
     assert isinstance(of_any, AnyStructure) and of_any.grid == ()
     for genus_, one in ((0, 0), (8, 8), (None, 9), (9, 9), (-1, 9)):
@@ -31,9 +31,9 @@ def test_labels_of_pairs_are_classes_and_the_genus_is_that_of_the_solid() -> Non
     highest = np.max([pair.labels.max(axis=0) for pair in pairs], axis=0)
     assert (highest < list(of_any.labels.values())).all()
     assert highest.tolist() == [5, 6]  # all classes occur
-    told = [pair for pair in pairs if pair.genus is not None]
-    assert all(pair.genus == genus(pair.solid) == of_any.told(pair) for pair in told)
-    assert 0 < len(pairs) - len(told) < 5 * UNTOLD * len(pairs)
+    with_genus = [pair for pair in pairs if pair.genus is not None]
+    assert all(pair.genus == genus(pair.solid) == of_any.value_of(pair) for pair in with_genus)
+    assert 0 < len(pairs) - len(with_genus) < 5 * UNKNOWN_GENUS * len(pairs)
 
 
 def test_a_primitive_that_was_not_trained_is_refused() -> None:

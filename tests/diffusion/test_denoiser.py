@@ -1,4 +1,4 @@
-"""Denoising with networks whose answer is known."""
+"""Denoising with networks whose outputs are known."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from polycube.diffusion.conditions import GridContexts
-from polycube.diffusion.denoiser import AT_ONCE, Denoiser, DenoiserOptions
+from polycube.diffusion.denoiser import CLASSIFIER_BATCH, Denoiser, DenoiserOptions
 from polycube.diffusion.encoding import x_order
 from polycube.diffusion.weights import load_denoiser
 from polycube.registry import build
@@ -16,7 +16,7 @@ FOUR = ("cube", "a", "b", "c")
 
 
 class Halved(nn.Module):
-    """Knows the polycube of its geometry: half of it.  Its labels follow from the normals."""
+    """Returns half the geometry as polycube, and labels computed from the normals."""
 
     def __init__(
         self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
@@ -29,7 +29,7 @@ class Halved(nn.Module):
         return torch.cat([points / 2, normals, -normals, points[:, :2], 0 * points[:, :2]], dim=1)
 
 
-def known(**options: object) -> Denoiser:
+def halving(**options: object) -> Denoiser:
     return Denoiser(Halved, ALPHA_BAR, GridContexts((2, 1, 1), FOUR), DenoiserOptions(**options))
 
 
@@ -44,7 +44,7 @@ def test_points_keep_their_order_and_get_the_grids_origin(sampler: str) -> None:
     points, normals = cloud()
     contexts = [("cube", None), ("cube", "cube")]
     sampler = build("sampler", {"plugin": sampler})
-    denoised = known().denoise(points, normals, contexts, sampler, 0)
+    denoised = halving().denoise(points, normals, contexts, sampler, 0)
     origin = np.array([1, 0.5, 0.5])
     assert denoised.points == pytest.approx(points / 2 + origin, abs=1e-5)
     assert denoised.trajectory.shape == (5, 2, 1024, 3)
@@ -53,10 +53,10 @@ def test_points_keep_their_order_and_get_the_grids_origin(sampler: str) -> None:
 
 
 def test_labels_are_those_of_each_point() -> None:
-    """Log-softmax of what the network says of axis, cell and wall, in the points' own order."""
+    """Log-softmax of the outputs for axis, cell and wall, in the order of the points."""
     points, normals = cloud()
     sampler = build("sampler", {"plugin": "ddim", "steps": 1})
-    denoiser = known()
+    denoiser = halving()
     axis, cell, wall = denoiser.denoise(points, normals, [FOUR[:2]] * 2, sampler, 0).log_labels
     logits = np.concatenate([normals, -normals], axis=2)
     assert axis == pytest.approx(logits - np.log(np.exp(logits).sum(2, keepdims=True)), abs=1e-5)
@@ -66,15 +66,15 @@ def test_labels_are_those_of_each_point() -> None:
 
 @pytest.mark.parametrize(("options", "calls"), [({"steps": 1}, 1), ({"steps": 3}, 3)])
 def test_labels_need_no_further_call_of_the_network(options: dict, calls: int) -> None:
-    denoiser, seen = known(), []
-    denoiser.network.register_forward_hook(lambda *_: seen.append(1))
+    denoiser, calls_made = halving(), []
+    denoiser.network.register_forward_hook(lambda *_: calls_made.append(1))
     sampler = build("sampler", {"plugin": "ddim", **options})
     denoiser.denoise(*cloud(), [FOUR[:2]] * 2, sampler, 0)
-    assert len(seen) == calls
+    assert len(calls_made) == calls
 
 
 def test_images_classified_in_groups_have_the_same_probabilities(denoiser: Denoiser) -> None:
-    points, normals = cloud(batch=2 * AT_ONCE + 3)
+    points, normals = cloud(batch=2 * CLASSIFIER_BATCH + 3)
     in_groups = denoiser.log_cells(points, normals)
     one_by_one = [
         denoiser.log_cells(points[i : i + 1], normals[i : i + 1]) for i in range(len(points))
@@ -85,48 +85,48 @@ def test_images_classified_in_groups_have_the_same_probabilities(denoiser: Denoi
 
 @pytest.mark.parametrize("target", ["noise", "v", "move"])
 def test_predicted_noise_velocity_or_move_means_the_same_as_predicted_x_0(target: str) -> None:
-    """A network that says what leads to x_t leads back to the x_0 it came from."""
+    """From the noise, velocity or move that belongs to x_t, the x_0 of x_t is computed."""
     geometry, x_0, z = torch.randn(3, 1, 6, 32, 32, generator=torch.Generator().manual_seed(0))
     x_0, z = x_0[:, :3], z[:, :3]
-    denoiser, t = known(target=target), torch.tensor([12])
+    denoiser, t = halving(target=target), torch.tensor([12])
     process = denoiser.process
     x_t = process.forward(x_0, z, process.adjustment(geometry[:, :3]), t)
     velocity, move = process.velocity(x_0, z, t), x_0 - geometry[:, :3]
-    says = {"noise": z, "v": velocity, "move": move}[target]
-    denoiser.network.register_forward_hook(lambda *_: says)
+    output = {"noise": z, "v": velocity, "move": move}[target]
+    denoiser.network.register_forward_hook(lambda *_: output)
     predicted = denoiser.predict(geometry, torch.zeros(1, 29))(x_t, 12)
     assert torch.allclose(predicted, x_0, atol=1e-5)
 
 
 @pytest.mark.parametrize("points", [False, True])
 @pytest.mark.parametrize("normals", [False, True])
-def test_the_network_sees_what_it_is_meant_to_see(points: bool, normals: bool) -> None:
-    seen = []
+def test_the_network_receives_the_selected_inputs(points: bool, normals: bool) -> None:
+    n_channels, inputs = [], []
 
-    class Spy(nn.Module):
+    class Recorder(nn.Module):
         def __init__(
             self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
         ) -> None:
             super().__init__()
-            seen.append(channels)
+            n_channels.append(channels)
 
         def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
-            seen.append(x)
+            inputs.append(x)
             return x
 
     options = DenoiserOptions(geometry_channels=points, normals=normals)
-    denoiser = Denoiser(Spy, ALPHA_BAR, GridContexts((2, 1, 1), ("cube",)), options)
+    denoiser = Denoiser(Recorder, ALPHA_BAR, GridContexts((2, 1, 1), ("cube",)), options)
     x_t, geometry = torch.full((1, 3, 32, 32), 7.0), torch.arange(6.0)[:, None, None]
     geometry = geometry.expand(1, 6, 32, 32)
     denoiser.predict(geometry, torch.zeros(1, 5))(x_t, 30)
     expected = [7, 7, 7] + [0, 1, 2] * points + [3, 4, 5] * normals
-    assert seen[0] == len(expected)
-    assert seen[1][0, :, 0, 0].tolist() == expected
+    assert n_channels == [len(expected)]
+    assert inputs[0][0, :, 0, 0].tolist() == expected
 
 
 def test_sample_points_of_a_context(denoiser: Denoiser) -> None:
     assert denoiser.n_points(("cube", None)) == 1024
-    published = known(pads=True)
+    published = halving(pads=True)
     assert published.n_points(("c", None)) == 512
     assert published.n_points(("c", "c")) == 1024
 
@@ -151,7 +151,7 @@ def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> No
     geometry = torch.from_numpy(both).transpose(1, 2).reshape(2, 6, 32, 32)  # in any order
     expected = denoiser.classifier.log_likelihood(geometry, torch.tensor([[0, 3], [2, 4]]))
     assert found == pytest.approx(expected.detach().numpy(), abs=1e-5)
-    assert not hasattr(known(classifier=False), "classifier")
+    assert not hasattr(halving(classifier=False), "classifier")
 
 
 def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
@@ -164,23 +164,23 @@ def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
 
 
 @pytest.mark.parametrize("n_threads", [2, 3])
-def test_answers_do_not_depend_on_the_number_of_threads(n_threads: int) -> None:
-    """To the last bit: the mesher makes another mesh of what differs by a millionth."""
+def test_results_do_not_depend_on_the_number_of_threads(n_threads: int) -> None:
+    """To the last bit: a difference of a millionth leads to a different mesh."""
     denoiser = load_denoiser(build)
     points, normals = cloud(batch=3)
     sampler, contexts = build("sampler", {"plugin": "ddim", "steps": 5}), [("cube", "cube")] * 3
 
-    def said() -> list[np.ndarray]:
+    def results() -> list[np.ndarray]:
         denoised = denoiser.denoise(points, normals, contexts, sampler, 0)
-        likely = denoiser.log_likelihood(points, normals, contexts)
-        return [denoised.points, *denoised.log_labels, likely, *denoiser.log_cells(points, normals)]
+        log_p = denoiser.log_likelihood(points, normals, contexts)
+        return [denoised.points, *denoised.log_labels, log_p, *denoiser.log_cells(points, normals)]
 
     before = torch.get_num_threads()
     try:
         torch.set_num_threads(1)
-        one = said()
+        one = results()
         torch.set_num_threads(n_threads)
-        for expected, found in zip(one, said(), strict=True):
+        for expected, found in zip(one, results(), strict=True):
             np.testing.assert_array_equal(found, expected)
         assert torch.get_num_threads() == n_threads
     finally:

@@ -1,4 +1,4 @@
-"""What points see of those around them."""
+"""Features of points from their neighbours."""
 
 import pytest
 import torch
@@ -11,7 +11,7 @@ def cloud(n: int = 60) -> tuple[torch.Tensor, torch.Tensor]:
     return torch.randn(2, 2, n, 3, generator=torch.Generator().manual_seed(0)).unbind(0)
 
 
-def test_nearest_points_are_those_of_the_slow_way() -> None:
+def test_nearest_points_are_those_of_a_direct_search() -> None:
     points, _ = cloud()
     found = nearest(points, 5)
     for b in range(2):
@@ -34,15 +34,15 @@ def test_only_the_neighbours_count() -> None:
     """Another normal at a point changes that point and those that have it as a neighbour."""
     torch.manual_seed(0)
     around, (points, normals) = Neighbourhood(8, 6), cloud()
-    seen = nearest(points, 6)
+    neighbours = nearest(points, 6)
     other = normals.clone()
     other[:, 7] *= -1
     changed = (around(points, other) != around(points, normals)).any(dim=2)
-    affected = (seen == 7).any(dim=2)
+    affected = (neighbours == 7).any(dim=2)
     affected[:, 7] = True
     assert not (changed & ~affected).any() and changed[:, 7].all()
 
 
-def test_a_network_needs_places_and_normals_to_see_them() -> None:
+def test_neighbours_need_places_and_normals() -> None:
     with pytest.raises(ValueError, match=r"model\.neighbours needs places and normals; got 3"):
         PointNetwork(3, 5, 4, neighbours=8)

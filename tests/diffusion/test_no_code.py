@@ -1,4 +1,4 @@
-"""No file that is read can run code: weights, checkpoints, kept stages, parts."""
+"""No file that is read can run code: weights, checkpoints, cached stages, parts."""
 
 import pickle
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from safetensors.torch import save_file
 from polycube.cli.train import train
 from polycube.config import compose
 from polycube.diffusion.pairs.part_files import read_part
-from polycube.diffusion.training.checkpoints import WholeCheckpoints
+from polycube.diffusion.training.checkpoints import AtomicCheckpoints
 from polycube.diffusion.weights import config_of, load_denoiser
 from polycube.errors import InputError
 from polycube.pipeline.resume import load_stage
@@ -31,7 +31,7 @@ class Runs:
 
 @pytest.fixture
 def trap(tmp_path: Path):
-    """An object that is noticed when it is run; at the end, that it never was."""
+    """An object that leaves a file when it is run; asserts at the end that it was not run."""
     mark = tmp_path / "code was run"
     pickle.loads(pickle.dumps(Runs(mark)))  # the trap works
     assert mark.is_file()
@@ -55,10 +55,10 @@ def test_a_checkpoint_runs_no_code(kind: str, tmp_path: Path, trap: Runs) -> Non
         with pytest.raises(InputError, match="objects that could run code, which are never loaded"):
             read()
     with pytest.raises(pickle.UnpicklingError):
-        WholeCheckpoints(tmp_path).load_checkpoint(path)
+        AtomicCheckpoints(tmp_path).load_checkpoint(path)
 
 
-def test_a_training_does_not_go_on_from_one_that_would(tmp_path: Path, trap: Runs) -> None:
+def test_a_training_does_not_load_a_harmful_checkpoint(tmp_path: Path, trap: Runs) -> None:
     path = checkpoint(tmp_path / "last.ckpt", trap)
     settings = ("experiment=smoke", "batch_size=2", "batches_per_epoch=1", "held_out=2")
     with pytest.raises(InputError, match=r"last\.ckpt .* could run code"):

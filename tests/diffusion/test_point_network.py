@@ -23,7 +23,7 @@ def make(request: pytest.FixtureRequest) -> Make:
 
 
 def test_order_of_points_does_not_matter(make: Make) -> None:
-    """Moving the points about in the image moves the answers with them."""
+    """A permutation of the points permutes the outputs."""
     network = make(6).eval()
     x, t, context = torch.randn(2, 6, 8, 8), torch.rand(2), torch.rand(2, 29)
     order = torch.randperm(64)
@@ -32,7 +32,7 @@ def test_order_of_points_does_not_matter(make: Make) -> None:
     assert torch.allclose(network(shuffled, t, context).flatten(2), expected, atol=1e-5)
 
 
-def test_other_points_time_and_context_change_the_answer_for_a_point(make: Make) -> None:
+def test_other_points_time_and_context_change_the_outputs_of_a_point(make: Make) -> None:
     network = make(3).eval()
     x, t, context = torch.randn(1, 3, 4, 4), torch.zeros(1), torch.zeros(1, 29)
     plain = network(x, t, context)[0, :, 0, 0]
@@ -53,13 +53,13 @@ def angles(places: Tensor) -> Tensor:
     return torch.stack([angle.cos(), angle.sin()])[:, :, None]
 
 
-def test_attention_depends_on_how_points_lie_to_each_other_alone() -> None:
+def test_attention_depends_on_relative_positions_only() -> None:
     torch.manual_seed(0)
     attention, x, places = Attention(24, heads=2), torch.randn(2, 7, 24), torch.randn(2, 7, 3)
-    seen = attention(x, angles(places))
+    expected = attention(x, angles(places))
     moved = places + torch.tensor([0.3, -1.0, 2.0])
-    assert torch.allclose(attention(x, angles(moved)), seen, atol=1e-5)
-    assert not torch.allclose(attention(x, angles(2 * places)), seen, atol=1e-3)
+    assert torch.allclose(attention(x, angles(moved)), expected, atol=1e-5)
+    assert not torch.allclose(attention(x, angles(2 * places)), expected, atol=1e-3)
 
 
 def test_turning_keeps_lengths() -> None:

@@ -1,4 +1,4 @@
-"""Weights on disk: the same network again, or a sentence that says why not."""
+"""Weights on disk: loading returns the same network, or an error with the reason."""
 
 import json
 from pathlib import Path
@@ -32,11 +32,11 @@ def test_loading_gives_the_saved_network(denoiser: Denoiser, config: dict, tmp_p
     """To the half precision of the file; from the folder as from the file."""
     path = save_denoiser(denoiser, config, {"error": 0.5}, tmp_path / "weights")
     for given in (path, path.parent):
-        again = load_denoiser(build, given)
-        assert torch.allclose(_answer(again), _answer(denoiser), atol=5e-3)
-        assert not again.training
-        assert again.condition.primitives == denoiser.condition.primitives
-        assert again.condition.grid == (2, 1, 1)
+        loaded = load_denoiser(build, given)
+        assert torch.allclose(_answer(loaded), _answer(denoiser), atol=5e-3)
+        assert not loaded.training
+        assert loaded.condition.primitives == denoiser.condition.primitives
+        assert loaded.condition.grid == (2, 1, 1)
     assert json.loads(path.with_suffix(".json").read_text()) == {"error": 0.5}
     assert yaml.safe_load(path.with_suffix(".yaml").read_text()) == config
 
@@ -93,8 +93,8 @@ def test_files_that_are_not_there_or_do_not_fit_are_refused(
         load_denoiser(build, path)
 
 
-def test_another_grid_begins_from_what_fits(denoiser: Denoiser, config: dict) -> None:
-    """From 2x1 to 3x1 all is taken over but what the context enters, and the label of the cell."""
+def test_begin_from_copies_tensors_of_equal_shape(denoiser: Denoiser, config: dict) -> None:
+    """From 2x1 to 3x1: all except layers whose size depends on the context or the labels."""
     larger = make_denoiser(config | {"grid": [3, 1, 1]}, build)
     before = {name: tensor.clone() for name, tensor in larger.state_dict().items()}
     taken = begin_from(larger, denoiser)
@@ -109,13 +109,13 @@ def test_another_grid_begins_from_what_fits(denoiser: Denoiser, config: dict) ->
 def test_a_checkpoint_of_a_training_is_read_as_well(
     denoiser: Denoiser, config: dict, tmp_path: Path
 ) -> None:
-    """As Lightning writes it, other entries beside."""
+    """As Lightning writes it, with other entries."""
     state = {f"denoiser.{name}": tensor for name, tensor in denoiser.state_dict().items()}
     path = tmp_path / "last.ckpt"
     made = {"state_dict": state | {"other": torch.ones(1)}, "hyper_parameters": {"config": config}}
     torch.save(made, path)
-    again = load_denoiser(build, path).state_dict()
-    assert all(torch.equal(again[name], tensor) for name, tensor in denoiser.state_dict().items())
+    loaded = load_denoiser(build, path).state_dict()
+    assert all(torch.equal(loaded[name], tensor) for name, tensor in denoiser.state_dict().items())
     torch.save(made | {"hyper_parameters": {}}, path)
     with pytest.raises(InputError, match=r"last.ckpt does not contain the network of its config"):
         load_denoiser(build, path)
@@ -124,7 +124,7 @@ def test_a_checkpoint_of_a_training_is_read_as_well(
 
 
 def test_weights_that_name_the_order_of_points_still_load(config: dict) -> None:
-    """Files of earlier versions, the shipped ones among them, say `order: x`."""
+    """Files of earlier versions, including the shipped ones, contain `order: x`."""
     make_denoiser(config | {"options": config["options"] | {"order": "x"}}, build)
     with pytest.raises(InputError, match="ordered by hilbert are no longer supported, only by x"):
         make_denoiser(config | {"options": config["options"] | {"order": "hilbert"}}, build)

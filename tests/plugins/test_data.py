@@ -30,7 +30,7 @@ def test_paired_takes_every_context_in_turn(primitives: dict) -> None:
 
 
 def test_paired_with_the_published_types_only(primitives: dict) -> None:
-    """The same shapes of the nine types; another word is refused."""
+    """The same shapes of the nine types; another name is refused."""
     stream = build("data", {"plugin": "paired", "types": "published"})((2, 1, 1), primitives, 0)
     assert [c.count(None) for c in stream.contexts] == [1] * 8 + [0]
     assert np.abs(stream(8).geometry - stream(8).polycube).max() > 0.1

@@ -28,14 +28,14 @@ def stream(folder: Path, seed: int = 0, **options: float):
 
 
 @pytest.mark.parametrize("share", [0.4, 1.0])
-def test_it_keeps_the_promises_of_its_kind(folder: Path, share: float) -> None:
+def test_requirements_of_its_kind(folder: Path, share: float) -> None:
     check_plugin("data", {"plugin": "parts", "path": str(folder), "share": share})
 
 
 def test_a_pair_depends_on_seed_and_number_only(folder: Path) -> None:
-    first, again, other = (stream(folder, seed)(7) for seed in (0, 0, 1))
-    assert np.array_equal(first.geometry, again.geometry)
-    assert np.array_equal(first.labels, again.labels)
+    first, same, other = (stream(folder, seed)(7) for seed in (0, 0, 1))
+    assert np.array_equal(first.geometry, same.geometry)
+    assert np.array_equal(first.labels, same.labels)
     assert not np.array_equal(first.geometry, other.geometry)
 
 
@@ -54,7 +54,7 @@ def test_points_lie_on_the_part_and_on_its_polycube(folder: Path) -> None:
 
 
 def test_every_part_comes_in_every_orientation(folder: Path) -> None:
-    """The L is known by its empty box: it is seen at the four corners of each of three planes."""
+    """The empty box of the L differs in its rotations: four corners of each of three planes."""
     pairs = stream(folder, share=1.0)
     parts = [pairs.part(number) for number in range(600)]
     assert {part.genus for part in parts} == {0, 1}
@@ -66,7 +66,7 @@ def test_every_part_comes_in_every_orientation(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_rest_are_the_lattices_of_any_other_training(folder: Path) -> None:
+def test_the_other_parts_are_those_of_a_training_without_these_files(folder: Path) -> None:
     pairs, lattices = stream(folder, share=0.3), LatticePairs(0, 256)
     parts = [pairs.part(number) for number in range(400)]
     meshed = [part.style == "meshed" for part in parts]
@@ -80,8 +80,8 @@ def test_views_are_of_one_part(folder: Path) -> None:
     pairs = stream(folder, share=1.0)
     pairs.views = 4
     for number in range(5):
-        seen = {pairs(4 * number + view).solid.occupancy.sum() for view in range(4)}
-        assert len(seen) == 1
+        n_full = {pairs(4 * number + view).solid.occupancy.sum() for view in range(4)}
+        assert len(n_full) == 1
 
 
 def test_a_training_is_measured_on_lattices(folder: Path) -> None:
@@ -90,7 +90,7 @@ def test_a_training_is_measured_on_lattices(folder: Path) -> None:
     assert np.array_equal(found(3).geometry, lattices(3).geometry)
 
 
-def test_what_cannot_be_is_refused(folder: Path, tmp_path: Path) -> None:
+def test_invalid_options_are_refused(folder: Path, tmp_path: Path) -> None:
     for share in (0.0, 1.2):
         with pytest.raises(InputError, match="share must be above 0 and at most 1; got"):
             build("data", {"plugin": "parts", "path": str(folder), "share": share})

@@ -19,10 +19,10 @@ def _process(steps: int = 500, noise_scale: float = 0.25) -> DiffusionProcess:
 @pytest.mark.parametrize("name", names("sampler"))
 @pytest.mark.parametrize("steps", [3, 500])
 def test_the_right_prediction_is_reached_from_the_geometry(name: str, steps: int) -> None:
-    process, asked = _process(steps), []
+    process, times = _process(steps), []
 
     def predict(x_t: torch.Tensor, t: int) -> torch.Tensor:
-        asked.append(t)
+        times.append(t)
         return X_0
 
     options = {"steps": 4} if name == "ddim" else {}
@@ -31,9 +31,9 @@ def test_the_right_prediction_is_reached_from_the_geometry(name: str, steps: int
     assert torch.allclose(x_0, X_0, atol=1e-4)
     assert torch.equal(states[0], X_T) and torch.equal(states[-1], x_0)
     assert len(states) == (5 if steps == 500 else 3)
-    way = {"ddpm": steps, "ddim": min(steps, 4), "mean": steps}[name]
-    assert asked[0] == steps and asked[:way] == sorted(asked[:way], reverse=True)
-    assert asked == asked[:way] * (8 if name == "mean" else 1)
+    n_calls = {"ddpm": steps, "ddim": min(steps, 4), "mean": steps}[name]
+    assert times[0] == steps and times[:n_calls] == sorted(times[:n_calls], reverse=True)
+    assert times == times[:n_calls] * (8 if name == "mean" else 1)
 
 
 def test_ddpm_draws_and_its_seed_decides() -> None:
@@ -76,12 +76,12 @@ def test_marginals_of_ddpm_when_x_0_is_known(variance: str) -> None:
     With the posterior variance they are those of the forward process between x_0 and x_T; with
     beta the mean is the same, the variance what the steps add up to, which shows near t = 0 only.
     """
-    process, seen = _process(noise_scale=0.5), {}
+    process, states = _process(noise_scale=0.5), {}
     alpha_bar, c, s = process.alpha_bar.numpy(), process.drift.numpy(), process.noise_scale
     origin, end, n = 0.7, -0.4, 3 * 64 * 64
 
     def predict(x_t: torch.Tensor, t: int) -> torch.Tensor:
-        seen[t] = x_t
+        states[t] = x_t
         return torch.full_like(x_t, origin)
 
     x_T = torch.full((1, 3, 64, 64), end, dtype=torch.float64)
@@ -95,13 +95,13 @@ def test_marginals_of_ddpm_when_x_0_is_known(variance: str) -> None:
         if t - 1 not in (450, 250, 3):
             continue
         a, left = alpha_bar[t - 1], alpha_bar[500] / alpha_bar[t - 1]
-        known = left**0.5 * (1 - a) / (1 - alpha_bar[500])  # what x_T says about x_t
-        mean = (a**0.5 - known * alpha_bar[500] ** 0.5) * origin + c[t - 1] * end / c[500]
+        weight = left**0.5 * (1 - a) / (1 - alpha_bar[500])  # weight of x_T in the mean of x_t
+        mean = (a**0.5 - weight * alpha_bar[500] ** 0.5) * origin + c[t - 1] * end / c[500]
         bridge = s**2 * (1 - a) * (1 - left) / (1 - alpha_bar[500])
         assert 1 < spread / bridge < 1.01 if t > 4 else spread / bridge > 1.3
         expected = bridge if variance == "posterior" else spread
-        assert abs(seen[t - 1].mean() - mean) < 3 * (expected / n) ** 0.5
-        assert abs(seen[t - 1].var() - expected) < 3 * expected * (2 / n) ** 0.5
+        assert abs(states[t - 1].mean() - mean) < 3 * (expected / n) ** 0.5
+        assert abs(states[t - 1].var() - expected) < 3 * expected * (2 / n) ** 0.5
 
 
 def test_an_unknown_variance_is_refused() -> None:
@@ -121,17 +121,17 @@ def test_without_noise_ddpm_and_ddim_do_not_need_a_generator_seed() -> None:
 
 
 @pytest.mark.parametrize("steps", [1, 4, 7, 60, 100])
-def test_ddim_asks_as_often_as_it_is_told(steps: int) -> None:
-    asked = []
+def test_ddim_evaluates_the_network_once_per_step(steps: int) -> None:
+    times = []
 
     def predict(x_t: torch.Tensor, t: int) -> torch.Tensor:
-        asked.append(t)
+        times.append(t)
         return x_t / 2
 
     sampler = build("sampler", {"plugin": "ddim", "steps": steps})
     sampler(predict, X_T, _process(60), torch.Generator())
-    assert len(asked) == min(steps, 60)
-    assert torch.tensor(asked).diff().unique().numel() <= 2  # evenly
+    assert len(times) == min(steps, 60)
+    assert torch.tensor(times).diff().unique().numel() <= 2  # evenly
 
 
 def test_states_between_two_steps_of_ddim_are_of_one_noise() -> None:

@@ -29,7 +29,7 @@ def test_cosine_follows_its_formula_until_the_last_steps() -> None:
 
 
 def test_sigmoid_follows_its_formula_until_the_last_step() -> None:
-    """With start = -end half is left half-way, and what is lost is left as long before the end."""
+    """With start = -end, alpha_bar is 1/2 half-way, and point-symmetric about this point."""
     schedule = build("schedule", {"plugin": "sigmoid", "start": -2.0, "end": 2.0, "tau": 0.5})
     alpha_bar = schedule()
     assert alpha_bar[250] == pytest.approx(0.5, abs=1e-12)

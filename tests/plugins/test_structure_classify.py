@@ -1,4 +1,4 @@
-"""The classifier alone names structures; the slow way asks it for every context by itself."""
+"""Structures by the classifier alone, compared with a separate evaluation of every context."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def classify(surface: TriMesh, earlier: tuple[Candidate, ...] = (), **options) -
 
 
 @pytest.mark.parametrize("context", [("hole_y", "hole_y"), ("hole_x", "hole_y"), ("cube", None)])
-def test_it_names_turned_polycubes(context: tuple[str | None, ...]) -> None:
+def test_rotated_polycubes_are_recognised(context: tuple[str | None, ...]) -> None:
     best = classify(part(context, TURNED))[0]
     true = collapse(lattice(TWO, context, PRIMITIVES)).occupancy
     assert any(np.array_equal(turn(true, r), best.polycube.occupancy) for r in rotations())
@@ -47,25 +47,27 @@ def test_the_box_of_the_polycube_is_that_of_the_part_in_its_frame() -> None:
         assert np.linalg.det(placed[[4, 2, 1]] - placed[0]) > 0
 
 
-def test_probabilities_and_order_are_those_of_every_context_asked_alone() -> None:
+def test_probabilities_and_order_are_those_of_single_contexts() -> None:
     surface = part(("hole_x", "hole_y"), TURNED)
     denoiser = load_denoiser(build)
     named = [c for c in contexts(TWO, PRIMITIVES) if c[0] is not None]  # the others are the same
     polycubes = [collapse(lattice(TWO, context, PRIMITIVES)) for context in named]
     frame = frames(surface, 1)[0]
     points, normals = sample(surface, 1024, np.random.default_rng(0))
-    said: dict[str, list[float]] = {}
+    log_ps: dict[str, list[float]] = {}
     for view in rotations():
-        seen = learning_frame(surface.vertices, view @ frame).apply(points)
-        log_p = denoiser.log_likelihood(seen[None], (normals @ (view @ frame).T)[None], named)[0]
-        likeliest: dict[str, float] = {}
+        normalised = learning_frame(surface.vertices, view @ frame).apply(points)
+        log_p = denoiser.log_likelihood(
+            normalised[None], (normals @ (view @ frame).T)[None], named
+        )[0]
+        largest: dict[str, float] = {}
         for polycube, value in zip(polycubes, log_p, strict=True):
             if genus(polycube) == 1:
                 key = structure_key(polycube, view, 0)
-                likeliest[key] = max(value, likeliest.get(key, value))
-        for key, value in likeliest.items():
-            said.setdefault(key, []).append(value)
-    mean = {key: np.exp(np.mean(values)) for key, values in said.items()}
+                largest[key] = max(value, largest.get(key, value))
+        for key, value in largest.items():
+            log_ps.setdefault(key, []).append(value)
+    mean = {key: np.exp(np.mean(values)) for key, values in log_ps.items()}
     found = classify(surface, frames=1, kept=100)
     assert [c.key for c in found] == sorted(mean, key=lambda key: -mean[key])
     for candidate in found[:5]:
@@ -73,7 +75,7 @@ def test_probabilities_and_order_are_those_of_every_context_asked_alone() -> Non
         assert candidate.probability == pytest.approx(expected, rel=1e-3)
 
 
-def test_a_context_that_is_given_is_not_talked_over() -> None:
+def test_a_given_context_is_not_replaced() -> None:
     surface = part(("hole_y", "hole_y"), SIDES)
     config = {"plugin": "given", "context": ["hole_y", "hole_z"]}
     given = build("structure", config, grid=TWO, primitives=PRIMITIVES)(surface, ())

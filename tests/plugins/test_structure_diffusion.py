@@ -1,4 +1,4 @@
-"""The trained network proposes structures; beside earlier proposals it denoises those as well."""
+"""The trained network proposes structures; it also denoises those of earlier proposals."""
 
 import logging
 
@@ -83,23 +83,23 @@ def test_trajectory_goes_from_the_part_to_near_the_polycube(alone: list[Candidat
     assert away[1] < 0.12 and away[1] < away[0]
 
 
-def test_earlier_candidates_come_back_with_what_was_learned(
+def test_earlier_candidates_get_a_trajectory_and_a_probability(
     eight: TriMesh, sliced: tuple[Candidate, ...]
 ) -> None:
     found = propose(eight, sliced, tried=4)
     earlier = {id(candidate.rough_map): candidate for candidate in sliced}
-    told = [candidate for candidate in found if id(candidate.rough_map) in earlier]
-    assert {c.key for c in told} >= {c.key for c in sliced[:4]}
-    for candidate in told:
+    updated = [candidate for candidate in found if id(candidate.rough_map) in earlier]
+    assert {c.key for c in updated} >= {c.key for c in sliced[:4]}
+    for candidate in updated:
         old = earlier[id(candidate.rough_map)]
         assert candidate.trajectory is not None and 0 <= candidate.probability <= 1
         assert candidate.proposal == "slices"
         assert (candidate.cost, candidate.polycube) == (old.cost, old.polycube)
-    anew = [candidate for candidate in found if candidate not in told]
-    assert is_eight(anew[0]) and {c.proposal for c in anew} == {"diffusion"}
+    new = [candidate for candidate in found if candidate not in updated]
+    assert is_eight(new[0]) and {c.proposal for c in new} == {"diffusion"}
 
 
-def test_beside_others_it_proposes_what_they_missed(
+def test_a_structure_missing_among_earlier_candidates_is_proposed(
     eight: TriMesh, sliced: tuple[Candidate, ...]
 ) -> None:
     wrong = tuple(candidate for candidate in sliced if not is_eight(candidate))
@@ -108,7 +108,7 @@ def test_beside_others_it_proposes_what_they_missed(
     assert is_eight(new[0])
 
 
-def test_a_context_that_is_given_is_not_talked_over(eight: TriMesh) -> None:
+def test_a_given_context_is_not_replaced(eight: TriMesh) -> None:
     config = {"plugin": "given", "context": ["hole_y", "hole_z"]}
     given = build("structure", config, grid=TWO, primitives=PRIMITIVES)(eight, ())
     found = propose(eight, tuple(given))
@@ -121,14 +121,14 @@ def test_the_seed_decides(eight: TriMesh, sliced: tuple[Candidate, ...]) -> None
     assert not np.array_equal(one.trajectory, other.trajectory)
 
 
-def test_grids_without_weights_are_left_to_others(
+def test_nothing_is_proposed_for_grids_without_weights(
     eight: TriMesh, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.INFO):
         assert propose(eight, grid=(7, 1, 1)) == []
         assert propose(eight, grid=THREE, weights=str(shipped())) == []
     assert "no weights are included for grid 7x1x1; nothing is proposed" in caplog.text
-    assert "the weights know grid 2x1x1 with cube, hole_z, hole_x, hole_y only" in caplog.text
+    assert "the weights are for grid 2x1x1 with cube, hole_z, hole_x, hole_y only" in caplog.text
 
 
 def test_a_genus_without_context_gives_nothing() -> None:

@@ -14,6 +14,7 @@ from polycube.diffusion.pairs.any_structure import LatticePairs, LatticeShapes, 
 from polycube.diffusion.pairs.pairs import sample
 from polycube.diffusion.weights import load_denoiser
 from polycube.plugins.structure.learned import hypotheses
+from polycube.plugins.structure.learned.draws import Cloud, Draw, draw
 from polycube.plugins.structure.learned.knots import (
     charts,
     clusters,
@@ -22,7 +23,6 @@ from polycube.plugins.structure.learned.knots import (
     lattice,
     on_bricks,
 )
-from polycube.plugins.structure.learned.reading import Cloud, Reading, readings
 from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
 from polycube.surface.frames import rotations, turn
@@ -60,8 +60,8 @@ def propose(surface: TriMesh, earlier: tuple[Candidate, ...] = (), **options) ->
     return build("structure", config, grid=(2, 1, 1), primitives=PRIMITIVES)(surface, earlier)
 
 
-def truth(part: Part, n_points: int = 4000, wrong: float = 0.0) -> tuple[TriMesh, Reading]:
-    """A part in its frame, of diagonal 1, and what a perfect draw says; a share of axes is not."""
+def truth(part: Part, n_points: int = 4000, wrong: float = 0.0) -> tuple[TriMesh, Draw]:
+    """A part in its frame, of diagonal 1, and a perfect draw, except for a share of wrong axes."""
     faces = part.surface.faces
     size = diagonal(TriMesh(part.geometry, faces))
     surface, rng = TriMesh(part.geometry / size, faces), np.random.default_rng(0)
@@ -72,15 +72,15 @@ def truth(part: Part, n_points: int = 4000, wrong: float = 0.0) -> tuple[TriMesh
     )
     axis = np.where(rng.random(n_points) < wrong, rng.integers(6, size=n_points), 0)
     axis = np.where(axis > 0, axis, part.surface.axis[face])
-    said = np.log(0.9 * np.eye(6)[axis] + 0.1 / 6)
-    cloud = Cloud(points, face_normals(surface)[face], said, places - points)
-    return surface, cloud.read(surface)
+    log_axis = np.log(0.9 * np.eye(6)[axis] + 0.1 / 6)
+    cloud = Cloud(points, face_normals(surface)[face], log_axis, places - points)
+    return surface, cloud.interpolated(surface)
 
 
 @pytest.mark.parametrize(("flat", "least"), [(False, 11), (True, 10)])
 @pytest.mark.parametrize("wrong", [0.0, 0.02])
-def test_a_right_draw_gives_the_right_lattice(wrong: float, flat: bool, least: int) -> None:
-    """Also where one point in fifty says another axis: labels as they allow no polycube."""
+def test_a_perfect_draw_gives_the_true_lattice(wrong: float, flat: bool, least: int) -> None:
+    """Also if one point in fifty has another axis, so that the labels do not match a polycube."""
     right = []
     for number in range(12):
         part = PARTS.part(number)
@@ -95,24 +95,24 @@ def test_a_right_draw_gives_the_right_lattice(wrong: float, flat: bool, least: i
 
 def test_charts_lie_on_their_knots() -> None:
     part = PARTS.part(12)
-    surface, reading = truth(part)
-    found = lattice(surface, reading, part.genus)
+    surface, perfect = truth(part)
+    found = lattice(surface, perfect, part.genus)
     on = on_bricks(surface, found)
     assert np.array_equal(on.full, part.polycube.occupancy)
     for axis in range(3):
         mine = part.surface.axis // 2 == axis
-        said = on.placed[surface.faces[mine], axis]
-        off = np.abs(said - part.surface.knot[mine, None])
+        placed = on.placed[surface.faces[mine], axis]
+        off = np.abs(placed - part.surface.knot[mine, None])
         assert np.median(off) == 0 and off.mean() < 0.02
-    handed = TriMesh(on.placed, surface.faces)
-    assert np.array_equal(filled(handed, [np.arange(len(k)) for k in on.knots]), on.full)
+    mapped = TriMesh(on.placed, surface.faces)
+    assert np.array_equal(filled(mapped, [np.arange(len(k)) for k in on.knots]), on.full)
 
 
 def test_flattened_charts_of_a_bent_plate_lie_in_planes() -> None:
     """A plate sheared along x by its height: charts across x and z end up at their mean places."""
     part = PARTS.part(19)  # a block
-    surface, reading = truth(part, n_points=20_000)
-    places = reading.places
+    surface, perfect = truth(part, n_points=20_000)
+    places = perfect.places
     sheared = places + 0.1 * places[:, [2]] * [1, 0, 0]
     found, flat = flattened(surface, charts(surface, part.surface.axis, sheared), sheared)
     for chart in range(6):
@@ -122,7 +122,7 @@ def test_flattened_charts_of_a_bent_plate_lie_in_planes() -> None:
         assert found.value[chart] == pytest.approx(across.mean(), abs=0.02)
 
 
-def test_clusters_are_weighted_means_of_what_is_near() -> None:
+def test_clusters_are_weighted_means_of_close_values() -> None:
     values, weights = np.array([1.0, 0.0, 0.02, 0.5]), np.array([1.0, 3, 1, 2])
     assert clusters(values, weights, 0.1) == pytest.approx([0.005, 0.5, 1])
     assert clusters(values, weights, 0.01) == pytest.approx([0, 0.02, 0.5, 1])
@@ -161,7 +161,7 @@ def test_proposals_have_the_genus_and_differ(straight: Denoiser) -> None:
     assert [c.probability for c in found] == sorted((c.probability for c in found), reverse=True)
 
 
-def test_nothing_beside_a_given_context_or_with_weights_of_a_grid(straight: Denoiser) -> None:
+def test_nothing_is_proposed_with_a_given_context_or_weights_of_a_grid(straight: Denoiser) -> None:
     assert len(propose(prism(ELL))) == 1
     given = build(
         "structure", {"plugin": "given", "context": ["cube"]}, grid=(1, 1, 1), primitives=PRIMITIVES
@@ -178,31 +178,31 @@ def test_nothing_for_a_part_of_too_many_cad_faces(straight: Denoiser) -> None:
     assert propose(by_side, faces=5) == []
 
 
-def test_promises_of_a_structure(straight: Denoiser) -> None:
+def test_requirements_of_a_structure(straight: Denoiser) -> None:
     check_plugin("structure", {"plugin": "drawn"})
 
 
-def test_labels_and_places_come_back_from_the_orientations_in_which_a_part_is_shown(
+def test_labels_and_places_do_not_depend_on_the_random_orientations(
     straight: Denoiser,
 ) -> None:
     ell = prism(ELL)
     surface = TriMesh(ell.vertices / diagonal(ell), ell.faces)
     sampler = {"plugin": "ddim", "steps": 1}
     expected = (face_normals(surface) @ np.kron(np.eye(3), [[1, -1]])).argmax(axis=1)
-    for reading in readings(straight, surface, 0, sampler, draws=6, clouds=8, passes=2, seed=0):
-        assert np.array_equal(reading.log_axis.argmax(axis=1), expected)
-        assert reading.places == pytest.approx(surface.vertices, abs=1e-5)
+    for each in draw(straight, surface, 0, sampler, n_draws=6, n_clouds=8, n_passes=2, seed=0):
+        assert np.array_equal(each.log_axis.argmax(axis=1), expected)
+        assert each.places == pytest.approx(surface.vertices, abs=1e-5)
 
 
 def test_the_shipped_network_straightens_deformed_parts() -> None:
-    """It moves points of parts that were never trained on a good part of their way."""
+    """Points of parts outside of the training set are moved most of their way to the polycube."""
     parts = LatticePairs(10**9, 0, LatticeShapes(cad=0, organic=1))
     denoiser, sampler = load_denoiser(build, None, ()), {"plugin": "ddim", "steps": 1}
     before, after = [], []
     for number in range(6):
         part = parts.part(number)
         surface = TriMesh(part.geometry, part.surface.faces)
-        [reading] = readings(denoiser, surface, part.genus, sampler, 1, 2, 1, 0)
-        for found, places in ((before, surface.vertices), (after, reading.places)):
+        [drawn] = draw(denoiser, surface, part.genus, sampler, 1, 2, 1, 0)
+        for found, places in ((before, surface.vertices), (after, drawn.places)):
             found.append(np.linalg.norm(places - part.surface.vertices, axis=1).mean())
     assert np.mean(after) < 0.7 * np.mean(before)

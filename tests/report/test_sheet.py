@@ -14,7 +14,7 @@ from polycube.report.pictures.render import view
 
 def test_a_part_stands_left_of_its_polycube() -> None:
     part = LatticePairs(0, 0).part(3)
-    shape, goal = sheet.beside(part)
+    shape, goal = sheet.side_by_side(part)
     right = view()[0]
     assert (goal.points @ right).min() == pytest.approx((shape.points @ right).max() + sheet.GAP)
     assert np.array_equal(shape.colours, rgb(AXIS_COLOURS)[part.surface.axis])

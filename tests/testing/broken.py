@@ -1,4 +1,4 @@
-"""Plugins that break a promise, and the claim that the check says which."""
+"""Plugins that violate a requirement, and the assertion that the check reports it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ def broken(function: Callable) -> object:
     return dataclass(frozen=True)(cls)()
 
 
-def says(kind: str, function: Callable, message: str) -> None:
-    """The check of the kind refuses the function with the message."""
+def assert_refused(kind: str, function: Callable, message: str) -> None:
+    """Assert that the check of the kind refuses the function with the message."""
     with pytest.raises(AssertionError, match=message):
         check(kind, broken(function))
 

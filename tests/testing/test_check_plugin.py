@@ -1,4 +1,4 @@
-"""Every plugin of ours keeps the promises of its kind; what is no plugin is refused."""
+"""Every plugin of this program meets the requirements of its kind; other objects are refused."""
 
 from dataclasses import dataclass
 

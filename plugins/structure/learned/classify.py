@@ -57,9 +57,9 @@ class Classify(Structure):
 
         Raises InputError if the weights were trained without a classifier.
         """
-        from .hypotheses import guesses, known_denoiser
+        from .hypotheses import denoiser_of_grid, guesses
 
-        denoiser = known_denoiser(self.weights, self.grid, self.primitives)
+        denoiser = denoiser_of_grid(self.weights, self.grid, self.primitives)
         if denoiser is None:
             return []
         if not denoiser.options.classifier:

@@ -17,7 +17,7 @@ from polycube.structure.lattice import boundary, lattice
 from polycube.structure.projection import project
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
-from .hypotheses import UNLIKELY, Guess, guesses, known_denoiser, sample
+from .hypotheses import UNLIKELY, Guess, denoiser_of_grid, guesses, sample
 from .options import DenoisingOptions
 
 if TYPE_CHECKING:
@@ -34,39 +34,39 @@ def proposed(
     options: DenoisingOptions, surface: TriMesh, candidates: tuple[Candidate, ...]
 ) -> list[Candidate]:
     """The candidates of the plugin `diffusion`, see its documentation."""
-    denoiser = known_denoiser(options.weights, options.grid, options.primitives)
+    denoiser = denoiser_of_grid(options.weights, options.grid, options.primitives)
     if denoiser is None:
         return []
-    likely = guesses(denoiser, surface, options.primitives, options.frames, options.seed)
+    probable = guesses(denoiser, surface, options.primitives, options.frames, options.seed)
     earlier = best_of_each(candidates)
     given = any(candidate.proposal == "given" for candidate in candidates)
-    tried = [] if given else _worth_a_try(options, likely)
-    tried = tried + _again(earlier[: options.samples], likely)
+    tried = [] if given else _within_margin(options, probable)
+    tried = tried + _as_guesses(earlier[: options.samples], probable)
     found = best_of_each(_denoised(options, denoiser, surface, tried)) if tried else []
     close = [c for c in found if c.cost <= found[0].cost + options.margin]
-    known = {candidate.key: candidate for candidate in earlier}
-    told = [_told(known[c.key], c) for c in found if c.key in known]
-    new = [c for c in close if c.key not in known][: options.kept]
+    earlier_of = {candidate.key: candidate for candidate in earlier}
+    updated = [_with_denoising(earlier_of[c.key], c) for c in found if c.key in earlier_of]
+    new = [c for c in close if c.key not in earlier_of][: options.kept]
     points, _ = sample(surface, N_COMPARED, np.random.default_rng(options.seed))
-    again = [
+    better_placed = [
         c
         for c in close
-        if c.key in known and (c is found[0] or _is_nearer(c, known[c.key], points))
+        if c.key in earlier_of and (c is found[0] or _is_nearer(c, earlier_of[c.key], points))
     ]
     logger.info(
         "diffusion: %d structures denoised; %d new, %d with a better placement; cost %s",
         len(found),
         len(new),
-        len(again),
-        ", ".join(f"{candidate.cost:.3f}" for candidate in new + again) or "none",
+        len(better_placed),
+        ", ".join(f"{candidate.cost:.3f}" for candidate in new + better_placed) or "none",
     )
-    return told + sorted(new + again, key=lambda candidate: candidate.cost)
+    return updated + sorted(new + better_placed, key=lambda candidate: candidate.cost)
 
 
-def _worth_a_try(options: DenoisingOptions, likely: list[Guess]) -> list[Guess]:
+def _within_margin(options: DenoisingOptions, probable: list[Guess]) -> list[Guess]:
     """Guesses whose cost is within the margin if all residuals are equal."""
-    least = likely[0].log_likelihood - options.margin / UNLIKELY if likely else 0.0
-    return [guess for guess in likely[: options.tried] if guess.log_likelihood >= least]
+    least = probable[0].log_likelihood - options.margin / UNLIKELY if probable else 0.0
+    return [guess for guess in probable[: options.tried] if guess.log_likelihood >= least]
 
 
 def _denoised(
@@ -79,21 +79,27 @@ def _denoised(
     counts = np.array([denoiser.n_points(guess.polycube.context) for guess in batch])
     found: dict[int, Candidate] = {}
     for count in np.unique(counts):
-        alike = np.flatnonzero(counts == count).tolist()
+        rows = np.flatnonzero(counts == count).tolist()
         points, normals = sample(surface, count, np.random.default_rng(options.seed))
-        turns = [batch[index].rotation for index in alike]
+        turns = [batch[index].rotation for index in rows]
         placed = [learning_frame(surface.vertices, turn).apply(points) for turn in turns]
         denoised = denoiser.denoise(
             np.stack(placed),
             np.stack([normals @ turn.T for turn in turns]),
-            [batch[index].polycube.context for index in alike],
+            [batch[index].polycube.context for index in rows],
             sampler,
             options.seed,
         )
-        for row, index in enumerate(alike):
-            labels = [log_p[row] for log_p in denoised.log_labels]
-            way = denoised.trajectory[:, row]
-            found[index] = _candidate(options, batch[index], surface, points, normals, way, labels)
+        for row, index in enumerate(rows):
+            found[index] = _candidate(
+                options,
+                batch[index],
+                surface,
+                points,
+                normals,
+                denoised.trajectory[:, row],
+                [log_p[row] for log_p in denoised.log_labels],
+            )
     steps = tuple(kept_steps(denoiser.process.steps))
     return [replace(found[index], steps=steps) for index in range(len(batch))]
 
@@ -112,8 +118,8 @@ def _candidate(
     regular, axis = project(solid, trajectory[-1].astype(np.float64), log_labels)
     fitted = _fit(regular, points, guess.polycube, *guess.box(surface))
     outward = np.concatenate([np.eye(3), -np.eye(3)])[axis % 2 * 3 + axis // 2]  # (N, 3)
-    astray = 1 - (outward * (normals @ guess.rotation.T)).sum(axis=1).mean()
-    residual = _miss(guess.polycube, fitted, regular, points) + LOOK * astray
+    misalignment = 1 - (outward * (normals @ guess.rotation.T)).sum(axis=1).mean()
+    residual = _miss(guess.polycube, fitted, regular, points) + LOOK * misalignment
     cost = residual - UNLIKELY * guess.log_likelihood
     return Candidate(
         "diffusion", guess.polycube, fitted, cost, guess.key, trajectory, guess.probability
@@ -128,25 +134,25 @@ def best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
     return list(best.values())
 
 
-def _again(earlier: list[Candidate], likely: list[Guess]) -> list[Guess]:
+def _as_guesses(earlier: list[Candidate], probable: list[Guess]) -> list[Guess]:
     """Earlier candidates as guesses; with the lowest probability if their frame was not used."""
-    said = {guess.key: (guess.log_likelihood, guess.probability) for guess in likely}
-    unsaid = min((guess.log_likelihood for guess in likely), default=0.0), None
-    return [Guess(c.polycube, _rotation(c), c.key, *said.get(c.key, unsaid)) for c in earlier]
+    known = {guess.key: (guess.log_likelihood, guess.probability) for guess in probable}
+    lowest = min((guess.log_likelihood for guess in probable), default=0.0), None
+    return [Guess(c.polycube, _rotation(c), c.key, *known.get(c.key, lowest)) for c in earlier]
 
 
-def _told(old: Candidate, new: Candidate) -> Candidate:
-    """The earlier candidate with the new information about its structure."""
+def _with_denoising(old: Candidate, new: Candidate) -> Candidate:
+    """The earlier candidate with the trajectory and the probability of the new one."""
     return replace(old, trajectory=new.trajectory, steps=new.steps, probability=new.probability)
 
 
 def _is_nearer(new: Candidate, old: Candidate, points: np.ndarray) -> bool:
     """Whether the new rough map is closer to points (N, 3) of the part than the old one."""
-    near = [
+    distances = [
         cKDTree(points).query(placed)[0].mean() + cKDTree(placed).query(points)[0].mean()
         for placed in (_placed(c.polycube, c.rough_map, 2 * len(points)) for c in (new, old))
     ]
-    return bool(near[0] < near[1])
+    return bool(distances[0] < distances[1])
 
 
 def _fit(

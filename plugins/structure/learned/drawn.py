@@ -112,9 +112,9 @@ class Drawn(Structure):
                 found[shape_key(each.polycube)].append(each)
         logger.info("drawn: %d structures in %d draws", len(found), self.draws)
         candidates = []
-        for alike in sorted(found.values(), key=len, reverse=True):
-            share = len(alike) / self.draws
-            on = on_bricks(fine, alike[0])
+        for same in sorted(found.values(), key=len, reverse=True):
+            share = len(same) / self.draws
+            on = on_bricks(fine, same[0])
             candidate = on.candidate("drawn", view, self.smoothness, 1 - share, brick)
             candidates.append(replace(candidate, probability=share, family=DRAWN))
         return candidates
@@ -129,11 +129,11 @@ class Drawn(Structure):
     ) -> tuple[TriMesh, list[Lattice | None]]:
         """The refined surface, and the lattice of each draw; None for a draw without one."""
         from ..labels.refinement import refined
+        from .draws import draw
         from .knots import lattice
-        from .reading import readings
 
         vertices, faces, _ = refined(surface.vertices, surface.faces, self.size)
         fine = TriMesh(vertices, faces)
         counts = self.draws, self.clouds, self.passes
-        drawn = readings(denoiser, fine, genus, self.sampler, *counts, self.seed)
-        return fine, [lattice(fine, reading, genus, bool(k % 2)) for k, reading in enumerate(drawn)]
+        draws = draw(denoiser, fine, genus, self.sampler, *counts, self.seed)
+        return fine, [lattice(fine, each, genus, bool(k % 2)) for k, each in enumerate(draws)]

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 UNLIKELY = 0.07  # cost of a structure with a probability lower by a factor e
-ELSE = "the weights %s are for %s; proposals %s use the included weights"
+OTHER_KIND = "the weights %s are for %s; proposals %s use the included weights"
 FILLINGS = 64  # number of the most probable contexts considered in each orientation
 
 
@@ -57,7 +57,7 @@ class Guess:
         return self.rotation.T * scale, self.rotation.T @ (turned.min(axis=0) - scale * low)
 
 
-def known_denoiser(
+def denoiser_of_grid(
     weights: str | None, grid: tuple[int, int, int], primitives: Mapping[str, np.ndarray]
 ) -> Denoiser | None:
     """The trained network of a grid; raises InputError.
@@ -75,15 +75,15 @@ def known_denoiser(
         return None
     denoiser = load_denoiser(build, weights, grid)
     if not denoiser.condition.grid:
-        logger.warning(ELSE, weights, "any structure, not a grid", "of a grid")
-        return known_denoiser(None, grid, primitives)
+        logger.warning(OTHER_KIND, weights, "any structure, not a grid", "of a grid")
+        return denoiser_of_grid(None, grid, primitives)
     if tuple(grid) == denoiser.condition.grid and set(primitives) <= set(
         denoiser.condition.primitives
     ):
         return denoiser
     logger.log(
         logging.INFO if weights is None else logging.WARNING,
-        "nothing proposed%s on grid %s: the weights know grid %s with %s only",
+        "nothing proposed%s on grid %s: the weights are for grid %s with %s only",
         f" by {weights}" if weights else "",
         "x".join(map(str, grid)),
         "x".join(map(str, denoiser.condition.grid)),
@@ -102,7 +102,7 @@ def denoiser_of_any(weights: str | None) -> Denoiser:
     denoiser = load_denoiser(build, weights, ())
     if not denoiser.condition.grid:
         return denoiser
-    logger.warning(ELSE, weights, "a grid, not any structure", "of any structure")
+    logger.warning(OTHER_KIND, weights, "a grid, not any structure", "of any structure")
     return denoiser_of_any(None)
 
 
@@ -124,18 +124,19 @@ def guesses(
     placed = [turn @ frame for frame in frames(surface, n_frames) for turn in turns]
     # most probable context of a rotation
     log_ps: dict[tuple[int, str], dict[int, float]] = defaultdict(dict)
-    named: dict[tuple[int, str, str], tuple[float, int, Polycube]] = {}  # and of each solid
+    best: dict[tuple[int, str, str], tuple[float, int, Polycube]] = {}  # and of each solid
     for index, filling, log_p in _fillings(denoiser, surface, placed, seed):
         if polycube := solid(filling):
             frame, turn = divmod(index, len(turns))
             key = structure_key(polycube, turns[turn], frame)
             log_ps[frame, key].setdefault(turn, log_p)
-            name, lies = (log_p, index, polycube), (frame, key, _widths(polycube, turns[turn]))
-            named[lies] = max(name, named.get(lies, name), key=lambda name: name[0])
-    mean = {structure: float(np.mean([*of.values()])) for structure, of in log_ps.items()}
+            entry = log_p, index, polycube
+            solid_key = frame, key, _widths(polycube, turns[turn])
+            best[solid_key] = max(entry, best.get(solid_key, entry), key=lambda entry: entry[0])
+    mean = {structure: float(np.mean([*each.values()])) for structure, each in log_ps.items()}
     share = _shares(mean)
     found = []
-    for (frame, key, _), (_, index, polycube) in named.items():
+    for (frame, key, _), (_, index, polycube) in best.items():
         extent = np.ptp(surface.vertices @ placed[index].T, axis=0)
         sides = [knots[-1] - knots[0] for knots in polycube.knots]
         stretched = np.log(extent / sides).std()
@@ -176,8 +177,8 @@ def _solids(
 def _widths(polycube: Polycube, view: np.ndarray) -> str:
     """Widths of the slabs of a polycube in a frame; view : (3, 3) frame to polycube."""
     axes, signs = np.abs(view).argmax(axis=0), view.sum(axis=0).astype(int)
-    lying = [np.diff(polycube.knots[axis])[::sign] for axis, sign in zip(axes, signs, strict=True)]
-    return " ".join(f"{width:.3f}" for width in np.concatenate(lying))
+    widths = [np.diff(polycube.knots[axis])[::sign] for axis, sign in zip(axes, signs, strict=True)]
+    return " ".join(f"{width:.3f}" for width in np.concatenate(widths))
 
 
 def _fillings(
@@ -186,10 +187,10 @@ def _fillings(
     """Orientation, context as numbers of primitives, log-probability; most probable first."""
     n_points = int(np.prod(denoiser.condition.image))
     points, normals = sample(surface, n_points, np.random.default_rng(seed))
-    seen = np.stack([learning_frame(surface.vertices, r).apply(points) for r in placed])
+    normalised = np.stack([learning_frame(surface.vertices, r).apply(points) for r in placed])
     turned = np.stack([normals @ r.T for r in placed])
     if denoiser.options.classifier:
-        log_cells, log_along = denoiser.log_cells(seen, turned)
+        log_cells, log_aligned = denoiser.log_cells(normalised, turned)
     else:
         log_cells = np.zeros(
             (
@@ -198,9 +199,9 @@ def _fillings(
                 len(denoiser.condition.primitives) + 1,
             )
         )
-        log_along = np.zeros(len(placed))
+        log_aligned = np.zeros(len(placed))
     cells = np.empty((len(placed), 1, 0), int)
-    total = log_along[:, None]  # (B, K) of the K most probable contexts of the first cells
+    total = log_aligned[:, None]  # (B, K) of the K most probable contexts of the first cells
     for log_p in np.moveaxis(log_cells, 1, 0):  # (B, classes)
         longer = (total[:, :, None] + log_p[:, None]).reshape(len(placed), -1)
         best = np.argsort(-longer, axis=1, kind="stable")[:, :FILLINGS]

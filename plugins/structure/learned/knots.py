@@ -27,7 +27,7 @@ from polycube.types import Polycube, TriMesh
 from ..bricks.topology import defect
 from ..labels.fields import field, stiffness
 from ..labels.lattices import OnBricks
-from .reading import Reading
+from .draws import Draw
 
 NEAR = (0.035, 0.025, 0.05, 0.015)  # tolerances for charts with a common knot, in diagonals
 LIGHT = 0.001  # share of the area below which charts are ignored
@@ -53,13 +53,13 @@ class Lattice(NamedTuple):
     near: float  # tolerance for charts with a common knot
 
 
-def lattice(surface: TriMesh, reading: Reading, genus: int, flat: bool = False) -> Lattice | None:
+def lattice(surface: TriMesh, draw: Draw, genus: int, flat: bool = False) -> Lattice | None:
     """The lattice of a draw for a fine surface; None if no tolerance gives the genus of the part.
 
     flat : whether charts are flattened first
     """
-    places = reading.places
-    own = charts(surface, reading.log_axis.argmax(axis=1), places)
+    places = draw.places
+    own = charts(surface, draw.log_axis.argmax(axis=1), places)
     if np.bincount(own.axis, minlength=3).min() < 2:
         return None
     if flat:
@@ -110,8 +110,8 @@ def flattened(surface: TriMesh, charts: Charts, places: np.ndarray) -> tuple[Cha
 def _on(surface: TriMesh, charts: Charts, chosen: np.ndarray) -> np.ndarray:
     """(V,) the chart, among the chosen ones (C,), of each vertex, or -1."""
     own = np.full(len(surface.vertices), -1)
-    mine = (charts.chart >= 0) & chosen[charts.chart]
-    own[surface.faces[mine]] = charts.chart[mine, None]
+    is_chosen = (charts.chart >= 0) & chosen[charts.chart]
+    own[surface.faces[is_chosen]] = charts.chart[is_chosen, None]
     return own
 
 

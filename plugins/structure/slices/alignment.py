@@ -1,8 +1,8 @@
-"""Align the slices of a part with a pattern: the cheapest division into its letters.
+"""Align the slices of a part with a pattern: the cheapest division into its slabs.
 
-The cost of a slice with a letter is the area that would have to be added or removed, plus penalties
-for features that are missing or different; dynamic programming finds the best monotone division for
-every pattern.
+The cost of a slice as part of a slab is the area that would have to be added or removed, plus
+penalties for features that are missing or different; dynamic programming finds the best monotone
+division for every pattern.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy as np
 from polycube.surface.voxels import Voxels
 
 from .options import Costs
-from .patterns import Word
+from .patterns import SlabPattern
 from .sections import Slices, measure
 
-Letter = TypeVar("Letter", bound=Hashable)
+Slab = TypeVar("Slab", bound=Hashable)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,17 +40,17 @@ class View:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class Alignment:
     """An alignment with a pattern along the first axis of a view."""
 
-    word: Word
+    pattern: SlabPattern
     cost: float
-    bounds: np.ndarray  # (letters + 1,) slice at which each letter begins, and the end
+    bounds: np.ndarray  # (slabs + 1,) slice at which each slab begins, and the end
     slices: Slices
     view: View
 
 
-def read(view: View, words: Sequence[Word], costs: Costs) -> list[Reading]:
+def align(view: View, patterns: Sequence[SlabPattern], costs: Costs) -> list[Alignment]:
     """All possible alignments along the first axis; empty without solid voxels."""
     slices = measure(view.voxels.solid)
     used = np.flatnonzero(slices.area)
@@ -59,24 +59,24 @@ def read(view: View, words: Sequence[Word], costs: Costs) -> list[Reading]:
     low, high = used[0], used[-1] + 1
     emission = {name: e[low:high] for name, e in emissions(slices, costs).items()}
     total = slices.area.sum()
-    misread, cuts = {}, {}
-    for word in words:
-        misread[word.letters], cuts[word.letters] = cut(word.letters, emission, costs.shortest)
-    readings = []
-    for word in words:
-        raw = misread[word.letters]
-        plain = min((misread.get(w, np.inf) for w in word.without_ring()), default=np.inf)
-        pays = not np.isfinite(plain) or plain - raw >= costs.blind * costs.letter * total
-        if np.isfinite(raw) and pays:
-            n_holes = sum(letter in "YZ" for letter in word.letters)
-            extra = costs.letter * (len(word.letters) - 1 - 2 * n_holes)
-            bounds = cuts[word.letters] + low
-            readings.append(Reading(word, raw / total + extra, bounds, slices, view))
-    return readings
+    cost_of, cuts = {}, {}
+    for pattern in patterns:
+        cost_of[pattern.slabs], cuts[pattern.slabs] = cut(pattern.slabs, emission, costs.shortest)
+    alignments = []
+    for pattern in patterns:
+        cost = cost_of[pattern.slabs]
+        simpler = min((cost_of.get(s, np.inf) for s in pattern.without_ring()), default=np.inf)
+        pays = not np.isfinite(simpler) or simpler - cost >= costs.blind * costs.letter * total
+        if np.isfinite(cost) and pays:
+            n_holes = sum(slab in "YZ" for slab in pattern.slabs)
+            extra = costs.letter * (len(pattern.slabs) - 1 - 2 * n_holes)
+            bounds = cuts[pattern.slabs] + low
+            alignments.append(Alignment(pattern, cost / total + extra, bounds, slices, view))
+    return alignments
 
 
 def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
-    """(X,) cost in voxels of each slice with each letter; 0 for a slice without solid."""
+    """(X,) cost in voxels of each slice as part of each slab; 0 for a slice without solid."""
     area, holes = slices.area, slices.hole_total
     first, second = slices.piece_area.T
     hole = slices.hole_area
@@ -88,18 +88,18 @@ def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
     one = rest + holes + hidden  # as for one full piece
     no_ring = rest + area * np.where(second > 0, 0.3, 0.5) + hidden / 2
     ring = rest + holes - hole + hidden + np.maximum(0, missing - hole) + ragged
-    letters = {"F": one + ragged, "R": np.where(hole > 0, ring, no_ring)}
+    found = {"F": one + ragged, "R": np.where(hole > 0, ring, no_ring)}
     blunt = 0.5 * area + 0.5 * holes + hidden
     bars = rest - second + holes + np.maximum(0, missing - second)
     bars = bars + costs.ragged * (boxes.sum(axis=1) - first - second)
     apart, askew = _arrangement(slices.piece_box)
-    for letter, gap in (("Y", 1), ("Z", 0)):  # the bars of Y are separated in z
+    for slab, gap in (("Y", 1), ("Z", 0)):  # the bars of Y are separated in z
         cost = np.minimum(one - slices.gain[:, gap] + missing / 2, blunt)
         extra = np.where(apart[:, gap], 0, costs.overlap) + costs.direction * askew[:, gap]
         inside = np.maximum(0, slices.between[:, 1 - gap] - holes) * apart[:, gap]
         two = bars + costs.concave * inside + area * extra
-        letters[letter] = np.where(second > 0, np.minimum(cost, two), cost)
-    return {name: np.where(area > 0, cost, 0) for name, cost in letters.items()}
+        found[slab] = np.where(second > 0, np.minimum(cost, two), cost)
+    return {name: np.where(area > 0, cost, 0) for name, cost in found.items()}
 
 
 def _box_area(boxes: np.ndarray) -> np.ndarray:
@@ -116,19 +116,19 @@ def _arrangement(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cut(
-    letters: Sequence[Letter], emission: Mapping[Letter, np.ndarray], shortest: int
+    slabs: Sequence[Slab], emission: Mapping[Slab, np.ndarray], shortest: int
 ) -> tuple[float, np.ndarray]:
-    """Smallest cost of dividing X slices into the letters in order, and the start of each one.
+    """Smallest cost of dividing X slices into the slabs in order, and the start of each one.
 
-    A full letter at an end may be a single slice; the cost is infinite if there are too few slices.
+    A full slab at an end may be a single slice; the cost is infinite if there are too few slices.
     """
-    n = len(emission[letters[0]])
+    n = len(emission[slabs[0]])
     best, origin = np.where(np.arange(n + 1) == 0, 0.0, np.inf), []
-    for index, letter in enumerate(letters):
-        is_cap = letter == "F" and index in (0, len(letters) - 1) and len(letters) > 1
+    for index, slab in enumerate(slabs):
+        is_cap = slab == "F" and index in (0, len(slabs) - 1) and len(slabs) > 1
         wide = 1 if is_cap else shortest
-        total = np.append(0, np.cumsum(emission[letter]))
-        start = best - total  # cost of starting the letter at each slice
+        total = np.append(0, np.cumsum(emission[slab]))
+        start = best - total  # cost of starting the slab at each slice
         least = np.minimum.accumulate(start)
         new = np.append(True, least[1:] < least[:-1])
         begin = np.maximum.accumulate(np.where(new, np.arange(n + 1), 0))

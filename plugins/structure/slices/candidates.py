@@ -10,15 +10,15 @@ from polycube.surface.frames import frames, rotations, turn
 from polycube.surface.voxels import voxels
 from polycube.types import Candidate, Polycube, TriMesh
 
-from .alignment import Reading, View, read
-from .options import Costs, Reader
-from .patterns import Word
+from .alignment import Alignment, View, align
+from .options import Costs, SliceOptions
+from .patterns import SlabPattern
 from .placement import misfit, place
 
 TIE = 0.01  # weight of the lengths among equally good alignments
 
 
-def views(options: Reader, surface: TriMesh) -> list[View]:
+def views(options: SliceOptions, surface: TriMesh) -> list[View]:
     """The part in each of its frames, the best frame first."""
     return [
         View(frame, np.eye(3), voxels(surface, frame, options.resolution))
@@ -26,21 +26,22 @@ def views(options: Reader, surface: TriMesh) -> list[View]:
     ]
 
 
-def readings(
-    costs: Costs, view: View, turns: Iterable[np.ndarray], words: Sequence[Word]
-) -> list[Reading]:
+def alignments(
+    costs: Costs, view: View, turns: Iterable[np.ndarray], patterns: Sequence[SlabPattern]
+) -> list[Alignment]:
     """Alignments along the first axis of each rotation (3, 3) of a view, best first."""
-    found = [reading for t in turns for reading in read(view.turned(t), words, costs)]
-    return sorted(found, key=lambda reading: reading.cost)
+    found = [each for t in turns for each in align(view.turned(t), patterns, costs)]
+    return sorted(found, key=lambda alignment: alignment.cost)
 
 
-def as_candidate(reading: Reading, proposal: str, frame: int) -> Candidate:
-    """The candidate of an alignment in a frame; its context follows from its lengths."""
-    unlike, index = min((misfit(reading, p), i) for i, p in enumerate(reading.word.polycubes))
-    polycube = reading.word.polycubes[index]
-    cost = reading.cost + TIE * unlike
-    key = structure_key(polycube, reading.view.turn, frame)
-    return Candidate(proposal, polycube, place(reading, polycube), cost, key)
+def as_candidate(alignment: Alignment, proposal: str, frame: int) -> Candidate:
+    """The candidate of an alignment in a frame; its context has the most similar lengths."""
+    polycubes = alignment.pattern.polycubes
+    difference, index = min((misfit(alignment, p), i) for i, p in enumerate(polycubes))
+    polycube = polycubes[index]
+    cost = alignment.cost + TIE * difference
+    key = structure_key(polycube, alignment.view.turn, frame)
+    return Candidate(proposal, polycube, place(alignment, polycube), cost, key)
 
 
 def structure_key(polycube: Polycube, view: np.ndarray, frame: int) -> str:

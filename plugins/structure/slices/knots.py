@@ -29,8 +29,8 @@ def fit_knots(slabs: np.ndarray, counts: np.ndarray, starts: int) -> tuple[list[
     counts : `cumulative` voxels, which the boxes fill from end to end
     starts : number of starts of the descent; the first has equal slabs, the others random ones
 
-    Several starts are used, because a descent that starts with a hole beside that of the part loses
-    the hole.
+    Several starts are used, because a descent that starts with a hole next to that of the part
+    loses the hole.
     """
     rng = np.random.default_rng(0)
     widths = [[np.full(n, 1 / n) for n in slabs.shape]]

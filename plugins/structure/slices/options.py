@@ -35,7 +35,7 @@ class Costs:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reader(Costs):
+class SliceOptions(Costs):
     """Common options of the plugins of this package.
 
     Parameters

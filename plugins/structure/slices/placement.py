@@ -7,19 +7,19 @@ from scipy.ndimage import gaussian_filter1d
 
 from polycube.types import Polycube, RoughMap
 
-from .alignment import Reading
+from .alignment import Alignment
 
 THIRDS = np.array([0, 1 / 3, 2 / 3, 1])
 
 
-def place(reading: Reading, polycube: Polycube) -> RoughMap:
+def place(alignment: Alignment, polycube: Polycube) -> RoughMap:
     """Rough map of the (collapsed) polycube onto the slices of an alignment, in model units.
 
     Control planes are at the ends of every slice, each with 4 x 4 lines at thirds of the cell.
     """
-    bounds = reading.bounds
+    bounds = alignment.bounds
     planes = np.arange(bounds[0], bounds[-1] + 1)
-    lines = _lines(reading)  # (X, 2, 4)
+    lines = _lines(alignment)  # (X, 2, 4)
     ends = np.concatenate([lines[:1], lines, lines[-1:]])
     lines = (ends[1:] + ends[:-1]) / 2  # (X + 1, 2, 4)
     points = np.empty((len(planes), 4, 4, 3))
@@ -27,12 +27,12 @@ def place(reading: Reading, polycube: Polycube) -> RoughMap:
     points[..., 1] = lines[:, 0, :, None]
     points[..., 2] = lines[:, 1, None, :]
     x = np.interp(planes, bounds, polycube.x)
-    return RoughMap(x, THIRDS, THIRDS, reading.view.to_model(points))
+    return RoughMap(x, THIRDS, THIRDS, alignment.view.to_model(points))
 
 
-def _lines(reading: Reading) -> np.ndarray:
+def _lines(alignment: Alignment) -> np.ndarray:
     """(X, 2, 4) y lines and z lines of every slice, in voxels, smoothed along the row."""
-    outer, inner = (_fill(values) for values in _seen(reading))
+    outer, inner = (_fill(values) for values in _measured_lines(alignment))
     centre, width = outer.mean(axis=-1), np.ptp(outer, axis=-1)
     width = np.maximum(width, 0.35 * np.median(width, axis=0))
     low, high = np.clip(inner[..., 0], 0.08, 0.8), np.clip(inner[..., 1], 0.2, 0.92)
@@ -45,23 +45,23 @@ def _lines(reading: Reading) -> np.ndarray:
     return (centre - width / 2)[..., None] + width[..., None] * fractions
 
 
-def _seen(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
+def _measured_lines(alignment: Alignment) -> tuple[np.ndarray, np.ndarray]:
     """Outer lines in voxels and inner lines as fractions (X, 2 axes, 2 ends); nan if missing."""
-    bounds, letters = reading.bounds, np.array(list(reading.word.letters))
+    bounds, slabs = alignment.bounds, np.array(list(alignment.pattern.slabs))
     here = slice(bounds[0], bounds[-1])
-    letter = np.repeat(letters, np.diff(bounds))
-    areas, holes = reading.slices.piece_area[here], reading.slices.hole_area[here]
-    solid = areas[:, 0] + reading.slices.hole_total[here] * np.isin(letter, ["F", "R"])
-    pieces = reading.slices.piece_box[here]
+    slab = np.repeat(slabs, np.diff(bounds))
+    areas, holes = alignment.slices.piece_area[here], alignment.slices.hole_area[here]
+    solid = areas[:, 0] + alignment.slices.hole_total[here] * np.isin(slab, ["F", "R"])
+    pieces = alignment.slices.piece_box[here]
     first, second = _shrunk(pieces[:, 0], solid), _shrunk(pieces[:, 1], areas[:, 1])
-    hole = _shrunk(reading.slices.hole_box[here], holes)
-    outer, inner = np.full((2, len(letter), 2, 2), np.nan)
-    ring = (letter == "R") & (holes > 0)
-    whole = ((letter == "F") & (areas[:, 0] > 0)) | ring
-    outer[whole] = first[whole]
+    hole = _shrunk(alignment.slices.hole_box[here], holes)
+    outer, inner = np.full((2, len(slab), 2, 2), np.nan)
+    ring = (slab == "R") & (holes > 0)
+    is_single = ((slab == "F") & (areas[:, 0] > 0)) | ring
+    outer[is_single] = first[is_single]
     inner[ring] = _fractions(hole, first)[ring]
     for name, gap in (("Y", 1), ("Z", 0)):
-        bars = (letter == name) & (areas[:, 1] > 0)
+        bars = (slab == name) & (areas[:, 1] > 0)
         ahead = first[:, gap].sum(axis=1) < second[:, gap].sum(axis=1)
         swap = ahead[:, None, None]
         before, after = np.where(swap, first, second), np.where(swap, second, first)
@@ -92,20 +92,20 @@ def _fill(values: np.ndarray) -> np.ndarray:
     x, filled = np.arange(len(values)), values.copy()
     for i, j in np.ndindex(values.shape[1:]):
         column = filled[:, i, j]
-        seen = np.isfinite(column)
-        known = (x[seen], column[seen]) if seen.any() else ([0], [THIRDS[1 + j]])
-        column[~seen] = np.interp(x[~seen], *known)
+        has_value = np.isfinite(column)
+        given = (x[has_value], column[has_value]) if has_value.any() else ([0], [THIRDS[1 + j]])
+        column[~has_value] = np.interp(x[~has_value], *given)
     return filled
 
 
-def misfit(reading: Reading, polycube: Polycube) -> float:
-    """Difference in length between the letters and the slabs of a polycube of the pattern.
+def misfit(alignment: Alignment, polycube: Polycube) -> float:
+    """Difference in length between the slabs of an alignment and those of a polycube.
 
-    Letters are compared as shares of the row, and the aspect ratio of a cell with that of a cube.
+    They are compared as shares of the row, and the aspect ratio of a cell with that of a cube.
     """
-    bounds, span = reading.bounds, np.ptp(polycube.x)
+    bounds, span = alignment.bounds, np.ptp(polycube.x)
     shares = (bounds - bounds[0]) / (bounds[-1] - bounds[0])
-    sections = reading.slices.span[bounds[0] : bounds[-1]].prod(axis=1)
+    sections = alignment.slices.span[bounds[0] : bounds[-1]].prod(axis=1)
     aspect = (bounds[-1] - bounds[0]) / np.sqrt(np.median(sections))
     slabs = (polycube.x - polycube.x[0]) / span
     return float(((slabs - shares) ** 2).sum() + 0.02 * np.log(aspect / span) ** 2)

@@ -15,7 +15,7 @@ from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.types import Candidate, TriMesh
 
-from .options import Reader
+from .options import SliceOptions
 
 logger = logging.getLogger(__name__)
 
@@ -24,7 +24,7 @@ AXES = np.array([np.roll(np.eye(3), -axis, axis=0) for axis in range(3)])  # wit
 
 @register("structure", "slices")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SliceReading(Reader, Structure):
+class SliceMatching(SliceOptions, Structure):
     """Match slices of the part with patterns of slabs; for grids that are a row of cells.
 
     Parameters
@@ -43,19 +43,19 @@ class SliceReading(Reader, Structure):
         from polycube.structure.lattice import genus as genus_of
         from polycube.surface.measures import genus
 
-        from .candidates import as_candidate, readings, views
-        from .patterns import words
+        from .candidates import alignments, as_candidate, views
+        from .patterns import slab_patterns
 
         if tuple(self.grid[1:]) != (1, 1):
             logger.info("slices: grid %s is not a row of cells; nothing is proposed", self.grid)
             return []
         wanted = genus(surface)
-        every = words(self.grid, self.primitives)
-        fitting = [word for word in every if genus_of(word.polycubes[0]) == wanted]
+        every = slab_patterns(self.grid, self.primitives)
+        fitting = [each for each in every if genus_of(each.polycubes[0]) == wanted]
         found: list[Candidate] = []
         for frame, view in enumerate(views(self, surface)):
             limit = self.kept_elsewhere if frame else self.kept
-            aligned = readings(self, view, AXES, fitting)
+            aligned = alignments(self, view, AXES, fitting)
             found += self._close([as_candidate(r, "slices", frame) for r in aligned], limit)
         found = self._close(sorted(found, key=lambda candidate: candidate.cost), len(found))
         logger.info(

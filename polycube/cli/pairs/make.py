@@ -83,8 +83,10 @@ def _row(path: Path, cfg: Json, folder: Path, interrupt: Event) -> Row:
             write_part(scratch / f"{path.stem}{SUFFIX}", part)
         row |= {"result": MADE, **_numbers(part)}
     except Exception as error:  # an error in the program must not end the other parts
-        is_said = isinstance(error, InputError | MeshingError | ValueError)
-        row["says"] = " ".join(f"{'' if is_said else f'{type(error).__name__}: '}{error}".split())
+        is_expected = isinstance(error, InputError | MeshingError | ValueError)
+        row["says"] = " ".join(
+            f"{'' if is_expected else f'{type(error).__name__}: '}{error}".split()
+        )
     return row | {"seconds": round(time.perf_counter() - began, 1)}
 
 

@@ -30,7 +30,7 @@ def sheet(path: Path, seed: int = 0, first: int = 0) -> None:
     from PIL import Image
 
     pairs = LatticePairs(seed, n_points=0)
-    scenes = {str(n): beside(pairs.part(first + n)) for n in range(COLUMNS * ROWS)}
+    scenes = {str(n): side_by_side(pairs.part(first + n)) for n in range(COLUMNS * ROWS)}
     page = Image.new("RGB", (COLUMNS * TILE[0], ROWS * TILE[1]), "white")
     for name, png in draw(scenes).items():
         tile = Image.open(io.BytesIO(png)).convert("RGBA")
@@ -42,7 +42,7 @@ def sheet(path: Path, seed: int = 0, first: int = 0) -> None:
         page.save(temporary, "PNG", optimize=True)
 
 
-def beside(part: Part) -> Scene:
+def side_by_side(part: Part) -> Scene:
     """A part with its polycube on its right."""
     surface = part.surface
     plane = 8 * surface.axis + surface.knot  # faces of one plane never touch

@@ -46,8 +46,8 @@ def docstring(thing: object) -> str:
 def signature(function: object, name: str) -> str:
     """A call as code, without `self` and modules of types; a long one has a line per parameter."""
     found = inspect.signature(function)  # type: ignore[arg-type]
-    kept = [each for each in found.parameters.values() if each.name != "self"]
-    call = name + _plain(str(found.replace(parameters=kept)))
+    parameters = [each for each in found.parameters.values() if each.name != "self"]
+    call = name + _plain(str(found.replace(parameters=parameters)))
     if len(call) > WIDTH:
         opened = re.sub(r", (?=[*]{0,2}\w+: |[*],)", ",\n    ", call)
         call = opened.replace("(", "(\n    ", 1).replace(") -> ", ",\n) -> ")
@@ -59,7 +59,7 @@ def _plain(text: str) -> str:
 
 
 def _entries(body: str) -> str:
-    """The entries of a section; indented lines continue the preceding entry, text is kept."""
+    """The entries of a section, whose indented lines continue an entry; other text is unchanged."""
     if " : " not in body and "\n " not in body:
         return " ".join(body.split())
     lines: list[str] = []

@@ -65,8 +65,8 @@ def _settings(program: str) -> Iterator[tuple[str, str, str]]:
 def _groups(program: str) -> Iterator[tuple[str, str, str]]:
     """Groups of a program, the choices of each, and the default."""
     search = loader()
-    known = search.compute_defaults_list(program, [], RunMode.RUN).overrides.known_choices
-    for key, chosen in sorted(known.items()):
+    defaults = search.compute_defaults_list(program, [], RunMode.RUN).overrides.known_choices
+    for key, chosen in sorted(defaults.items()):
         names = [] if key.startswith("hydra/") else options_of(search, key.partition("@")[0])
         if names:
             yield f"`{key}`", _listed(names), "" if chosen is None else f"`{chosen}`"
@@ -109,8 +109,8 @@ def _default(option: Field, value: object) -> str:
     if "choice" in option.metadata:
         return f"`{option.metadata['choice'][1]}`"
     if "setting" in option.metadata and value != "???":
-        followed = option.metadata["setting"]
-        return f"`{followed}`" if value is None else f"`{followed}`, else {_written(value)}"
+        source = option.metadata["setting"]
+        return f"`{source}`" if value is None else f"`{source}`, else {_written(value)}"
     return "required" if value == "???" else _written(value)
 
 

@@ -41,8 +41,8 @@ def _overview() -> str:
 
 def _ours(kind: str) -> list[str]:
     """Plugins of this program, without those of installed packages."""
-    known = {name: cls for (of, name), cls in classes().items() if of == kind}
-    return sorted(name for name, cls in known.items() if cls.__module__.startswith("polycube."))
+    plugins = {name: cls for (of, name), cls in classes().items() if of == kind}
+    return sorted(name for name, cls in plugins.items() if cls.__module__.startswith("polycube."))
 
 
 def _contracts() -> Iterator[str]:

@@ -186,17 +186,17 @@ def _row(part: _Part, names: Mapping[int, str], path: str) -> dict[str, Any]:
 
 def _counts(found: Sequence[Json | None]) -> Json | None:
     """Numbers of points, curves and faces of the solids, total and lost; None without any."""
-    known = [each for each in found if each]
-    if not known:
+    counted = [each for each in found if each]
+    if not counted:
         return None
     return {
-        kind: {name: sum(each[kind][name] for each in known) for name in ("all", "lost")}
+        kind: {name: sum(each[kind][name] for each in counted) for name in ("all", "lost")}
         for kind in (f"{kind}s" for kind in KINDS)
     }
 
 
 def _numbers(parts: Sequence[_Part], mesh: HexMesh) -> dict[str, Any]:
-    """The measures of the whole mesh."""
+    """The measures of the combined mesh."""
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     features = _counts([part.report.get("hex", {}).get("features") for part in parts])
     meshed = sum(len(part.mesh.vertices) for part in parts if part.mesh is not None)

@@ -35,7 +35,7 @@ Placed = tuple[Path, Motion]  # folder of the run of an identical solid, and its
 Attempt = Callable[..., tuple[int, str]]
 
 
-def is_asked_for(cfg: Json) -> bool:
+def is_requested(cfg: Json) -> bool:
     """Whether the settings are for all solids of a file."""
     return bool(cfg["cad"]["solid"] == ALL)
 
@@ -112,7 +112,7 @@ def run_solids(
     InputError
         Before any work, if nothing can be written.
     KeyboardInterrupt
-        If a signal ended the run of a solid; finished ones are kept.
+        If a signal ended the run of a solid; the results of completed ones are saved.
     """
     cluster.check(cfg["dask"], ".BasicLauncher")
     exports = [build("export", config) for config in cfg.get("export", {}).values()]
@@ -168,5 +168,5 @@ def summary(report: Json) -> str:
     """A line about the results of the solids and of the contacts between them."""
     results = Counter(solid["result"] for solid in report["solids"])
     agreeing = sum(each["agree"] is True for each in report["contacts"])
-    told = [f"{count} {result}" for result, count in results.items()]
-    return ", ".join([*told, f"meshes agree at {agreeing} of {len(report['contacts'])} contacts"])
+    counts = [f"{count} {result}" for result, count in results.items()]
+    return ", ".join([*counts, f"meshes agree at {agreeing} of {len(report['contacts'])} contacts"])

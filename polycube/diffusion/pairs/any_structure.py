@@ -22,7 +22,7 @@ from polycube.surface.frames import rotations, turn
 from polycube.types import Polycube, freeze
 
 STYLES = ("cad", "organic", "both")
-UNTOLD = 0.1  # share of pairs without a given genus, as it is unknown for a noisy scan
+UNKNOWN_GENUS = 0.1  # share of pairs without a genus, which is unknown for a noisy scan
 OUTWARD = np.kron(np.eye(3), [[1], [-1]])  # (6, 3) by axis label
 CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # corners of the box of the learning frame
 
@@ -77,7 +77,7 @@ class LatticePair:
     polycube: np.ndarray  # (N, 3)
     labels: np.ndarray  # (N, 2) labels of its face: outward axis 0..5, knot number on that axis
     solid: Polycube  # collapsed
-    genus: int | None  # genus as input of the network; None for a share UNTOLD of the pairs
+    genus: int | None  # genus as input of the network; None for a share UNKNOWN_GENUS of the pairs
 
     def __post_init__(self) -> None:
         freeze(
@@ -101,14 +101,14 @@ class LatticePairs:
     ) -> None:
         self.seed, self.n_points, self.options = seed, n_points, options or LatticeShapes()
         self.views = views
-        self._kept: tuple[int, Part] | None = None
+        self._cached: tuple[int, Part] | None = None
 
     def __call__(self, index: int) -> LatticePair:
         """Pair number `index` >= 0: points distributed evenly by the area of the geometry."""
         number, view = divmod(index, self.views)
-        if self._kept is None or self._kept[0] != number:
-            self._kept = number, self.part(number)
-        part, rng = self._kept[1], np.random.default_rng([self.seed, number, view])
+        if self._cached is None or self._cached[0] != number:
+            self._cached = number, self.part(number)
+        part, rng = self._cached[1], np.random.default_rng([self.seed, number, view])
         if view:
             part = turned(part, rotations()[rng.integers(24)])
         faces = part.surface.faces
@@ -125,7 +125,7 @@ class LatticePairs:
             polycube,
             np.stack([part.surface.axis[face], part.surface.knot[face]], axis=1),
             part.polycube,
-            None if rng.random() < UNTOLD else part.genus,
+            None if rng.random() < UNKNOWN_GENUS else part.genus,
         )
 
     def part(self, index: int) -> Part:

@@ -37,14 +37,14 @@ class PairImages(Dataset):
         return Batch(*images(self.pairs(index), self.condition), torch.tensor(index))
 
 
-class Kept(Dataset):
+class Cached(Dataset):
     """Cached items of another dataset."""
 
     def __init__(self, dataset: Dataset) -> None:
-        self.made = cache(dataset.__getitem__)
+        self.item = cache(dataset.__getitem__)
 
     def __getitem__(self, index: int) -> Batch:
-        return self.made(index)
+        return self.item(index)
 
 
 def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tensor, Tensor, Tensor]:
@@ -57,19 +57,19 @@ def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tens
     return (
         torch.from_numpy(np.concatenate([points, normals])),
         torch.from_numpy(polycube),
-        torch.from_numpy(condition.vector(condition.told(pair))),
+        torch.from_numpy(condition.vector(condition.value_of(pair))),
         torch.from_numpy(labels.astype(np.int64) - 1),
     )
 
 
-def place() -> tuple[int, int]:
+def rank_and_processes() -> tuple[int, int]:
     """Rank of this process in the training, and the number of processes."""
     if distributed.is_available() and distributed.is_initialized():
         return distributed.get_rank(), distributed.get_world_size()
     return 0, 1
 
 
-class Onwards(Sampler):
+class ConsecutiveNumbers(Sampler):
     """Sampler of n numbers per epoch, starting after the finished pairs, without repetitions.
 
     Several processes share the numbers: together, their batches k are the batch k of a single
@@ -81,7 +81,7 @@ class Onwards(Sampler):
         self.n, self.done = n, done
 
     def __iter__(self) -> Iterator[int]:
-        (rank, processes), done = place(), self.done()
+        (rank, processes), done = rank_and_processes(), self.done()
         return iter(range(done + rank, done + self.n * processes, processes))
 
     def __len__(self) -> int:
@@ -101,7 +101,7 @@ class HeldOut(Sampler):
         return len(self._numbers())
 
     def _numbers(self) -> range:
-        rank, processes = place()
+        rank, processes = rank_and_processes()
         return range(rank, self.n, processes)
 
 
@@ -116,7 +116,7 @@ def training_loader(
     return DataLoader(
         dataset,
         batch_size=batch_size,
-        sampler=Onwards(batch_size * batches_per_epoch, done),
+        sampler=ConsecutiveNumbers(batch_size * batches_per_epoch, done),
         num_workers=workers,
         persistent_workers=workers > 0,
     )
@@ -124,4 +124,4 @@ def training_loader(
 
 def validation_loader(dataset: PairImages, n_pairs: int, batch_size: int) -> DataLoader:
     """The first pairs of a stream, computed once and cached."""
-    return DataLoader(Kept(dataset), batch_size=batch_size, sampler=HeldOut(n_pairs))
+    return DataLoader(Cached(dataset), batch_size=batch_size, sampler=HeldOut(n_pairs))

@@ -69,7 +69,7 @@ class Deformation:
         return (1 - share) * template.rounded[lower] + share * template.rounded[lower + 1]
 
     def _warped(self, x: np.ndarray, template: Template, rng: np.random.Generator) -> np.ndarray:
-        """Slabs made wider or narrower smoothly, which resizes holes and the walls beside them."""
+        """Slabs made wider or narrower smoothly, which resizes holes and the adjacent walls."""
         from scipy.interpolate import PchipInterpolator
 
         warped = np.empty_like(x)

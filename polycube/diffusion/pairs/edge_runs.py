@@ -1,7 +1,7 @@
 """Straight edges of a lattice, with the space that is available to round them.
 
 At an edge, one of the four boxes around it differs from the other three: it is full at a convex
-edge and empty at a concave one. Both are rounded within this odd box and similar boxes beside it.
+edge and empty at a concave one. Both are rounded within this odd box and similar boxes next to it.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def edge_runs(occupancy: np.ndarray, knots: PerAxis) -> EdgeRuns:
         order = [(axis + 1) % 3, (axis + 2) % 3, axis]
         full = np.ascontiguousarray(np.pad(occupancy, 1).transpose(order))
         ends = [np.concatenate([[k[0] - far], k, [k[-1] + far]]) for k in (knots[a] for a in order)]
-        whole, real = _scan(full, *ends)
-        numbers.append(np.column_stack([np.full(len(whole), axis), whole]))
-        lengths.append(real)
+        edge_numbers, edge_lengths = _scan(full, *ends)
+        numbers.append(np.column_stack([np.full(len(edge_numbers), axis), edge_numbers]))
+        lengths.append(edge_lengths)
     n, x = np.concatenate(numbers), np.concatenate(lengths)
     return EdgeRuns(
         axis=n[:, 0],
@@ -86,8 +86,8 @@ def _scan(
                 deep_u = _deep(across, (j + b, 2 * b - 1, n_v), (i + a, 2 * a - 1), run, x)
                 numbers[found, :5] = i, j, first - 1, last - 1, 1 - 2 * a
                 numbers[found, 5:7] = 1 - 2 * b, kind
-                numbers[found, 7] = _are_alike(full, i, j, first - 1)
-                numbers[found, 8] = _are_alike(full, i, j, last)
+                numbers[found, 7] = _are_equal(full, i, j, first - 1)
+                numbers[found, 8] = _are_equal(full, i, j, last)
                 lengths[found, :4] = x[i + 1], y[j + 1], z[first], z[last]
                 lengths[found, 4:6] = side_u, side_v
                 lengths[found, 6] = x[i + 2 - a] - x[i + 1 - a]
@@ -114,7 +114,7 @@ def _odd(full: np.ndarray, i: int, j: int, k: int) -> int:
 
 
 @njit(cache=True)
-def _are_alike(full: np.ndarray, i: int, j: int, k: int) -> bool:
+def _are_equal(full: np.ndarray, i: int, j: int, k: int) -> bool:
     n_full = full[i, j, k] + full[i, j + 1, k] + full[i + 1, j, k] + full[i + 1, j + 1, k]
     return n_full == 0 or n_full == 4
 

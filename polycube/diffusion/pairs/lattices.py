@@ -26,7 +26,7 @@ MOST_HANDLES = 8
 SLABS = (0.03, 0.06, 0.11, 0.14, 0.2, 0.46)  # share of axes that start with 1 .. 6 slabs
 MIRRORED = 0.4  # share of axes across which features are mirrored
 FEATURES = 16  # largest number of tried features, in addition to the profile
-LEFT = 0.4  # smallest share of the full boxes that remains after a feature
+LEAST_REMAINING = 0.4  # smallest share of the full boxes that remains after a feature
 NARROW = 0.6  # share of intervals with a width of one slab
 KINDS = {  # extent along the own axis and the two others, and share among the tried features
     "hole": (("all", "mid", "mid"), 0.42),
@@ -77,8 +77,8 @@ def random_lattice(rng: np.random.Generator) -> Lattice:
         feature = _feature(kinds[number], full.shape, rng.permutation(3), rng)
         images = _images(feature, full.shape, mirrored) if feature else []
         after = _apply(full, images)
-        left = np.count_nonzero(after) / np.count_nonzero(full)
-        found = solid_genus(after) if LEFT <= left < 1 else None
+        remaining = np.count_nonzero(after) / np.count_nonzero(full)
+        found = solid_genus(after) if LEAST_REMAINING <= remaining < 1 else None
         if found is not None and found <= MOST_HANDLES:
             full, genus, made = after, found, made + images
     return _collapsed(full, made, genus)
@@ -154,19 +154,19 @@ def _slabs(feature: Feature) -> tuple[slice, ...]:
 def _collapsed(full: np.ndarray, made: list[Feature], genus: int) -> Lattice:
     """The lattice without superfluous knots and without features removed by later ones."""
     x, y, z = (np.arange(n + 1.0) for n in full.shape)
-    kept = collapse(Polycube(full, x, y, z, (1, 1, 1), ("lattice",)))
+    solid = collapse(Polycube(full, x, y, z, (1, 1, 1), ("lattice",)))
     number = [  # of each knot, or of the next one that remains
         np.searchsorted(knots[:-1], np.arange(n + 1)).tolist()
-        for knots, n in zip(kept.knots, full.shape, strict=True)
+        for knots, n in zip(solid.knots, full.shape, strict=True)
     ]
-    seen = {}
+    found = {}
     for feature in made:
         low, high = (
             tuple(own[i] for own, i in zip(number, ends, strict=True))
             for ends in (feature.low, feature.high)
         )
         moved = feature._replace(low=low, high=high)
-        inside = kept.occupancy[_box(moved)]
-        if 0 < inside.size < kept.occupancy.size and (inside == (feature.kind in STAYS)).all():
-            seen[low, high, feature.axis] = moved
-    return Lattice(kept.occupancy, list(seen.values()), genus)
+        inside = solid.occupancy[_box(moved)]
+        if 0 < inside.size < solid.occupancy.size and (inside == (feature.kind in STAYS)).all():
+            found[low, high, feature.axis] = moved
+    return Lattice(solid.occupancy, list(found.values()), genus)

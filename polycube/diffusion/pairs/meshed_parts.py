@@ -119,22 +119,22 @@ def _knots(x: np.ndarray, faces: _Faces, solid: Polycube) -> PerAxis:
 
 def _places(x: np.ndarray, faces: _Faces, solid: Polycube) -> np.ndarray:
     """(V, 3) positions of the vertices on the polycube."""
-    given, known = _planes(len(x), faces, solid)
+    planes, is_fixed = _planes(len(x), faces, solid)
     ends, sides = quad_edges(faces.quads)
     plane = faces.axis * (MOST_SLABS + 1) + faces.knot
     ends = ends[plane[sides[:, 0]] != plane[sides[:, 1]]]
     near = 1 / np.linalg.norm(x[ends[:, 0]] - x[ends[:, 1]], axis=1)
     rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
     along = csr_matrix((np.append(near, near), (rows, columns)), shape=(len(x), len(x)))
-    number = known.sum(axis=1)
+    n_fixed = is_fixed.sum(axis=1)
     try:
-        places = extend(along, given, fixed=number != 2)
+        places = extend(along, planes, fixed=n_fixed != 2)
     except RuntimeError:
         raise ValueError("an edge of the polycube has no ends on the mesh") from None
     inside = mean_value(x[faces.triangles], faces.triangles, len(x))
-    places = np.where(known, given, extend(inside, places, fixed=number > 1))
-    free = number == 1
-    places[free] = _on_own_face(places[free], given[free], known[free], solid)
+    places = np.where(is_fixed, planes, extend(inside, places, fixed=n_fixed > 1))
+    free = n_fixed == 1
+    places[free] = _on_own_face(places[free], planes[free], is_fixed[free], solid)
     return places
 
 
@@ -146,23 +146,23 @@ def _planes(n: int, faces: _Faces, solid: Polycube) -> tuple[np.ndarray, np.ndar
         at, value = faces.quads[own].ravel(), knots[faces.knot[own]].repeat(4)
         np.minimum.at(low[:, a], at, value)
         np.maximum.at(high[:, a], at, value)
-    known = low <= high
-    if (low[known] < high[known]).any():
+    is_fixed = low <= high
+    if (low[is_fixed] < high[is_fixed]).any():
         raise ValueError("two opposite faces of the polycube meet on the mesh")
-    return np.where(known, low, 0.0), known
+    return np.where(is_fixed, low, 0.0), is_fixed
 
 
 def _on_own_face(
-    places: np.ndarray, given: np.ndarray, known: np.ndarray, solid: Polycube
+    places: np.ndarray, planes: np.ndarray, is_fixed: np.ndarray, solid: Polycube
 ) -> np.ndarray:
-    """Closest positions (N, 3) on the faces in the single known plane of each point.
+    """Closest positions (N, 3) on the faces in the single plane of each point.
 
     A face may have notches, so that a mean of its points can lie outside.
     """
     outside = boundary(solid)
-    normal, own = outside.axis // 2, known.argmax(axis=1)
+    normal, own = outside.axis // 2, is_fixed.argmax(axis=1)
     height = outside.vertices[outside.quads[:, 0], normal]
-    same = (own[:, None] == normal) & (given[np.arange(len(own)), own][:, None] == height)
+    same = (own[:, None] == normal) & (planes[np.arange(len(own)), own][:, None] == height)
     return project_onto(outside, places, np.where(same, 0.0, np.inf))[0]
 
 

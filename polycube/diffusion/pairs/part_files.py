@@ -17,7 +17,8 @@ from polycube.types import Polycube
 
 SUFFIX = ".npz"
 REMEDY = "python -m polycube.make_pairs makes such files"
-SHAPES = {  # equal letters are equal lengths; kinds of numpy types
+# name -> dimensions, where equal letters are equal lengths, and the kind of the numpy type
+SHAPES = {
     "geometry": ("V 3", "f"),
     "places": ("V 3", "f"),
     "quads": ("Q 4", "i"),
@@ -97,16 +98,18 @@ def _part(found: Mapping[str, np.ndarray]) -> Part:
 def _check_shapes(found: Mapping[str, np.ndarray]) -> None:
     """Raise ValueError for an array of another shape or type, or with non-finite numbers."""
     sizes: dict[str, int] = {}
-    for name, (dims, kind) in SHAPES.items():
-        array, letters = found[name], dims.split()
-        fits = array.dtype.kind == kind and array.ndim == len(letters) and array.size > 0
+    for name, (shape, kind) in SHAPES.items():
+        array, dimensions = found[name], shape.split()
+        fits = array.dtype.kind == kind and array.ndim == len(dimensions) and array.size > 0
         if fits:
-            for letter, size in zip(letters, array.shape, strict=True):
-                known = sizes.get(letter[0], 0) + 1 if "+" in letter else size
-                wanted = int(letter) if letter.isdigit() else sizes.setdefault(letter, known)
+            for dimension, size in zip(dimensions, array.shape, strict=True):
+                default = sizes.get(dimension[0], 0) + 1 if "+" in dimension else size
+                wanted = (
+                    int(dimension) if dimension.isdigit() else sizes.setdefault(dimension, default)
+                )
                 fits &= size == wanted
         if not fits:
-            raise ValueError(f"{name} must have shape ({dims.replace(' ', ', ')}) and kind {kind}")
+            raise ValueError(f"{name} must have shape ({shape.replace(' ', ', ')}) and kind {kind}")
         if not np.isfinite(array).all():
             raise ValueError(f"{name} has values that are not finite")
 

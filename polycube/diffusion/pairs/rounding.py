@@ -21,7 +21,7 @@ from numba import njit
 from polycube.diffusion.pairs.edge_runs import EdgeRuns
 
 FILLET, CHAMFER = 2, 1  # the norm p
-KEPT = 1 / 3  # of the distance to the next knot: extent of the rings
+EXTENT = 1 / 3  # of the distance to the next knot: extent of the rings
 DEEPEST = 0.6  # of a radius: largest depth of the next feature inside
 
 
@@ -91,7 +91,7 @@ def _move(
             if away >= 1 or m <= inner:
                 continue
             length = np.sqrt(y_u**2 + y_w**2) if norm == 2 else y_u + y_w
-            share = min(1.0, 1 - off) * min(1.0, (1 - away) / (1 - KEPT))
+            share = min(1.0, 1 - off) * min(1.0, (1 - away) / (1 - EXTENT))
             if m < 1:
                 share *= (1 - inner / m) / (1 - inner)
             step = share * radius * (m / length - 1)

@@ -15,7 +15,7 @@ from polycube.structure.lattice import collapse, lattice
 from polycube.surface.frames import rotations, turn
 from polycube.types import Polycube
 
-UNTURNED = 0  # index of the identity in frames.rotations()
+IDENTITY = 0  # index of the identity in frames.rotations()
 
 
 def shape_key(polycube: Polycube) -> bytes:
@@ -37,7 +37,7 @@ def turned_contexts(
     Returns
     -------
     (C, 24, n_cells) int64 numbers of the primitives, len(primitives) for an empty cell; -1 in all
-    cells if no context has the rotated shape. [:, UNTURNED] are the shapes of the contexts
+    cells if no context has the rotated shape. [:, IDENTITY] are the shapes of the contexts
     themselves.
     """
     index = {name: i for i, name in enumerate((*primitives, None))}

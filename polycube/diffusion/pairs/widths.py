@@ -56,13 +56,13 @@ def _difference(feature: Feature, shape: tuple[int, ...]) -> np.ndarray:
 
 def _with_squares(widths: np.ndarray, rows: Sequence[np.ndarray]) -> np.ndarray:
     """Closest widths, relative to the given ones, for which the products with the rows are zero."""
-    kept: list[np.ndarray] = []
+    squared: list[np.ndarray] = []
     found = widths
     for row in rows:
-        scaled = np.array([*kept, row * widths])
+        scaled = np.array([*squared, row * widths])
         factor = 1 - np.linalg.lstsq(scaled, scaled.sum(axis=1), rcond=1e-9)[0]
         if factor.min() >= SHRINKS:
-            kept, found = list(scaled), widths * factor
+            squared, found = list(scaled), widths * factor
     return found
 
 

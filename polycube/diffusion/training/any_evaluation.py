@@ -35,13 +35,13 @@ def evaluate_any(
     for first in range(0, n_pairs, batch_size):
         made = [pairs(index) for index in range(first, min(first + batch_size, n_pairs))]
         points, normals = (np.stack([getattr(p, n) for p in made]) for n in ("geometry", "normals"))
-        told = [pair.genus for pair in made]
+        genera = [pair.genus for pair in made]
         began = time.perf_counter()
-        denoised = denoiser.denoise(points, normals, told, sampler, seed)
+        denoised = denoiser.denoise(points, normals, genera, sampler, seed)
         each = (time.perf_counter() - began) / len(made)
-        direct = denoiser.denoise(points, normals, told, one_step, seed).points
+        direct = denoiser.denoise(points, normals, genera, one_step, seed).points
         for k, pair in enumerate(made):
-            said = [log_p[k].argmax(axis=1) for log_p in denoised.log_labels]
+            labels = [log_p[k].argmax(axis=1) for log_p in denoised.log_labels]
             columns.append(
                 {
                     "error": _distance(denoised.points[k], pair.polycube),
@@ -51,8 +51,8 @@ def evaluate_any(
                     "seconds_in_batch": np.array([each]),
                 }
             )
-            for i, name in enumerate(denoiser.condition.labels if said else ()):
-                columns[-1][f"labelled_{name}"] = said[i] == pair.labels[:, i]
+            for i, name in enumerate(denoiser.condition.labels if labels else ()):
+                columns[-1][f"labelled_{name}"] = labels[i] == pair.labels[:, i]
     return columns
 
 

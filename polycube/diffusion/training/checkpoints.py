@@ -11,7 +11,7 @@ from lightning.pytorch.plugins.io import TorchCheckpointIO
 from polycube.io.manifest import writing
 
 
-class WholeCheckpoints(TorchCheckpointIO):
+class AtomicCheckpoints(TorchCheckpointIO):
     """Checkpoints written atomically.
 
     Those of Lightning are written to the folder for temporary files and moved to their place. On
@@ -33,10 +33,10 @@ class WholeCheckpoints(TorchCheckpointIO):
     def save_checkpoint(
         self, checkpoint: dict[str, object], path: str | Path, storage_options: object = None
     ) -> None:
-        """Write beside the path, then replace the file of an earlier epoch or training."""
+        """Write a temporary file, then replace the file of an earlier epoch or training."""
         inside = Path(path).resolve().relative_to(self.folder.resolve())
-        whole = BytesIO()  # the writer of torch does not report a full disk
-        torch.save(checkpoint, whole)
+        buffer = BytesIO()  # the writer of torch does not report a full disk
+        torch.save(checkpoint, buffer)
         with writing(self.folder) as scratch:
             (scratch / inside).parent.mkdir(parents=True, exist_ok=True)
-            (scratch / inside).write_bytes(whole.getbuffer())
+            (scratch / inside).write_bytes(buffer.getbuffer())

@@ -30,7 +30,7 @@ Key = TypeVar("Key")
 Columns = dict[str, np.ndarray]  # (N,) for the points of a pair, or (1,) for the pair
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
-ALONE = 3  # number of pairs that are sampled again separately, to measure the time
+TIMED = 3  # number of pairs that are also sampled one by one, to measure the time
 
 
 def evaluate(
@@ -71,15 +71,15 @@ def evaluate(
             columns[i] |= point_columns(pair, polycubes[pair.context], x_0, x_1, log_labels)
             if len(batch) == batch_size:
                 columns[i]["seconds_in_batch"] = np.array([each])
-    for pair, found in list(zip(made, columns, strict=True))[:ALONE]:
+    for pair, found in list(zip(made, columns, strict=True))[:TIMED]:
         began = time.perf_counter()
         denoiser.denoise(*_stacked([pair]), [pair.context], sampler, seed)
         found["seconds"] = np.array([time.perf_counter() - began])
     if denoiser.options.classifier:
-        for found, said in zip(
+        for found, ranks in zip(
             columns, _context_columns(denoiser, pairs, made, primitives, batch_size), strict=True
         ):
-            found |= said
+            found |= ranks
     return made, columns
 
 
@@ -139,13 +139,13 @@ def point_columns(
         "error_untouched": _distance(pair.geometry, pair.polycube),
         "off_polycube": _distance(x_0, placed),
     }
-    readings = {"": nearest}
+    faces = {"": nearest}
     if len(log_labels):
         cost = -TRUST * log_probability(polycube, surface, log_labels)
-        readings["labelled_"] = project_onto(surface, x_0, cost)[1]
+        faces["labelled_"] = project_onto(surface, x_0, cost)[1]
     kinds = {"patch": surface.patch, "cell": labels[:, 1], "wall": labels[:, 2]}
-    for reading, face in readings.items():
-        found |= {reading + kind: of[face] == of[right] for kind, of in kinds.items()}
+    for prefix, face in faces.items():
+        found |= {prefix + kind: of[face] == of[right] for kind, of in kinds.items()}
     return found
 
 
@@ -173,9 +173,9 @@ def _context_columns(
     turned = turned_contexts(pairs.contexts, pairs.grid, primitives)  # (C, 24, cells)
     shapes, number = np.unique(turned.reshape(-1, turned.shape[2]), axis=0, return_inverse=True)
     number = number.reshape(turned.shape[:2])  # (C, 24) numbers of the shapes
-    known = np.flatnonzero(shapes[:, 0] >= 0)
+    shapes_with_context = np.flatnonzero(shapes[:, 0] >= 0)
     names = (*primitives, None)
-    canonical = [tuple(names[cell] for cell in shapes[shape]) for shape in known]
+    canonical = [tuple(names[cell] for cell in shapes[shape]) for shape in shapes_with_context]
     handles = np.array([genus(collapse(lattice(pairs.grid, c, primitives))) for c in canonical])
     rows = [pairs.contexts.index(pair.context) for pair in made]
     turns = {"context": np.zeros(len(made), int), "turned": np.zeros(len(made), int)}
@@ -186,9 +186,9 @@ def _context_columns(
         points, normals = _stacked([made[i] for i in batch])
         for name, turn in turns.items():
             rotation = rotations()[turn[batch]].transpose(0, 2, 1)  # (B, 3, 3)
-            said = denoiser.log_likelihood(points @ rotation, normals @ rotation, canonical)
-            for i, log_p in zip(batch, said, strict=True):
-                right = int(np.flatnonzero(known == number[rows[i], turn[i]])[0])
+            log_ps = denoiser.log_likelihood(points @ rotation, normals @ rotation, canonical)
+            for i, log_p in zip(batch, log_ps, strict=True):
+                right = int(np.flatnonzero(shapes_with_context == number[rows[i], turn[i]])[0])
                 ahead = log_p >= log_p[right]
                 rank = (ahead & (handles == handles[right])).sum() - 1
                 found[i] |= {

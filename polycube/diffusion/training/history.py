@@ -14,7 +14,7 @@ import numpy as np
 Curves = Mapping[str, np.ndarray]  # name -> (n, 2) step and value
 
 LOSS, ERROR = "loss", "error"
-BESIDE = {"error/one_step": "in one step", "error/untouched": "untouched geometry"}
+BASELINES = {"error/one_step": "in one step", "error/untouched": "untouched geometry"}
 
 
 def curves(folder: Path) -> dict[str, np.ndarray]:
@@ -37,16 +37,16 @@ def draw(trainings: Mapping[str, Curves], path: Path) -> Path:
     figure = Figure(figsize=(10, 3.6), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
-    for name, known in trainings.items():
-        if LOSS in known:
-            line = left.plot(*known[LOSS].T, lw=0.6, alpha=0.4)[0]
-            left.plot(*smoothed(known[LOSS]).T, color=line.get_color(), lw=1.6, label=name)
-        if ERROR in known:
-            right.plot(*known[ERROR].T, marker=".", label=name)
+    for name, measured in trainings.items():
+        if LOSS in measured:
+            line = left.plot(*measured[LOSS].T, lw=0.6, alpha=0.4)[0]
+            left.plot(*smoothed(measured[LOSS]).T, color=line.get_color(), lw=1.6, label=name)
+        if ERROR in measured:
+            right.plot(*measured[ERROR].T, marker=".", label=name)
     if len(trainings) == 1:
-        for name, told in BESIDE.items():
-            if name in known:
-                right.plot(*known[name].T, ls=":", label=told)
+        for name, label in BASELINES.items():
+            if name in measured:
+                right.plot(*measured[name].T, ls=":", label=label)
     for axes, title in ((left, "loss"), (right, "error of held-out pairs")):
         axes.set(title=title, xlabel="step", yscale="log")
         axes.grid(alpha=0.3, which="both")

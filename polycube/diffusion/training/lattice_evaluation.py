@@ -15,7 +15,7 @@ from polycube.structure.lattice import genus
 from polycube.surface.measures import diagonal
 from polycube.types import Polycube, TriMesh
 
-SEEN = 100  # largest number of parts searched for one with the wanted slabs
+SEARCHED = 100  # largest number of parts searched for one with the wanted slabs
 TRIES = (1, 4, 16)  # numbers of draws of which the best is taken
 
 # (surface in the frame, of diagonal 1; genus) -> a collapsed lattice in the frame per draw
@@ -35,11 +35,11 @@ def evaluate_lattices(
     genus_any : whether any of them is
     lattice_16_cad etc. : lattice_16 of the parts of a style
     """
-    seen = map(pairs.part, range(SEEN * n_parts))
-    chosen = list(islice((part for part in seen if _has(part, slabs)), n_parts))
+    searched = map(pairs.part, range(SEARCHED * n_parts))
+    chosen = list(islice((part for part in searched if _has(part, slabs)), n_parts))
     if len(chosen) < n_parts:
         raise InputError(
-            f"slabs: only {len(chosen)} of the first {SEEN * n_parts} parts have {slabs[0]} to "
+            f"slabs: only {len(chosen)} of the first {SEARCHED * n_parts} parts have {slabs[0]} to "
             f"{slabs[1]} along each axis; use a wider range or fewer lattices"
         )
     return [columns(draw, part) for part in chosen]

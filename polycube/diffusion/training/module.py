@@ -16,8 +16,8 @@ from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LambdaLR
 
 from polycube.diffusion.denoiser import Denoiser, Sampler
-from polycube.diffusion.pairs.dataset import Batch, place
-from polycube.diffusion.pairs.shapes import UNTURNED
+from polycube.diffusion.pairs.dataset import Batch, rank_and_processes
+from polycube.diffusion.pairs.shapes import IDENTITY
 from polycube.diffusion.training.learning import Learning, rate_factors
 from polycube.diffusion.weights import Recipe
 from polycube.surface.frames import rotations
@@ -26,9 +26,9 @@ SOFT = 0.01  # distance up to which the loss grows quadratically
 ROTATIONS = torch.from_numpy(rotations()).float()  # (24, 3, 3)
 
 
-def everywhere(values: Tensor) -> Tensor:
+def of_all_processes(values: Tensor) -> Tensor:
     """(N,) values of this process together with those of all other processes."""
-    _, processes = place()
+    _, processes = rank_and_processes()
     if processes == 1:
         return values
     gathered: list[Tensor] = [values] * processes
@@ -50,7 +50,7 @@ class DDPMPolycube(L.LightningModule):
 
     config : plain dictionary with everything needed to build the same denoiser, stored in
         checkpoints
-    turned : (C, 24, n_cells) wanted output of the classifier for pair i in each orientation, at i %
+    turned : (C, 24, n_cells) target of the classifier for pair i in each orientation, at i %
         C (`shapes.turned_contexts`); not needed without a classifier
     """
 
@@ -67,7 +67,7 @@ class DDPMPolycube(L.LightningModule):
         self.denoiser, self.learning, self.sampler = denoiser, learning, sampler
         self.turned = None if turned is None else torch.from_numpy(turned)
         self.steps_done, self.pairs_done = 0, 0  # pairs of all processes
-        self._started, self._seen = time.perf_counter(), 0
+        self._started, self._pairs_before = time.perf_counter(), 0
         self._measured: dict[str, list[Tensor]] = defaultdict(list)
         self.example: tuple[Tensor, Tensor, Tensor] | None = None  # geometry, x_0, truth
 
@@ -82,7 +82,7 @@ class DDPMPolycube(L.LightningModule):
             t = torch.randint(1, self.denoiser.process.steps + 1, (), generator=generator)
             first, along = torch.rand(2, generator=generator)
             turn = torch.randint(len(ROTATIONS), (), generator=generator)
-            turn = torch.where(along < 0.5, UNTURNED, turn)  # half of the pairs are not rotated
+            turn = torch.where(along < 0.5, IDENTITY, turn)  # half of the pairs are not rotated
             z = torch.randn(3, *image, generator=generator)
             rows.append(Draws(t, first < self.learning.endpoint, turn, z))
         return Draws(*(torch.stack(column).to(self.device) for column in zip(*rows, strict=True)))
@@ -103,46 +103,48 @@ class DDPMPolycube(L.LightningModule):
         x_t = process.forward(x_0, z, q, t)
         t = torch.where(first, process.steps, t)
         x_t = torch.where(first[:, None, None, None], x_T, x_t)
-        said = self.denoiser(x_t, geometry, t, batch.context).float()
-        wanted = {
+        outputs = self.denoiser(x_t, geometry, t, batch.context).float()
+        target = {
             "x0": lambda: x_0,
             "noise": lambda: process.noise(x_t, x_0, q, t),
             "v": lambda: process.velocity(x_0, process.noise(x_t, x_0, q, t), t),
             "move": lambda: x_0 - x_T,
         }[self.denoiser.options.target]()
-        terms = {"points": self._distance(said[:, :3], wanted, labels[:, 0] >= 0)}
+        terms = {"points": self._distance(outputs[:, :3], target, labels[:, 0] >= 0)}
         if self.denoiser.classes:
-            logits = said[:, 3:].split(self.denoiser.classes, dim=1)
+            logits = outputs[:, 3:].split(self.denoiser.classes, dim=1)
             entropies = [
                 functional.cross_entropy(values, labels[:, i], ignore_index=-1)
                 for i, values in enumerate(logits)
             ]
             terms["labels"] = self.learning.labels * reduce(torch.add, entropies)
         if self.turned is not None:
-            wanted = _contexts(self.turned, batch.number, turn)
-            terms["context"] = self._context_loss(geometry, turn, wanted)
+            cells = _contexts(self.turned, batch.number, turn)
+            terms["context"] = self._context_loss(geometry, turn, cells)
         return terms
 
-    def _distance(self, said: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
+    def _distance(self, outputs: Tensor, target: Tensor, real: Tensor) -> Tensor:
         """Loss of predictions (B, 3, h, w); real (B, h, w) is False in padding."""
         if self.learning.loss == "mse":
-            return functional.mse_loss(said, wanted)
-        squared = (said - wanted).square().sum(dim=1)
+            return functional.mse_loss(outputs, target)
+        squared = (outputs - target).square().sum(dim=1)
         return ((squared + SOFT**2).sqrt() - SOFT)[real].mean()
 
-    def _context_loss(self, geometry: Tensor, turn: Tensor, wanted: Tensor) -> Tensor:
+    def _context_loss(self, geometry: Tensor, turn: Tensor, target: Tensor) -> Tensor:
         """Cross-entropies of the alignment of rotated geometries, and of the cells of aligned ones.
 
-        wanted : (B, cells) see `_contexts`
+        target : (B, cells) see `_contexts`
         """
         vectors = geometry.unflatten(1, (2, 3))  # points and normals
         vectors = torch.einsum("bij,bkjhw->bkihw", ROTATIONS.to(geometry)[turn], vectors)
-        cells, fits = self.denoiser.classifier(vectors.flatten(1, 2))
-        along = (wanted[:, 0] >= 0).float()
+        cells, alignment = self.denoiser.classifier(vectors.flatten(1, 2))
+        is_aligned = (target[:, 0] >= 0).float()
         filled = functional.cross_entropy(
-            cells.float().transpose(1, 2), wanted, ignore_index=-1, reduction="none"
+            cells.float().transpose(1, 2), target, ignore_index=-1, reduction="none"
         )
-        return filled.mean() + functional.binary_cross_entropy_with_logits(fits.float(), along)
+        return filled.mean() + functional.binary_cross_entropy_with_logits(
+            alignment.float(), is_aligned
+        )
 
     def training_step(self, batch: Batch, index: int) -> Tensor:
         """Loss of one batch."""
@@ -166,11 +168,11 @@ class DDPMPolycube(L.LightningModule):
 
     def on_train_epoch_start(self) -> None:
         """Start measuring samples per second."""
-        self._started, self._seen = time.perf_counter(), self.pairs_done
+        self._started, self._pairs_before = time.perf_counter(), self.pairs_done
 
     def on_train_epoch_end(self) -> None:
         """Log samples per second."""
-        speed = (self.pairs_done - self._seen) / (time.perf_counter() - self._started)
+        speed = (self.pairs_done - self._pairs_before) / (time.perf_counter() - self._started)
         self.log("samples_per_second", speed, prog_bar=True, sync_dist=True)
 
     def validation_step(self, batch: Batch, index: int) -> None:
@@ -191,7 +193,7 @@ class DDPMPolycube(L.LightningModule):
                 self._measured[f"right/{name}"].append(right[real].float())
         if self.turned is not None:
             cells, _ = self.denoiser.classifier(geometry)
-            right = cells.argmax(dim=2) == _contexts(self.turned, batch.number, UNTURNED)
+            right = cells.argmax(dim=2) == _contexts(self.turned, batch.number, IDENTITY)
             self._measured["right/context"].append(right.all(dim=1).float())
         if index == 0:
             self.example = (x_T.cpu(), x_0.cpu(), truth.cpu())
@@ -199,7 +201,7 @@ class DDPMPolycube(L.LightningModule):
     def on_validation_epoch_end(self) -> None:
         """Log means over all processes, and the 95th percentile of the distance."""
         for name, parts in self._measured.items():
-            values = everywhere(torch.cat(parts))
+            values = of_all_processes(torch.cat(parts))
             self.log(name, values.mean(), prog_bar=name == "error", sync_dist=True)
             if name == "error":
                 p95 = values.kthvalue(max(1, int(0.95 * len(values))))[0]
@@ -215,6 +217,6 @@ class DDPMPolycube(L.LightningModule):
 
 
 def _contexts(turned: Tensor, number: Tensor, turn: Tensor | int) -> Tensor:
-    """(B, cells) wanted output of the classifier for rotated pairs; -1 if there is none."""
+    """(B, cells) target of the classifier for rotated pairs; -1 if there is none."""
     turned = turned.to(number.device)
     return turned[number % len(turned), turn]

@@ -29,9 +29,9 @@ def test_a_pair_depends_on_seed_and_number_only() -> None:
     stream = LatticePairs(0, 64)
     first = stream(31)
     stream(5)
-    again, other = stream(31), LatticePairs(1, 64)(31)
-    assert np.array_equal(first.geometry, again.geometry)
-    assert np.array_equal(first.labels, again.labels)
+    same, other = stream(31), LatticePairs(1, 64)(31)
+    assert np.array_equal(first.geometry, same.geometry)
+    assert np.array_equal(first.labels, same.labels)
     assert not np.array_equal(first.geometry, other.geometry)
 
 
@@ -55,8 +55,8 @@ def test_views_of_a_part_are_the_part_turned() -> None:
             assert sorted(pair.solid.occupancy.shape) == sorted(first.solid.occupancy.shape)
             assert pair.geometry == pytest.approx(pair.polycube, abs=1e-12)
             assert_on_faces(pair)
-    again = LatticePairs(0, 256, PLAIN, views=3)(22)
-    assert np.array_equal(again.labels, stream(22).labels)
+    same = LatticePairs(0, 256, PLAIN, views=3)(22)
+    assert np.array_equal(same.labels, stream(22).labels)
 
 
 def test_both_sides_are_in_the_learning_frame(pairs: list[LatticePair]) -> None:

@@ -1,4 +1,4 @@
-"""Pairs as batches: what an image holds, and that nothing is seen twice."""
+"""Pairs as batches: the content of an image, and that no pair is used twice."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,8 @@ from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.encoding import to_points, x_order
 from polycube.diffusion.pairs.dataset import (
     Batch,
+    ConsecutiveNumbers,
     HeldOut,
-    Onwards,
     PairImages,
     training_loader,
     validation_loader,
@@ -48,7 +48,7 @@ def test_padded_pixels_are_zero_and_have_no_label(primitives: dict) -> None:
 
 def test_epochs_follow_one_another() -> None:
     done = 0
-    sampler = Onwards(6, lambda: done)
+    sampler = ConsecutiveNumbers(6, lambda: done)
     first = list(sampler)
     done = 6
     assert first + list(sampler) == list(range(12))
@@ -59,19 +59,21 @@ def test_epochs_follow_one_another() -> None:
 def test_processes_share_the_numbers_and_their_batches_are_one(
     processes: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nothing twice, nothing left out; together the batch of a process as large as all."""
-    seen, held_out = [], []
+    """No pair twice, none left out; together the batches are those of a single process."""
+    numbers, held_out = [], []
     for rank in range(processes):
-        monkeypatch.setattr("polycube.diffusion.pairs.dataset.place", lambda r=rank: (r, processes))
-        epochs = [Onwards(6, lambda done=done: done) for done in (0, 6 * processes)]
-        seen.append([number for epoch in epochs for number in epoch])
-        assert len(seen[-1]) == 2 * len(epochs[0]) == 12
+        monkeypatch.setattr(
+            "polycube.diffusion.pairs.dataset.rank_and_processes", lambda r=rank: (r, processes)
+        )
+        epochs = [ConsecutiveNumbers(6, lambda done=done: done) for done in (0, 6 * processes)]
+        numbers.append([number for epoch in epochs for number in epoch])
+        assert len(numbers[-1]) == 2 * len(epochs[0]) == 12
         held_out.append(list(HeldOut(12)))
         assert len(held_out[-1]) == len(HeldOut(12)) == 12 // processes
     assert np.array_equal(np.sort(np.ravel(held_out)), np.arange(12))
-    assert np.array_equal(np.sort(np.ravel(seen)), np.arange(12 * processes))
+    assert np.array_equal(np.sort(np.ravel(numbers)), np.arange(12 * processes))
     for start in range(0, 12, 3):  # batches of three each
-        together = np.sort(np.array(seen)[:, start : start + 3].ravel())
+        together = np.sort(np.array(numbers)[:, start : start + 3].ravel())
         assert np.array_equal(together, np.arange(start * processes, (start + 3) * processes))
 
 
@@ -100,6 +102,6 @@ def test_held_out_pairs_are_made_once(pairs: Pairs, primitives: dict) -> None:
             return super().__getitem__(index)
 
     loader = validation_loader(Counted(pairs, GridContexts(pairs.grid, tuple(primitives))), 3, 2)
-    first, again = list(loader), list(loader)
+    first, second = list(loader), list(loader)
     assert made == [0, 1, 2]
-    assert all(torch.equal(a.geometry, b.geometry) for a, b in zip(first, again, strict=True))
+    assert all(torch.equal(a.geometry, b.geometry) for a, b in zip(first, second, strict=True))

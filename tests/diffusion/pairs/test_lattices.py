@@ -1,4 +1,4 @@
-"""Random lattices: one solid each, collapsed, and their features are where they are said to be."""
+"""Random lattices: one solid each, collapsed, with features at their stated positions."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def lattices() -> list[Lattice]:
     return [random_lattice(np.random.default_rng([0, i])) for i in range(300)]
 
 
-def test_each_is_one_collapsed_manifold_of_the_genus_it_says(lattices: list[Lattice]) -> None:
+def test_each_is_one_collapsed_manifold_of_the_stated_genus(lattices: list[Lattice]) -> None:
     for each in lattices:
         shape = each.occupancy.shape
         knots = [np.arange(n + 1.0) for n in shape]
@@ -54,9 +54,9 @@ def test_they_are_of_many_kinds(lattices: list[Lattice]) -> None:
 
 
 def test_a_seed_makes_one_lattice() -> None:
-    first, again = (random_lattice(np.random.default_rng(7)) for _ in range(2))
-    assert np.array_equal(first.occupancy, again.occupancy)
-    assert first.features == again.features
+    first, same = (random_lattice(np.random.default_rng(7)) for _ in range(2))
+    assert np.array_equal(first.occupancy, same.occupancy)
+    assert first.features == same.features
 
 
 def test_shares_are_shares() -> None:

@@ -84,7 +84,7 @@ def test_knots_ascend_where_the_planes_of_a_part_do_not() -> None:
     assert np.diff(part.polycube.x).min() > 0.9 * NARROWEST * np.ptp(part.polycube.x) / 2
 
 
-def test_what_no_network_can_say_is_refused() -> None:
+def test_polycubes_with_too_many_slabs_are_refused() -> None:
     many = np.ones((15, 2, 1), bool)
     many[1::2, 1] = False
     x, y, z = (np.arange(n + 1.0) for n in many.shape)

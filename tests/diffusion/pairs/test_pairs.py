@@ -22,11 +22,11 @@ OUTWARD = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
 
 
 def test_a_pair_depends_on_seed_and_number_only(pairs: Pairs, primitives: dict) -> None:
-    again = Pairs(pairs.grid, primitives, pairs.contexts, pairs.deformation, seed=0)
-    again(5)
-    assert np.array_equal(pairs(31).geometry, again(31).geometry)
+    same = Pairs(pairs.grid, primitives, pairs.contexts, pairs.deformation, seed=0)
+    same(5)
+    assert np.array_equal(pairs(31).geometry, same(31).geometry)
     other = Pairs(pairs.grid, primitives, pairs.contexts, pairs.deformation, seed=1)
-    assert np.array_equal(pairs(31).normals, again(31).normals)
+    assert np.array_equal(pairs(31).normals, same(31).normals)
     assert not np.array_equal(pairs(31).geometry, other(31).geometry)
     assert not np.array_equal(pairs(31).geometry, pairs(31 + 24).geometry)
 

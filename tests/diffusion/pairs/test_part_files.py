@@ -1,4 +1,4 @@
-"""Files of parts: what is written is read again; what is broken is refused in one sentence."""
+"""Files of parts: a written part is read back; a damaged file is refused in one sentence."""
 
 from pathlib import Path
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.shapes import UNTURNED, shape_key, turned_contexts
+from polycube.diffusion.pairs.shapes import IDENTITY, shape_key, turned_contexts
 from polycube.diffusion.pairs.templates import contexts
 from polycube.structure.lattice import lattice
 from polycube.surface.frames import rotations, turn
@@ -25,8 +25,8 @@ def two(primitives: dict) -> tuple[list, np.ndarray]:
     return every, turned_contexts(every, (2, 1, 1), primitives)
 
 
-def test_the_identity_is_where_it_is_said_to_be() -> None:
-    assert np.array_equal(rotations()[UNTURNED], np.eye(3))
+def test_the_identity_has_the_stated_index() -> None:
+    assert np.array_equal(rotations()[IDENTITY], np.eye(3))
     assert np.array_equal(rotations()[_about_z()], QUARTER)
 
 
@@ -42,11 +42,11 @@ def test_the_identity_is_where_it_is_said_to_be() -> None:
         (("hole_x", "cube"), ("hole_x", "cube")),  # blind, open at the first end
     ],
 )
-def test_equal_shapes_have_one_name(
+def test_equal_shapes_have_one_canonical_context(
     context: tuple, canonical: tuple, two: tuple, primitives: dict
 ) -> None:
     every, turned = two
-    cells = turned[every.index(context), UNTURNED]
+    cells = turned[every.index(context), IDENTITY]
     assert cells.dtype == np.int64
     assert _spelled(cells, primitives) == canonical
     here, there = (lattice((2, 1, 1), c, primitives) for c in (context, canonical))
@@ -76,15 +76,15 @@ def test_turned_contexts_have_the_turned_shape(primitives: dict) -> None:
     assert turned.shape == (592, 24, 4)
     keys = [shape_key(lattice(grid, context, primitives)) for context in every]
     rng = np.random.default_rng(0)
-    for number, way in zip(rng.integers(592, size=40), rng.integers(24, size=40), strict=True):
+    for number, rotation in zip(rng.integers(592, size=40), rng.integers(24, size=40), strict=True):
         solid = lattice(grid, every[number], primitives)
-        boxes = turn(solid.occupancy, rotations()[way])
+        boxes = turn(solid.occupancy, rotations()[rotation])
         size = tuple(n // 3 for n in boxes.shape)
         knots = [np.arange(n + 1) / 3 for n in boxes.shape]
         key = shape_key(type(solid)(boxes, *knots, size, (None,) * 4))
-        alike = [c for c, k in zip(every, keys, strict=True) if k == key]
-        if alike:
-            wanted = min(alike, key=lambda context: context.count(None))
-            assert _spelled(turned[number, way], primitives) == wanted
+        same_shape = [c for c, k in zip(every, keys, strict=True) if k == key]
+        if same_shape:
+            wanted = min(same_shape, key=lambda context: context.count(None))
+            assert _spelled(turned[number, rotation], primitives) == wanted
         else:
-            assert (turned[number, way] == -1).all()
+            assert (turned[number, rotation] == -1).all()

@@ -1,4 +1,4 @@
-"""Surfaces of lattices in small triangles: closed, and each in the plane that it says."""
+"""Surfaces of lattices in small triangles: closed, each triangle in the plane of its label."""
 
 import numpy as np
 import pytest

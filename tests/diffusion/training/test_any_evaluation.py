@@ -1,4 +1,4 @@
-"""Networks whose answers are known have the measures that follow from them."""
+"""Measures of networks with known outputs."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def measured(**options: bool) -> dict[str, float]:
     return summary(evaluate_any(denoiser, PAIRS, 6, sampler, batch_size=4))
 
 
-def test_columns_of_a_network_that_reads_normals() -> None:
+def test_columns_of_a_network_that_uses_normals() -> None:
     found, pairs = measured(), [PAIRS(i) for i in range(6)]
     moved = [np.linalg.norm(pair.geometry - pair.polycube, axis=1) for pair in pairs]
     for name in ("error", "error_one_step", "error_untouched"):

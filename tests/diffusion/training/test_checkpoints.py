@@ -1,22 +1,22 @@
-"""Checkpoints appear whole or not at all."""
+"""Checkpoints are complete or not written at all."""
 
 from pathlib import Path
 
 import pytest
 import torch
 
-from polycube.diffusion.training.checkpoints import WholeCheckpoints
+from polycube.diffusion.training.checkpoints import AtomicCheckpoints
 
 
 class Unwritable:
-    """Fails when it is written, after what stands before it."""
+    """An object whose pickling fails, after the objects before it were written."""
 
     def __reduce__(self) -> None:
         raise OSError("disk full")
 
 
 def test_a_checkpoint_that_fails_leaves_the_one_before(tmp_path: Path) -> None:
-    path, writer = tmp_path / "checkpoints" / "last.ckpt", WholeCheckpoints(tmp_path)
+    path, writer = tmp_path / "checkpoints" / "last.ckpt", AtomicCheckpoints(tmp_path)
     writer.save_checkpoint({"weights": torch.ones(1000)}, path)
     with pytest.raises(OSError, match="disk full"):
         writer.save_checkpoint({"weights": torch.zeros(1000), "last": Unwritable()}, path)

@@ -1,4 +1,4 @@
-"""Networks whose answers are known have the measures that follow from them, exactly."""
+"""Measures of networks with known outputs, exactly."""
 
 from collections.abc import Callable
 
@@ -30,20 +30,20 @@ GRID = (2, 1, 1)
 N = 24  # pairs: one of each context
 
 
-class Knows(nn.Module):
-    """Answers every geometry it has seen with a stored image, whatever x_t and t."""
+class Lookup(nn.Module):
+    """Returns the stored image of the closest stored geometry, for any x_t and t."""
 
-    def __init__(self, geometry: Tensor, answers: Tensor) -> None:
+    def __init__(self, geometry: Tensor, images: Tensor) -> None:
         super().__init__()
-        self.geometry, self.answers = geometry, answers
+        self.geometry, self.images = geometry, images
 
     def forward(self, x: Tensor, time: Tensor, context: Tensor) -> Tensor:
-        apart = [(self.geometry - seen[3:6]).abs().mean(dim=(1, 2, 3)) for seen in x]
-        return self.answers[torch.stack(apart).argmin(dim=1)]
+        apart = [(self.geometry - channels[3:6]).abs().mean(dim=(1, 2, 3)) for channels in x]
+        return self.images[torch.stack(apart).argmin(dim=1)]
 
 
-class Says(ContextClassifier):
-    """Says the same of every geometry."""
+class Constant(ContextClassifier):
+    """Returns the same logits for every geometry."""
 
     def __init__(self, logits: list[list[float]]) -> None:
         nn.Module.__init__(self)
@@ -53,8 +53,8 @@ class Says(ContextClassifier):
         return self.logits.expand(len(geometry), -1, -1), torch.zeros(len(geometry))
 
 
-class KnowsAll(ContextClassifier):
-    """Says of each geometry it has seen, in each orientation, what fills the cells."""
+class LookupContext(ContextClassifier):
+    """Returns the stored cells of the closest stored geometry, in each orientation."""
 
     def __init__(self, geometry: Tensor, turned: Tensor) -> None:
         nn.Module.__init__(self)
@@ -63,14 +63,14 @@ class KnowsAll(ContextClassifier):
         self.cells = turned.flatten(0, 1)  # (N 24, cells)
 
     def forward(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
-        seen = third_moments(geometry[:, :3])
-        cells = self.cells[torch.cdist(seen, self.moments).argmin(dim=1)]
+        moments = third_moments(geometry[:, :3])
+        cells = self.cells[torch.cdist(moments, self.moments).argmin(dim=1)]
         logits = 9.0 * nn.functional.one_hot(cells, len(PRIMITIVES) + 1)
         return logits, torch.zeros(len(geometry))
 
 
 def third_moments(geometry: Tensor) -> Tensor:
-    """(B, 27) of points (B, 3, h, w): tell geometries apart, whatever the order of the points."""
+    """(B, 27) of points (B, 3, h, w): different for geometries, equal for any order of points."""
     points = geometry.flatten(2).double()
     return torch.einsum("bin,bjn,bkn->bijk", points, points, points).flatten(1)
 
@@ -83,15 +83,15 @@ def images(pairs: Pairs) -> Batch:
 
 @pytest.fixture(scope="module")
 def measured(pairs: Pairs, primitives: dict, images: Batch) -> Callable:
-    """(answers (N, 3 [+ 10], 32, 32), sampler, options) -> pairs and their columns."""
+    """(outputs (N, 3 [+ 10], 32, 32), sampler, options) -> pairs and their columns."""
 
     def measure(
-        answers: Tensor, sampler: str = "ddim", **options: bool
+        outputs: Tensor, sampler: str = "ddim", **options: bool
     ) -> tuple[list[Pair], list[Columns]]:
         options = DenoiserOptions(**{"classifier": False, "normals": False, **options})
-        knows = Knows(images.geometry[:, :3], answers)
+        network = Lookup(images.geometry[:, :3], outputs)
         alpha_bar = build("schedule", {"plugin": "linear", "steps": 20})()
-        denoiser = Denoiser(lambda *_: knows, alpha_bar, GridContexts(GRID, PRIMITIVES), options)
+        denoiser = Denoiser(lambda *_: network, alpha_bar, GridContexts(GRID, PRIMITIVES), options)
         chosen = build("sampler", {"plugin": sampler})
         return evaluate(denoiser, pairs, N, primitives, chosen, batch_size=10)
 
@@ -108,13 +108,13 @@ def right(images: Batch) -> Tensor:
     return torch.cat([images.polycube, *(30.0 * labels for labels in one_hot)], dim=1)
 
 
-def test_a_network_that_knows_the_answer_is_perfect(measured: Callable, right: Tensor) -> None:
+def test_a_network_with_perfect_outputs_has_no_errors(measured: Callable, right: Tensor) -> None:
     found = summary(measured(right)[1])
     for name in ("error", "error_p95", "error_one_step", "off_polycube"):
         assert found[name] == pytest.approx(0, abs=1e-6), name
-    for reading in ("", "labelled_"):
+    for prefix in ("", "labelled_"):
         for kind in ("patch", "cell", "wall"):
-            assert found[reading + kind] == 1, reading + kind
+            assert found[prefix + kind] == 1, prefix + kind
     assert found["seconds"] > 0 and found["samples_per_second"] > 0
 
 
@@ -137,14 +137,14 @@ def test_untouched_is_the_distance_of_the_geometry(measured: Callable, right: Te
 
 
 def test_one_step_and_the_sampler_are_measured_apart(measured: Callable, right: Tensor) -> None:
-    """DDPM draws x_0; the network's first answer is still perfect."""
+    """DDPM draws x_0; the first prediction of the network is still perfect."""
     found = summary(measured(right, sampler="ddpm")[1])
     assert found["error_one_step"] == pytest.approx(0, abs=1e-6)
     assert found["error"] == pytest.approx(0, abs=1e-6)  # its last step is without noise
 
 
-def test_labels_alone_move_a_reading(pairs: Pairs, primitives: dict) -> None:
-    """Every point at the middle of the solid half of cube + hole_z: no position speaks for it."""
+def test_labels_alone_change_the_closest_face(pairs: Pairs, primitives: dict) -> None:
+    """Every point at the middle of the solid half of cube + hole_z: positions give no hint."""
     pair = pairs(pairs.contexts.index(("cube", "hole_z")))
     polycube = lattice(GRID, pair.context, primitives)
     middle = np.full((len(pair.labels), 3), 0.5)
@@ -152,13 +152,13 @@ def test_labels_alone_move_a_reading(pairs: Pairs, primitives: dict) -> None:
         np.where(np.arange(size) == pair.labels[:, i, None], 0.0, -1e3)
         for i, size in enumerate((6, 2, 2))
     ]
-    blind = point_columns(pair, polycube, middle, middle, ())
-    told = point_columns(pair, polycube, middle, middle, certain)
-    assert blind["wall"].mean() == pytest.approx((pair.labels[:, 2] == 0).mean())
-    assert blind["cell"].mean() == pytest.approx((pair.labels[:, 1] == 0).mean())
+    without = point_columns(pair, polycube, middle, middle, ())
+    labelled = point_columns(pair, polycube, middle, middle, certain)
+    assert without["wall"].mean() == pytest.approx((pair.labels[:, 2] == 0).mean())
+    assert without["cell"].mean() == pytest.approx((pair.labels[:, 1] == 0).mean())
     for kind in ("patch", "cell", "wall"):
-        assert (told[kind] == blind[kind]).all()
-        assert told[f"labelled_{kind}"].all(), kind
+        assert (labelled[kind] == without[kind]).all()
+        assert labelled[f"labelled_{kind}"].all(), kind
 
 
 def test_the_same_points_are_counted_whatever_the_batches(
@@ -176,23 +176,21 @@ def test_the_same_points_are_counted_whatever_the_batches(
     assert np.mean([group["error"] for group in tilts.values()]) == pytest.approx(total, rel=0.05)
 
 
-def test_a_classifier_that_always_says_the_same(
-    pairs: Pairs, primitives: dict, images: Batch
-) -> None:
+def test_a_classifier_with_constant_output(pairs: Pairs, primitives: dict, images: Batch) -> None:
     """Counted by hand: box, or of genus 1 a cube and hole_z, or of genus 2 hole_z twice."""
-    always = Says([[9.0, 1, 0.5, 0.2, 0.1], [9.0, 1.3, 0.5, 0.2, 0.1]])
-    found = classified(pairs, primitives, images, always)
+    constant = Constant([[9.0, 1, 0.5, 0.2, 0.1], [9.0, 1.3, 0.5, 0.2, 0.1]])
+    found = classified(pairs, primitives, images, constant)
     assert found["context_top1_any_genus"] == 3 / 24
     assert found["context_top1"] == (3 + 4 + 1) / 24
-    # all of genus 0; a cell with hole_z, or with hole_y, or hole_x beside hole_z; all but hole_y's
+    # all of genus 0; a cell with hole_z, or with hole_y, or hole_x next to hole_z; all but hole_y's
     assert found["context_top3"] == (5 + 9 + 3) / 24
 
 
-def test_a_classifier_that_knows_the_answer_is_right_in_all_orientations(
+def test_a_perfect_classifier_is_correct_in_all_orientations(
     pairs: Pairs, primitives: dict, images: Batch
 ) -> None:
     turned = torch.from_numpy(turned_contexts(pairs.contexts, GRID, primitives))
-    found = classified(pairs, primitives, images, KnowsAll(images.geometry[:, :3], turned))
+    found = classified(pairs, primitives, images, LookupContext(images.geometry[:, :3], turned))
     for name in ("context", "turned"):
         for column in ("top1", "top3", "top1_any_genus"):
             assert found[f"{name}_{column}"] == 1, (name, column)
@@ -202,9 +200,9 @@ def classified(
     pairs: Pairs, primitives: dict, images: Batch, classifier: nn.Module
 ) -> dict[str, float]:
     alpha_bar = build("schedule", {"plugin": "linear", "steps": 20})()
-    knows = Knows(images.geometry[:, :3], images.polycube)
+    network = Lookup(images.geometry[:, :3], images.polycube)
     options = DenoiserOptions(normals=False, labels=False)
-    denoiser = Denoiser(lambda *_: knows, alpha_bar, GridContexts(GRID, PRIMITIVES), options)
+    denoiser = Denoiser(lambda *_: network, alpha_bar, GridContexts(GRID, PRIMITIVES), options)
     denoiser.classifier = classifier
     sampler = build("sampler", {"plugin": "ddim"})
     return summary(evaluate(denoiser, pairs, N, primitives, sampler, batch_size=16)[1])

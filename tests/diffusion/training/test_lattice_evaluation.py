@@ -52,17 +52,17 @@ def test_the_best_of_the_first_draws_counts() -> None:
 
 
 def test_parts_of_the_wanted_number_of_slabs_are_taken() -> None:
-    seen = []
+    surfaces = []
 
     def draw(surface: TriMesh, genus: int) -> list[Polycube | None]:
-        seen.append(surface)
+        surfaces.append(surface)
         return [None]
 
     evaluate_lattices(draw, PAIRS, 3, (2, 4))
     shapes = [PAIRS.part(number).polycube.occupancy.shape for number in range(40)]
     chosen = [n for n, shape in enumerate(shapes) if 2 <= min(shape) and max(shape) <= 4][:3]
     parts = [PAIRS.part(number) for number in chosen]
-    assert [len(s.faces) for s in seen] == [len(part.surface.faces) for part in parts]
+    assert [len(s.faces) for s in surfaces] == [len(part.surface.faces) for part in parts]
 
 
 def test_slabs_that_no_part_has_are_refused() -> None:

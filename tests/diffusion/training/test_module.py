@@ -1,4 +1,4 @@
-"""Training: the loss is what it is said to be, and networks can bring it down."""
+"""Training: the terms of the loss have their documented values, and training reduces them."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import torch
 from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.pairs.dataset import Batch, PairImages
 from polycube.diffusion.pairs.pairs import Pairs
-from polycube.diffusion.pairs.shapes import UNTURNED, turned_contexts
+from polycube.diffusion.pairs.shapes import IDENTITY, turned_contexts
 from polycube.diffusion.pairs.templates import contexts
 from polycube.diffusion.training.learning import Learning
 from polycube.diffusion.training.module import ROTATIONS, SOFT, DDPMPolycube
@@ -47,53 +47,51 @@ def _module(
     return DDPMPolycube(denoiser, Learning(**(learning or {})), sampler, {}, turned)
 
 
-def _right(module: DDPMPolycube, batch: Batch) -> None:
-    """Let the module's network say its target, as it follows from what it is requested."""
+def _make_perfect(module: DDPMPolycube, batch: Batch) -> None:
+    """Replace the outputs of the module's network by its target, computed from its inputs."""
     process, x_0 = module.denoiser.process, batch.polycube
     q = process.adjustment(batch.geometry[:, :3])
 
-    def answer(_: object, asked: tuple, said: torch.Tensor) -> torch.Tensor:
-        x_t, t = asked[0][:, :3], (asked[1] * process.steps).round().long()
+    def perfect(_: object, inputs: tuple, outputs: torch.Tensor) -> torch.Tensor:
+        x_t, t = inputs[0][:, :3], (inputs[1] * process.steps).round().long()
         z = process.noise(x_t, x_0, q, t)
         velocity, move = process.velocity(x_0, z, t), x_0 - batch.geometry[:, :3]
         target = {"x0": x_0, "noise": z, "v": velocity, "move": move}
-        return torch.cat([target[module.denoiser.options.target], said[:, 3:]], dim=1)
+        return torch.cat([target[module.denoiser.options.target], outputs[:, 3:]], dim=1)
 
-    module.denoiser.network.register_forward_hook(answer)
+    module.denoiser.network.register_forward_hook(perfect)
 
 
-def _saying(module: DDPMPolycube, answer: torch.Tensor) -> list[tuple]:
-    """Let the module's network say `answer`; returns what it was asked."""
-    asked = []
-    module.denoiser.network.register_forward_hook(lambda _, args, __: asked.append(args) or answer)
-    return asked
+def _replace_output(module: DDPMPolycube, output: torch.Tensor) -> list[tuple]:
+    """Let the module's network return `output`; returns a list that collects its inputs."""
+    inputs = []
+    module.denoiser.network.register_forward_hook(lambda _, args, __: inputs.append(args) or output)
+    return inputs
 
 
 @pytest.mark.parametrize("loss", ["distance", "mse"])
 @pytest.mark.parametrize("target", ["x0", "noise", "v", "move"])
-def test_loss_of_the_right_answer_is_zero(
-    target: str, loss: str, config: dict, batch: Batch
-) -> None:
+def test_loss_of_the_target_is_zero(target: str, loss: str, config: dict, batch: Batch) -> None:
     module = _module(config, target=target, learning={"loss": loss})
-    _right(module, batch)
+    _make_perfect(module, batch)
     assert module.loss(batch)["points"].item() == pytest.approx(0, abs=1e-9)
 
 
-def test_loss_of_a_wrong_answer_is_its_distance_or_its_square(config: dict, batch: Batch) -> None:
+def test_loss_of_a_wrong_output_is_its_distance_or_its_square(config: dict, batch: Batch) -> None:
     off = batch.polycube + torch.tensor([0.3, 0, 0.4])[:, None, None]
     expected = {"distance": (0.5**2 + SOFT**2) ** 0.5 - SOFT, "mse": (0.3**2 + 0.4**2) / 3}
     for loss, value in expected.items():
         module = _module(config, labels=False, learning={"loss": loss})
-        _saying(module, off)
+        _replace_output(module, off)
         assert module.loss(batch)["points"].item() == pytest.approx(value, rel=1e-5)
 
 
 def test_noise_is_the_target_of_the_paper(config: dict, batch: Batch) -> None:
-    """A network that says z = 0 has the squared error of unit noise: one."""
+    """A network that predicts z = 0 has the squared error of unit noise: one."""
     module = _module(
         config, target="noise", labels=False, learning={"endpoint": 0.0, "loss": "mse"}
     )
-    _saying(module, torch.zeros_like(batch.polycube))
+    _replace_output(module, torch.zeros_like(batch.polycube))
     terms = module.loss(batch)
     assert terms.keys() == {"points"}
     assert terms["points"].item() == pytest.approx(1, abs=0.03)
@@ -106,41 +104,46 @@ def test_padded_pixels_do_not_count_as_distance_or_label(
     padded = _batch(published, range(4))
     noise = torch.where(padded.labels[:, :1] < 0, 7.0, 0.0)
     module = _module(config)
-    _saying(module, torch.cat([padded.polycube + noise, noise.expand(-1, 10, -1, -1)], dim=1))
+    _replace_output(
+        module, torch.cat([padded.polycube + noise, noise.expand(-1, 10, -1, -1)], dim=1)
+    )
     terms = module.loss(padded)
     assert terms["points"].item() == pytest.approx(0, abs=1e-6)
     assert terms["labels"].item() == pytest.approx(0.1 * np.log(6 * 2 * 2), rel=1e-5)
     mse = _module(config, labels=False, learning={"loss": "mse"})  # as published, all count
-    _saying(mse, padded.polycube + noise)
+    _replace_output(mse, padded.polycube + noise)
     assert mse.loss(padded)["points"].item() == pytest.approx(7**2 / 2, rel=1e-5)
 
 
 def test_loss_of_labels_is_their_cross_entropies(config: dict, batch: Batch) -> None:
-    """Those who know have none; one who is 3 to 1 for the right cell loses log(4 / 3)."""
+    """Certain labels have loss 0; the correct cell with odds of 3 to 1 has log(4 / 3)."""
     one_hot = [
         torch.nn.functional.one_hot(batch.labels[:, i], n).movedim(-1, 1).float()
         for i, n in enumerate((6, 2, 2))
     ]
-    for surety, expected in (
+    for certainty, expected in (
         ((99, 99, 99), 0),
         ((0, 99, 99), np.log(6)),
         ((99, np.log(3), 0), np.log(4 / 3) + np.log(2)),
     ):
         module = _module(config, learning={"labels": 0.7})
-        logits = [s * right for s, right in zip(surety, one_hot, strict=True)]
-        _saying(module, torch.cat([batch.polycube, *logits], dim=1))
+        logits = [s * right for s, right in zip(certainty, one_hot, strict=True)]
+        _replace_output(module, torch.cat([batch.polycube, *logits], dim=1))
         assert module.loss(batch)["labels"].item() == pytest.approx(0.7 * expected, abs=1e-5)
 
 
-def _classifying(module: DDPMPolycube, cells: torch.Tensor, fits: torch.Tensor) -> list[tuple]:
-    asked = []
+def _replace_classes(
+    module: DDPMPolycube, cells: torch.Tensor, alignment: torch.Tensor
+) -> list[torch.Tensor]:
+    """Let the module's classifier return the logits; returns a list that collects its inputs."""
+    inputs = []
     module.denoiser.classifier.register_forward_hook(
-        lambda _, args, __: asked.append(args[0]) or (cells, fits)
+        lambda _, args, __: inputs.append(args[0]) or (cells, alignment)
     )
-    return asked
+    return inputs
 
 
-def test_loss_of_a_context_that_is_known_is_zero(
+def test_loss_of_the_correct_context_is_zero(
     config: dict, turned: np.ndarray, pairs: Pairs
 ) -> None:
     batch = _batch(pairs, range(24))
@@ -149,9 +152,9 @@ def test_loss_of_a_context_that_is_known_is_zero(
     along = (wanted[:, 0] >= 0).float()
     assert 0 < along.mean() < 1
     right = 99 * torch.nn.functional.one_hot(wanted.clamp(0), 5).float()
-    _classifying(module, right, 99 * (2 * along - 1))
+    _replace_classes(module, right, 99 * (2 * along - 1))
     assert module.loss(batch)["context"].item() == pytest.approx(0, abs=1e-6)
-    _classifying(module, 0 * right, 0 * along)  # of those that lie along the grid, log 5 a cell
+    _replace_classes(module, 0 * right, 0 * along)  # log 5 per cell of aligned ones
     expected = along.mean() * np.log(5) + np.log(2)
     assert module.loss(batch)["context"].item() == pytest.approx(expected.item(), rel=1e-5)
 
@@ -167,19 +170,19 @@ def test_a_turned_geometry_has_its_turned_context(
     draws = module.draws(batch.number, (32, 32))._replace(turn=torch.tensor([turn]))
     module.draws = lambda *_: draws
     right = torch.tensor([[0, 3]])  # cube and hole_y: the shape's canonical name
-    surely = 99 * torch.nn.functional.one_hot(right, 5).float()
-    asked = _classifying(module, surely, torch.tensor([99.0]))
+    certain = 99 * torch.nn.functional.one_hot(right, 5).float()
+    inputs = _replace_classes(module, certain, torch.tensor([99.0]))
     assert module.loss(batch)["context"].item() == pytest.approx(0, abs=1e-6)
     x, y, z, *normal = batch.geometry[0]
-    seen = torch.stack([-y, x, z, -normal[1], normal[0], normal[2]])
-    assert torch.allclose(asked[0][0], seen, atol=1e-6)
+    rotated = torch.stack([-y, x, z, -normal[1], normal[0], normal[2]])
+    assert torch.allclose(inputs[0][0], rotated, atol=1e-6)
 
 
 def test_endpoint_share_is_trained_where_sampling_starts(config: dict, batch: Batch) -> None:
     module = _module(config, labels=False, learning={"endpoint": 1.0})
-    asked = _saying(module, batch.polycube)
+    inputs = _replace_output(module, batch.polycube)
     module.loss(batch)
-    x, t, context = asked[0]
+    x, t, context = inputs[0]
     assert torch.equal(x[:, :3], batch.geometry[:, :3]) and torch.equal(x[:, 3:], batch.geometry)
     assert (t == 1).all() and torch.equal(context, batch.context)
 
@@ -202,8 +205,8 @@ def test_draws_are_random(config: dict) -> None:
     assert draws.t.min() == 1 and draws.t.max() == 50
     assert draws.first.float().mean() == pytest.approx(0.8, abs=0.02)
     assert torch.bincount(draws.turn, minlength=24).min() > 0.5 * 4000 / 48
-    kept = (draws.turn == UNTURNED).float().mean()
-    assert kept == pytest.approx(0.5 + 0.5 / 24, abs=0.025)
+    unrotated = (draws.turn == IDENTITY).float().mean()
+    assert unrotated == pytest.approx(0.5 + 0.5 / 24, abs=0.025)
     z = draws.z.flatten(1)
     assert z.mean().item() == pytest.approx(0, abs=0.01)
     assert z.std().item() == pytest.approx(1, abs=0.01)
@@ -212,10 +215,10 @@ def test_draws_are_random(config: dict) -> None:
 
 def test_thin_images_are_every_nth_row_and_column(config: dict, batch: Batch) -> None:
     module = _module(config | {"model": {"plugin": "points"}}, learning={"thin": 4, "endpoint": 1})
-    asked = []
-    module.denoiser.network.register_forward_hook(lambda _, args, __: asked.append(args[0]))
+    inputs = []
+    module.denoiser.network.register_forward_hook(lambda _, args, __: inputs.append(args[0]))
     module.loss(batch)
-    assert torch.equal(asked[0][:, 3:], batch.geometry[..., ::4, ::4])
+    assert torch.equal(inputs[0][:, 3:], batch.geometry[..., ::4, ::4])
 
 
 @pytest.mark.slow

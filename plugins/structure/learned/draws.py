@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 NEAR = 4  # number of sample points that are averaged for a triangle
 LOOK = 0.2  # distance that is added between points with opposite normals
-READ = 0.2  # time, as a share of the steps, at which the labels of a draw are read
+LABEL_TIME = 0.2  # time, as a share of the steps, at which the labels of a draw are evaluated
 
 
-class Reading(NamedTuple):
+class Draw(NamedTuple):
     """One draw of the network for a surface."""
 
     log_axis: np.ndarray  # (F, 6) log-probabilities of types.AXES for each triangle
@@ -42,8 +42,8 @@ class Cloud:
     log_axis: np.ndarray  # (N, 6) log-probabilities of the axes of types.AXES
     moved: np.ndarray  # (N, 3) from the points to their places on the polycube
 
-    def read(self, surface: TriMesh) -> Reading:
-        """Interpolate: a triangle has the mean of nearby points, a vertex that of its triangles."""
+    def interpolated(self, surface: TriMesh) -> Draw:
+        """A triangle has the mean of nearby points, a vertex that of its triangles."""
         near = self._near(surface)
         weight = np.repeat(face_areas(surface), 3)
         moved = np.repeat(self.moved[near].mean(axis=1), 3, axis=0)
@@ -51,7 +51,7 @@ class Cloud:
         total = np.bincount(surface.faces.ravel(), weight, number)
         sums = [np.bincount(surface.faces.ravel(), weight * m, number) for m in moved.T]
         mean = np.transpose(sums) / np.maximum(total, 1e-30)[:, None]
-        return Reading(self.log_axis[near].mean(axis=1), surface.vertices + mean)
+        return Draw(self.log_axis[near].mean(axis=1), surface.vertices + mean)
 
     def _near(self, surface: TriMesh) -> np.ndarray:
         """(F, NEAR) indices of points near the triangles, preferably on the same side of a wall."""
@@ -61,16 +61,16 @@ class Cloud:
         return tree.query(there, k=NEAR)[1]
 
 
-def readings(
+def draw(
     denoiser: Denoiser,
     surface: TriMesh,
     genus: int,
     sampler: Mapping[str, object],
-    draws: int,
-    clouds: int,
-    passes: int,
+    n_draws: int,
+    n_clouds: int,
+    n_passes: int,
     seed: int,
-) -> list[Reading]:
+) -> list[Draw]:
     """Draws for a surface in a frame.
 
     Each draw has the surface in a random one of the 24 orientations of its axes, so that the result
@@ -78,25 +78,25 @@ def readings(
 
     Parameters
     ----------
-    draws
+    n_draws
         Number of draws.
-    clouds
+    n_clouds
         Number of sets of sample points in each draw.
-    passes
+    n_passes
         Largest number of passes of the network. Two draws have one pass, the next two have two, and
         so on. The input of a further pass is the surface as moved by the pass before.
     """
     rng = np.random.default_rng(seed)
-    turns = rotations()[rng.integers(24, size=draws)]
-    shown, read = [surface] * draws, [Reading(np.empty((0, 6)), surface.vertices)] * draws
-    for done in range(passes):
-        going = [k for k in range(draws) if k // 2 % passes >= done]
-        turned = [(shown[k], turns[k]) for k in going]
-        drawn = _clouds(denoiser, turned, genus, sampler, clouds, rng)
-        for k, cloud in zip(going, drawn, strict=True):
-            read[k] = cloud.read(shown[k])
-            shown[k] = TriMesh(read[k].places, surface.faces)
-    return read
+    turns = rotations()[rng.integers(24, size=n_draws)]
+    inputs, draws = [surface] * n_draws, [Draw(np.empty((0, 6)), surface.vertices)] * n_draws
+    for done in range(n_passes):
+        numbers = [k for k in range(n_draws) if k // 2 % n_passes >= done]
+        turned = [(inputs[k], turns[k]) for k in numbers]
+        clouds = _clouds(denoiser, turned, genus, sampler, n_clouds, rng)
+        for k, cloud in zip(numbers, clouds, strict=True):
+            draws[k] = cloud.interpolated(inputs[k])
+            inputs[k] = TriMesh(draws[k].places, surface.faces)
+    return draws
 
 
 def _clouds(
@@ -104,28 +104,28 @@ def _clouds(
     turned: Sequence[tuple[TriMesh, np.ndarray]],
     genus: int,
     sampler: Mapping[str, object],
-    clouds: int,
+    n_clouds: int,
     rng: np.random.Generator,
 ) -> list[Cloud]:
     """A draw for each surface in its orientation, at the points of all its clouds."""
-    n_points, number = denoiser.n_points(genus), clouds * len(turned)
-    sampled = [sample(each, n_points, rng) for each, _ in turned for _ in range(clouds)]
+    n_points, number = denoiser.n_points(genus), n_clouds * len(turned)
+    sampled = [sample(each, n_points, rng) for each, _ in turned for _ in range(n_clouds)]
     points, normals = (np.stack(rows) for rows in zip(*sampled, strict=True))
-    frames = [learning_frame(each.vertices, r) for each, r in turned for _ in range(clouds)]
-    seen = np.stack([frame.apply(p) for frame, p in zip(frames, points, strict=True)])
-    said = denoiser.denoise(
-        seen,
+    frames = [learning_frame(each.vertices, r) for each, r in turned for _ in range(n_clouds)]
+    normalised = np.stack([frame.apply(p) for frame, p in zip(frames, points, strict=True)])
+    denoised = denoiser.denoise(
+        normalised,
         np.stack([n @ frame.rotation.T for frame, n in zip(frames, normals, strict=True)]),
         [genus] * number,
         build("sampler", sampler),
         int(rng.integers(2**31)),
-        read=READ,
+        label_time=LABEL_TIME,
     )
-    places = np.stack([frame.invert(p) for frame, p in zip(frames, said.points, strict=True)])
-    seen_as = np.stack(
+    places = np.stack([frame.invert(p) for frame, p in zip(frames, denoised.points, strict=True)])
+    turned_axis = np.stack(
         [(OUTWARD @ frame.rotation.T @ OUTWARD.T).argmax(axis=1) for frame in frames]
     )
-    log_axis = np.take_along_axis(said.log_labels[0], seen_as[:, None], axis=2)
+    log_axis = np.take_along_axis(denoised.log_labels[0], turned_axis[:, None], axis=2)
     rows = points, normals, log_axis, places - points
-    together = [row.reshape(len(turned), -1, row.shape[2]) for row in rows]
-    return [Cloud(*each) for each in zip(*together, strict=True)]
+    of_surface = [row.reshape(len(turned), -1, row.shape[2]) for row in rows]
+    return [Cloud(*each) for each in zip(*of_surface, strict=True)]
