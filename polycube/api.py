@@ -22,6 +22,7 @@ from polycube.kinds import Export, StatesProblem
 from polycube.pipeline.improvement import Improvement, is_improvement, read_given
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.placement import Placement
+from polycube.pipeline.resume.settings import with_earlier_settings
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
@@ -114,6 +115,7 @@ def execute(
     KeyboardInterrupt
         If the run is interrupted before the folder is made.
     """
+    settings = with_earlier_settings(settings)
     if placed is not None:
         run: Run = Placement(settings, *placed, interrupt)
     elif is_improvement(settings):

@@ -96,6 +96,11 @@ class Preconditioner:
         return x[self.free]
 
 
+def is_factored(spline: Spline) -> bool:
+    """Whether the stiffness of a spline is factored as a whole, since it has no preconditioner."""
+    return len(spline.control) < LIMIT or VertexModel.of(spline) is None
+
+
 def elastic_preconditioner(
     spline: Spline, constraints: Constraints, poisson: float, shift: float = 0.0
 ) -> Preconditioner | None:

@@ -68,7 +68,7 @@ def with_input(arguments: list[str]) -> list[str]:
     if len(bare) != 1:
         return arguments
     key = "hex=" if bare[0].lower().endswith(FORMATS) else "mesh="
-    if any(each.startswith((key, "resume=")) for each in overrides):
+    if any(each.startswith(key) for each in overrides):
         return arguments
     place = arguments.index(bare[0])
     return [*arguments[:place], key + bare[0], *arguments[place + 1 :]]

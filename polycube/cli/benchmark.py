@@ -25,7 +25,7 @@ from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.io.cad import SUFFIXES
 from polycube.io.surfaces import is_cad
-from polycube.pipeline.resume import has_stage, load_stage
+from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.report.numbers.benchmark import ROW, results
 from polycube.report.page.benchmark import benchmark_page
 from polycube.report.pictures import scenes

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from polycube.errors import InputError
 from polycube.io.atomic import atomic_write
-from polycube.pipeline.resume import load_stage
+from polycube.pipeline.resume.results import load_stage
 from polycube.report.pictures import fields, scenes
 from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Film, Scene

@@ -38,7 +38,7 @@ from polycube.diffusion.weights import (
 from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
-from polycube.pipeline.resume import changed_settings
+from polycube.pipeline.resume.settings import changed_settings
 from polycube.types import Json
 
 logger = logging.getLogger(__name__)

@@ -9,13 +9,20 @@ from pathlib import Path
 logger = logging.getLogger(__name__)
 
 EACH = 70e3  # bytes for each function: 63 to 73 kB for 50,000 to 155,000 functions of the space h2s
+FACTORED, POWER = (
+    2550.0,
+    1.4,
+)  # 89 to 200 kB each for 7,000 to 50,000 functions, factored as a whole
 MEMINFO = Path("/proc/meminfo")
 GROUP = Path("/sys/fs/cgroup")  # limits of a container
 
 
-def needed(functions: int) -> float:
-    """Bytes that an analysis with this number of functions needs, from measurements."""
-    return EACH * functions
+def needed(functions: int, is_factored: bool = False) -> float:
+    """Bytes that an analysis with this number of functions needs, from measurements.
+
+    is_factored : whether the stiffness is factored as a whole, instead of preconditioned
+    """
+    return FACTORED * functions**POWER if is_factored else EACH * functions
 
 
 def available() -> float | None:
@@ -24,9 +31,9 @@ def available() -> float | None:
     return min(found, default=None)
 
 
-def warn(functions: int) -> None:
-    """Log a warning if the analysis may need more memory than is available."""
-    free, wanted = available(), needed(functions)
+def warn(functions: int, is_factored: bool = False) -> None:
+    """Log a warning if the analysis may need more memory than is available; see `needed`."""
+    free, wanted = available(), needed(functions, is_factored)
     if free is None or wanted <= free:
         return
     logger.warning(

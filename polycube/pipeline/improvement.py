@@ -14,7 +14,7 @@ from polycube.errors import InputError
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import boundary, check_place, read_hexes
 from polycube.io.surfaces import read_surface
-from polycube.pipeline.resume import has_stage
+from polycube.pipeline.resume.results import has_stage
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock, Stage

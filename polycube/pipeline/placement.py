@@ -17,7 +17,7 @@ import numpy as np
 
 from polycube.io.solids.motions import Motion
 from polycube.pipeline.intake import read_part
-from polycube.pipeline.resume import StageResults, has_stage
+from polycube.pipeline.resume.results import StageResults, has_stage
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState

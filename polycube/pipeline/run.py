@@ -11,6 +11,7 @@ from pathlib import Path
 from threading import Event
 
 from polycube.analysis.boundary_sets import check_names
+from polycube.analysis.preconditioner import is_factored
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.generation.requests import requests_of
@@ -38,7 +39,8 @@ from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
 from polycube.pipeline.reruns.requests import meet_requests
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
-from polycube.pipeline.resume import StageResults, warn_of_changed_settings
+from polycube.pipeline.resume.results import StageResults
+from polycube.pipeline.resume.settings import warn_of_changed_settings
 from polycube.pipeline.search import compare, search
 from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
@@ -207,7 +209,7 @@ class Run:
                 value = self.results.load(stage.kind)
             else:
                 if stage.kind == "analysis" and state.spline is not None:
-                    memory.warn(len(state.spline.control))
+                    memory.warn(len(state.spline.control), is_factored(state.spline))
                 value = self.clock.run(stage.kind, partial(stage, state))
             state = stage.put(state, value)
             if stage.kind == "spline" and state.spline is not None:

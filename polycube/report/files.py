@@ -17,7 +17,7 @@ from polycube.hexmesh.inspection import inspect
 from polycube.io import manifest
 from polycube.kinds import Export
 from polycube.pipeline.intake import write_repaired
-from polycube.pipeline.resume import stage_name
+from polycube.pipeline.resume.results import stage_name
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.state import RunState
 from polycube.registry import provide

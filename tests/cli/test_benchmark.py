@@ -12,7 +12,7 @@ import pytest
 from polycube.cli import benchmark, infer
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import facing, measure
-from polycube.pipeline.resume import save_stage
+from polycube.pipeline.resume.results import save_stage
 from polycube.report.numbers.benchmark import changes, results, totals
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from polycube.io.manifest import NAME
-from polycube.pipeline.resume import load_stage
+from polycube.pipeline.resume.results import load_stage
 from tests.fixtures.killed_runs import Killed
 from tests.fixtures.runs import FAST, check_complete, tree
 from tests.fixtures.trainings import SMALL

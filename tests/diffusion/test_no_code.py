@@ -15,7 +15,7 @@ from polycube.diffusion.pairs.part_files import read_part
 from polycube.diffusion.training.checkpoints import AtomicCheckpoints
 from polycube.diffusion.weights import config_of, load_denoiser
 from polycube.errors import InputError
-from polycube.pipeline.resume import load_stage
+from polycube.pipeline.resume.results import load_stage
 from polycube.registry import build
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from polycube.numerics import memory
-from polycube.pipeline.resume import StageResults
+from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.run import Run
 from polycube.pipeline.stages import Clock, Stage
 from polycube.pipeline.state import RunState
@@ -51,6 +51,11 @@ def test_the_smaller_of_machine_and_container_counts(machine) -> None:
 )
 def test_the_estimate_is_near_what_was_measured(functions: int, measured: float) -> None:
     assert memory.needed(functions) == pytest.approx(measured * GIGA, rel=0.12)
+
+
+@pytest.mark.parametrize(("functions", "measured"), [(7_208, 0.64), (13_188, 1.52), (50_000, 10.0)])
+def test_a_factor_needs_more(functions: int, measured: float) -> None:
+    assert memory.needed(functions, is_factored=True) == pytest.approx(measured * GIGA, rel=0.05)
 
 
 def test_one_sentence_where_the_memory_is_too_small(machine, caplog) -> None:

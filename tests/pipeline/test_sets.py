@@ -10,7 +10,7 @@ import pytest
 from polycube.cli.infer import _command
 from polycube.errors import InputError
 from polycube.io.vtk import write_hex_vtu
-from polycube.pipeline.resume import load_stage, save_stage
+from polycube.pipeline.resume.results import load_stage, save_stage
 from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.runs import config, run
 

@@ -123,7 +123,7 @@ class Cross:
 def test_meshes_that_cross_themselves_in_many_places_end_the_variants(
     monkeypatch, gives_up, many, runs
 ):
-    monkeypatch.setattr("polycube.pipeline.variants.MANY", many)
+    monkeypatch.setattr("polycube.pipeline.variants.MOST_CROSSINGS", many)
     options = [{"meshing/optimize": {"crosses": crosses}} for crosses in (True, False)]
     trial = {"meshing/optimize": {}}
     stages = [Stage("meshing/optimize", Cross())]

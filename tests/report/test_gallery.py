@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from polycube.cli import gallery
-from polycube.pipeline.resume import save_stage
+from polycube.pipeline.resume.results import save_stage
 from polycube.report.pictures.fields import mode
 from polycube.structure.rough_map import identity_map
 from polycube.types import Candidate, Ranked

@@ -23,7 +23,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
-from polycube.pipeline.resume import has_stage, load_stage
+from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.report.numbers.features import KINDS
 from polycube.report.page.assembly import assembly_page
 from polycube.surface.measures import diagonal

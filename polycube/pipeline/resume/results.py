@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import logging
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from polycube.errors import InputError, brief
 from polycube.io import artifacts, manifest
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass
@@ -72,39 +68,6 @@ def load_stage(folder: Path, kind: str) -> Any:
 def has_stage(folder: Path, kind: str) -> bool:
     """Whether there is a stored result of this kind."""
     return (folder / stage_name(kind)).is_file()
-
-
-def warn_of_changed_settings(
-    resumed: Path, now: Mapping[str, object], kinds: Iterable[str]
-) -> None:
-    """Log the settings of the remaining stages that differ from those of the resumed run."""
-    path = resumed / "config.json"
-    if path.is_file():
-        for sentence in changed_settings(now, json.loads(path.read_text()), kinds):
-            logger.warning("warning: resumed with other settings: %s", sentence)
-
-
-def changed_settings(
-    now: Mapping[str, object], before: Mapping[str, object], kinds: Iterable[str]
-) -> list[str]:
-    """List the settings of these kinds that differ from those of the resumed run."""
-    groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
-    new = {name: value for group in groups for name, value in _flat(now.get(group), group)}
-    old = {name: value for group in groups for name, value in _flat(before.get(group), group)}
-    return [
-        f"{name} is {new.get(name)}, was {old.get(name)}"
-        for name in {**new, **old}
-        if new.get(name) != old.get(name)
-    ]
-
-
-def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
-    """Full names and values in a setting."""
-    if not isinstance(value, Mapping):
-        yield name, value
-        return
-    for key, item in value.items():
-        yield from _flat(item, f"{name}.{key}")
 
 
 def stage_name(kind: str) -> str:

@@ -6,7 +6,7 @@ from scipy.sparse import csr_matrix
 
 from polycube.errors import InputError
 from polycube.io import artifacts
-from polycube.pipeline.resume import changed_settings, has_stage, load_stage, save_stage
+from polycube.pipeline.resume.results import has_stage, load_stage, save_stage
 from polycube.types import HexMesh, Spline
 from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.stages import cube
@@ -72,10 +72,3 @@ def test_a_mesh_takes_few_bytes(tmp_path):
     mesh = hex_box((20, 20, 20))
     artifacts.save(tmp_path / "value.npz", mesh.hexes)
     assert (tmp_path / "value.npz").stat().st_size < 1 * len(mesh.hexes)  # 64 as they are
-
-
-def test_changed_settings_are_those_of_the_stages_to_come():
-    before = {"spline": {"plugin": "h2s", "fit": {"rounds": 8}}, "seed": 0}
-    now = {"spline": {"plugin": "h2s", "fit": {"rounds": 4}}, "seed": 1}
-    assert changed_settings(now, before, ["spline"]) == ["spline.fit.rounds is 4, was 8"]
-    assert changed_settings(now, before, ["analysis"]) == []

@@ -1,0 +1,1 @@
+"""Resume a run: the stored results of its stages, and its settings."""
