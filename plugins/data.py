@@ -57,8 +57,9 @@ class Paired(Deformation):
     Parameters
     ----------
     types : contexts of the pairs: all, or published (the nine of the published set for 2x1)
-    cad, organic : with grid=any, share of parts with CAD features only, and share of deformed parts
-        only; all others have both
+    cad : with grid=any, share of parts with CAD features only
+    organic : with grid=any, share of parts that are only deformed; the remaining parts have CAD
+        features and are deformed
     """
 
     types: str = "all"

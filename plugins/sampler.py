@@ -21,7 +21,7 @@ class Ddpm:
     """Algorithm 2 of the paper: all T steps, with new noise in each.
 
     x_{t-1} = mu'_t + sigma_t z.  sigma_t^2 is s^2 beta_t, as in Algorithm 2, exact if x_0 is noise
-    of variance s^2; or the variance of q(x_{t-1} | x_t, x_0), as below eq. 3, exact if x_0 is known
+    of variance s^2; or the variance of q(x_{t-1} | x_t, x_0), as below eq. 4, exact if x_0 is known
     (Ho et al., 2020).
 
     Parameters

@@ -15,7 +15,8 @@ class Linear:
     Parameters
     ----------
     steps : T, the number of diffusion steps
-    beta_start, beta_end : noise variance of the first and of the last step
+    beta_start : noise variance of the first step
+    beta_end : noise variance of the last step
     """
 
     steps: int = 500
@@ -64,7 +65,8 @@ class Sigmoid:
     Parameters
     ----------
     steps : T, the number of diffusion steps
-    start, end : interval of the argument of the sigmoid
+    start : argument of the sigmoid at the first step
+    end : argument of the sigmoid at the last step
     tau : temperature; with a smaller one the schedule is steeper in the middle
     beta_max : upper bound of the noise variance of a step; keeps alpha_bar_T positive
     """

@@ -44,21 +44,25 @@ class Standard(Acceptance):
     order : criteria by which the better of two meshes is chosen, the most important first
     certify : where the Jacobian must be positive: at the corners, or everywhere (Bernstein bounds)
     least_jacobian : a mesh with a smaller scaled Jacobian is not valid
-    volume_limit, distance_limit : largest relative error of the volume and largest distance; a mesh
-        that exceeds one of them is not valid
-    features : limit of the 95th percentile of the distance between each CAD point, curve or face
-        and the mesh; without CAD faces, of the distance between all sharp edges and the mesh
-    distance : limit of the 99th percentile of the distance in both directions
+    volume_limit : a mesh with a larger relative error of the volume is not valid
+    distance_limit : a mesh with a larger distance from the surface, as a share of the diagonal, is
+        not valid
+    features : limit, as a share of the diagonal, of the 95th percentile of the distance between
+        each CAD point, curve or face and the mesh; without CAD faces, between all sharp edges and
+        the mesh
+    distance : limit, as a share of the diagonal, of the 99th percentile of the distance in both
+        directions
     poor_jacobian : a smaller scaled Jacobian gives a warning
-    far_vertices : a larger distance of a boundary vertex from the surface gives a warning
+    far_vertices : a larger distance of a boundary vertex from the surface, as a share of the
+        diagonal, gives a warning
     far_volume : a larger relative error of the volume gives a warning
     far_wall : a distance above this share of the wall thickness at the same place gives a warning
     far_size : a distance above this share of the edge length at the same place gives a warning
     peak : a largest distance above the 99th percentile times this factor gives a warning, if it is
         also above `distance`
-    acceptable : scaled Jacobian from which on no other structure is tried
-    good : scaled Jacobian from which on no other variant is tried
-    excellent : scaled Jacobian from which on structures with a similar score are not tried either
+    acceptable : from this scaled Jacobian on, no other structure is tried if there are no warnings
+    good : from this scaled Jacobian on, no other variant is tried
+    excellent : from this scaled Jacobian on, structures with a similar score are not tried either
     """
 
     order: tuple[str, ...] = CRITERIA

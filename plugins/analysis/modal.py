@@ -24,7 +24,8 @@ class Modal:
 
     Parameters
     ----------
-    material : steel, aluminium, titanium, brass, abs, or {young: Pa, poisson: 1, density: kg/m^3}
+    material : steel, aluminium, titanium, brass, abs, or {young: 210e9, poisson: 0.3, density:
+        7850}, in Pa and kg/m^3
     units : length unit of the part: m, cm, mm, um, in, ft
     modes : number of modes, including rigid ones (six without supports)
     fixed : supports: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see

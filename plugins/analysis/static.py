@@ -34,7 +34,8 @@ class Static:
 
     Parameters
     ----------
-    material : steel, aluminium, titanium, brass, abs, or {young: Pa, poisson: 1, density: kg/m^3}
+    material : steel, aluminium, titanium, brass, abs, or {young: 210e9, poisson: 0.3, density:
+        7850}, in Pa and kg/m^3
     units : length unit of the part: m, cm, mm, um, in, ft
     fixed : supports: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
         docs/reference/analysis.md

@@ -61,8 +61,8 @@ class Template:
     features : exact, soft, off or auto; exact: coarser meshes are registered with the curves fixed
     coarsen : with level 0: make hexes larger than those of the lattice where no detail needs small
         ones, up to about `size`
-    across_wall, around_hole : smallest number of hexes through every wall, and of edges round every
-        hole, before layers under the boundary
+    across_wall : smallest number of hexes through every wall, before layers under the boundary
+    around_hole : smallest number of edges round every hole, before layers under the boundary
     """
 
     size: float | str = setting("meshing.size", MeshingSettings.size)

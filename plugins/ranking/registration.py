@@ -37,8 +37,9 @@ class Registration:
     Parameters
     ----------
     size : edge length of the coarse hexes, as a share of the diagonal
-    rounds, iterations, samples : numbers of rounds, steps in each round and surface points of the
-        short registration
+    rounds : number of rounds of the short registration
+    iterations : number of steps in each round
+    samples : number of points of the surface that are matched with the mesh
     trust : score for each unit of cost above the cheapest candidate of the same proposal
     corner : score for each corner beyond the eight of a box; hexes are skewed at corners that the
         part does not have

@@ -46,12 +46,14 @@ class Overlay(Structure):
     finest : largest factor of one more candidate, whose cells are as small as walls and holes
         require
     most : largest number of full cells, of all candidates but the coarsest; sheets add to the hexes
-    across_wall, around_hole : smallest number of hexes through a wall, and of edges round a hole
+    across_wall : smallest number of hexes through a wall
+    around_hole : smallest number of edges round a hole
     at : numbers of hexes at faces of the part, as `meshing.at`; the cells of the first candidate
         are as small as these require, where `max_hexes` allows
-    steps : factors by which they are reduced further until the topology is correct
+    steps : factors by which the cells are made smaller until the topology is correct
     least : shares of a cell that must be solid for it to be full, tried in this order
-    thin : the same where none of these gives the right topology; a thin sheet fills no cell
+    thin : smaller shares, tried if no lattice has the right topology, because a thin sheet fills
+        only a small share of its cells
     max_hexes : largest number of full cells; a lattice that needs more is not proposed
     """
 

@@ -37,8 +37,8 @@ class Sweep(Structure):
     curvature : largest distance of the edges from the curves of the section; auto: 0.3%, or 0.2%
         with exact features; null: no limit
     features : whether features are exact; see `meshing.features`
-    across_wall, around_hole : smallest number of hexes through every wall, and of edges round every
-        full circle
+    across_wall : smallest number of hexes through every wall
+    around_hole : smallest number of edges round every full circle
     level : the hexes are 2^level times smaller than the size; null: they have the size
     max_hexes : largest number of hexes; a part that needs more is not proposed
     """
