@@ -19,7 +19,8 @@ class Material:
     def __post_init__(self) -> None:
         if not (self.young > 0 and self.density > 0 and -1 < self.poisson < 0.5):
             raise ValueError(
-                f"material needs young > 0, density > 0 and -1 < poisson < 0.5; got {self}"
+                f"material needs young > 0, density > 0 and -1 < poisson < 0.5; got "
+                f"young={self.young:g}, poisson={self.poisson:g}, density={self.density:g}"
             )
 
 

@@ -27,10 +27,11 @@ TILE = (250, 190)  # size of a picture in pixels
 SHADES = 64  # colours of a strip; limits eight strips to a few hundred kilobytes
 HEAD = """# Gallery
 
-Input, polycube, hex mesh, its cut, and the spline in its first elastic mode; all automatic. This
-page and its pictures are made by `make gallery`: parts that the program makes itself are taken all
-the way, then `python -m polycube.cli.gallery` draws and tables them, as it does the folders of
-any runs. What other people's parts gave stands in [results.md](notes/results.md).
+Each row of pictures shows the input surface, the polycube, the hex mesh, a cut through it, and the
+spline in its first elastic mode, with automatic settings. The parts are examples that the program
+makes itself. `make gallery` runs all steps on them and writes this page and its pictures;
+`python -m polycube.cli.gallery` writes such a page for any finished runs. Results on the parts of
+other authors are in [results.md](notes/results.md).
 
 """
 COLUMNS = (

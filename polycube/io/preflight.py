@@ -72,7 +72,7 @@ def preflight(path: str, cad: Cad, level: str, points: Points | None = None) -> 
         surface, notes, *_ = read_repaired(path, cad, level, points)
     except InputError as error:
         sentence = str(error).removeprefix(f"{path}: ").partition("; preflight=")[0]
-        verdict, is_usable = f"refused: {sentence.partition(', preflight=')[0]}", False
+        verdict, is_usable = f"{path}: {sentence.partition(', preflight=')[0]}", False
     else:
         verdict = (
             f"usable: closed, genus {genus(surface)}, volume {volume(surface):.6g}"

@@ -125,7 +125,7 @@ def test_reverse_mean_takes_back_the_drift_of_one_step(
 def test_reverse_mean_is_the_posterior_mean(
     process: DiffusionProcess, images: torch.Tensor
 ) -> None:
-    """E[x_{t-1} | x_t, x_0] from the two Gaussians of eq. 3, computed directly."""
+    """E[x_{t-1} | x_t, x_0] from the two Gaussians of eq. 4, computed directly."""
     x_0, z, q = images
     t = 123
     x_t = process.forward(x_0, z, q, torch.full((2,), t))

@@ -94,7 +94,7 @@ def test_the_command_only_looks_and_writes_on_request_only(damaged, tmp_path, mo
     assert command(f"mesh={damaged}", "preflight=true") == 2
     output = capsys.readouterr()
     assert "3  open edges" in output.out
-    assert output.err.startswith("error: refused: ") and output.err.count("\n") == 1
+    assert output.err.startswith(f"error: {damaged}: ") and output.err.count("\n") == 1
     assert command(f"mesh={damaged}", "preflight=true", "repair=safe") == 0
     assert "usable: closed, genus 0, volume 27" in capsys.readouterr().out
     assert set(tmp_path.iterdir()) == before

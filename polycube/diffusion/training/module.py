@@ -88,7 +88,7 @@ class DDPMPolycube(L.LightningModule):
         return Draws(*(torch.stack(column).to(self.device) for column in zip(*rows, strict=True)))
 
     def loss(self, batch: Batch) -> dict[str, Tensor]:
-        """Terms of the loss: the prediction at random steps (eq. 4), its labels, the context.
+        """Terms of the loss: the prediction at random steps (eq. 10), its labels, the context.
 
         A share of the batch is trained at the start of sampling: t = T, x_T = the geometry.
         """
