@@ -116,7 +116,7 @@ def _explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
     if not n_proposed and all(plugin.any_grid for plugin in plugins):
         return (
             f"structure={', '.join(own)} proposes nothing for this surface; verbose=true shows the "
-            "reason, structure=auto tries others"
+            "reasons, structure=auto tries others"
         )
     if not n_proposed and all(plugin.needs_network for plugin in plugins):
         return (
