@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ def _changed(now: Node, earlier: Node) -> list[str]:
         for option in options(kind, cls).values()
         if "setting" in option.metadata
     }
-    before, default = _by_name(earlier), _by_name(compose("infer"))
+    before, default = _by_name(earlier), _defaults()
     found = []
     for name, value in _by_name(now).items():
         setting = source.get(name.rpartition(".")[2], name)
@@ -99,6 +100,11 @@ def _changed(now: Node, earlier: Node) -> list[str]:
         if value not in (before[name], default.get(name)):
             found.append(name)
     return sorted(found, key=lambda name: name.count("."))
+
+
+@cache
+def _defaults() -> dict[str, Any]:
+    return _by_name(compose("infer"))
 
 
 def _by_name(settings: Node) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """A resumed run takes the settings of its loaded stages from the earlier run."""
 
 import json
+from functools import cache
 
 import pytest
 
@@ -12,8 +13,13 @@ from polycube.pipeline.settings import Settings
 EARLIER = ("mesh=parts/a.stl", "meshing.size=3%", "grid=2x1", "spline=optimal")
 
 
+@cache
+def earlier() -> str:
+    return json.dumps(compose("infer", EARLIER))
+
+
 def resumed(folder, *overrides: str) -> Settings:
-    (folder / "config.json").write_text(json.dumps(compose("infer", EARLIER)))
+    (folder / "config.json").write_text(earlier())
     return with_earlier_settings(Settings.of(compose("infer", [f"resume={folder}", *overrides])))
 
 
