@@ -37,7 +37,7 @@ demo: $(READY)
 	@echo "The report is $(OUTPUT)/report.html"
 
 test: $(READY)
-	OMP_NUM_THREADS=1 $(RUN) -m pytest -m "$(MARK)" -n auto --dist loadfile $(ARGS)
+	OMP_NUM_THREADS=1 $(RUN) -m pytest -m "$(MARK)" -n auto --dist loadfile --max-worker-restart=0 $(ARGS)
 
 train: $(READY)
 	$(RUN) train.py $(ARGS)
