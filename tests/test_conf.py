@@ -77,7 +77,9 @@ def choices(program: str) -> dict[str, list[str]]:
     return {key: options_of(search, key.partition("@")[0]) for key in keys}
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize(
+    "program", [pytest.param("infer", marks=pytest.mark.slow), "train", "evaluate"]
+)
 def test_every_choice_composes_and_builds(program: str) -> None:
     """Every plugin in the config, wherever it stands; the n-th choices of all groups together."""
     given = choices(program)
