@@ -9,10 +9,8 @@ from pathlib import Path
 logger = logging.getLogger(__name__)
 
 EACH = 70e3  # bytes for each function: 63 to 73 kB for 50,000 to 155,000 functions of the space h2s
-FACTORED, POWER = (
-    2550.0,
-    1.4,
-)  # 89 to 200 kB each for 7,000 to 50,000 functions, factored as a whole
+# factored as a whole: 89 to 200 kB each for 7,000 to 50,000 functions
+FACTORED, POWER = 2550.0, 1.4  # bytes = FACTORED * functions**POWER
 MEMINFO = Path("/proc/meminfo")
 GROUP = Path("/sys/fs/cgroup")  # limits of a container
 

@@ -108,6 +108,7 @@ def _defaults() -> dict[str, Any]:
 
 
 def _by_name(settings: Node) -> dict[str, Any]:
+    """Values by their full names."""
     return {name: value for group in settings for name, value in _flat(settings[group], group)}
 
 
@@ -149,8 +150,7 @@ def changed_settings(
 ) -> list[str]:
     """List the settings of these kinds that differ from those of the resumed run."""
     groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
-    new = {name: value for group in groups for name, value in _flat(now.get(group), group)}
-    old = {name: value for group in groups for name, value in _flat(before.get(group), group)}
+    new, old = (_by_name({group: each.get(group) for group in groups}) for each in (now, before))
     return [
         f"{name} is {new.get(name)}, was {old.get(name)}"
         for name in {**new, **old}
