@@ -25,12 +25,12 @@ from polycube.pipeline.placement import Placement
 from polycube.pipeline.resume.settings import with_earlier_settings
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.state import RunState
 from polycube.registry import build, provide
 from polycube.report.citation import bibtex
 from polycube.report.files import check_folder, read_json, start_folder, write_results
 from polycube.report.numbers.results import summarize
 from polycube.result import Result
+from polycube.state import RunState
 from polycube.surface.checks import check_closed, check_surface
 from polycube.surface.repair.clean import clean
 from polycube.types import HexMesh, TriMesh

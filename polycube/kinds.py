@@ -9,10 +9,10 @@ run state are its inputs, and which one is its output.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from polycube.types import (
     RoughMap,
     Solution,
     Spline,
+    Tier,
     TriMesh,
     Verdict,
 )
@@ -82,7 +83,7 @@ class Structure(Protocol):
 
     any_grid: ClassVar[bool] = False  # proposals do not depend on the grid
     needs_network: ClassVar[bool] = False  # the plugin needs trained weights
-    late: ClassVar[bool] = False  # proposals are compared with the best mesh of all others
+    tier: ClassVar[Tier] = Tier.COARSE  # structures of a lower tier are proposed earlier
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> Sequence[Candidate]:
         """New candidates; `candidates` are those of the previous plugins."""
@@ -98,13 +99,43 @@ class Ranking(Protocol):
 class Acceptance(Protocol):
     """Decide whether a hex mesh of a surface is valid, and which of two meshes is better."""
 
-    good: float  # scaled Jacobian that ends the search, if all criteria are met
-    acceptable: float  # from which on no other structure is tried, without warnings
-    excellent: float  # from which on structures with similar scores are not tried either
-    poor_jacobian: float  # a smaller scaled Jacobian gives a warning
-
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
-        """Failures, warnings, and a key for the comparison of meshes."""
+        """Failures, warnings, the distance from the goal, and a key for the comparison."""
+
+
+class Expected(NamedTuple):
+    """What is expected of a move of the search.
+
+    Parameters
+    ----------
+    gain : expected reduction of the shortfall of the best mesh (`polycube.types.Verdict`)
+    work : expected effort, about the seconds that it takes on one core
+    """
+
+    gain: float
+    work: float
+
+
+class Estimate(Protocol):
+    """Estimate what a move of the search gains, and what it costs."""
+
+    def __call__(self, move: Any, history: Any) -> Expected:
+        """Expected gain and work of a `Move`; both are classes of `polycube.search.history`."""
+
+
+class Policy(Protocol):
+    """Choose the next move of the search for a mesh."""
+
+    def __call__(
+        self, history: Any, possible: Callable[[], Sequence[Any]]
+    ) -> Iterator[tuple[Any, Expected]]:
+        """Moves, one after another, until none is worth its cost.
+
+        Parameters
+        ----------
+        history : what is known, a `polycube.search.history.History` that every move extends
+        possible : the moves that can be made now
+        """
 
 
 class Segment(Protocol):
@@ -220,7 +251,8 @@ class Kind:
     Parameters
     ----------
     protocol : interface of the plugins
-    takes, gives : inputs and output, fields of `polycube.pipeline.state.RunState`
+    takes, gives : inputs and output, fields of `polycube.state.RunState`
+    cures : whether the stage, and those after it, run on the leading mesh of the search only
     once : whether the stage runs only once, on the best mesh of the search
     fits : whether the boundary of the resulting hexes is on the surface
     """
@@ -228,6 +260,7 @@ class Kind:
     protocol: type
     takes: tuple[str, ...] = ()
     gives: str = ""
+    cures: bool = False
     once: bool = False
     fits: bool = True
 
@@ -250,6 +283,8 @@ KINDS = {
     "structure": Kind(Structure),
     "ranking": Kind(Ranking),
     "acceptance": Kind(Acceptance),
+    "estimate": Kind(Estimate),
+    "policy": Kind(Policy),
     # the stages of a run, in their natural order
     "meshing/segment": Kind(Segment, ("surface", "polycube", "parametrization"), "labels"),
     "meshing/map": Kind(
@@ -261,7 +296,7 @@ KINDS = {
     "meshing/smooth": Kind(Improve, _MESH, "hexes"),
     "meshing/pillow": Kind(Improve, _MESH, "hexes"),
     "meshing/optimize": Kind(Improve, _MESH, "hexes"),
-    "meshing/cure": Kind(Improve, _MESH, "hexes"),
+    "meshing/cure": Kind(Improve, _MESH, "hexes", cures=True),
     "meshing/refine": Kind(Improve, _MESH, "hexes", once=True),
     "spline": Kind(SplineSpace, _MESH, "spline"),
     "analysis": Kind(Analysis, ("spline",), "solution"),

@@ -127,7 +127,7 @@ def test_polycube_imports_downwards_only():
 
 def test_plugins_know_no_app_and_no_other_kind():
     def is_wrong(path: Path, module: str) -> bool:
-        if inside(module, "polycube.cli", "polycube.pipeline.stages"):
+        if inside(module, "polycube.cli", "polycube.stages"):
             return True
         other = module.replace("polycube.plugins", "plugins").split(".")[1:2]
         is_plugin = inside(module, "plugins", "polycube.plugins")

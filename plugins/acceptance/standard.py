@@ -2,89 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from polycube.hexmesh.settings import MeshingSettings, creases_of
 from polycube.kinds import Acceptance
-from polycube.registry import register
-from polycube.types import HexMesh, TriMesh, Verdict
+from polycube.registry import register, setting
+from polycube.types import Goal, HexMesh, TriMesh, Verdict
 
 if TYPE_CHECKING:
     from polycube.hexmesh.feature_distances import Feature
     from polycube.hexmesh.inspection import Inspection
 
-CRITERIA = ("validity", "features", "distances", "scaled_jacobian")
-CERTIFY = ("corners", "everywhere")
-POOR = 2  # features that a poor worst hex counts as, where a mesh loses some anyway
+CERTIFY = ("everywhere", "corners")
 DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
+LOST = 10.0  # shortfall of lost features, multiplied by their weighted share
+FORCED = 0.9  # share of the sine of an acute angle of the part that a hex there reaches
 
 
 @register("acceptance", "standard")
 @dataclass(frozen=True)
-class Standard(Acceptance):
-    """Compare meshes by validity, then preserved features, then distances, then the worst hex.
+class Standard(Goal, Acceptance):
+    """Compare meshes by validity, then by how far they are from the goal, then by the worst hex.
 
-    A mesh either meets a criterion or does not. For the features of a CAD part, lost features are
-    counted: the weight of a feature is its distance divided by the limit, rounded down, and a poor
-    worst hex counts as two more features. The better of two meshes is the one that meets the first
-    criterion in which they differ, or has the lower count. If they differ in no criterion, the mesh
-    with fewer CAD faces without a quad is better, and then the one with the larger merit of the
-    fitting stages (`polycube.fitting.merit`), reduced by 0.01 for each doubling of the number of
-    hexes. The sharp edges of a surface without CAD faces are found by their angle and are no
-    criterion of their own: lost edges count as much as a worst hex below `acceptable`, and a poor
-    one counts twice. Lengths are shares of the diagonal of the bounding box unless another unit is
-    given.
+    A mesh that is not valid is worst if it has inverted hexes, then if it crosses itself. The
+    distance of a valid mesh from the goal is a sum: of the share of lost features of a CAD part,
+    each weighted by its excess over the permitted distance (without CAD faces, of the distance of
+    sharp edges); of the relative distance of the worst hex from the wanted scaled Jacobian; of
+    distances and other warnings; of wishes (`meshing.at`, `meshing.deviation`, `meshing.creases`)
+    that are not met; and of doublings of the number of hexes. Of meshes that are equally far, the
+    one with the larger merit of the fitting stages (`polycube.fitting.merit`) is better, reduced
+    for each doubling of the number of hexes.
+
+    The limits are those of `polycube.types.Goal`.
 
     Parameters
     ----------
-    order : criteria by which the better of two meshes is chosen, the most important first
-    certify : where the Jacobian must be positive: at the corners, or everywhere (Bernstein bounds)
-    least_jacobian : a mesh with a smaller scaled Jacobian is not valid
-    volume_limit : a mesh with a larger relative error of the volume is not valid
-    distance_limit : a mesh with a larger distance from the surface, as a share of the diagonal, is
-        not valid
-    features : limit, as a share of the diagonal, of the 95th percentile of the distance between
-        each CAD point, curve or face and the mesh; without CAD faces, between all sharp edges and
-        the mesh
-    distance : limit, as a share of the diagonal, of the 99th percentile of the distance in both
-        directions
-    poor_jacobian : a smaller scaled Jacobian gives a warning
-    far_vertices : a larger distance of a boundary vertex from the surface, as a share of the
-        diagonal, gives a warning
-    far_volume : a larger relative error of the volume gives a warning
-    far_wall : a distance above this share of the wall thickness at the same place gives a warning
-    far_size : a distance above this share of the edge length at the same place gives a warning
-    peak : a largest distance above the 99th percentile times this factor gives a warning, if it is
-        also above `distance`
-    acceptable : from this scaled Jacobian on, no other structure is tried if there are no warnings
-    good : from this scaled Jacobian on, no other variant is tried
-    excellent : from this scaled Jacobian on, structures with a similar score are not tried either
+    certify : where the Jacobian must be positive: everywhere (Bernstein bounds), or at the corners
+    at, deviation, creases : wishes, as in `meshing`
     """
 
-    order: tuple[str, ...] = CRITERIA
-    certify: str = "corners"
-    least_jacobian: float = 0.0
-    volume_limit: float = 0.10
-    distance_limit: float = 0.05
-    features: float = 0.003
-    distance: float = 0.01
-    poor_jacobian: float = 0.2
-    far_vertices: float = 0.005
-    far_volume: float = 0.04
-    far_wall: float = 0.4
-    far_size: float = 0.6
-    peak: float = 8.0
-    acceptable: float = 0.4
-    good: float = 0.57
-    excellent: float = 0.6
+    certify: str = CERTIFY[0]
+    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
+    deviation: float | str | None = setting("meshing.deviation", MeshingSettings.deviation)
+    creases: float | str | None = setting("meshing.creases", MeshingSettings.creases)
 
     def __post_init__(self) -> None:
-        if sorted(self.order) != sorted(CRITERIA):
-            raise ValueError(f"order must name {', '.join(CRITERIA)}, each once; got {self.order}")
         if self.certify not in CERTIFY:
             raise ValueError(f"certify must be {' or '.join(CERTIFY)}; got {self.certify!r}")
         if not 0 <= self.least_jacobian <= 1:
@@ -95,29 +61,79 @@ class Standard(Acceptance):
         from polycube.fitting.merit import merit
         from polycube.hexmesh.inspection import inspect
 
-        found, open_ones = inspect(hexes, surface), self._not_certified(hexes)
-        lost, weight = self._lost(found), self._weight(found)
-        is_poor = found.scaled_jacobian < self.poor_jacobian
-        failures = tuple(self._failures(found, open_ones, len(hexes.hexes)))
-        is_positive = found.scaled_jacobian > 0 and not len(open_ones)
-        levels = {
-            # inverted hexes are worse than crossings, these than any other failure
-            "validity": -(bool(failures) + 2 * bool(len(found.crossings)) + 4 * (not is_positive)),
-            "features": -(weight + POOR * is_poor if weight else 0),
-            "distances": -self._is_far(found),
-            "scaled_jacobian": -self._shortcomings(found),
+        found = inspect(hexes, surface)
+        is_positive = found.scaled_jacobian > 0
+        open_ones = self._not_certified(hexes) if is_positive else np.zeros(0, np.int64)
+        failures = tuple(self._failures(found, open_ones))
+        # inverted hexes are worse than crossings, these than any other failure
+        is_bad = 4 * (not is_positive) + 2 * bool(len(found.crossings)) + bool(failures)
+        warnings = () if failures else (*self._warnings(found), *self._unmet(found))
+        shortfall = self._shortfall(found, is_bad, len(warnings))
+        merits = merit(found) - DOUBLED * float(np.log2(len(hexes.hexes)))
+        key = -float(is_bad), -sum(shortfall.values()), merits
+        lost = self._lost(found) if len(surface.region) else 0
+        return Verdict(failures, warnings, key, shortfall, lost)
+
+    def _shortfall(self, found: Inspection, is_bad: int, n_warnings: int) -> dict[str, float]:
+        """How far a mesh is from the goal, by criterion; met criteria are left out."""
+        if is_bad:
+            return {"validity": 2.0 + (is_bad > 1)}
+        is_cad = len(found.surface.region) > 0
+        wanted = self.scaled_jacobian if is_cad else self.smooth_jacobian
+        n_known = bool(self._lost(found)) + (found.scaled_jacobian < self.poor_jacobian)
+        parts = {
+            "features": self._lost_share(found),
+            "distances": 0.5 * self._is_far(found),
+            "scaled_jacobian": max(0.0, 1 - found.scaled_jacobian / wanted),
+            "warnings": 0.25 * (n_warnings > n_known),
+            "wishes": min(0.5, 0.25 * self._wishes(found) + 0.1 * self._off_creases(found)),
+            "hexes": self.many * max(0.0, float(np.log2(len(found.mesh.hexes) / self.hexes))),
         }
-        return Verdict(
-            failures=failures,
-            warnings=() if failures else tuple(self._warnings(found)),
-            key=(
-                *(float(levels[name]) for name in self.order),
-                -float(len(found.lost_faces)),
-                merit(found) - DOUBLED * float(np.log2(len(hexes.hexes))),
-            ),
-            reaches=-inf if lost or any(levels.values()) else found.scaled_jacobian,
-            lost=lost if len(surface.region) else 0,
-        )
+        return {name: value for name, value in parts.items() if value > 0}
+
+    def _lost_share(self, found: Inspection) -> float:
+        """Shortfall for lost features, from 0 to 1; 0 within the margin."""
+        if not len(found.surface.region):
+            return 0.25 * min(1.0, max(0.0, found.creases / self.features - 1))
+        excess = sum(min(1.0, each.excess(self) - 1) for each in self._off(found))
+        excess += len(found.lost_faces)
+        share = excess / max(1, len(found.features))
+        return 0.0 if share <= self.margin else min(1.0, 0.1 + LOST * share)
+
+    def _wishes(self, found: Inspection) -> float:
+        """How many wishes of `meshing.at` are missed, and by how much `meshing.deviation` is."""
+        from polycube.hexmesh.generation.requests import requests_of
+        from polycube.hexmesh.generation.requests_met import missing
+
+        off = missing(found.mesh, found.surface, requests_of(self.at)) if self.at else [0]
+        return float(np.abs(off).sum()) + self._times(found.deviation.p99, self.deviation, found)
+
+    def _off_creases(self, found: Inspection) -> float:
+        """How many doublings sharp edges are farther than `meshing.creases`."""
+        wanted = creases_of(self.creases, found.surface)
+        return self._times(found.creases, wanted, found)
+
+    def _times(self, reached: float, wanted: float | str | None, found: Inspection) -> float:
+        """Doublings by which a distance exceeds a length; 0 without one."""
+        from polycube.hexmesh.generation import sizing
+        from polycube.surface.measures import diagonal
+
+        if wanted is None:
+            return 0.0
+        unit = diagonal(found.surface)
+        return max(0.0, float(np.log2(max(reached * unit / sizing.length(wanted, unit), 1e-9))))
+
+    def _unmet(self, found: Inspection) -> Iterator[str]:
+        """A sentence for each wish that the mesh misses."""
+        from polycube.hexmesh.generation.requests import requests_of
+        from polycube.hexmesh.generation.requests_met import unmet
+
+        yield from unmet(found.mesh, found.surface, requests_of(self.at)) if self.at else ()
+        if self.creases not in (None, "auto") and self._off_creases(found):
+            yield (
+                f"meshing.creases: 95 % of the sharp edges are within {found.creases:.2%} of the "
+                f"diagonal of the mesh's edges, not within {self.creases}"
+            )
 
     def _not_certified(self, hexes: HexMesh) -> np.ndarray:
         """Hexes whose Jacobian is not certified to be positive, if `certify` requires it."""
@@ -127,11 +143,19 @@ class Standard(Acceptance):
 
         return np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
 
-    def _failures(self, found: Inspection, open_ones: np.ndarray, n_hexes: int) -> Iterator[str]:
+    def _least(self, surface: TriMesh) -> float:
+        """Smallest scaled Jacobian of a valid mesh, less where an angle of the part forces it."""
+        from polycube.surface.curves.acute import acute
+
+        forced = min((float(np.sin(each.angle)) for each in acute(surface)), default=1.0)
+        return min(self.least_jacobian, FORCED * forced)
+
+    def _failures(self, found: Inspection, open_ones: np.ndarray) -> Iterator[str]:
         """Reasons why the mesh is not valid."""
         worst = found.scaled_jacobian
-        if worst <= 0 or worst < self.least_jacobian:
-            needed = f"{self.least_jacobian:g} or more" if worst > 0 else "above 0"
+        least = self._least(found.surface) if worst < self.least_jacobian else 0.0
+        if worst <= 0 or worst < least:
+            needed = f"{least:g} or more" if worst > 0 else "above 0"
             yield f"the smallest scaled Jacobian is {worst:.3f}; it must be {needed}"
         if len(found.crossings):
             place = np.round(found.crossing_at, 3).tolist()
@@ -141,8 +165,8 @@ class Standard(Acceptance):
             )
         if len(open_ones):
             yield (
-                f"the Jacobian of {len(open_ones)} of {n_hexes} hexes is not positive "
-                f"everywhere; the first is number {open_ones[0]}"
+                f"the Jacobian of {len(open_ones)} of {len(found.mesh.hexes)} hexes is not "
+                f"positive everywhere; the first is number {open_ones[0]}"
             )
         if abs(found.volume_ratio - 1) > self.volume_limit:
             yield (
@@ -157,8 +181,7 @@ class Standard(Acceptance):
 
     def _warnings(self, found: Inspection) -> Iterator[str]:
         """Warnings about a valid mesh."""
-        apart = found.deviation
-        p99 = max(apart.to_surface.p99, apart.to_mesh.p99)
+        apart, p99 = found.deviation, found.deviation.p99
         if found.scaled_jacobian < self.poor_jacobian:
             yield (
                 f"the smallest scaled Jacobian is {found.scaled_jacobian:.3f}, below "
@@ -194,13 +217,13 @@ class Standard(Acceptance):
                 )
         lost = self._off(found)
         if lost:
-            worst = max(lost, key=lambda each: each.distance)
+            worst = max(lost, key=lambda each: each.excess(self))
             faces = " and ".join(f"cad_face_{face}" for face in worst.faces)
             yield (
                 f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
-                f"are more than {self.features:.1%} of the diagonal away, the farthest is the "
-                f"{worst.kind} of {faces} at {np.round(worst.place, 3).tolist()}: "
-                f"{worst.distance:.2%}"
+                f"are lost: farther than {self.features:.1%} of the diagonal or "
+                f"{self.feature_share:.0%} of their size; first the {worst.kind} of {faces} at "
+                f"{np.round(worst.place, 3).tolist()}, {worst.distance:.2%} of the diagonal away"
             )
         if found.lost_faces:
             names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
@@ -213,26 +236,15 @@ class Standard(Acceptance):
             return int(found.creases > self.features)
         return len(found.lost_faces) + len(self._off(found))
 
-    def _weight(self, found: Inspection) -> int:
-        """Number of lost CAD features, each weighted by its distance divided by the limit."""
-        return sum(int(each.distance // self.features) for each in self._off(found))
-
-    def _shortcomings(self, found: Inspection) -> int:
-        """1 for a poor worst hex; without CAD faces 1 each for lost edges and not `acceptable`."""
-        worst = found.scaled_jacobian
-        if len(found.surface.region):
-            return int(worst < self.poor_jacobian)
-        return (worst < self.poor_jacobian) + (worst < self.acceptable) + self._lost(found)
-
     def _off(self, found: Inspection) -> list[Feature]:
         """Points, curves and faces of a CAD part with a distance above the limit."""
-        return [each for each in found.features if each.distance > self.features]
+        return [each for each in found.features if each.excess(self) > 1]
 
     def _is_far(self, found: Inspection) -> bool:
         """Whether distances or volume exceed their limits."""
         apart = found.deviation
         return (
-            max(apart.to_surface.p99, apart.to_mesh.p99) > self.distance
+            apart.p99 > self.distance
             or apart.vertices > self.far_vertices
             or abs(found.volume_ratio - 1) > self.far_volume
         )

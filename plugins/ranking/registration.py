@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.registry import register
-from polycube.types import OVERLAY, SPARE, Candidate, Ranked, TriMesh
+from polycube.types import Candidate, Ranked, Tier, TriMesh
 
 if TYPE_CHECKING:
     from polycube.fitting.registration import ShortQuality
@@ -29,10 +29,9 @@ class Registration:
     Structures with another genus than the surface are not ranked. The score is the sum of the
     distances in per cent of the diagonal (98th percentile, both directions), penalties for bad
     hexes and a wrong volume, for corners of the polycube, and for curves of a CAD part without a
-    path of mesh edges, and the cost given by the proposal. Smaller scores are better. Overlays are
-    last and are not registered: they have many more hexes, and are used for parts without a
-    suitable coarser structure. Substitute lattices with another genus follow them. A structure with
-    more boxes than an overlay has cells is not ranked, because it is not coarser.
+    path of mesh edges, and the cost given by the proposal. Smaller scores are better. Lattices with
+    cells of the size of the hexes are not registered and keep their order; their score is infinite.
+    A structure with more than `boxes` boxes is not ranked, because it is not coarse.
 
     Parameters
     ----------
@@ -45,6 +44,7 @@ class Registration:
         part does not have
     lost : score if all curves of a CAD part have no path of mesh edges; proportional to their share
     limit : largest number of registered candidates of each proposal; the cheapest are taken
+    boxes : largest number of boxes of a registered polycube
     """
 
     size: float = 0.08
@@ -55,9 +55,10 @@ class Registration:
     corner: float = 0.03
     lost: float = 5.0
     limit: int = 12
+    boxes: int = 2000
 
     def __call__(self, surface: TriMesh, candidates: Iterable[Candidate]) -> list[Ranked]:
-        """Candidates of the correct genus, best first, then substitutes; one per rough map."""
+        """Candidates of the correct genus, or last resorts; the best first, one per rough map."""
         from polycube.hexmesh.generation.blocks import genus_of
         from polycube.structure.lattice import is_manifold
         from polycube.surface import measures as surfaces
@@ -67,17 +68,29 @@ class Registration:
         distinct = {id(candidate.rough_map): candidate for candidate in candidates}.values()
         solid = [c for c in distinct if is_manifold(c.polycube)]
         same = [c for c in solid if genus_of(c.polycube, c.blocks) == wanted]
-        fitting = [c for c in same if c.family != SPARE]
         ranked = []
-        coarse = _coarser([c for c in fitting if c.family != OVERLAY], fitting)
+        coarse = self._coarse([c for c in same if c.tier < Tier.FINE])
         for proposal in dict.fromkeys(c.proposal for c in coarse):
             own = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)
             ranked += [self._scored(c, goal, own[0].cost) for c in own[: self.limit]]
         ranked.sort(key=lambda entry: entry.score)
-        ranked += [_unregistered(c) for c in fitting if c.family == OVERLAY]
-        ranked += [_unregistered(c) for c in solid if c.family == SPARE]
+        ranked += [_unregistered(c) for c in same if c.tier == Tier.FINE]
+        ranked += [_unregistered(c) for c in solid if c.tier == Tier.LAST]
         _log(ranked)
         return ranked
+
+    def _coarse(self, candidates: list[Candidate]) -> list[Candidate]:
+        """Candidates with blocks, or with few boxes."""
+        sizes = [0 if c.blocks is not None else int(c.polycube.occupancy.sum()) for c in candidates]
+        found = [c for c, size in zip(candidates, sizes, strict=True) if size <= self.boxes]
+        if len(found) < len(candidates):
+            logger.info(
+                "%d structures are not ranked: the largest has %d boxes, the limit is %d",
+                len(candidates) - len(found),
+                max(sizes),
+                self.boxes,
+            )
+        return found
 
     def _scored(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:
         """A candidate with its score and its coarse mesh."""
@@ -105,25 +118,6 @@ class Registration:
             number = len(goal.followed.creases)
             score += self.lost * (1 - matched_curves(hexes, goal) / max(number, 1))
         return Ranked(candidate, score, asdict(quality), hexes, positions)
-
-
-def _coarser(candidates: list[Candidate], fitting: list[Candidate]) -> list[Candidate]:
-    """Candidates with blocks, or with at most as many boxes as the coarsest overlay has cells."""
-
-    def size(candidate: Candidate) -> int:
-        return int(np.count_nonzero(candidate.polycube.occupancy))
-
-    cells = [size(c) for c in fitting if c.family == OVERLAY]
-    most = min(cells) if cells else max(map(size, candidates), default=0)
-    found = [c for c in candidates if c.blocks is not None or size(c) <= most]
-    if len(found) < len(candidates):
-        logger.info(
-            "%d structures are not ranked: the largest has %d boxes, an overlay %d cells",
-            len(candidates) - len(found),
-            max(size(c) for c in candidates if c.blocks is None),
-            most,
-        )
-    return found
 
 
 def _unregistered(candidate: Candidate) -> Ranked:

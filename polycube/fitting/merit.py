@@ -6,19 +6,22 @@ The acceptance of a run is defined by the plugins of kind `acceptance`.
 from __future__ import annotations
 
 from polycube.hexmesh.inspection import Inspection
+from polycube.types import Goal
 
-FULL = 0.6  # the scaled Jacobian counts in full up to this value
+FULL = Goal.smooth_jacobian  # the scaled Jacobian counts in full up to this value
 BEYOND = 0.25  # weight of the scaled Jacobian above it
-CREASES = 0.003  # of the diagonal: distance from mesh edges that 5 % of the creases may exceed
+CREASES = (
+    Goal.features
+)  # of the diagonal: distance from mesh edges that 5 % of the creases may exceed
 INVALID = 1e6  # penalty of an inverted hex: any valid mesh is better
 LEAST = 0.41  # smallest scaled Jacobian of a refined mesh
 # smallest share of the scaled Jacobian of the coarse mesh, if that is less than LEAST
 RELATIVE_LEAST = 0.9
 # a mesh that exceeds one of these limits does not fit the surface
-OFF_SURFACE = 0.005  # of the diagonal, for boundary vertices
+OFF_SURFACE = Goal.far_vertices  # of the diagonal, for boundary vertices
 APART = 0.045  # of the diagonal, for all sample points in both directions
-VOLUME_OFF = 0.04  # of the volume of the surface
-POOR = 0.2  # scaled Jacobian
+VOLUME_OFF = Goal.far_volume  # of the volume of the surface
+POOR = Goal.poor_jacobian  # scaled Jacobian
 
 
 def merit_of(jacobian: float, vertices: float, creases: float, near: float = CREASES) -> float:
@@ -46,10 +49,9 @@ def merit(found: Inspection) -> float:
     of the points, 0.3 % for 95 % of the creases, and 3 % for the volume.
     """
     apart = found.deviation
-    distance = max(apart.to_surface.p99, apart.to_mesh.p99)
     return (
         merit_of(found.scaled_jacobian, apart.vertices, found.creases)
-        - 5 * max(0, distance - 0.01)
+        - 5 * max(0, apart.p99 - Goal.distance)
         - 4 * max(0, abs(found.volume_ratio - 1) - 0.03)
     )
 

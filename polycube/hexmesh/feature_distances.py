@@ -15,9 +15,10 @@ from polycube.hexmesh.quality import boundary_edges
 from polycube.surface import closest
 from polycube.surface.curves.features import Crease, Features
 from polycube.surface.fit_target import target
-from polycube.types import HexMesh, TriMesh
+from polycube.surface.measures import face_areas
+from polycube.types import Goal, HexMesh, TriMesh
 
-TOLERANCE = 0.003  # of the diagonal: features farther away than this are lost
+TOLERANCE = Goal.features  # of the diagonal: larger distances are never permitted
 STEP = 0.004  # of the diagonal: spacing of the samples of a curve
 MOST = 95  # per cent of the samples that must be close
 
@@ -34,6 +35,8 @@ class Feature:
     faces : the CAD face, or the adjacent CAD faces
     place : a point of the feature, in model units
     distance : distance not exceeded by 95 % of its samples, as a fraction of the diagonal
+    size : diameter of a circle, extent of another curve, root of the area of a face; for a point,
+        the size of its smallest curve, as a fraction of the diagonal
     """
 
     kind: str
@@ -41,11 +44,16 @@ class Feature:
     faces: tuple[int, ...]
     place: tuple[float, ...]
     distance: float
+    size: float
+
+    def excess(self, goal: Goal) -> float:
+        """Distance relative to the permitted one; the feature is lost if it is larger than 1."""
+        return self.distance / min(goal.features, goal.feature_share * self.size)
 
     @property
     def is_lost(self) -> bool:
-        """Whether the feature is farther from the mesh than `TOLERANCE`."""
-        return self.distance > TOLERANCE
+        """Whether the distance is larger than a goal with default values permits."""
+        return self.excess(Goal()) > 1
 
 
 def feature_distances(
@@ -63,27 +71,42 @@ def feature_distances(
     creases, corners = goal.features.creases, goal.features.corners
     edges = _tree(boundary_edges(mesh, goal))
     vertices = _tree(goal.to_unit(mesh.vertices)[np.unique(mesh.quads)][:, None])
-    found = []
+    found, sizes = [], []
     for crease in creases:
         places = curve_samples(crease)
         middle = goal.to_model(places[len(places) // 2])
         gaps = closest.distance(edges, places)
-        found.append(_feature("curve", crease.shape, crease.faces, middle, gaps))
+        sizes.append(curve_size(crease, places))
+        found.append(_feature("curve", crease.shape, crease.faces, middle, gaps, sizes[-1]))
     for end, own in points_of(goal.features).items():
         faces = sorted({face for number in own for face in creases[number].faces})
         gap = closest.distance(vertices, corners[[end]])
-        found.append(_feature("point", "", faces, goal.to_model(corners[end]), gap))
+        size = min(sizes[number] for number in own)
+        found.append(_feature("point", "", faces, goal.to_model(corners[end]), gap, size))
     for face, gaps in nearest.items():
         own = surface.faces[surface.region == face]
         middle = surface.vertices[own[len(own) // 2]].mean(axis=0)
         shape = surface.region_shapes[face - 1] if surface.region_shapes else ""
-        found.append(_feature("face", shape, [face], middle, gaps))
+        size = float(face_areas(surface)[surface.region == face].sum() ** 0.5) / goal.scale
+        found.append(_feature("face", shape, [face], middle, gaps, size))
     return found
 
 
 def curve_samples(crease: Crease) -> np.ndarray:
     """(S, 3) points on a curve, evenly spaced."""
     return crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
+
+
+def curve_size(crease: Crease, places: np.ndarray) -> float:
+    """Size of a curve with samples (S, 3): the diameter of a circle, else the extent."""
+    extent = float(np.linalg.norm(places[:, None] - places, axis=2).max())
+    if crease.shape != "circle":
+        return extent
+    if crease.is_loop:
+        return extent
+    chord = float(np.linalg.norm(places[-1] - places[0]))
+    height = float(np.linalg.norm(places[len(places) // 2] - (places[0] + places[-1]) / 2))
+    return height + chord**2 / (4 * height) if height > 0 else extent
 
 
 def points_of(features: Features) -> dict[int, list[int]]:
@@ -96,10 +119,10 @@ def points_of(features: Features) -> dict[int, list[int]]:
 
 
 def _feature(
-    kind: str, shape: str, faces: Sequence[int], place: np.ndarray, gaps: np.ndarray
+    kind: str, shape: str, faces: Sequence[int], place: np.ndarray, gaps: np.ndarray, size: float
 ) -> Feature:
     distance = float(np.percentile(gaps, MOST)) if len(gaps) else 0.0
-    return Feature(kind, shape, tuple(faces), tuple(place.tolist()), distance)
+    return Feature(kind, shape, tuple(faces), tuple(place.tolist()), distance, size)
 
 
 def _tree(points: np.ndarray) -> closest.Tree:

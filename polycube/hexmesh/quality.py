@@ -48,6 +48,11 @@ class Deviation:
     to_surface: Distances  # from points of the boundary
     to_mesh: Distances  # from points of the surface
 
+    @property
+    def p99(self) -> float:
+        """Distance exceeded by 1 % of the points, the larger one of both directions."""
+        return max(self.to_surface.p99, self.to_mesh.p99)
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:

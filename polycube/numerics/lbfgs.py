@@ -32,7 +32,10 @@ def interruptible(check: Callable[[], None]) -> Iterator[None]:
 
 @contextmanager
 def counted() -> Iterator[Counter[str]]:
-    """Count accepted `steps` and `evaluations` of all descents in the context; may be nested."""
+    """Count the effort of all descents in the context; may be nested.
+
+    `steps` that were accepted, `evaluations`, and `work`, the evaluated coordinates.
+    """
     effort: Counter[str] = Counter()
     token = _EFFORTS.set((*_EFFORTS.get(), effort))
     try:
@@ -60,6 +63,7 @@ def descend(
         if check is not None:
             check()
         _count("evaluations")
+        _count("work", place.size)
         return function(place)
 
     value, gradient = evaluate(x)
@@ -85,9 +89,9 @@ def descend(
     return x
 
 
-def _count(what: str) -> None:
+def _count(what: str, number: int = 1) -> None:
     for effort in _EFFORTS.get():
-        effort[what] += 1
+        effort[what] += number
 
 
 class _Pairs:

@@ -7,18 +7,22 @@ of the mesh. The result is never worse than the input.
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from polycube.errors import InputError
-from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import boundary, check_place, read_hexes
 from polycube.io.surfaces import read_surface
+from polycube.kinds import Expected
 from polycube.pipeline.resume.results import has_stage
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Node, Settings
-from polycube.pipeline.stages import Clock, Stage
-from polycube.pipeline.state import RunState
+from polycube.search.history import History, Move
+from polycube.search.loop import search
+from polycube.search.moves import Given, MeshStructure
+from polycube.stages import Clock, Stage
+from polycube.state import RunState
 from polycube.surface.measures import genus
 from polycube.types import HexMesh, TriMesh
 
@@ -57,30 +61,24 @@ class Improvement(Run):
 
     def search(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
         """The best mesh of the variants, or the given one if none is better."""
-        given = state.given
-        assert given is not None
-        self.deadline.note(state)
-        found = self.variants(state, stages)
-        given_quality = self.acceptance(given, state.surface).reaches
-        for number in range(len(found.variants)):
-            attempt = found.run(number)
-            if attempt and attempt.verdict.reaches >= max(given_quality, self.acceptance.excellent):
-                break
-        if found.attempts:
-            end, path = found.finish()
-            if end.hexes is not None and self._key(end.hexes, state) > self._key(given, state):
-                for stage, value in zip(stages, path, strict=True):
-                    self.results.store(stage.kind, value)
-                return end
-        logger.info("no better mesh was found; the given mesh is the result")
-        for stage in stages:
-            self.results.store(stage.kind, given)
-        return replace(state, hexes=given)
+        history = History(self.task(state, stages))
+        ended = search(history, Policy(len(history.task.variants(None))))
+        if history.leader is history.outcomes[0]:
+            logger.info("no better mesh was found; the given mesh is the result")
+        return self.finish_search(history, stages, ended)
 
-    def _key(self, mesh: HexMesh, state: RunState) -> tuple[object, ...]:
-        """Sort key, larger is better: the verdict, then the mean scaled Jacobian."""
-        mean = float(scaled_jacobian(mesh.vertices, mesh.hexes).mean())
-        return self.acceptance(mesh, state.surface).key, mean
+
+@dataclass(frozen=True)
+class Policy:
+    """The given mesh, then all variants, one after another."""
+
+    number: int
+
+    def __call__(self, history: History, possible: object) -> Iterator[tuple[Move, Expected]]:
+        """The mesh, and the variants of the stages."""
+        yield Given(), Expected(0.0, 1.0)
+        for variant in range(self.number):
+            yield MeshStructure(0, variant), Expected(0.0, 1.0)
 
 
 def read_given(settings: Settings, clock: Clock) -> RunState:

@@ -11,8 +11,8 @@ from polycube.io.stl import write_stl
 from polycube.io.surfaces import read_repaired
 from polycube.io.vtk import write_named_vtp
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.stages import Clock
-from polycube.pipeline.state import RunState
+from polycube.stages import Clock
+from polycube.state import RunState
 from polycube.surface.curves.acute import SHARP, acute
 from polycube.types import TriMesh
 

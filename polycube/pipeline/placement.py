@@ -20,7 +20,7 @@ from polycube.pipeline.intake import read_part
 from polycube.pipeline.resume.results import StageResults, has_stage
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.types import Candidate, HexMesh, Ranked, RoughMap, TriMesh
 
 

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from polycube.errors import InputError, MissingPackage
+from polycube.errors import InputError, MeshingError, MissingPackage
 from polycube.kinds import Ranking, Structure
-from polycube.pipeline.choices import drawn_to_compare, has_coarse
 from polycube.pipeline.settings import Node, Settings
-from polycube.pipeline.stages import Clock
 from polycube.registry import build
+from polycube.stages import Clock
 from polycube.surface.measures import genus
-from polycube.types import Candidate, Ranked, TriMesh
+from polycube.types import Candidate, Ranked, Tier, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -26,73 +25,59 @@ Grid = tuple[int, ...]
 Primitives = Mapping[str, np.ndarray]  # voxels (3, 3, 3) by name
 
 
-@dataclass(frozen=True)
+@dataclass
 class Proposals:
-    """The structures of a part, from all selected structure plugins on all selected grids."""
+    """The structures of a part, from the selected structure plugins, one tier after another."""
 
     settings: Settings
     primitives: Primitives
     ranking: Ranking
     clock: Clock
+    _known: dict[Grid, tuple[Candidate, ...]] = field(default_factory=dict)
 
-    def ranked(self, surface: TriMesh) -> list[Ranked]:
-        """The structures, the best first; late proposals are among them if no other is coarse.
+    @cached_property
+    def tiers(self) -> list[Tier]:
+        """The tiers of the selected plugins."""
+        return sorted({plugin.tier for _, plugin in self._plugins(grids(self.settings)[-1])})
 
-        Raises
-        ------
-        InputError
-            If no proposal fits the part, or if a given context replaces proposals with options.
-        """
-        candidates = self.propose(surface)
-        found = self._rank(surface, candidates)
-        if not has_coarse(found):
-            candidates += self.propose(surface, late=True)
-            found = self._rank(surface, candidates)
-        if not found:
-            raise InputError(_explain_none(self.settings, surface, len(candidates)))
-        return found
-
-    def with_late(self, surface: TriMesh, ranked: Sequence[Ranked]) -> list[Ranked]:
-        """The ranked structures, followed by those of late proposals if there were none yet."""
-        if drawn_to_compare(ranked) is not None:
-            return list(ranked)
-        return [*ranked, *self._rank(surface, self.propose(surface, late=True))]
-
-    def propose(self, surface: TriMesh, late: bool = False) -> tuple[Candidate, ...]:
-        """Candidates of each grid, without those of a smaller grid.
-
-        Parameters
-        ----------
-        late
-            Ask the plugins whose proposals are compared with the best mesh of all others, instead
-            of these others.
-        """
-        candidates: tuple[Candidate, ...] = ()
+    def __call__(self, surface: TriMesh, tier: Tier) -> list[Ranked]:
+        """The ranked structures of a tier, the best first, without those of a smaller grid."""
+        seen: set[tuple[str, str]] = set()
+        candidates: list[Candidate] = []
         for grid in grids(self.settings):
-            known = {(c.proposal, c.key) for c in candidates}
-            made = self._propose_on(grid, surface, late)
-            candidates += tuple(c for c in made if (c.proposal, c.key) not in known)
-        return candidates
-
-    def _propose_on(self, grid: Grid, surface: TriMesh, late: bool) -> tuple[Candidate, ...]:
-        """Candidates of the structure plugins; each receives those of the plugins before it."""
-        candidates: tuple[Candidate, ...] = ()
-        plugins = _plugins(grid, self.settings, self.primitives)
-        for name, plugin in plugins:
-            if plugin.late != late or (plugin.any_grid and grid != grids(self.settings)[-1]):
-                continue
-            try:
-                made = self.clock.run(f"structure/{name}", partial(plugin, surface, candidates))
-            except MissingPackage as error:
-                if len(plugins) == 1:
-                    raise InputError(f"structure={name} proposes nothing: {error}") from None
-                logger.info("%s: nothing is proposed, because %s", name, error)
-                continue
-            candidates += tuple(made)
-        return candidates
-
-    def _rank(self, surface: TriMesh, candidates: Sequence[Candidate]) -> list[Ranked]:
+            made = self._propose(grid, surface, tier)
+            candidates += (c for c in made if (c.proposal, c.key) not in seen)
+            seen |= {(c.proposal, c.key) for c in made}
         return self.clock.run("ranking", lambda: self.ranking(surface, candidates))
+
+    def explain_none(self, surface: TriMesh) -> str:
+        """Explain why no candidate has the genus of the surface, and what may help."""
+        n_proposed = sum(map(len, self._known.values()))
+        return _explain_none(self.settings, surface, n_proposed)
+
+    def _plugins(self, grid: Grid) -> list[tuple[str, Structure]]:
+        return _plugins(grid, self.settings, self.primitives)
+
+    def _propose(self, grid: Grid, surface: TriMesh, tier: Tier) -> list[Candidate]:
+        """New candidates of the plugins of a tier; each receives those of the plugins before it.
+
+        A plugin that fails or lacks a package proposes nothing, unless it is the only one.
+        """
+        found: list[Candidate] = []
+        plugins = self._plugins(grid)
+        for name, plugin in plugins:
+            if plugin.tier != tier or (plugin.any_grid and grid != grids(self.settings)[-1]):
+                continue
+            before = (*self._known.get(grid, ()), *found)
+            try:
+                found += self.clock.run(f"structure/{name}", partial(plugin, surface, before))
+            except (MissingPackage, MeshingError) as error:
+                if len(plugins) == 1:
+                    raise type(error)(f"structure={name} proposes nothing: {error}") from None
+                level = logging.INFO if isinstance(error, MissingPackage) else logging.WARNING
+                logger.log(level, "structure=%s proposes nothing: %s", name, error)
+        self._known[grid] = (*self._known.get(grid, ()), *found)
+        return found
 
 
 def grids(settings: Settings) -> list[Grid]:
@@ -164,7 +149,7 @@ def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:
             f"structure={name} finds the structure itself, so it cannot be combined with "
             "context=; remove one of them"
         )
-    defaults = {field.name: field.default for field in fields(plugin)}
+    defaults = {each.name: each.default for each in fields(plugin)}
     for option, value in config.items():
         plain = tuple(value) if isinstance(value, list) else value
         if option in defaults and plain != defaults[option]:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from threading import Event
 
@@ -15,43 +14,31 @@ from polycube.analysis.preconditioner import is_factored
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.generation.requests_met import check_requests, unmet
+from polycube.hexmesh.generation.requests_met import check_requests
 from polycube.hexmesh.named_sets import sets_of_spline
-from polycube.kinds import KINDS, Acceptance, Export, Ranking
+from polycube.kinds import KINDS, Acceptance, Export, Policy
 from polycube.numerics import memory
-from polycube.pipeline.choices import (
-    can_be_better,
-    choose,
-    drawn_to_compare,
-    is_drawn,
-    is_fine,
-    is_overlay,
-    is_unnecessary,
-    spares_of,
-    structures_to_mesh,
-    sufficient_jacobian,
-    variants_of,
-)
-from polycube.pipeline.deadline import Deadline, TimeIsUp
-from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import Proposals
-from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
-from polycube.pipeline.reruns.requests import meet_requests
-from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
 from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.resume.settings import warn_of_changed_settings
-from polycube.pipeline.search import compare, search
 from polycube.pipeline.settings import Node, Settings
-from polycube.pipeline.stages import Clock, Stage, build_stages, meshing_stages
-from polycube.pipeline.state import RunState
-from polycube.pipeline.variants import Variants
 from polycube.registry import build
+from polycube.search.chain import Chain, check_options
+from polycube.search.deadline import Deadline, TimeIsUp
+from polycube.search.history import History, Task
+from polycube.search.loop import make, search
+from polycube.search.moves import possible
+from polycube.search.structures import choose
+from polycube.search.unfitted import wrong_topology
+from polycube.stages import Clock, Stage, build_stages, meshing_stages
+from polycube.state import RunState
 from polycube.structure.labels import nearest_labels
-from polycube.structure.lattice import describe
 from polycube.types import HexMesh, Ranked
 
 logger = logging.getLogger(__name__)
+
+VARIANTS = ("portfolio", "blocks", "sweep", "overlay")  # lists of variants of a bundle
 
 Read = Callable[[Settings, Clock], RunState]
 
@@ -83,17 +70,14 @@ class Run:
             self.requests = requests_of(settings.meshing.get("at") or ())
         except ValueError as error:
             raise InputError(str(error), "meshing.at") from None
-        self.creases = settings.meshing.get("creases")
-        try:
-            check_creases(self.creases)
-        except ValueError as error:
-            raise InputError(str(error), "meshing.creases") from None
-        self.acceptance: Acceptance = build("acceptance", settings.acceptance)
+        self.policy: Policy = build("policy", settings.policy)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
+        variants = [self.bundle.get(name) for name in VARIANTS]
+        check_options(self.meshing, [each for several in variants for each in several or ()])
         wanted = [kind for kind in ("spline", "analysis") if kind in settings.order]
         self.solving = build_stages(wanted, settings.composed)
         self.primitives = voxels(settings.primitives["use"])
-        ranking: Ranking = build("ranking", settings.ranking)
+        ranking = build("ranking", settings.ranking)
         self.proposals = Proposals(settings, self.primitives, ranking, self.clock)
         self.names = [*self.preparation, *(s.kind for s in (*self.meshing, *self.solving))]
         if settings.resume and settings.start not in self.names:
@@ -103,6 +87,9 @@ class Run:
             )
         loaded = self.names[: self.names.index(str(settings.start))] if settings.resume else ()
         self.results = StageResults(settings.resume, loaded)
+        self.acceptance: Acceptance = build("acceptance", settings.acceptance)
+        self.chain = Chain(self.clock, self.deadline)
+        self.history: History | None = None
 
     @property
     def bundle(self) -> Node:
@@ -115,12 +102,14 @@ class Run:
         return ("surface", "polycube", "rough_map", "blocks", "parametrization")
 
     def begin(self) -> RunState:
-        """Read the part and propose its structure.
+        """Read the part and propose its first structures.
 
         Raises
         ------
         InputError
             If the input is invalid, or if no proposal fits the part.
+        MeshingError
+            If the time limit is reached.
         """
         if self.results.is_loaded("read"):
             state = self.load_input()
@@ -138,12 +127,22 @@ class Run:
         return RunState(surface, path=path, warnings=tuple(warnings), repair=repair, points=points)
 
     def propose(self, state: RunState) -> RunState:
-        """Propose polycubes, rank them and choose the best."""
+        """Propose and rank structures, tier by tier, until there is one; choose the best."""
         if self.results.is_loaded("structure"):
             ranked, chosen = self.results.load("structure")
             return choose(replace(state, ranked=ranked), chosen, self.primitives)
-        ranked = self.proposals.ranked(state.surface)
-        return choose(replace(state, ranked=ranked), 0, self.primitives)
+        task = replace(self.task(state, self.meshing), tiers=self.proposals.tiers)
+        self.history = history = History(task)
+        try:
+            with self.deadline.running():
+                for move, expected in self.policy(history, partial(possible, history)):
+                    make(history, move, expected)
+                    if history.ranked:
+                        state = replace(state, ranked=history.ranked)
+                        return choose(state, 0, self.primitives)
+        except TimeIsUp:
+            raise MeshingError(self._too_late("structure")) from None
+        raise InputError(self.proposals.explain_none(state.surface))
 
     def store_input(self, state: RunState, folder: Path) -> None:
         """Store the input in the results folder; from here on, results are stored there."""
@@ -163,16 +162,16 @@ class Run:
             self._stored = state.ranked, state.chosen
 
     def mesh(self, state: RunState) -> RunState:
-        """Make the hexes on the best structure; see `polycube.pipeline.search`.
+        """Make the hexes; see `polycube.search`.
 
-        At the time limit, or if the user ends the run, the result is the best valid mesh so far.
+        At the time limit, or if the user ends the run, the result is the best mesh so far.
 
         Raises
         ------
         KeyboardInterrupt
-            If the user ended the run before there was a valid mesh.
+            If the user ended the run before there was a mesh.
         MeshingError
-            If every variant failed.
+            If there is no mesh.
         """
         loaded = [stage for stage in self.meshing if self.results.is_loaded(stage.kind)]
         remaining = self.meshing[len(loaded) :]
@@ -181,8 +180,73 @@ class Run:
             state = stage.put(state, value)
             self.results.store(stage.kind, value)
         if remaining:
-            state = self._mesh_in_time(state, remaining, bool(loaded))
+            state = self.search(state, remaining, bool(loaded))
         return self.finish_mesh(state)
+
+    def search(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
+        """Search for the best mesh, and run the last stages on it.
+
+        Parameters
+        ----------
+        stages : the meshing stages to run
+        is_resumed : whether the state has results of earlier stages on the chosen structure, which
+            is then the only one
+        """
+        history = self.history
+        if history is None or state.ranked is not history.ranked:
+            only = state.chosen if is_resumed else None
+            history = History(self.task(state, stages), [*state.ranked], only=only)
+        ended = search(history, self.policy)
+        return self.finish_search(history, stages, ended)
+
+    def task(self, state: RunState, stages: Sequence[Stage]) -> Task:
+        """What the search works on: from a state, with the stages before those that run once."""
+        kinds = [KINDS[stage.kind] for stage in stages]
+        once = next((i for i, kind in enumerate(kinds) if kind.once), len(stages))
+        cures = next((i for i, kind in enumerate(kinds) if kind.cures), once)
+        fit, cure = stages[:cures], stages[cures:once]
+        propose = self.proposals
+        return Task(
+            state, fit, cure, self.bundle, self.acceptance, self.chain, propose, (), self.primitives
+        )
+
+    def finish_search(self, history: History, stages: list[Stage], ended: str | None) -> RunState:
+        """The state of the best mesh after the last stages; the results of stages are stored."""
+        leader, seconds = history.leader, self.settings.seconds
+        if leader is None and ended == "user":
+            raise KeyboardInterrupt
+        if leader is None:
+            raise MeshingError(self._too_late("mesh") if ended else history.why_no_mesh)
+        found, results = leader.state, leader.results
+        if ended is None and not found.unfitted:
+            once = [stage for stage in stages if KINDS[stage.kind].once]
+            try:
+                found, more = self.chain.run(once, found, {})
+                results = {**results, **more}
+            except TimeIsUp:
+                ended = "time"
+            except KeyboardInterrupt:
+                ended = "user"
+        found = replace(found, ranked=history.ranked, moves=tuple(history.table))
+        if ended is not None:
+            why = (
+                "interrupted" if ended == "user" else f"stopped at the time limit of {seconds:g} s"
+            )
+            stopped = f"meshing was {why}; the result is the best mesh until then"
+            logger.warning("warning: %s", stopped)
+            found = replace(found, stopped=stopped, interrupted=ended == "user")
+        self.store_start(found)
+        for stage in stages:
+            value = results.get(stage.kind, getattr(found, KINDS[stage.kind].gives))
+            self.results.store(stage.kind, found.hexes if value is None else value)
+        return found
+
+    def _too_late(self, what: str) -> str:
+        spent = ", ".join(f"{name} {s:.0f} s" for name, s in self.clock.seconds.items() if s >= 1)
+        return (
+            f"the time limit of {self.settings.seconds:g} s was reached before there was a {what}"
+            f"{f' ({spent})' if spent else ''}; give more seconds"
+        )
 
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary, label the surface and judge the mesh."""
@@ -191,10 +255,6 @@ class Run:
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
         verdict = self.acceptance(hexes, state.surface)
-        missed = creases_missed(hexes, state.surface, self.creases)
-        for sentence in chain(unmet(hexes, state.surface, self.requests), missed):
-            logger.warning("warning: %s", sentence)
-            verdict = replace(verdict, warnings=(*verdict.warnings, sentence))
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
         first = [state.unfitted or "", wrong_topology(state)]
         failures = [*filter(None, first), *verdict.failures]
@@ -203,7 +263,12 @@ class Run:
         return replace(state, failure="; ".join(failures)) if failures else state
 
     def solve(self, state: RunState) -> RunState:
-        """Build the spline on the hexes and solve the analysis on it."""
+        """Build the spline on the hexes and solve the analysis on it, unless the time is over."""
+        if self.solving and self.deadline.is_over and not state.stopped:
+            left = " and ".join(stage.kind for stage in self.solving)
+            advice = f"resume={self.results.folder} from={self.solving[0].kind} computes it"
+            stopped = f"the time limit of {self.settings.seconds:g} s is over; {left} left out"
+            return replace(state, stopped=f"{stopped}, {advice}")
         for stage in self.solving:
             if self.results.is_loaded(stage.kind):
                 value = self.results.load(stage.kind)
@@ -218,123 +283,6 @@ class Run:
                 value = state.spline
             self.results.store(stage.kind, value)
         return state
-
-    def search(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
-        """Mesh the promising structures, and return the best mesh.
-
-        Parameters
-        ----------
-        stages : the meshing stages to run
-        is_resumed : whether the state has results of earlier stages on the chosen structure, which
-            is then the only one
-        """
-        ranked = state.ranked
-        tries = self.settings.tries
-        choices = [state.chosen] if is_resumed else structures_to_mesh(ranked, tries)
-        made: list[Variants] = []  # variants of the structures so far
-
-        def begin(index: int) -> Variants:
-            start = state if index == state.chosen else choose(state, index, self.primitives)
-            logger.info("meshing structure %d: %s", index, _described(start))
-            made.append(self.variants(start, stages))
-            return made[-1]
-
-        def starts() -> Iterator[Variants]:
-            for index in choices:
-                if is_overlay(ranked[index]):
-                    for each in made:  # coarse structures have all their variants first
-                        each.run_others()
-                if is_unnecessary(ranked[index], made):
-                    break
-                yield begin(index)
-
-        def is_settled(tried: Variants) -> bool:
-            index, left = tried.start.chosen, choices[len(made) :]
-            limit = sufficient_jacobian(ranked, [index, *left], index, self.acceptance)
-            return tried.reaches >= limit and not tried.taken().verdict.warnings
-
-        first = sufficient_jacobian(ranked, choices, choices[0], self.acceptance)
-        found = search(
-            starts(),
-            is_settled,
-            has_rival=first > self.acceptance.acceptable,
-            improve=partial(keep_features, least=self.acceptance.poor_jacobian),
-        )
-        if not is_resumed and can_be_better(found, self.acceptance):
-            state = replace(state, ranked=self.proposals.with_late(state.surface, ranked))
-            drawn = drawn_to_compare(state.ranked)
-            if drawn is not None:
-                found = compare(found, begin(drawn))
-        keep_features(found)
-        meet_creases(found, self.creases)
-        meet_deviation(found, self.bundle.get("deviation"))
-        meet_requests(found)
-        if not is_usable(found):
-            other_genus = (choose(state, i, self.primitives) for i in spares_of(ranked))
-            spares = (self.variants(start, stages) for start in other_genus)
-            last = last_attempt(chain(in_order(made, found), spares), found.reason)
-            if last is not None:
-                self._store_meshing(last)
-                return last
-        return self._finish(found, stages, state.ranked)
-
-    def variants(self, start: RunState, stages: Sequence[Stage]) -> Variants:
-        """The variants of the bundle on one structure; with blocks they have no short runs.
-
-        The same holds for a drawn structure, which is compared with the first by meshes of equal
-        effort. On a coarse structure, no more variants are tried after crossings; the variants of
-        an overlay differ in this respect.
-        """
-        in_full = start.blocks is not None or is_drawn(start)
-        trial = None if in_full else self.bundle.get("trial")
-        return Variants(
-            stages,
-            list(variants_of(self.bundle, start)),
-            start,
-            self.acceptance,
-            self.clock,
-            self.deadline,
-            trial or {},
-            gives_up=not is_fine(start),
-        )
-
-    def _finish(
-        self, found: Variants, stages: Sequence[Stage], ranked: Sequence[Ranked]
-    ) -> RunState:
-        """Run the last stages, and store the result of each stage of the best run."""
-        state, path = found.finish()
-        state = replace(state, ranked=ranked)
-        self.store_start(state)
-        for stage, result in zip(stages, path, strict=True):
-            self.results.store(stage.kind, result)
-        return state
-
-    def _mesh_in_time(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
-        seconds = self.settings.seconds
-        try:
-            with self.deadline.running():
-                return self.search(state, stages, is_resumed)
-        except TimeIsUp:
-            return self._best(f"meshing was stopped after {seconds:g} s, the limit given")
-        except KeyboardInterrupt:
-            return replace(self._best("meshing was interrupted"), interrupted=True)
-
-    def _best(self, why: str) -> RunState:
-        """The best valid mesh so far; raises KeyboardInterrupt if there is none."""
-        best = self.deadline.best(lambda s: self.acceptance(_hexes(s), s.surface).key)
-        if best is None:
-            raise KeyboardInterrupt
-        stopped = f"{why}; the result is the best valid mesh until then"
-        logger.warning("warning: %s", stopped)
-        self._store_meshing(best)
-        return replace(best, stopped=stopped)
-
-    def _store_meshing(self, state: RunState) -> None:
-        """Store the results of the meshing stages; the hexes for a stage without a result."""
-        self.store_start(state)
-        for stage in self.meshing:
-            value = getattr(state, KINDS[stage.kind].gives)
-            self.results.store(stage.kind, state.hexes if value is None else value)
 
     def check_places(self, hexes: HexMesh, exports: Sequence[Export] = ()) -> None:
         """Raise InputError if the mesh lacks a place that an analysis or an export needs."""
@@ -353,10 +301,3 @@ def _hexes(state: RunState) -> HexMesh:
     if state.hexes is None:
         raise MeshingError("there is no hex mesh")
     return state.hexes
-
-
-def _described(state: RunState) -> str:
-    if state.blocks is not None:
-        return f"{len(state.blocks.hexes)} blocks"
-    assert state.polycube is not None
-    return describe(state.polycube)

@@ -41,10 +41,10 @@ class Settings:
     meshing: Node
     improve: Node
     acceptance: Node
+    policy: Node
     spline: Node
     analysis: Node
     export: Mapping[str, Node]
-    tries: int
     seed: int
     seconds: float | None
     strict: bool
@@ -72,7 +72,6 @@ class Settings:
             repair=read.repair(),
             order=read.order(),
             context=read.context(),
-            tries=read.integer("tries", 1),
             seed=read.integer("seed", 0),
             seconds=read.seconds(),
             strict=read.boolean("strict"),
@@ -92,6 +91,7 @@ GROUPS = (
     "meshing",
     "improve",
     "acceptance",
+    "policy",
     "spline",
     "analysis",
     "export",

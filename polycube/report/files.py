@@ -19,9 +19,9 @@ from polycube.kinds import Export
 from polycube.pipeline.intake import write_repaired
 from polycube.pipeline.resume.results import stage_name
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.state import RunState
 from polycube.registry import provide
 from polycube.report.numbers import quality
+from polycube.state import RunState
 from polycube.types import HexMesh, Json, Polycube, Spline, TriMesh
 
 logger = logging.getLogger(__name__)

@@ -6,14 +6,11 @@ and placement, except on the polycube, where a grid cell has edges of length 1.
 """
 
 from polycube.types.checks import freeze
-from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Verdict
+from polycube.types.goal import Goal
+from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Tier, Verdict
 from polycube.types.plain import Json
 from polycube.types.polycube import (
     AXES,
-    DRAWN,
-    OVERLAY,
-    SPARE,
-    SWEEP,
     Labels,
     Parametrization,
     PerAxis,
@@ -26,14 +23,11 @@ from polycube.types.surface import Frame, PointImage, TriMesh
 
 __all__ = [
     "AXES",
-    "DRAWN",
-    "OVERLAY",
-    "SPARE",
-    "SWEEP",
     "Candidate",
     "Deformation",
     "ElementFunctions",
     "Frame",
+    "Goal",
     "HexMesh",
     "Json",
     "Labels",
@@ -48,6 +42,7 @@ __all__ = [
     "RoughMap",
     "Solution",
     "Spline",
+    "Tier",
     "TriMesh",
     "Verdict",
     "freeze",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import IntEnum
 
 import numpy as np
 
@@ -59,6 +60,16 @@ class HexMesh:
         )
 
 
+class Tier(IntEnum):
+    """How a structure is meshed, and when: groups of structures that are proposed together."""
+
+    EXACT = 0  # hexes of the wanted size, on all curves and faces
+    COARSE = 1  # polycubes of few boxes, or blocks
+    LEARNED = 2  # coarse structures proposed by a network
+    FINE = 3  # lattices with cells of the size of the hexes
+    LAST = 4  # substitutes whose genus is not that of the part
+
+
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """A proposed structure: a polycube and a rough map from it to the model.
@@ -73,7 +84,8 @@ class Candidate:
     trajectory : (S, N, 3) states x_T to x_0 of a denoising, in polycube units
     probability : probability of the structure according to a trained network
     steps : (S,) diffusion step t of each state of the trajectory
-    family : group of similar structures: contexts of a grid, lattices, labels
+    tier : group of structures
+    variants : name of the list of variants in the meshing bundle
     blocks : coarse hexes of a structure without a polycube, in the user's units
     """
 
@@ -85,7 +97,8 @@ class Candidate:
     trajectory: np.ndarray | None = None
     probability: float | None = None
     steps: tuple[int, ...] = ()
-    family: str = "grid"
+    tier: Tier = Tier.COARSE
+    variants: str = "portfolio"
     blocks: HexMesh | None = None
 
 
@@ -118,14 +131,14 @@ class Verdict:
     failures : reasons why the mesh is not valid, one sentence each
     warnings : warnings about a valid mesh, one sentence each
     key : of two meshes, the one with the larger key is better
-    reaches : scaled Jacobian of a mesh that meets all other criteria, otherwise -inf
+    shortfall : how far the mesh is from the goal, by criterion; a criterion is absent if it is met
     lost : number of points, curves and faces of a CAD part that are not on the mesh
     """
 
     failures: tuple[str, ...]
     warnings: tuple[str, ...]
     key: tuple[float, ...]
-    reaches: float
+    shortfall: Mapping[str, float] = field(default_factory=dict)
     lost: int = 0
 
     @property

@@ -9,10 +9,6 @@ import numpy as np
 from polycube.types.checks import freeze
 
 PerAxis = tuple[np.ndarray, np.ndarray, np.ndarray]  # one array for each of x, y and z
-OVERLAY = "overlay"  # family of lattices that are as fine as the hexes
-DRAWN = "drawn"  # family of the structures that a network without a grid proposes
-SWEEP = "sweep"  # family of sections swept along an axis
-SPARE = "spare"  # family of lattices with another genus than the part, used as a last resort
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # the axis labels 0..5
 
 

@@ -18,7 +18,7 @@ from polycube.errors import MeshingError
 from polycube.io.hex_meshes import read_hexes
 from polycube.pipeline.deadline import Deadline
 from polycube.pipeline.run import Run
-from polycube.pipeline.stages import Clock
+from polycube.stages import Clock
 from tests.fixtures.runs import FAST, config, run, tree
 
 ROD = ("mesh=example:rod", *FAST)

@@ -22,7 +22,7 @@ from tests.conftest import ROOT
 
 def log_messages() -> None:
     """Messages of a run: a stage that begins, a detail of it, its end, a warning."""
-    stage = logging.getLogger("polycube.pipeline.stages")
+    stage = logging.getLogger("polycube.stages")
     stage.debug("meshing/smooth begins", extra={"stage": "meshing/smooth"})
     logging.getLogger("polycube.fitting.polish").info("a detail")
     stage.info("meshing/smooth  1.2 s")

@@ -14,7 +14,7 @@ from polycube.pipeline.choices import (
     structures_to_mesh,
     sufficient_jacobian,
 )
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.plugins.acceptance.standard import Standard
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map

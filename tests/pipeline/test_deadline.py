@@ -9,7 +9,7 @@ import pytest
 
 from polycube.numerics.lbfgs import descend
 from polycube.pipeline.deadline import Deadline, TimeIsUp
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.stages import TETRAHEDRON
 

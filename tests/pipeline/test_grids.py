@@ -8,7 +8,7 @@ from polycube.errors import InputError
 from polycube.pipeline.proposals import grids
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.types import Candidate
 from tests.fixtures.polycubes import part
 

@@ -11,8 +11,8 @@ from polycube.hexmesh.connectivity import genus
 from polycube.io.stl import write_stl
 from polycube.pipeline.choices import choose, spares_of, structures_to_mesh
 from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
-from polycube.pipeline.stages import Stage
-from polycube.pipeline.state import RunState
+from polycube.stages import Stage
+from polycube.state import RunState
 from polycube.pipeline.variants import Variants
 from polycube.plugins.acceptance.standard import Standard
 from polycube.registry import build

@@ -10,8 +10,8 @@ import pytest
 from polycube.numerics import memory
 from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.run import Run
-from polycube.pipeline.stages import Clock, Stage
-from polycube.pipeline.state import RunState
+from polycube.stages import Clock, Stage
+from polycube.state import RunState
 
 GIGA = 1_000_000_000
 

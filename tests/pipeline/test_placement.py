@@ -8,7 +8,7 @@ from polycube.config import compose
 from polycube.io.solids.motions import Motion
 from polycube.pipeline.placement import is_meshed
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from tests.fixtures.runs import FAST
 from tests.fixtures.surfaces import halved_box
 

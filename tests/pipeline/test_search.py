@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from polycube.errors import MeshingError
 from polycube.pipeline.search import compare, search
-from polycube.pipeline.stages import Stage
-from polycube.pipeline.state import RunState
+from polycube.stages import Stage
+from polycube.state import RunState
 from polycube.pipeline.variants import Variants
 from polycube.types import HexMesh, RoughMap, TriMesh, Verdict
 from tests.fixtures.stages import CALLS, START, TETRAHEDRON, TRIAL, BySize, Grow, cube, size

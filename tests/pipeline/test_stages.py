@@ -5,8 +5,8 @@ import pytest
 
 from polycube.errors import InputError, MeshingError
 from polycube.numerics.lbfgs import descend
-from polycube.pipeline.stages import Clock, Stage, meshing_stages
-from polycube.pipeline.state import RunState
+from polycube.stages import Clock, Stage, meshing_stages
+from polycube.state import RunState
 from tests.fixtures.stages import TETRAHEDRON, cube
 
 

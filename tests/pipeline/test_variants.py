@@ -7,8 +7,8 @@ import pytest
 
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.pipeline.stages import Stage
-from polycube.pipeline.state import RunState
+from polycube.stages import Stage
+from polycube.state import RunState
 from polycube.pipeline.variants import Variants
 from polycube.types import HexMesh, Labels, Polycube, RoughMap, TriMesh
 from tests.fixtures.stages import CALLS, START, TETRAHEDRON, TRIAL, BySize, Grow, cube, size

@@ -17,7 +17,7 @@ from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.choices import variants_of
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.midpoint import division
 from polycube.plugins.structure.midpoint.cells import convex_cells, joined

@@ -20,8 +20,8 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.choices import variants_of
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.stages import Clock
-from polycube.pipeline.state import RunState
+from polycube.stages import Clock
+from polycube.state import RunState
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.sweep.arrangement import arrangement
 from polycube.plugins.structure.sweep.axis import stack

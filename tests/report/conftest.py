@@ -8,7 +8,7 @@ from scipy.sparse import identity
 
 from polycube.hexmesh.connectivity import hex_mesh, quad_sides
 from polycube.hexmesh.named_sets import boundary_sets
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.registry import build
 from polycube.report.pictures.pictures import denoising, pictures
 from polycube.structure.lattice import boundary, cell_of_box, lattice

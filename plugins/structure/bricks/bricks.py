@@ -237,6 +237,4 @@ class BrickLattice(Structure):
         corners = np.stack(np.meshgrid(*[k + 1 for k in knots], indexing="ij"), axis=-1)
         rough_map = RoughMap(*polycube.knots, view.to_model(corners))
         key = structure_key(polycube, np.eye(3), frame)
-        return Candidate(
-            "bricks", polycube, rough_map, TRUST * bricks.misfit, key, family="lattice"
-        )
+        return Candidate("bricks", polycube, rough_map, TRUST * bricks.misfit, key)

@@ -56,4 +56,4 @@ class OnBricks(NamedTuple):
             smoothness,
         )
         key = structure_key(polycube, np.eye(3), view.number)
-        return Candidate(proposal, polycube, rough_map, cost, key, family="labels")
+        return Candidate(proposal, polycube, rough_map, cost, key)

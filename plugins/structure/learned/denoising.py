@@ -38,7 +38,8 @@ def proposed(
     if denoiser is None:
         return []
     probable = guesses(denoiser, surface, options.primitives, options.frames, options.seed)
-    earlier = best_of_each(candidates)
+    same_grid = [c for c in candidates if tuple(c.polycube.grid) == tuple(options.grid)]
+    earlier = best_of_each(same_grid)
     given = any(candidate.proposal == "given" for candidate in candidates)
     tried = [] if given else _within_margin(options, probable)
     tried = tried + _as_guesses(earlier[: options.samples], probable)

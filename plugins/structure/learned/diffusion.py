@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.types import Candidate, TriMesh
+from polycube.types import Candidate, Tier, TriMesh
 
 from .options import DenoisingOptions
 
@@ -29,6 +29,7 @@ class Diffusion(DenoisingOptions, Structure):
 
     references: ClassVar[tuple[str, ...]] = ("ho2020ddpm",)
 
+    tier = Tier.LEARNED
     needs_network = True
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:

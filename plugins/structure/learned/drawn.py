@@ -17,7 +17,7 @@ import numpy as np
 from polycube.kinds import Structure
 from polycube.registry import choice, register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import DRAWN, Candidate, Polycube, TriMesh
+from polycube.types import Candidate, Polycube, Tier, TriMesh
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
@@ -58,7 +58,7 @@ class Drawn(Structure):
 
     any_grid = True
     needs_network = True
-    late = True
+    tier = Tier.LEARNED
 
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]
@@ -116,7 +116,7 @@ class Drawn(Structure):
             share = len(same) / self.draws
             on = on_bricks(fine, same[0])
             candidate = on.candidate("drawn", view, self.smoothness, 1 - share, brick)
-            candidates.append(replace(candidate, probability=share, family=DRAWN))
+            candidates.append(replace(candidate, probability=share, tier=self.tier))
         return candidates
 
     def polycubes(self, denoiser: Denoiser, surface: TriMesh, genus: int) -> list[Polycube | None]:

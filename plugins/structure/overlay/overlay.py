@@ -16,7 +16,7 @@ from polycube.hexmesh.settings import MeshingSettings
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import OVERLAY, SPARE, Candidate, Polycube, RoughMap, TriMesh
+from polycube.types import Candidate, Polycube, RoughMap, Tier, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -59,6 +59,7 @@ class Overlay(Structure):
 
     references: ClassVar[tuple[str, ...]] = ("schneiders1996grid", "mitchell1995pillowing")
 
+    tier = Tier.FINE
     any_grid = True
 
     grid: tuple[int, int, int]
@@ -103,7 +104,7 @@ class Overlay(Structure):
             "overlay: no lattice has the right topology; the genus differs by %d or more",
             off,
         )
-        return [replace(nearest, family=SPARE)]
+        return [replace(nearest, tier=Tier.LAST)]
 
     def __post_init__(self) -> None:
         requests_of(self.at)
@@ -182,7 +183,9 @@ class Overlay(Structure):
                 corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
                 rough_map = RoughMap(*polycube.knots, corners @ frame)
                 key = f"overlay {sha256(full.tobytes()).hexdigest()}"
-                candidate = Candidate("overlay", polycube, rough_map, 0.0, key, family=OVERLAY)
+                candidate = Candidate(
+                    "overlay", polycube, rough_map, 0.0, key, tier=self.tier, variants="overlay"
+                )
                 is_incomplete = bool(share[full].sum() < COVERED * share.sum())
                 yield (is_incomplete, abs(found - wanted)), candidate
 

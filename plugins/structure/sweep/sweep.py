@@ -13,7 +13,7 @@ from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import SWEEP, Candidate, HexMesh, TriMesh
+from polycube.types import Candidate, HexMesh, Tier, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -45,6 +45,7 @@ class Sweep(Structure):
 
     references: ClassVar[tuple[str, ...]] = ("remacle2012blossom", "geuzaine2009gmsh")
 
+    tier = Tier.EXACT
     any_grid = True
 
     grid: tuple[int, int, int]
@@ -73,7 +74,8 @@ class Sweep(Structure):
         except (NotSweptError, NoQuadsError) as reason:
             logger.info(NONE, reason)
             return []
-        return [candidate(blocks, surface, brick, SWEEP)]
+        swept = candidate(blocks, surface, brick, "sweep")
+        return [replace(swept, tier=self.tier, variants="sweep")]
 
     def _hexes(self, surface: TriMesh) -> HexMesh:
         from polycube.hexmesh.generation import sizing

@@ -9,23 +9,23 @@ from threading import Event
 from polycube.config import compose
 from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.errors import InputError, MeshingError
-from polycube.pipeline.choices import choose
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.state import RunState
+from polycube.search.structures import choose
+from polycube.state import RunState
 from polycube.structure.lattice import collapse
 from polycube.types import Json, Ranked
 
 COARSE = ("structure=coarse", "order=[meshing]")
-NAMES = {"size": "meshing.size"} | {n: n for n in ("tries", "seconds", "repair", "seed")}
+NAMES = {"size": "meshing.size"} | {n: n for n in ("effort", "seconds", "repair", "seed")}
 
 
 def mesh_coarsely(path: str, cfg: Json, interrupt: Event | None = None) -> RunState:
     """The last state of a run that ended with a valid mesh.
 
     path : path of the part
-    cfg : size, tries, seconds, repair and seed, as in a run
+    cfg : size, effort, seconds, repair and seed, as in a run
 
     Raises
     ------

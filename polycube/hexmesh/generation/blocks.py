@@ -42,7 +42,7 @@ def counts(blocks: HexMesh, size: float) -> np.ndarray:
 
 
 def candidate(blocks: HexMesh, surface: TriMesh, brick: str, proposal: str) -> Candidate:
-    """A structure that consists of these blocks, of the family of its proposal.
+    """A structure that consists of these blocks.
 
     Its polycube is one cell over the bounding box of the part.
 
@@ -53,7 +53,7 @@ def candidate(blocks: HexMesh, surface: TriMesh, brick: str, proposal: str) -> C
     polycube = Polycube(np.ones((1, 1, 1), bool), ends, ends, ends, (1, 1, 1), (brick,))
     rough_map = affine_map(polycube, np.diag(high - low), low)
     key = f"{proposal} {sha256(blocks.hexes.tobytes()).hexdigest()}"
-    return Candidate(proposal, polycube, rough_map, 0.0, key, family=proposal, blocks=blocks)
+    return Candidate(proposal, polycube, rough_map, 0.0, key, variants="blocks", blocks=blocks)
 
 
 def genus_of(polycube: Polycube, blocks: HexMesh | None) -> int:

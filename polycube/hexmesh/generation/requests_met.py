@@ -76,6 +76,19 @@ def reached(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> lis
     return found
 
 
+def missing(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[int]:
+    """Number of missing hexes of each request, negative for superfluous ones.
+
+    More edges around a rim than requested are permitted: a lattice cannot have every number.
+    """
+    found = []
+    for request, has in zip(requests, reached(mesh, surface, requests), strict=True):
+        off = 0.0 if has is None else request.wanted(surface) - has
+        counts = request.kind == "through" or (request.kind == "around" and off > 0)
+        found.append(round(off) if counts else 0)
+    return found
+
+
 def unmet(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[str]:
     """One sentence for each request that the mesh does not meet."""
     templates = {

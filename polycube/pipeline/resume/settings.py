@@ -27,7 +27,7 @@ STAGES = {  # stages in order, with the settings that no later stage uses
         "context_structure",
         "ranking",
     ),
-    "meshing": ("meshing", "improve", "tries", "seconds", "seed"),
+    "meshing": ("meshing", "improve", "effort", "seconds", "seed"),
     "spline": ("spline",),
     "analysis": (),
 }

@@ -14,10 +14,10 @@ from datetime import datetime
 import numpy as np
 
 from polycube import __version__
-from polycube.pipeline.state import RunState
 from polycube.report.numbers import hex_counts, problem, quality, solutions
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
+from polycube.state import RunState
 from polycube.structure import lattice
 from polycube.structure.projection import project
 from polycube.surface import measures
@@ -36,7 +36,7 @@ def summarize(
 
     Parameters
     ----------
-    seconds, effort : of the stages, see `polycube.pipeline.stages.Clock`
+    seconds, effort : of the stages, see `polycube.stages.Clock`
     config : the composed settings
     """
     report: Numbers = {"input": _input(state)}

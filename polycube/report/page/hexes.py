@@ -10,12 +10,12 @@ from markupsafe import Markup
 
 from polycube.hexmesh.metrics import MEASURES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.pipeline.state import RunState
 from polycube.report.numbers.formatting import coordinates
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, Row, distance_rows, render, show
 from polycube.report.pictures.scenes import cell_colour
+from polycube.state import RunState
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json, TriMesh
 

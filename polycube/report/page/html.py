@@ -11,7 +11,6 @@ from markupsafe import Markup
 
 from polycube import __version__
 from polycube.io import manifest
-from polycube.pipeline.state import RunState
 from polycube.report.citation import bibtex
 from polycube.report.numbers.problem import problem_of
 from polycube.report.page import sections
@@ -24,6 +23,7 @@ from polycube.report.page.sets import sets
 from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, element, render
 from polycube.report.pictures.pictures import denoising, pictures
+from polycube.state import RunState
 from polycube.types import Json
 
 # descriptions of the files of a run, for the list at the end; other files have none

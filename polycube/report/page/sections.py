@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from polycube.pipeline.state import RunState
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, distance_rows, element, show
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures import proposals
 from polycube.report.pictures.colours import AXIS_COLOURS
+from polycube.state import RunState
 from polycube.structure.lattice import NAMED
 from polycube.types import AXES, Json
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from polycube.pipeline.state import RunState
 from polycube.report.numbers.formatting import (
     cautions,
     coordinates,
@@ -18,6 +17,7 @@ from polycube.report.numbers.formatting import (
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.pictures.colours import HELD, LOADED
 from polycube.report.pictures.fields import exaggeration, first_elastic
+from polycube.state import RunState
 from polycube.types import Deformation, Json, Modes, Potential, Spline
 
 TEMPLATE = "solutions.html"

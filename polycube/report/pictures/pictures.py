@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 
 from polycube.analysis.problem import Problem
-from polycube.pipeline.state import RunState
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.pictures import (
     features,
@@ -31,6 +30,7 @@ from polycube.report.pictures import (
     trajectory,
 )
 from polycube.report.pictures.render import Picture
+from polycube.state import RunState
 
 logger = logging.getLogger(__name__)
 

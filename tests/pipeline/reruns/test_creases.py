@@ -8,8 +8,8 @@ import pytest
 
 from polycube.hexmesh.inspection import inspect
 from polycube.pipeline.reruns.creases import check_creases, creases_missed, meet_creases
-from polycube.pipeline.stages import Stage
-from polycube.pipeline.state import RunState
+from polycube.stages import Stage
+from polycube.state import RunState
 from polycube.pipeline.variants import Variants
 from polycube.registry import build
 from polycube.types import HexMesh, TriMesh

@@ -8,8 +8,8 @@ import pytest
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
 from polycube.pipeline.reruns.requests import meet_requests
-from polycube.pipeline.stages import Stage
-from polycube.pipeline.state import RunState
+from polycube.stages import Stage
+from polycube.state import RunState
 from polycube.pipeline.variants import Variants
 from polycube.plugins.meshing.subdivide import Template
 from polycube.registry import build

@@ -9,8 +9,8 @@ import pytest
 from polycube.errors import MeshingError
 from polycube.hexmesh.inspection import inspect
 from polycube.pipeline.reruns.sizes import keep_features, meet_deviation
-from polycube.pipeline.stages import Stage
-from polycube.pipeline.state import RunState
+from polycube.stages import Stage
+from polycube.state import RunState
 from polycube.pipeline.variants import Variants
 from polycube.registry import build
 from polycube.types import HexMesh, TriMesh, Verdict

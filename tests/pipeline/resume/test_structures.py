@@ -7,7 +7,7 @@ import numpy as np
 from polycube.config import compose
 from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from tests.fixtures.polycubes import part
 
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from datetime import datetime
 
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.report.numbers.results import summarize
 from polycube.report.numbers.verdict import about
 

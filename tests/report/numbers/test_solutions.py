@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.io.bezier import write_solution
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.registry import build
 from polycube.report.numbers import formatting, solutions
 from polycube.report.page import solutions as page

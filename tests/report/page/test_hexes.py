@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.face_groups import facing, measure
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.report.numbers import quality
 from polycube.report.page.hexes import hexes
 from polycube.types import HexMesh

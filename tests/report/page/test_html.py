@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.report.page import html
 from polycube.report.page.header import header
 from polycube.report.page.html import write_report

@@ -15,7 +15,7 @@ import pytest
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.report.numbers.benchmark import PartResult
 from polycube.report.page.assembly import assembly_page
 from polycube.report.page.benchmark import benchmark_page

@@ -8,7 +8,7 @@ import pytest
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.hexmesh.named_sets import kind_of
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.report.numbers.sets import numbers
 from polycube.report.page.sets import sets
 from polycube.report.pictures.colours import AXIS_COLOURS, HOLES, SURFACE

@@ -7,7 +7,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.report.pictures import scenes
 from polycube.report.pictures.pictures import draw, pictures
 from polycube.report.pictures.render import Layer

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.pipeline.state import RunState
+from polycube.state import RunState
 from polycube.report.page import sections
 from polycube.report.pictures import pictures, proposals
 from polycube.report.pictures.render import view

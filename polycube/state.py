@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,7 @@ class RunState:
     failure : reason why there is no valid result
     stopped : reason why meshing ended early with the best valid mesh
     interrupted : whether the user ended the run
+    moves : what the search tried, see `polycube.search.history.Tried`
     """
 
     surface: TriMesh
@@ -74,3 +76,4 @@ class RunState:
     failure: str | None = None
     stopped: str | None = None
     interrupted: bool = False
+    moves: tuple[Any, ...] = ()

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 from polycube.errors import InputError, MeshingError
 from polycube.kinds import KINDS, check_chain
 from polycube.numerics.lbfgs import counted
-from polycube.pipeline.state import RunState
 from polycube.registry import build
+from polycube.state import RunState
 
 logger = logging.getLogger(__name__)
 
@@ -68,7 +68,10 @@ class Clock:
     def _note(self, name: str, spent: float, effort: Counter[str]) -> None:
         self.seconds[name] = self.seconds.get(name, 0.0) + spent
         self.effort[name] = self.effort.get(name, Counter()) + effort
-        numbers = [f"{spent:6.1f} s", *(f"{n} {what}" for what, n in effort.items())]
+        numbers = [
+            f"{spent:6.1f} s",
+            *(f"{effort[n]} {n}" for n in ("evaluations", "steps") if n in effort),
+        ]
         logger.info("%-18s %s", name, ", ".join(numbers))
 
 

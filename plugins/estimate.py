@@ -1,0 +1,166 @@
+"""Estimates: what a move of the search gains, and what it costs.
+
+Imports `polycube` only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import log2
+from typing import TYPE_CHECKING, Any
+
+from polycube.kinds import Estimate, Expected
+from polycube.registry import register
+from polycube.types import Goal, Tier
+
+if TYPE_CHECKING:
+    from polycube.search.history import History
+    from polycube.search.moves import Again, Cure, FitPartly, MeshStructure, Propose
+
+FEW = 1.0  # work to mesh any structure
+EACH = 0.6  # work to mesh a thousand hexes
+EACH_CURE = 0.05  # work to improve one poor hex
+# work to propose the structures of a tier, with their ranking
+PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0, Tier.LAST: 1.0}
+# probability that a structure of a tier is the one to mesh
+SUCCESS = {Tier.EXACT: 0.9, Tier.COARSE: 0.7, Tier.LEARNED: 0.3, Tier.FINE: 0.7, Tier.LAST: 0.3}
+MANY_FEATURES = 250  # features of a part that is as likely to need a fine lattice as a coarse one
+FEATURES_OF_BOX = 2.0  # features for each box of a coarse polycube that is likely to fail
+CELLS_OF_FEATURE = 25.0  # cells for each feature of a fine lattice that keeps half of them
+LAYERS = 1.4  # hexes for each cell of a fine lattice, with the layers under its boundary
+COARSE_HEXES = 3.0  # thousands of hexes of a coarse structure
+FINE_HEXES = 10.0  # thousands of hexes of a fine lattice
+FLOOR = 0.15  # shortfall that typically remains
+SCORE = 9.0  # ranking score of a structure whose mesh succeeds in half of the cases
+ANOTHER = 0.7  # factor on the probability for each structure of the same tier that was meshed
+# share of each part of the shortfall that another variant is expected to remove
+VARIANT = {"validity": 0.3, "features": 0.05, "distances": 0.1, "warnings": 0.1}
+JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part, of another surface
+NEXT_VARIANT = 0.7  # factor for each further variant
+CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
+MADE_VALID = 0.25  # the same for a mesh that is not valid
+REPLACED = 0.5  # factor on it if the mesh lost features and may be replaced
+AGAIN = 0.3  # probability that smaller hexes keep the lost features
+SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
+TINY = 1e-9  # gain of the last resort
+
+
+@register("estimate", "rules")
+@dataclass(frozen=True)
+class Rules(Estimate):
+    """Fixed rules by the tier and the score of a structure, and by what its meshes missed.
+
+    The gain is the probability of a better mesh, times the part of the shortfall that such a move
+    can remove.
+    """
+
+    def __call__(self, move: Any, history: Any) -> Expected:
+        """Expected gain and work of a move; nothing is expected of an unknown move."""
+        for cls in type(move).__mro__:
+            if cls.__name__ in RULES:
+                return RULES[cls.__name__](move, history)
+        return Expected(0.0, FEW)
+
+
+def propose(move: Propose, history: History) -> Expected:
+    """Structures of a tier, and the mesh of the best of them."""
+    success, hexes = SUCCESS[move.tier], COARSE_HEXES
+    many = _features(history) / MANY_FEATURES
+    if move.tier in (Tier.COARSE, Tier.LEARNED):
+        success /= 1 + many**2
+    if move.tier == Tier.FINE:
+        success, hexes = success * many / (1 + many), FINE_HEXES
+    return Expected(success * _left(history, hexes), PROPOSE[move.tier] + FEW + EACH * hexes)
+
+
+def mesh_structure(move: MeshStructure, history: History) -> Expected:
+    """A variant of a structure: less likely to be better after each mesh of the same kind."""
+    if not history.ranked:
+        return Expected(history.shortfall, FEW)
+    meshed = history.of_structure(move.structure)
+    thousands = _thousands(history, move.structure)
+    work = FEW + EACH * thousands
+    if not move.variant:
+        return Expected(_success(history, move.structure) * _left(history, thousands), work)
+    if not meshed or any(each.verdict.shortfall.get("validity", 0) > 2 for each in meshed):
+        return Expected(0.0, work)  # all have failed, or one has inverted hexes or crossings
+    best = min(meshed, key=lambda each: each.shortfall)
+    is_cad = len(best.state.surface.region) > 0
+    shares = {**VARIANT, "scaled_jacobian": JACOBIAN[is_cad]}
+    gain = sum(shares.get(name, 0) * value for name, value in best.verdict.shortfall.items())
+    behind = best.shortfall - history.shortfall
+    return Expected(max(0.0, gain * NEXT_VARIANT ** (move.variant - 1) - behind), work)
+
+
+def cure(move: Cure, history: History) -> Expected:
+    """Local improvement: the worst hex becomes good in most cases."""
+    from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+
+    outcome = history.outcomes[move.of]
+    mesh, missed = outcome.state.hexes, outcome.verdict.shortfall
+    assert mesh is not None
+    poor = int((scaled_jacobian(mesh.vertices, mesh.hexes) < Goal.scaled_jacobian).sum())
+    gain = CURED * missed.get("scaled_jacobian", 0.0) + MADE_VALID * missed.get("validity", 0.0)
+    return Expected(gain * (REPLACED if "features" in missed else 1), FEW + EACH_CURE * poor)
+
+
+def again(move: Again, history: History) -> Expected:
+    """Smaller hexes, for what the leading mesh missed."""
+    outcome = history.outcomes[move.of]
+    missed = {"Finer": "features"}.get(type(move).__name__, "wishes")
+    thousands = len(outcome.state.hexes.hexes) / 1000 if outcome.state.hexes else COARSE_HEXES
+    gain = AGAIN * outcome.verdict.shortfall.get(missed, 0.0)
+    return Expected(gain, SMALLER * (FEW + EACH * thousands))
+
+
+def fit_partly(move: FitPartly, history: History) -> Expected:
+    """The last resort: its gain for its work is less than that of every other move."""
+    return Expected(TINY, FEW)
+
+
+def _success(history: History, structure: int) -> float:
+    """Probability that the first mesh of a structure is good."""
+    candidate, score = history.ranked[structure].candidate, history.ranked[structure].score
+    tried = {each.state.chosen for each in history.outcomes}
+    same = sum(history.ranked[number].candidate.tier == candidate.tier for number in tried)
+    success, features = SUCCESS[candidate.tier] * ANOTHER**same, _features(history)
+    boxes = int(candidate.polycube.occupancy.sum())
+    if candidate.tier >= Tier.FINE:
+        return success * boxes / (boxes + CELLS_OF_FEATURE * features)
+    if candidate.blocks is None:
+        success /= 1 + (features / (FEATURES_OF_BOX * boxes)) ** 2
+    return success / (1 + (score / SCORE) ** 2) if candidate.tier > Tier.EXACT else success
+
+
+def _left(history: History, thousands: float) -> float:
+    """Shortfall that a good mesh with so many hexes would remove."""
+    many = log2(max(1.0, 1000 * thousands / Goal.hexes))
+    return max(0.0, history.shortfall - FLOOR - Goal.many * many)
+
+
+def _thousands(history: History, structure: int) -> float:
+    """Expected number of hexes of a structure, in thousands."""
+    candidate = history.ranked[structure].candidate
+    if candidate.blocks is not None:
+        return max(COARSE_HEXES, len(candidate.blocks.hexes) / 1000)
+    cells = int(candidate.polycube.occupancy.sum()) / 1000
+    return LAYERS * cells if candidate.tier >= Tier.FINE else max(COARSE_HEXES, 8 * cells)
+
+
+def _features(history: History) -> int:
+    """Number of points, curves and faces of a CAD part; 0 for other surfaces."""
+    from polycube.hexmesh.feature_distances import points_of
+    from polycube.surface.fit_target import target
+
+    found = target(history.task.start.surface).features
+    return found.n_faces and found.n_faces + len(found.creases) + len(points_of(found))
+
+
+RULES: dict[str, Callable[[Any, Any], Expected]] = {
+    "Propose": propose,
+    "MeshStructure": mesh_structure,
+    "Cure": cure,
+    "Again": again,
+    "FitPartly": fit_partly,
+}

@@ -1,0 +1,53 @@
+"""Policies: which move of the search is next.
+
+Imports `polycube` only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from polycube.kinds import Expected, Policy
+from polycube.registry import build, choice, register, setting
+
+# smallest expected gain for each unit of work, by effort
+PRICE = {"first": float("inf"), "normal": 0.005, "thorough": 0.0005}
+
+
+@register("policy", "best_gain")
+@dataclass(frozen=True)
+class BestGain(Policy):
+    """The move with the largest expected gain for its work, while it is worth its price.
+
+    While there is no mesh, every move is worth its price.
+
+    Parameters
+    ----------
+    effort : first: the first mesh is the result; normal: the search ends when the goal is met, or
+        when no move is worth its work; thorough: the same at a tenth of the price
+    estimate : what a move gains, and what it costs
+    """
+
+    effort: str = setting("effort", "normal")
+    estimate: Mapping[str, object] = choice("estimate", "rules")
+
+    def __post_init__(self) -> None:
+        if self.effort not in PRICE:
+            raise ValueError(f"effort must be {', '.join(PRICE)}; got {self.effort!r}")
+
+    def __call__(
+        self, history: Any, possible: Callable[[], Sequence[Any]]
+    ) -> Iterator[tuple[Any, Expected]]:
+        """Moves in the order of their gain for their work."""
+        estimate = build("estimate", self.estimate)
+        while history.shortfall > 0:
+            rated = [(estimate(move, history), move) for move in possible()]
+            if not rated:
+                return
+            expected, move = max(rated, key=lambda each: each[0].gain / each[0].work)
+            is_free = history.leader is None and expected.gain > 0
+            if not is_free and expected.gain <= PRICE[self.effort] * expected.work:
+                return
+            yield move, expected

@@ -1,1 +1,0 @@
-"""More runs of the variant of the best mesh: smaller hexes, other sheets, other numbers."""

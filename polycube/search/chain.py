@@ -1,0 +1,111 @@
+"""Run meshing stages in sequence; equal plugins with equal inputs are run once."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from polycube.errors import InputError, MeshingError
+from polycube.kinds import KINDS
+from polycube.search.deadline import Deadline
+from polycube.stages import Clock, Stage
+from polycube.state import RunState
+from polycube.types import HexMesh
+
+Options = Mapping[str, Mapping[str, object]]  # options to replace, by stage
+Results = Mapping[str, object]  # result of each stage, by its kind
+
+
+@dataclass
+class Chain:
+    """Runs stages, remembers their results, and ends at the deadline.
+
+    Parameters
+    ----------
+    clock : measures the stages
+    deadline : checked after each stage
+    latest : the last state with hexes; its mesh may be taken if the deadline ends a move
+    """
+
+    clock: Clock = field(default_factory=Clock)
+    deadline: Deadline = field(default_factory=Deadline)
+    latest: RunState | None = None
+    _memory: dict[tuple[object, ...], Any] = field(default_factory=dict)
+
+    def run(
+        self, stages: Sequence[Stage], state: RunState, options: Options
+    ) -> tuple[RunState, Results]:
+        """The state after the stages with replaced options, and the result of each stage.
+
+        Raises
+        ------
+        MeshingError
+            If a stage fails.
+        """
+        results = {}
+        for stage in with_options(stages, options):
+            key = _key(stage, state)
+            if key not in self._memory:
+                self._memory[key] = self._result(stage, state)
+            value = self._memory[key]
+            if isinstance(value, MeshingError):
+                raise value
+            state = stage.put(state, value)
+            results[stage.kind] = value
+        return state, results
+
+    def _result(self, stage: Stage, state: RunState) -> object:
+        """The result of a stage, or its MeshingError."""
+        try:
+            value = self.clock.run(stage.kind, lambda: stage(state))
+            if isinstance(value, HexMesh):
+                is_fitted = KINDS[stage.kind].fits
+                put = stage.put(state, value)
+                self.latest = replace(put, unfitted=None if is_fitted else NOT_FITTED)
+        except MeshingError as error:
+            return error
+        finally:
+            self.deadline.check()
+        return value
+
+
+NOT_FITTED = "the mesh is not fitted: its vertices are not on the surface yet"
+
+
+def with_options(stages: Sequence[Stage], options: Options) -> list[Stage]:
+    """The stages with replaced options of their plugins."""
+    return [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in stages]
+
+
+def merged(one: Options, other: Options) -> dict[str, dict[str, object]]:
+    """Options of both, with precedence for the second."""
+    return {kind: {**one.get(kind, {}), **other.get(kind, {})} for kind in {**one, **other}}
+
+
+def check_options(stages: Sequence[Stage], options: Iterable[Options]) -> None:
+    """Raise InputError if options are replaced that the plugin of a stage does not have."""
+    plugins = {stage.kind: stage.plugin for stage in stages}
+    for kind, names in ((kind, each[kind]) for each in options for kind in each if kind in plugins):
+        lacking = sorted(set(names) - {known.name for known in fields(plugins[kind])})
+        if lacking:
+            raise InputError(
+                f"a variant of meshing sets {', '.join(lacking)} of {kind}, which "
+                f"{type(plugins[kind]).__name__} does not have; use meshing.portfolio=[{{}}], or "
+                "define your own variants"
+            )
+
+
+def _key(stage: Stage, state: RunState) -> tuple[object, ...]:
+    """Key of the result of a stage for a state; the objects of a state live as long as the run."""
+    others = [id(getattr(state, name)) for name in KINDS[stage.kind].takes if name != "hexes"]
+    return stage.kind, repr(stage.plugin), _digest(state.hexes), *others
+
+
+def _digest(mesh: HexMesh | None) -> str:
+    if mesh is None:
+        return ""
+    data = hashlib.sha256(mesh.vertices.tobytes())
+    data.update(mesh.hexes.tobytes())
+    return data.hexdigest()

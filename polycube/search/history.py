@@ -1,0 +1,195 @@
+"""What a search works on, what it has tried, and the best mesh so far."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+from polycube.errors import MeshingError
+from polycube.fitting.partial import is_sound
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.kinds import Acceptance, Expected
+from polycube.search.chain import Chain, Options, Results
+from polycube.search.structures import Primitives, choose
+from polycube.stages import Stage
+from polycube.state import RunState
+from polycube.types import Ranked, Tier, TriMesh, Verdict
+
+NO_MESH = 4.0  # shortfall while there is no mesh; that of a mesh is smaller
+
+
+class Move(Protocol):
+    """A step of a search: a frozen dataclass."""
+
+    @classmethod
+    def possible(cls, history: History) -> Iterator[Move]:
+        """The moves of this class that can be made now, some of which may have been made."""
+
+    def __call__(self, history: History) -> Outcome | None:
+        """Make the move: add structures or a mesh to the history.
+
+        Raises
+        ------
+        MeshingError
+            If there is no mesh.
+        """
+
+    def describe(self, history: History) -> str:
+        """The move in words."""
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What a search works on; it does not change.
+
+    Parameters
+    ----------
+    start : state with the surface; with hexes if there are no structures or a run is resumed
+    fit : stages that make and fit a mesh
+    cure : stages that are run on the leading mesh only
+    bundle : meshing bundle with the variants
+    acceptance : judges meshes
+    chain : runs stages
+    propose : ranked structures of a tier
+    tiers : tiers of structures that can be proposed
+    primitives : (3, 3, 3) voxels by name
+    """
+
+    start: RunState
+    fit: Sequence[Stage]
+    cure: Sequence[Stage]
+    bundle: Mapping[str, Any]
+    acceptance: Acceptance
+    chain: Chain = field(default_factory=Chain)
+    propose: Callable[[TriMesh, Tier], list[Ranked]] = lambda surface, tier: []
+    tiers: Sequence[Tier] = ()
+    primitives: Primitives = field(default_factory=dict)
+
+    def variants(self, entry: Ranked | None) -> Sequence[Options]:
+        """Sets of options with which a structure is meshed, the first one first."""
+        name = entry.candidate.variants if entry is not None else "portfolio"
+        return self.bundle.get(name) or self.bundle["portfolio"] or [{}]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """The mesh of a move.
+
+    Parameters
+    ----------
+    number : number of the outcome in the history
+    move : the move
+    state : state with the hexes
+    results : results of the stages, by kind
+    options : options of the stages
+    verdict : verdict of the acceptance
+    key : the outcome with the larger key is better: sound meshes first, then by the verdict,
+        then by the mean scaled Jacobian
+    """
+
+    number: int
+    move: Move
+    state: RunState
+    results: Results
+    options: Options
+    verdict: Verdict
+    key: tuple[float, ...]
+
+    @property
+    def shortfall(self) -> float:
+        """How far the mesh is from the goal."""
+        return sum(self.verdict.shortfall.values())
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A row of the table of moves.
+
+    Parameters
+    ----------
+    name : the move in words
+    expected : what was expected of it
+    gain : by how much it reduced the shortfall of the best mesh
+    work : evaluated coordinates, in units of about a second on one core
+    seconds : time
+    result : the verdict on its mesh, or why there is none
+    hexes : number of hexes, 0 if there is no mesh
+    """
+
+    name: str
+    expected: Expected
+    gain: float
+    work: float
+    seconds: float
+    result: str
+    hexes: int
+
+
+@dataclass
+class History:
+    """Structures, meshes and moves of a search until now.
+
+    Parameters
+    ----------
+    task : what the search works on
+    ranked : the structures so far
+    proposed : the tiers that were proposed
+    outcomes : the meshes
+    moves, table : the moves, and what became of them
+    errors : errors of the moves without a mesh
+    leader : the best mesh
+    only : the only structure that is meshed, from the start of the task; None: any structure
+    """
+
+    task: Task
+    ranked: list[Ranked] = field(default_factory=list)
+    proposed: list[Tier] = field(default_factory=list)
+    outcomes: list[Outcome] = field(default_factory=list)
+    moves: list[Move] = field(default_factory=list)
+    table: list[Tried] = field(default_factory=list)
+    errors: list[MeshingError] = field(default_factory=list)
+    leader: Outcome | None = None
+    only: int | None = None
+    _starts: dict[int, RunState] = field(default_factory=dict)
+
+    @property
+    def shortfall(self) -> float:
+        """How far the best mesh is from the goal."""
+        return NO_MESH if self.leader is None else self.leader.shortfall
+
+    @property
+    def why_no_mesh(self) -> str:
+        """The reasons why no move made a mesh."""
+        return "; ".join({str(each): 0 for each in self.errors}) or "no structure was meshed"
+
+    def start(self, structure: int) -> RunState:
+        """State from which a structure is meshed."""
+        if structure == self.only:
+            return self.task.start
+        if structure not in self._starts:
+            state = replace(self.task.start, ranked=self.ranked)
+            self._starts[structure] = choose(state, structure, self.task.primitives)
+        return self._starts[structure]
+
+    def entry(self, outcome: Outcome) -> Ranked | None:
+        """The structure of an outcome; None for a given hex mesh."""
+        return self.ranked[outcome.state.chosen] if self.ranked else None
+
+    def of_structure(self, structure: int) -> list[Outcome]:
+        """The outcomes on a structure."""
+        return [each for each in self.outcomes if each.state.chosen == structure]
+
+    def add(self, move: Move, state: RunState, results: Results, options: Options) -> Outcome:
+        """Judge the mesh of a state, and add it to the outcomes."""
+        assert state.hexes is not None
+        verdict = self.task.acceptance(state.hexes, state.surface)
+        if state.unfitted:
+            verdict = replace(verdict, failures=(state.unfitted, *verdict.failures), warnings=())
+        mean = float(scaled_jacobian(state.hexes.vertices, state.hexes.hexes).mean())
+        key = float(is_sound(state.hexes)), *verdict.key, mean
+        outcome = Outcome(len(self.outcomes), move, state, results, options, verdict, key)
+        self.outcomes.append(outcome)
+        if self.leader is None or outcome.key > self.leader.key:
+            self.leader = outcome
+        return outcome

@@ -1,0 +1,56 @@
+"""Start states of the ranked structures."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from polycube.state import RunState
+from polycube.structure.parametrization import pull_back
+from polycube.structure.recognition import read_structure
+from polycube.types import Candidate, Polycube
+
+logger = logging.getLogger(__name__)
+
+MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
+
+Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
+
+
+def choose(state: RunState, index: int, primitives: Primitives) -> RunState:
+    """The state in which the ranked structure `index` is the one that is meshed."""
+    entry = state.ranked[index]
+    state = replace(
+        state,
+        chosen=index,
+        polycube=entry.candidate.polycube,
+        rough_map=entry.candidate.rough_map,
+        blocks=entry.candidate.blocks,
+        parametrization=pull_back(state.surface, entry.hexes, entry.positions),
+        trajectory=None,
+        steps=(),
+        denoised_on=None,
+    )
+    for candidate in (each.candidate for each in state.ranked):
+        if candidate.key == entry.candidate.key and candidate.trajectory is not None:
+            return replace(
+                state,
+                trajectory=candidate.trajectory,
+                steps=candidate.steps,
+                denoised_on=_denoised_on(candidate, candidate.trajectory[-1], primitives),
+            )
+    return state
+
+
+def _denoised_on(
+    candidate: Candidate, points: np.ndarray, primitives: Primitives
+) -> Polycube | None:
+    """The polycube on which denoised points lie; None if it is that of the candidate."""
+    found = read_structure(points, candidate.polycube, primitives, MARGIN)
+    if found is candidate.polycube:
+        return None
+    logger.info("denoised as %s, the points lie on %s", candidate.polycube.context, found.context)
+    return found
