@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from polycube.search.moves import Again, Cure, FitPartly, MeshStructure, Propose
 
 FEW = 1.0  # work to mesh any structure
-EACH = 0.6  # work to mesh a thousand hexes
+EACH = 0.8  # work to mesh a thousand hexes
 EACH_CURE = 0.05  # work to improve one poor hex
 # work to propose the structures of a tier, with their ranking
 PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0, Tier.LAST: 1.0}
@@ -145,7 +145,9 @@ def _left(history: History, thousands: float) -> float:
 
 def _thousands(history: History, structure: int) -> float:
     """Expected number of hexes of a structure, in thousands."""
-    candidate = history.ranked[structure].candidate
+    candidate, meshed = history.ranked[structure].candidate, history.of_structure(structure)
+    if meshed and meshed[0].state.hexes is not None:
+        return len(meshed[0].state.hexes.hexes) / 1000
     if candidate.blocks is not None:
         return max(COARSE_HEXES, len(candidate.blocks.hexes) / 1000)
     cells = int(candidate.polycube.occupancy.sum()) / 1000

@@ -164,11 +164,13 @@ class Again(Move):
         raise NotImplementedError
 
     def __call__(self, history: History) -> Outcome:
-        """Run the stages with these options."""
+        """Run the stages that made the mesh with these options."""
         outcome, task = history.outcomes[self.of], history.task
         options = merged(outcome.options, {SUBDIVIDE: self.options(history) or {}})
         start = history.start(outcome.state.chosen) if history.ranked else task.start
-        state, results = task.chain.run(task.fit, start, options)
+        is_cured = {stage.kind for stage in task.cure} & set(outcome.results)
+        stages = [*task.fit, *(task.cure if is_cured else ())]
+        state, results = task.chain.run(stages, start, options)
         return history.add(self, state, results, options)
 
     def describe(self, history: History) -> str:
