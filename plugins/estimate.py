@@ -36,7 +36,8 @@ FLOOR = 0.15  # shortfall that typically remains
 SCORE = 9.0  # ranking score of a structure whose mesh succeeds in half of the cases
 ANOTHER = 0.7  # factor on the probability for each structure of the same tier that was meshed
 # share of each part of the shortfall that another variant is expected to remove
-VARIANT = {"validity": 0.3, "features": 0.05, "distances": 0.1, "warnings": 0.1}
+VARIANT = {"features": 0.05, "distances": 0.1, "warnings": 0.1}
+VALID = {2.0: 0.3, 2.5: 0.05}  # the same for a mesh that is not valid, by its shortfall
 JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part, of another surface
 NEXT_VARIANT = 0.7  # factor for each further variant
 CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
@@ -91,6 +92,7 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     best = min(meshed, key=lambda each: each.shortfall)
     is_cad = len(best.state.surface.region) > 0
     shares = {**VARIANT, "scaled_jacobian": JACOBIAN[is_cad]}
+    shares["validity"] = VALID.get(best.verdict.shortfall.get("validity", 0.0), 0.0)
     gain = sum(shares.get(name, 0) * value for name, value in best.verdict.shortfall.items())
     behind = best.shortfall - history.shortfall
     return Expected(max(0.0, gain * NEXT_VARIANT ** (move.variant - 1) - behind), work)

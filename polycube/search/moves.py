@@ -156,7 +156,8 @@ class Again(Move):
         while isinstance(before, Again | Cure):
             number += type(before) is cls
             before = history.outcomes[before.of].move
-        if number < AGAIN and cls(leader.number).options(history):
+        options = cls(leader.number).options(history) if number < AGAIN else None
+        if options and merged(leader.options, {SUBDIVIDE: options}) != leader.options:
             yield cls(leader.number)
 
     def options(self, history: History) -> Mapping[str, object] | None:
