@@ -41,7 +41,8 @@ VALID = {2.0: 0.3, 2.5: 0.05}  # the same for a mesh that is not valid, by its s
 JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part, of another surface
 NEXT_VARIANT = 0.7  # factor for each further variant
 CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
-MADE_VALID = {2.0: 0.7, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
+MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
+AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
 REPLACED = 0.5  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
@@ -99,7 +100,7 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
 
 
 def cure(move: Cure, history: History) -> Expected:
-    """Local improvement: the worst hex becomes good in most cases."""
+    """Local improvement: the worst hex becomes good in most cases; only worth it in the lead."""
     from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
     outcome = history.outcomes[move.of]
@@ -107,8 +108,14 @@ def cure(move: Cure, history: History) -> Expected:
     assert mesh is not None
     poor = int((scaled_jacobian(mesh.vertices, mesh.hexes) < Goal.scaled_jacobian).sum())
     invalid = missed.get("validity", 0.0)
-    gain = CURED * missed.get("scaled_jacobian", 0.0) + MADE_VALID.get(invalid, 0.0) * invalid
-    return Expected(gain * (REPLACED if "features" in missed else 1), FEW + EACH_CURE * poor)
+    failed = sum(
+        type(each.move) is type(move) and not each.verdict.is_valid for each in history.outcomes
+    )
+    gain = CURED * missed.get("scaled_jacobian", 0.0)
+    gain += MADE_VALID.get(invalid, 0.0) * AGAIN_INVALID**failed * invalid
+    gain *= REPLACED if "features" in missed else 1
+    behind = outcome.shortfall - history.shortfall  # 0 for the leading mesh
+    return Expected(max(0.0, gain - behind), FEW + EACH_CURE * poor)
 
 
 def again(move: Again, history: History) -> Expected:

@@ -115,16 +115,17 @@ class Given(Move):
 
 @dataclass(frozen=True)
 class Cure(Move):
-    """Improve the poor hexes of the leading mesh."""
+    """Improve the poor hexes of a mesh, which is then expected to be the leading one."""
 
     of: int
 
     @classmethod
     def possible(cls, history: History) -> Iterator[Move]:
-        """The leading mesh, if it is fitted and was not cured."""
-        leader, kinds = history.leader, {stage.kind for stage in history.task.cure}
-        if leader is not None and not leader.state.unfitted and not kinds & set(leader.results):
-            yield from [cls(leader.number)] * bool(kinds)
+        """Every fitted mesh that was not cured."""
+        kinds = {stage.kind for stage in history.task.cure}
+        for outcome in history.outcomes if kinds else ():
+            if not outcome.state.unfitted and not kinds & set(outcome.results):
+                yield cls(outcome.number)
 
     def __call__(self, history: History) -> Outcome | None:
         """Run the stages; None if they change nothing."""
