@@ -20,7 +20,7 @@ class Faces:
     """The quads of a fitted mesh, in parts enclosed by the paths of the curves."""
 
     def __init__(self, fit: Fitted) -> None:
-        mesh, self.owner = fit.mesh, fit.sides[0]
+        mesh, self.owner = fit.mesh, fit.links.sides[0]
         self.quads, self.hexes = mesh.quads, mesh.hexes
         sides, pair = quad_edges(mesh.quads)
         self._on = np.sort(fit.on_path)

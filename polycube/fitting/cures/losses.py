@@ -73,17 +73,17 @@ def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray
     return after
 
 
-def lost(distance: np.ndarray, samples: Samples, limit: float) -> frozenset[int]:
-    """Numbers of the features farther away than a limit, by the distances (S,) of their samples."""
-    count = np.bincount(samples.feature)
+def percentiles(distance: np.ndarray, feature: np.ndarray) -> np.ndarray:
+    """(F,) distance that the required share of the samples of each feature do not exceed.
+
+    distance, feature : (S,) of each sample; features are numbered from 0
+    """
+    count = np.bincount(feature)
     end = np.cumsum(count)
-    ordered = distance[np.lexsort((distance, samples.feature))]
+    ordered = distance[np.lexsort((distance, feature))]
     last = end - 1 - (1 - MOST / 100) * (count - 1)  # as in numpy.percentile
     low, share = np.floor(last).astype(int), np.mod(last, 1)
-    high = np.minimum(low + 1, end - 1)
-    return frozenset(
-        np.flatnonzero((1 - share) * ordered[low] + share * ordered[high] > limit).tolist()
-    )
+    return (1 - share) * ordered[low] + share * ordered[np.minimum(low + 1, end - 1)]
 
 
 def _distances(

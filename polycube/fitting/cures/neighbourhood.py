@@ -66,19 +66,14 @@ def neighbourhood(
     The neighbourhood, or None if the sheet would be pinched or break a path
     """
     hexes = fit.mesh.hexes
-    moves = np.zeros(len(fit.gap), bool)
-    if inside is None:
-        moves[hexes[seeds]] = True
-    else:
-        outside = np.zeros(len(moves), bool)
-        outside[hexes[~inside]] = True
-        moves[hexes[inside]] = True
-        moves &= outside
-    for _ in range(RINGS):
-        moves[hexes[moves[hexes].any(axis=1)]] = True
-    elements = np.flatnonzero(moves[hexes].any(axis=1))
-    piece, used = part(fit.mesh, elements, np.stack(fit.sides, axis=1))
-    moves, own, twin = moves[used], None, np.full(len(used), -1)
+    start = np.unique(hexes[seeds])
+    if inside is not None:
+        start = np.intersect1d(hexes[inside], hexes[~inside])
+    moving = fit.links.around(start, RINGS)
+    elements = fit.links.at(moving)
+    piece, used = part(fit.mesh, elements, np.stack(fit.links.sides, axis=1))
+    moves = np.isin(used, moving)
+    own, twin = None, np.full(len(used), -1)
     if inside is not None:
         own = inside[elements]
         if not has_sheet(piece, own):
