@@ -31,14 +31,24 @@ def interruptible(check: Callable[[], None]) -> Iterator[None]:
 
 
 @contextmanager
-def counted() -> Iterator[Counter[str]]:
-    """Count accepted `steps` and `evaluations` of all descents in the context; may be nested."""
+def counted(is_alone: bool = False) -> Iterator[Counter[str]]:
+    """Count accepted `steps` and `evaluations` of all descents in the context; may be nested.
+
+    is_alone : do not count them in the outer contexts, which may belong to another thread; see
+        `count_more`
+    """
     effort: Counter[str] = Counter()
-    token = _EFFORTS.set((*_EFFORTS.get(), effort))
+    token = _EFFORTS.set((effort,) if is_alone else (*_EFFORTS.get(), effort))
     try:
         yield effort
     finally:
         _EFFORTS.reset(token)
+
+
+def count_more(more: Counter[str]) -> None:
+    """Add steps and evaluations that were counted alone."""
+    for effort in _EFFORTS.get():
+        effort.update(more)
 
 
 def descend(

@@ -9,7 +9,9 @@ time.
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Iterator
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,15 +23,24 @@ from polycube.fitting.cures.envelope import fit_in_envelope
 from polycube.fitting.cures.faces import Faces
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs
 from polycube.fitting.cures.insertion import inserted, placed
-from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
+from polycube.fitting.cures.neighbourhood import (
+    RINGS,
+    Neighbourhood,
+    moving_vertices,
+    neighbourhood,
+)
 from polycube.fitting.cures.refit import Refit, refit
 from polycube.hexmesh.feature_distances import TOLERANCE
+from polycube.numerics.lbfgs import count_more, counted
+from polycube.numerics.threads import side_by_side
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
 BATCH = 4  # neighbourhoods fitted at the same time
+DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
+BUDGET = 2000  # evaluations times hexes, per hex of the mesh, after which no place is tried
 RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood is fitted again
 RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
 ABSOLUTE_GAIN = 1e-3  # smallest absolute reduction of the cost of an accepted cure
@@ -86,16 +97,18 @@ class _Place:
 
     Parameters
     ----------
-    gain : cost of its poor hexes
-    seeds : these hexes
+    seeds : its poor hexes, the worst first without a sheet
     inside : (H,) hexes to surround by a sheet; None: without a sheet
     face : CAD face over the sheet
     """
 
-    gain: float
     seeds: np.ndarray
     inside: np.ndarray | None = None
     face: int = 0
+
+    def moving(self, fit: Fitted) -> np.ndarray:
+        """Vertices that move, ascending."""
+        return moving_vertices(fit, self.seeds, self.inside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +125,11 @@ class _Trial:
     def gain(self) -> float:
         """Reduction of the cost."""
         return self.before - self.found.cost
+
+    @property
+    def is_large(self) -> bool:
+        """Whether another trial may be worthwhile."""
+        return self.gain > RETRY_GAIN * self.before
 
     def improves(self, worst: float) -> bool:
         """Whether the cost is lower, and neither a distance nor the worst hex is much worse.
@@ -141,83 +159,95 @@ class _Cures:
         self._aim, self._width = aim, width
         self._tried = np.zeros(len(fit.jacobian), bool)  # hexes that were seeds
         self._faces = {0}  # CAD faces that had or cannot have a sheet
+        self._dense: list[_Place] | None = None  # faces with many poor hexes; None: not known
+        self._work = 0  # evaluations times hexes
 
     def run(self) -> None:
-        """Try all places."""
-        while batch := self._batch():
-            calls = [partial(self._trial, near, place.inside is None) for place, near in batch]
-            for (place, _), trial in zip(batch, [c() for c in calls], strict=True):
+        """Try places until none is left or the work exceeds the budget."""
+        while self._work < BUDGET * len(self._tried) and (batch := self._batch()):
+            calls = [partial(copy_context().run, self._counted, *each) for each in batch]
+            for (place, near), (trial, effort) in zip(batch, side_by_side(calls), strict=True):
+                count_more(effort)
+                self._work += effort["evaluations"] * len(near.problem.hexes)
                 is_good = trial is not None and self._accept(trial)
-                if place.inside is None:
-                    again = is_good and trial.gain > RETRY_GAIN * trial.before
-                    self._tried[place.seeds] = not again
+                if place.inside is None and not (is_good and trial.is_large):
+                    self._tried[place.seeds] = True
+
+    def _counted(self, place: _Place, near: Neighbourhood) -> tuple[_Trial | None, Counter[str]]:
+        """A trial and its effort."""
+        with counted(is_alone=True) as effort:
+            return (self._envelope if place.inside is None else self._sheet)(near), effort
 
     def _batch(self) -> list[tuple[_Place, Neighbourhood]]:
         """The next places and their neighbourhoods, which have no common hex."""
         taken = np.zeros(len(self._tried), bool)
         batch: list[tuple[_Place, Neighbourhood]] = []
         for place in self._places():
-            if len(batch) == BATCH:
-                break
-            if taken[place.seeds].any():
+            if taken[self.current.links.at(place.moving(self.current))].any():
                 continue
             near = neighbourhood(self.current, place.seeds, place.inside)
             if near is None and place.inside is None:
                 place = replace(place, seeds=place.seeds[:1])
                 near = neighbourhood(self.current, place.seeds)
-            if near is None:
-                self._faces.add(place.face)
-                self._tried[place.seeds] |= place.inside is None
-                continue
-            if not taken[near.elements].any():
+            self._faces.add(place.face)
+            if near is not None:
                 taken[near.elements] = True
                 batch.append((place, near))
-                self._faces.add(place.face)
+            elif place.inside is None:
+                self._tried[place.seeds] = True
+            if len(batch) == BATCH:
+                break
         return batch
 
     def _places(self) -> Iterator[_Place]:
-        """Places to cure, those with the largest possible gain first."""
-        poor = hex_costs(self.current.jacobian, self._aim)
+        """Places to cure: faces with many poor hexes, then single places, then other faces."""
+        if self._dense is None:
+            self._dense = [place for density, place in self._sheets() if density > DENSE]
+        yield from (place for place in self._dense if place.face not in self._faces)
+        poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
         left = np.where(self._tried, 0, poor)
-        links = self.current.links
         while left.any():
             worst = left.argmax()
             together = links.at(links.around(links.hexes[worst], RINGS))
             seeds = together[np.argsort(-left[together], kind="stable")]
             seeds = seeds[left[seeds] > 0]
-            gain = float(left[seeds].sum())
+            if left[seeds].sum() > ABSOLUTE_GAIN:
+                yield _Place(seeds)
             left[seeds] = 0
-            if gain > ABSOLUTE_GAIN:
-                yield _Place(gain, seeds)
-        sheets = [
-            _Place(float(poor[inside].sum()), np.flatnonzero(inside & (poor > 0)), inside, face)
-            for face, inside in Faces(self.current).with_flat_corners(self.current.cad_face)
-            if face not in self._faces
-        ]
-        yield from sorted(
-            (each for each in sheets if each.gain > ABSOLUTE_GAIN), key=lambda each: -each.gain
-        )
+        yield from (place for _, place in self._sheets())
 
-    def _trial(self, near: Neighbourhood, is_free: bool) -> _Trial | None:
-        """The fit of a neighbourhood, if it improves; a second one if the first loses features."""
-        before, worst = self._before(near), float(self.current.jacobian.min())
-        if not is_free:
-            trial = _Trial(near, refit(near, self._aim, before[0]), *before)
-            return trial if trial.improves(worst) else None
-        held: np.ndarray | None = None
+    def _sheets(self) -> list[tuple[float, _Place]]:
+        """Places for sheets with the cost per hex of their neighbourhood, in descending order."""
+        poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
+        found = []
+        for face, inside in Faces(self.current).with_flat_corners(self.current.cad_face):
+            gain = float(poor[inside].sum())
+            if face not in self._faces and gain > ABSOLUTE_GAIN:
+                place = _Place(np.flatnonzero(inside & (poor > 0)), inside, face)
+                found.append((gain / len(links.at(place.moving(self.current))), place))
+        return sorted(found, key=lambda each: (-each[0], each[1].face))
+
+    def _sheet(self, near: Neighbourhood) -> _Trial | None:
+        """The fit of a neighbourhood with a sheet, if it improves."""
+        before = self._before(near)
+        trial = _Trial(near, refit(near, self._aim, before[0]), *before)
+        return trial if trial.improves(self.current.jacobian.min()) else None
+
+    def _envelope(self, near: Neighbourhood) -> _Trial | None:
+        """The fit of a neighbourhood, if it improves; again if it loses features."""
+        before, held = self._before(near), np.zeros(len(near.moves), bool)
         for reach in HELD:
             trial = _Trial(near, fit_in_envelope(near, self._aim, self._width, held), *before)
-            if not trial.improves(worst):
+            if not trial.improves(self.current.jacobian.min()):
                 return None
             lost = placed(self.current, near, trial.found.x).lost(self.current, LIMITS)
             if not lost.any():
                 return trial
-            close = self._close_to(near, lost, reach)
-            held = close if held is None else held | close
+            held |= self._close_to(near, lost, reach)
         return None
 
     def _close_to(self, near: Neighbourhood, features: np.ndarray, reach: float) -> np.ndarray:
-        """(N',) whether a vertex is closer to one of the features (F,) than `reach` times its size."""
+        """(N',) whether a vertex is close to one of the features (F,); reach in sizes."""
         x, samples = near.problem.mesh.vertices, losses.samples_of(self.current.target)
         tree = cKDTree(samples.points[features[samples.feature]])
         return tree.query(x)[0] < reach * near.problem.size(x)
@@ -238,5 +268,6 @@ class _Cures:
         self.current = inserted(self.current, trial.near, trial.found, at)
         more = len(self.current.mesh.hexes) - len(self._tried)
         self._tried = np.append(self._tried, np.zeros(more, bool))
+        self._dense = None if more else self._dense
         self.accepted += 1
         return True

@@ -32,20 +32,16 @@ WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to thei
 SMALL_LOSS = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
 
 
-def fit_in_envelope(
-    near: Neighbourhood, aim: float, width: float, held: np.ndarray | None = None
-) -> Refit:
+def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndarray) -> Refit:
     """The best positions found.
 
     near : the neighbourhood
     aim : scaled Jacobian above which hexes have no cost
     width : largest distance of vertices from their goals, in diagonals, or their present distance
         if that is larger
-    held : (N',) vertices that do not move; None: none
+    held : (N',) vertices that do not move
     """
-    problem, free = near.problem, near
-    if held is not None:
-        free = replace(near, moves=near.moves & ~held)
+    problem, free = near.problem, replace(near, moves=near.moves & ~held)
     x = problem.mesh.vertices.copy()
     lengths = problem.lengths(x, 2, 0.05)
     at = goals_of(problem, x, near.matching, np.ones(len(x)))

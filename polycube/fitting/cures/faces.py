@@ -43,7 +43,9 @@ class Faces:
 
     def under(self, quads: np.ndarray) -> np.ndarray:
         """(H,) the hexes under some quads (Q,)."""
-        return np.isin(np.arange(len(self.hexes)), self.owner[quads])
+        found = np.zeros(len(self.hexes), bool)
+        found[self.owner[quads]] = True
+        return found
 
     def with_flat_corners(self, cad_face: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
         """Numbers of CAD faces (Q,) with flat corners, and hexes (H,) to surround by a sheet."""

@@ -65,11 +65,7 @@ def neighbourhood(
     -------
     The neighbourhood, or None if the sheet would be pinched or break a path
     """
-    hexes = fit.mesh.hexes
-    start = np.unique(hexes[seeds])
-    if inside is not None:
-        start = np.intersect1d(hexes[inside], hexes[~inside])
-    moving = fit.links.around(start, RINGS)
+    moving = moving_vertices(fit, seeds, inside)
     elements = fit.links.at(moving)
     piece, used = part(fit.mesh, elements, np.stack(fit.links.sides, axis=1))
     moves = np.isin(used, moving)
@@ -91,6 +87,13 @@ def neighbourhood(
     matching = Matching(tuple(routes), corner, fit.corner_goals[is_here])
     matching = with_tolerances(matching, len(piece.vertices))
     return Neighbourhood(problem, matching, used, elements, moves, own, detours)
+
+
+def moving_vertices(fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None) -> np.ndarray:
+    """Vertices that move, ascending: those of some rings around the seeds or the sheet."""
+    hexes = fit.mesh.hexes
+    start = hexes[seeds] if inside is None else np.intersect1d(hexes[inside], hexes[~inside])
+    return fit.links.around(np.unique(start), RINGS)
 
 
 def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
