@@ -40,7 +40,8 @@ logger = logging.getLogger(__name__)
 
 BATCH = 4  # neighbourhoods fitted at the same time
 DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
-BUDGET = 2000  # evaluations times hexes, per hex of the mesh, after which no place is tried
+# evaluations times hexes, per hex of the mesh (at least FEW), after which no place is tried
+BUDGET, FEW = 2000, 3000
 RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood is fitted again
 RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
 ABSOLUTE_GAIN = 1e-3  # smallest absolute reduction of the cost of an accepted cure
@@ -164,13 +165,13 @@ class _Cures:
 
     def run(self) -> None:
         """Try places until none is left or the work exceeds the budget."""
-        while self._work < BUDGET * len(self._tried) and (batch := self._batch()):
+        while self._work < BUDGET * max(FEW, len(self._tried)) and (batch := self._batch()):
             calls = [partial(copy_context().run, self._counted, *each) for each in batch]
             for (place, near), (trial, effort) in zip(batch, side_by_side(calls), strict=True):
                 count_more(effort)
                 self._work += effort["evaluations"] * len(near.problem.hexes)
-                is_good = trial is not None and self._accept(trial)
-                if place.inside is None and not (is_good and trial.is_large):
+                again = trial is not None and self._accept(trial) and trial.is_large
+                if place.inside is None and not again:
                     self._tried[place.seeds] = True
 
     def _counted(self, place: _Place, near: Neighbourhood) -> tuple[_Trial | None, Counter[str]]:

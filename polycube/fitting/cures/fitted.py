@@ -32,19 +32,27 @@ class Links:
     """
 
     def __init__(self, mesh: HexMesh) -> None:
-        self.hexes, self.sides = mesh.hexes, quad_sides(mesh)
+        self.hexes, self.sides, self._number = mesh.hexes, quad_sides(mesh), len(mesh.vertices)
         ends = np.arange(0, mesh.hexes.size + 1, 8)
         table = csr_matrix((np.ones(mesh.hexes.size, bool), mesh.hexes.ravel(), ends))
         self._at_vertex = table.T.tocsr()  # (V, H)
 
     def at(self, vertices: np.ndarray) -> np.ndarray:
         """Hexes with one of the vertices, ascending."""
-        return np.unique(self._at_vertex[vertices].indices)
+        found = np.zeros(len(self.hexes), bool)
+        found[self._at_vertex[vertices].indices] = True
+        return np.flatnonzero(found)
+
+    def vertices(self, hexes: np.ndarray) -> np.ndarray:
+        """(V,) whether a vertex belongs to one of the hexes."""
+        found = np.zeros(self._number, bool)
+        found[self.hexes[hexes]] = True
+        return found
 
     def around(self, vertices: np.ndarray, rings: int) -> np.ndarray:
         """Vertices and those of some rings of hexes around them, ascending."""
         for _ in range(rings):
-            vertices = np.unique(self.hexes[self.at(vertices)])
+            vertices = np.flatnonzero(self.vertices(self.at(vertices)))
         return vertices
 
 

@@ -91,9 +91,10 @@ def neighbourhood(
 
 def moving_vertices(fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None) -> np.ndarray:
     """Vertices that move, ascending: those of some rings around the seeds or the sheet."""
-    hexes = fit.mesh.hexes
-    start = hexes[seeds] if inside is None else np.intersect1d(hexes[inside], hexes[~inside])
-    return fit.links.around(np.unique(start), RINGS)
+    start = fit.links.vertices(seeds if inside is None else inside)
+    if inside is not None:
+        start &= fit.links.vertices(~inside)
+    return fit.links.around(np.flatnonzero(start), RINGS)
 
 
 def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
