@@ -71,8 +71,8 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     The same object if no hex is poor or no cure is successful.
     """
     cures = _Cures(fitted(mesh, target), aim, width)
-    cures.run(DENSE)
-    if cures.current.jacobian.min() < SUFFICIENT:
+    is_complete = cures.run(DENSE)
+    if is_complete and cures.current.jacobian.min() < SUFFICIENT:
         cures.run(0.0)  # again, with all sheets first
     found = cures.current
     if not cures.accepted:
@@ -165,8 +165,8 @@ class _Cures:
         self._dense: list[_Place] | None = None  # faces with many poor hexes; None: not known
         self._work, self._limit = 0, DENSE  # evaluations times hexes; as in `run`
 
-    def run(self, dense: float) -> None:
-        """Try places until none is left or the work exceeds the budget.
+    def run(self, dense: float) -> bool:
+        """Try places until none is left, or the work exceeds the budget; whether none is left.
 
         dense : cost per hex of a neighbourhood above which a sheet is tried first
         """
@@ -180,6 +180,7 @@ class _Cures:
                 again = trial is not None and self._accept(trial) and trial.is_large
                 if place.inside is None and not again:
                     self._tried[place.seeds] = True
+        return self._work < BUDGET * max(FEW, len(self._tried))
 
     def _counted(self, place: _Place, near: Neighbourhood) -> tuple[_Trial | None, Counter[str]]:
         """A trial and its effort."""
