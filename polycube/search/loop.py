@@ -51,6 +51,7 @@ def make(history: History, move: Move, expected: Expected) -> None:
         except MeshingError as error:
             history.errors.append(error)
             hexes, result = 0, str(error)
+    history.task.chain.latest = None  # the move is finished
     gain, work = before - history.shortfall, effort["work"] / SECOND
     row = Tried(name, expected, gain, work, time.perf_counter() - begin, result, hexes)
     history.table.append(row)
