@@ -17,13 +17,13 @@ from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.choices import variants_of
-from polycube.state import RunState
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.midpoint import division
 from polycube.plugins.structure.midpoint.cells import convex_cells, joined
 from polycube.plugins.structure.midpoint.division import divided
 from polycube.plugins.structure.midpoint.polyhedron import polyhedron
 from polycube.registry import build
+from polycube.state import RunState
 from polycube.surface import measures
 from polycube.types import HexMesh, TriMesh
 from tests.fixtures.machined import bored

@@ -20,8 +20,6 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.choices import variants_of
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
-from polycube.stages import Clock
-from polycube.state import RunState
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.sweep.arrangement import arrangement
 from polycube.plugins.structure.sweep.axis import stack
@@ -32,6 +30,8 @@ from polycube.plugins.structure.sweep.curves import Curve
 from polycube.plugins.structure.sweep.smoothing import sines, smoothed
 from polycube.plugins.structure.sweep.walls import NotSweptError
 from polycube.registry import build
+from polycube.stages import Clock
+from polycube.state import RunState
 from polycube.surface import measures
 from polycube.types import Candidate, HexMesh, TriMesh
 from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed, prism, rod
