@@ -1,10 +1,16 @@
 """Known distances of points, curves and faces from a hex mesh."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from polycube.hexmesh.feature_distances import Feature, curve_samples, curve_size
 from polycube.hexmesh.inspection import inspect
+from polycube.surface.curves.features import Crease
 from polycube.surface.measures import diagonal
+from polycube.types import Goal
+from tests.fixtures.hexmeshes import drilled_plate, drilled_plate_surface
 from tests.fixtures.polycubes import bar, cut
 from tests.fixtures.surfaces import box, halved_box
 
@@ -32,6 +38,43 @@ def test_a_curve_across_the_middle_of_quads_is_lost():
     assert [each.distance * diagonal(part) for each in ends] == pytest.approx([1 / 3] * 2)
     # the nearest edges are those along x that it crosses, 1 / 4 apart
     assert curve.distance * diagonal(part) == pytest.approx(0.95 / 8, rel=0.02)
+
+
+@pytest.mark.parametrize(("n", "is_lost"), [(4, True), (8, False), (16, False)])
+def test_a_round_hole_is_lost_by_its_own_size(n, is_lost):
+    """The rims, a chord's height off: .3 % of the diagonal would permit a triangle."""
+    found = inspect(drilled_plate(n), drilled_plate_surface()).features
+    rims = [each for each in found if each.shape == "circle"]
+    assert len(rims) == 2 and {each.is_lost for each in rims} == {is_lost}
+    height = 2 * (1 - np.cos(np.pi / n))
+    unit = diagonal(drilled_plate_surface())
+    for rim in rims:
+        assert rim.size * unit == pytest.approx(4, rel=0.01)
+        assert rim.distance * unit == pytest.approx(height, rel=0.02)
+        assert rim.distance < Goal.features
+        assert rim.excess(Goal()) == pytest.approx(height / (0.05 * 4), rel=0.02)
+    assert not any(each.is_lost for each in found if each not in rims)
+
+
+def test_the_limit_is_the_smaller_one():
+    rim = Feature("curve", "circle", (1, 2), (0, 0, 0), distance=0.004, size=0.01)
+    assert rim.excess(Goal()) == pytest.approx(0.004 / 0.0005)
+    large = Feature("curve", "circle", (1, 2), (0, 0, 0), distance=0.004, size=1.0)
+    assert large.excess(Goal()) == pytest.approx(0.004 / 0.003)
+    assert large.is_lost and large.excess(Goal(features=0.01)) < 1
+    assert rim.excess(Goal(feature_share=0.5)) == pytest.approx(0.004 / 0.003)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75])
+def test_an_arc_of_a_circle_has_its_diameter_other_curves_their_extent(share):
+    angle = 2 * np.pi * share * np.linspace(0, 1, 101)
+    points = 3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    arc = Crease(points, np.append(0, np.cumsum(steps)), np.full(100, np.pi / 2), (0, 1))
+    round_, other = (replace(arc, shape=shape) for shape in ("circle", "curve"))
+    assert curve_size(round_, curve_samples(round_)) == pytest.approx(6, rel=0.01)
+    extent = 6 * np.sin(np.pi * min(share, 0.5))
+    assert curve_size(other, curve_samples(other)) == pytest.approx(extent, rel=0.01)
 
 
 def test_without_cad_faces_there_are_no_features():

@@ -145,11 +145,8 @@ def test_an_ell_in_any_position_is_one(straight: Denoiser) -> None:
     [candidate] = propose(surface)
     two = np.array([[True, True], [True, False]]).reshape(2, 2, 1)
     assert any(np.array_equal(candidate.polycube.occupancy, turn(two, r)) for r in rotations())
-    assert (candidate.proposal, candidate.family, candidate.probability) == (
-        "drawn",
-        "drawn",
-        1,
-    )
+    found = candidate.proposal, candidate.tier, candidate.probability
+    assert found == ("drawn", Tier.LEARNED, 1)
 
 
 def test_proposals_have_the_genus_and_differ(straight: Denoiser) -> None:
