@@ -24,7 +24,8 @@ EACH_CURE = 0.05  # work to improve one poor hex
 # work to propose the structures of a tier, with their ranking
 PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0, Tier.LAST: 1.0}
 # probability that a structure of a tier is the one to mesh
-SUCCESS = {Tier.EXACT: 0.9, Tier.COARSE: 0.7, Tier.LEARNED: 0.3, Tier.FINE: 0.7, Tier.LAST: 0.3}
+SUCCESS = {Tier.EXACT: 0.9, Tier.COARSE: 0.7, Tier.LEARNED: 0.05, Tier.FINE: 0.7, Tier.LAST: 0.3}
+LEARNED = 0.3  # the same for learned structures of a surface without CAD faces
 MANY_FEATURES = 250  # features of a part that is as likely to need a fine lattice as a coarse one
 FEATURES_OF_BOX = 2.0  # features for each box of a coarse polycube that is likely to fail
 CELLS_OF_FEATURE = 25.0  # cells for each feature of a fine lattice that keeps half of them
@@ -39,7 +40,7 @@ VARIANT = {"validity": 0.3, "features": 0.05, "distances": 0.1, "warnings": 0.1}
 JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part, of another surface
 NEXT_VARIANT = 0.7  # factor for each further variant
 CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
-MADE_VALID = 0.25  # the same for a mesh that is not valid
+MADE_VALID = {2.0: 0.7, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
 REPLACED = 0.5  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
@@ -69,6 +70,8 @@ def propose(move: Propose, history: History) -> Expected:
     """Structures of a tier, and the mesh of the best of them."""
     success, hexes = SUCCESS[move.tier], COARSE_HEXES
     many = _features(history) / MANY_FEATURES
+    if not many and move.tier == Tier.LEARNED:
+        success = LEARNED
     if move.tier in (Tier.COARSE, Tier.LEARNED):
         success /= 1 + many**2
     if move.tier == Tier.FINE:
@@ -103,7 +106,8 @@ def cure(move: Cure, history: History) -> Expected:
     mesh, missed = outcome.state.hexes, outcome.verdict.shortfall
     assert mesh is not None
     poor = int((scaled_jacobian(mesh.vertices, mesh.hexes) < Goal.scaled_jacobian).sum())
-    gain = CURED * missed.get("scaled_jacobian", 0.0) + MADE_VALID * missed.get("validity", 0.0)
+    invalid = missed.get("validity", 0.0)
+    gain = CURED * missed.get("scaled_jacobian", 0.0) + MADE_VALID.get(invalid, 0.0) * invalid
     return Expected(gain * (REPLACED if "features" in missed else 1), FEW + EACH_CURE * poor)
 
 

@@ -35,7 +35,7 @@ class Feature:
     faces : the CAD face, or the adjacent CAD faces
     place : a point of the feature, in model units
     distance : distance not exceeded by 95 % of its samples, as a fraction of the diagonal
-    size : diameter of a circle, extent of another curve, root of the area of a face; for a point,
+    size : radius of a circle, extent of another curve, root of the area of a face; for a point,
         the size of its smallest curve, as a fraction of the diagonal
     """
 
@@ -98,15 +98,16 @@ def curve_samples(crease: Crease) -> np.ndarray:
 
 
 def curve_size(crease: Crease, places: np.ndarray) -> float:
-    """Size of a curve with samples (S, 3): the diameter of a circle, else the extent."""
+    """Size of a curve with samples (S, 3): the radius of a circle, else the extent."""
     extent = float(np.linalg.norm(places[:, None] - places, axis=2).max())
     if crease.shape != "circle":
         return extent
     if crease.is_loop:
-        return extent
+        return extent / 2
     chord = float(np.linalg.norm(places[-1] - places[0]))
     height = float(np.linalg.norm(places[len(places) // 2] - (places[0] + places[-1]) / 2))
-    return height + chord**2 / (4 * height) if height > 0 else extent
+    radius = height / 2 + chord**2 / (8 * height) if height > 0 else extent
+    return min(radius, extent)
 
 
 def points_of(features: Features) -> dict[int, list[int]]:

@@ -61,6 +61,7 @@ class Improvement(Run):
 
     def search(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
         """The best mesh of the variants, or the given one if none is better."""
+        self.chain.most_crossings = float("inf")  # any improvement is welcome
         history = History(self.task(state, stages))
         ended = search(history, Policy(len(history.task.variants(None))))
         if history.leader is history.outcomes[0]:

@@ -8,11 +8,14 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from polycube.errors import InputError, MeshingError
+from polycube.hexmesh.crossings import crossings
 from polycube.kinds import KINDS
 from polycube.search.deadline import Deadline
 from polycube.stages import Clock, Stage
 from polycube.state import RunState
 from polycube.types import HexMesh
+
+HOPELESS = 50  # no mesh with so many crossings after a stage was valid in the end
 
 Options = Mapping[str, Mapping[str, object]]  # options to replace, by stage
 Results = Mapping[str, object]  # result of each stage, by its kind
@@ -26,11 +29,13 @@ class Chain:
     ----------
     clock : measures the stages
     deadline : checked after each stage
+    most_crossings : a fitted mesh with more pairs of quads that cross each other is not continued
     latest : the last state with hexes; its mesh may be taken if the deadline ends a move
     """
 
     clock: Clock = field(default_factory=Clock)
     deadline: Deadline = field(default_factory=Deadline)
+    most_crossings: float = HOPELESS
     latest: RunState | None = None
     _memory: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
@@ -64,6 +69,11 @@ class Chain:
                 is_fitted = KINDS[stage.kind].fits
                 put = stage.put(state, value)
                 self.latest = replace(put, unfitted=None if is_fitted else NOT_FITTED)
+                number = len(crossings(value)) if is_fitted else 0
+                if number > self.most_crossings:
+                    raise MeshingError(
+                        f"hopeless: {number} pairs of quads cross after {stage.kind}"
+                    )
         except MeshingError as error:
             return error
         finally:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Mapping
+from dataclasses import asdict
 from datetime import datetime
 
 import numpy as np
@@ -44,6 +45,10 @@ def summarize(
         report["given"] = {"path": state.hex_path, **quality.short(state.given, state.surface)}
     if state.polycube is not None:
         report["polycube"] = _polycube(state, state.polycube, bool(config["context"]))
+    if state.moves:
+        report["search"] = [
+            {**asdict(each), "expected": each.expected._asdict()} for each in state.moves
+        ]
     if state.hexes is not None:
         context = state.polycube.context if state.polycube else ()
         report["hex"] = {

@@ -91,7 +91,7 @@ def write_report(
         repairs(report),
         sections.structure(state, report, drawn),
         sections.denoising(report, moving),
-        sections.seconds(report),
+        sections.search(report),
         _settings(report),
         _files([*manifest.files(folder), *moving]),
     ]
