@@ -11,7 +11,7 @@ from polycube.hexmesh.generation.template import counts, mesh
 from polycube.plugins.ranking.registration import Registration, short_score
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map, identity_map
-from polycube.types import Candidate, Ranked, TriMesh
+from polycube.types import Candidate, Ranked, Tier, TriMesh
 from tests.fixtures.polycubes import PRIMITIVES, TWO, part
 
 SCALE = np.diag([10.0, 8.0, 8.0])

@@ -28,7 +28,7 @@ from polycube.structure.lattice import genus, is_manifold
 from polycube.surface.frames import rotations, turn
 from polycube.surface.measures import diagonal, face_normals
 from polycube.testing import check_plugin
-from polycube.types import Candidate, TriMesh
+from polycube.types import Candidate, Tier, TriMesh
 from tests.fixtures.machined import ELL, prism
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus

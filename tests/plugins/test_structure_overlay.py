@@ -16,7 +16,7 @@ from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
 from polycube.structure.windows import TABLE, windows
 from polycube.surface.measures import diagonal, volume
-from polycube.types import Polycube, TriMesh
+from polycube.types import Polycube, Tier, TriMesh
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.machined import bored, pocketed
 from tests.fixtures.polycubes import PRIMITIVES, part
