@@ -46,7 +46,9 @@ AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
 REPLACED = 0.5  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
-TINY = 1e-9  # gain of the last resort
+FINE_ANYWAY = 0.05  # factor on the probability of a fine lattice for a part with few features
+TINY = 1e-9  # gain of the last resort if there is no mesh, so that it follows all other moves
+SOUND = 0.01  # gain of the last resort if the best mesh has inverted hexes or crossings
 
 
 @register("estimate", "rules")
@@ -75,7 +77,7 @@ def propose(move: Propose, history: History) -> Expected:
     if move.tier in (Tier.COARSE, Tier.LEARNED):
         success /= 1 + many**2
     if move.tier == Tier.FINE:
-        success, hexes = success * many / (1 + many), FINE_HEXES
+        success, hexes = success * max(many, FINE_ANYWAY) / (1 + many), FINE_HEXES
     return Expected(success * _left(history, hexes), PROPOSE[move.tier] + FEW + EACH * hexes)
 
 
@@ -128,8 +130,8 @@ def again(move: Again, history: History) -> Expected:
 
 
 def fit_partly(move: FitPartly, history: History) -> Expected:
-    """The last resort: its gain for its work is less than that of every other move."""
-    return Expected(TINY, FEW)
+    """The last resort: other moves from which something is expected come first."""
+    return Expected(TINY if history.leader is None else SOUND, FEW)
 
 
 def _success(history: History, structure: int) -> float:

@@ -60,7 +60,7 @@ def test_a_mandatory_value_is_shown_as_such() -> None:
         ("meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
         ("seed.x=1", "no option seed.x"),
         ("seed=${nothing}", "Interpolation key 'nothing' not found"),
-        ("tries=1,2", "Ambiguous value"),
+        ("effort=first,normal", "Ambiguous value"),
     ],
 )
 def test_a_wrong_override_is_refused_on_one_line(override: str, message: str) -> None:

@@ -29,8 +29,8 @@ class MeshingSettings:
     curvature : largest chord error on curved surfaces; above it the number of hexes is raised, at
         most doubled; auto: 0.3%, or 0.2% with exact features; null: no limit
     creases : wanted distance of 95 % of the sharp edges from mesh edges; it is reached by smaller
-        hexes along them, or by exact features, if the hexes do not become worse; auto: 0.1% for
-        triangles, else null; null: no limit
+        hexes along them, if the mesh becomes better; auto: 0.1% for triangles, else null; null: no
+        limit
     deviation : wanted distance between mesh and surface, for 99 % of the points in both directions;
         the mesh is refined until it is reached; null: no refinement
     max_hexes : largest number of hexes before pillowing; a size that needs more is refused

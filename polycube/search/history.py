@@ -86,6 +86,7 @@ class Outcome:
     verdict : verdict of the acceptance
     key : the outcome with the larger key is better: sound meshes first, then by the verdict,
         then by the mean scaled Jacobian
+    jacobian : smallest scaled Jacobian
     """
 
     number: int
@@ -95,6 +96,7 @@ class Outcome:
     options: Options
     verdict: Verdict
     key: tuple[float, ...]
+    jacobian: float
 
     @property
     def shortfall(self) -> float:
@@ -186,9 +188,10 @@ class History:
         verdict = self.task.acceptance(state.hexes, state.surface)
         if state.unfitted:
             verdict = replace(verdict, failures=(state.unfitted, *verdict.failures), warnings=())
-        mean = float(scaled_jacobian(state.hexes.vertices, state.hexes.hexes).mean())
-        key = float(is_sound(state.hexes)), *verdict.key, mean
-        outcome = Outcome(len(self.outcomes), move, state, results, options, verdict, key)
+        quality = scaled_jacobian(state.hexes.vertices, state.hexes.hexes)
+        key = float(is_sound(state.hexes)), *verdict.key, float(quality.mean())
+        number, worst = len(self.outcomes), float(quality.min())
+        outcome = Outcome(number, move, state, results, options, verdict, key, worst)
         self.outcomes.append(outcome)
         if self.leader is None or outcome.key > self.leader.key:
             self.leader = outcome

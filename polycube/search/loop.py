@@ -51,10 +51,12 @@ def make(history: History, move: Move, expected: Expected) -> None:
         except MeshingError as error:
             history.errors.append(error)
             hexes, result = 0, str(error)
+    history.task.chain.latest = None  # the move is finished
     gain, work = before - history.shortfall, effort["work"] / SECOND
     row = Tried(name, expected, gain, work, time.perf_counter() - begin, result, hexes)
     history.table.append(row)
-    logger.info("%s: %s; gain %.3f for %.1f", name, result, gain, work)
+    best = {"best": history.leader.jacobian} if history.leader else {}  # for the progress line
+    logger.info("%s: %s; gain %.3f for %.1f", name, result, gain, work, extra=best)
     history.task.chain.deadline.check()
 
 

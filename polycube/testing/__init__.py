@@ -18,10 +18,11 @@ from polycube.kinds import KINDS
 from polycube.registry import build
 from polycube.testing.claim import claim
 from polycube.testing.learning import LEARNING
+from polycube.testing.search import SEARCH
 from polycube.testing.solids import GRID, PRIMITIVES
 from polycube.testing.stages import STAGES
 
-CHECKS = {**LEARNING, **STAGES}
+CHECKS = {**LEARNING, **SEARCH, **STAGES}
 
 # arguments that the program, not the user, gives to plugins of a kind
 GIVEN = {"structure": {"grid": GRID, "primitives": PRIMITIVES}}

@@ -13,6 +13,7 @@ from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.generation.blocks import genus_of
 from polycube.hexmesh.generation.template import counts, mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.search.history import NO_MESH
 from polycube.structure import lattice
 from polycube.structure.projection import project_onto
 from polycube.structure.rough_map import evaluate
@@ -83,6 +84,7 @@ def check_acceptance(plugin: Callable) -> None:
     claim(isinstance(true, Verdict), "the result is a Verdict", type(true).__name__)
     claim(true.is_valid, "a mesh of the block is valid", true.failures)
     claim(not true.warnings, "a mesh of the block has no warning", true.warnings)
+    missing = sum(true.shortfall.values())
     middle = exact.vertices.mean(axis=0)
     for name, vertices in {
         "inverted": middle - (exact.vertices - middle),
@@ -91,6 +93,10 @@ def check_acceptance(plugin: Callable) -> None:
         found = plugin(replace(exact, vertices=vertices), part.surface)
         claim(not found.is_valid, f"a mesh that is {name} is not valid")
         claim(found.key < true.key, f"a mesh that is {name} is worse", found.key)
+        values = list(found.shortfall.values())
+        claim(all(value > 0 for value in values), "each shortfall is positive", values)
+        is_between = missing < sum(values) < NO_MESH
+        claim(is_between, f"a mesh that is {name} is farther from the goal than the block", values)
 
 
 def check_segment(plugin: Callable) -> None:

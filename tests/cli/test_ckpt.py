@@ -38,9 +38,7 @@ def propose(output: Path, *overrides: str) -> str:
     return state.ranked[state.chosen].candidate.proposal
 
 
-@pytest.mark.parametrize(
-    ("structure", "count"), [("auto", 2), ("diffusion", 1), ("classify", 1), ("drawn", 1)]
-)
+@pytest.mark.parametrize(("structure", "count"), [("auto", 2), ("diffusion", 1), ("drawn", 1)])
 def test_every_plugin_with_a_network_gets_the_weights_of_ckpt(structure: str, count: int) -> None:
     cfg = config("infer", "mesh=x.stl", f"structure={structure}", "ckpt=mine.ckpt")["structure"]
     plugins = cfg.get("proposals", {"only": cfg}).values()

@@ -22,7 +22,7 @@ WRONG = [
     ("infer", "mesing=morph", "no option mesing; did you mean meshing"),
     ("infer", "meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
     ("infer", "size=4%", "did you mean ranking.size or meshing.size;"),
-    ("infer", "tries=[1", "cannot be read"),
+    ("infer", "effort=[first", "cannot be read"),
     ("infer", "~foo", "'foo' does not exist"),
     ("train", "data=papr", "did you mean paper; have"),
     ("train", "trainer.max_epoch=2", "did you mean trainer.max_epochs"),

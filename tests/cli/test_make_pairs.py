@@ -38,7 +38,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[dict], Path]:
     for name in ("box", "L"):
         write_part(folder / f"{name}.stl", name)
     (folder / "broken.stl").write_text("solid of nothing")
-    cfg = compose("make_pairs", [f"parts=['{folder}/*.stl']", "size=12%", "tries=1"])
+    cfg = compose("make_pairs", [f"parts=['{folder}/*.stl']", "size=12%", "effort=first"])
     return make_pairs(cfg, folder / "pairs"), folder / "pairs"
 
 
@@ -107,7 +107,7 @@ def test_a_part_of_many_slabs_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
         ([], "error: parts: no parts given"),
         (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
         (["parts=[a/x.stl,b/x.stl]"], "error: parts: 2 parts have the name x; rename them"),
-        (["parts=[a/x.stl]", "tries=0"], "error: tries must be a whole number, 1 or more; got 0"),
+        (["parts=[a/x.stl]", "effort=2"], "error: policy=best_gain: effort must be"),
         (["parts=[a/x.stl]", "size=none"], "error: meshing/subdivide=template: size must be"),
         (
             ["parts=[a/x.stl]"],

@@ -16,8 +16,8 @@ from polycube.cli.infer import _command
 from polycube.cli.signals import terminable
 from polycube.errors import MeshingError
 from polycube.io.hex_meshes import read_hexes
-from polycube.pipeline.deadline import Deadline
 from polycube.pipeline.run import Run
+from polycube.search.deadline import Deadline
 from polycube.stages import Clock
 from tests.fixtures.runs import FAST, config, run, tree
 
@@ -83,11 +83,33 @@ def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch,
     assert more["hex"] == report["hex"] and "interrupted" not in more
 
 
-def test_a_budget_of_seconds_is_kept(tmp_path) -> None:
-    report = run(*ROD, f"output_dir={tmp_path}", "seconds=0.001", "order=[meshing]")
-    assert report["valid"] and "interrupted" not in report
-    assert report["stopped"].startswith("meshing was stopped after 0.001 s, the limit given")
-    assert "meshing/optimize" not in report["seconds"]
+@pytest.mark.parametrize("last", ["meshing/subdivide", "meshing/pillow"])
+def test_when_the_time_is_over_the_mesh_so_far_is_written(last, tmp_path, monkeypatch) -> None:
+    original, ended = Clock.run, []
+
+    def timed(self: Clock, name: str, call):
+        value = original(self, name, call)
+        ended.extend([name] * (name == last))
+        return value
+
+    monkeypatch.setattr(Clock, "run", timed)
+    monkeypatch.setattr(Deadline, "is_over", property(lambda self: bool(ended)))
+    report = run(*ROD, f"output_dir={tmp_path}", "seconds=60", "order=[meshing]")
+    assert ended == [last] and "meshing/optimize" not in report["seconds"]
+    assert "interrupted" not in report and report["hex"]["hexes"] > 0
+    assert report["stopped"].startswith("meshing was stopped at the time limit of 60 s; the result")
+    is_fitted = last != "meshing/subdivide"
+    assert report["valid"] == is_fitted
+    assert is_fitted or "the mesh is not fitted" in report["failure"]
+
+
+def test_without_time_for_a_structure_there_is_no_result(tmp_path, capsys) -> None:
+    arguments = [*ROD, f"output_dir={tmp_path / 'out'}", "quiet=true", "seconds=0.001"]
+    assert _command(config(*arguments)) == 3
+    error = capsys.readouterr().err
+    assert "the time limit of 0.001 s was reached before there was a structure" in error
+    assert "give more seconds; no file was written" in error and error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_before_there_is_a_mesh_nothing_is_called_valid(tmp_path, monkeypatch) -> None:

@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
+from polycube.hexmesh.feature_distances import Feature, curve_samples, curve_size
 from polycube.hexmesh.inspection import inspect
+from polycube.surface.curves.features import Crease
 from polycube.surface.measures import diagonal
+from polycube.types import Goal
+from tests.fixtures.hexmeshes import drilled_plate, drilled_plate_surface
 from tests.fixtures.polycubes import bar, cut
-from tests.fixtures.surfaces import box, halved_box
+from tests.fixtures.surfaces import box, circle, halved_box
 
 
 def test_a_mesh_of_the_part_loses_no_feature():
@@ -32,6 +36,57 @@ def test_a_curve_across_the_middle_of_quads_is_lost():
     assert [each.distance * diagonal(part) for each in ends] == pytest.approx([1 / 3] * 2)
     # the nearest edges are those along x that it crosses, 1 / 4 apart
     assert curve.distance * diagonal(part) == pytest.approx(0.95 / 8, rel=0.02)
+
+
+@pytest.mark.parametrize(("n", "is_lost"), [(4, True), (8, False), (16, False)])
+def test_a_round_hole_is_lost_by_its_own_size(n, is_lost):
+    """The rims, a chord's height off: .3 % of the diagonal would permit a triangle."""
+    found = inspect(drilled_plate(n), drilled_plate_surface()).features
+    rims = [each for each in found if each.shape == "circle"]
+    assert len(rims) == 2 and {each.is_lost for each in rims} == {is_lost}
+    height = 2 * (1 - np.cos(np.pi / n))
+    unit = diagonal(drilled_plate_surface())
+    for rim in rims:
+        assert rim.size * unit == pytest.approx(2, rel=0.01)
+        assert rim.distance * unit == pytest.approx(height, rel=0.05)
+        assert rim.distance < Goal.features
+        assert rim.excess(Goal()) == pytest.approx(height / (0.1 * 2), rel=0.05)
+    assert not any(each.is_lost for each in found if each not in rims)
+
+
+def test_the_limit_is_the_smaller_one():
+    rim = Feature("curve", "circle", (1, 2), (0, 0, 0), distance=0.004, size=0.01)
+    assert rim.excess(Goal()) == pytest.approx(0.004 / 0.001)
+    large = Feature("curve", "circle", (1, 2), (0, 0, 0), distance=0.004, size=1.0)
+    assert large.excess(Goal()) == pytest.approx(0.004 / 0.003)
+    assert large.is_lost and large.excess(Goal(features=0.01)) < 1
+    assert rim.excess(Goal(feature_share=0.5)) == pytest.approx(0.004 / 0.003)
+
+
+def polyline(points: np.ndarray) -> Crease:
+    """An open curve."""
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return Crease(points, arc, np.full(len(points) - 1, np.pi / 2), (0, 1))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75])
+def test_the_size_of_an_arc_is_its_radius_but_not_more_than_its_extent(share):
+    angle = 2 * np.pi * share * np.linspace(0, 1, 101)
+    arc = polyline(3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
+    assert arc.shape == "circle"
+    extent = 6 * np.sin(np.pi * min(share, 0.5))
+    assert curve_size(arc, curve_samples(arc)) == pytest.approx(min(3, extent), rel=0.01)
+
+
+def test_the_size_of_another_curve_is_its_extent():
+    t = np.linspace(0, 1, 101)
+    line = polyline(np.stack([3 * t, 4 * t, 0 * t], axis=1))
+    assert curve_size(line, curve_samples(line)) == pytest.approx(5)
+    wave = polyline(np.stack([5 * t, np.sin(12 * t), 0 * t], axis=1))
+    assert wave.shape == "curve"
+    extent = np.linalg.norm(wave.points[:, None] - wave.points, axis=2).max()
+    assert curve_size(wave, curve_samples(wave)) == pytest.approx(extent, rel=0.01)
+    assert curve_size(circle(), curve_samples(circle())) == pytest.approx(1, rel=0.01)
 
 
 def test_without_cad_faces_there_are_no_features():

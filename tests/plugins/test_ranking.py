@@ -11,7 +11,7 @@ from polycube.hexmesh.generation.template import counts, mesh
 from polycube.plugins.ranking.registration import Registration, short_score
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map, identity_map
-from polycube.types import Candidate, Ranked, TriMesh
+from polycube.types import Candidate, Ranked, Tier, TriMesh
 from tests.fixtures.polycubes import PRIMITIVES, TWO, part
 
 SCALE = np.diag([10.0, 8.0, 8.0])
@@ -54,7 +54,7 @@ def test_positions_are_those_of_the_vertices_before_registration():
 def test_overlays_come_last_and_are_not_registered():
     surface = part(("cube", "cube"), SCALE)
     poor = candidate(("cube", "cube"), SCALE * 0.3, cost=50.0)
-    fine = replace(candidate(("cube", "cube")), family="overlay")
+    fine = replace(candidate(("cube", "cube")), tier=Tier.FINE)
     ranked = rank(surface, [fine, poor], rounds=1)
     assert [entry.candidate for entry in ranked] == [poor, fine]
     lattice_hexes = ranked[1].hexes
@@ -62,16 +62,17 @@ def test_overlays_come_last_and_are_not_registered():
     assert np.ptp(lattice_hexes.vertices, axis=0) == pytest.approx(np.diag(SCALE) * [2, 1, 1])
 
 
-def test_a_structure_with_more_boxes_than_the_cells_of_an_overlay_is_not_ranked(caplog):
+def test_a_structure_with_too_many_boxes_is_not_ranked(caplog):
     caplog.set_level(logging.INFO)
     surface, few = part(("cube", "cube"), SCALE), candidate(("cube", "cube"))
-    overlay = replace(candidate(("cube", "cube")), family="overlay")
+    overlay = replace(candidate(("cube", "cube")), tier=Tier.FINE)
     boxes = lattice(TWO, ("cube", "cube"), PRIMITIVES)
     large = replace(few, polycube=boxes, rough_map=affine_map(boxes, SCALE, np.zeros(3)))
-    ranked = rank(surface, [large, overlay, few], rounds=1)
+    ranked = rank(surface, [large, overlay, few], rounds=1, boxes=50)
     assert [entry.candidate for entry in ranked] == [few, overlay]
-    assert "the largest has 54 boxes, an overlay 1 cells" in caplog.text
-    assert [entry.candidate for entry in rank(surface, [large], rounds=1)] == [large]
+    assert "the largest has 54 boxes, the limit is 50" in caplog.text
+    [only] = rank(surface, [large], rounds=1, boxes=54)
+    assert only.candidate is large
 
 
 def test_cost_is_relative_to_the_proposal_and_only_the_cheapest_are_registered():

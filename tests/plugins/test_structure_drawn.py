@@ -28,7 +28,7 @@ from polycube.structure.lattice import genus, is_manifold
 from polycube.surface.frames import rotations, turn
 from polycube.surface.measures import diagonal, face_normals
 from polycube.testing import check_plugin
-from polycube.types import Candidate, TriMesh
+from polycube.types import Candidate, Tier, TriMesh
 from tests.fixtures.machined import ELL, prism
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
@@ -145,11 +145,8 @@ def test_an_ell_in_any_position_is_one(straight: Denoiser) -> None:
     [candidate] = propose(surface)
     two = np.array([[True, True], [True, False]]).reshape(2, 2, 1)
     assert any(np.array_equal(candidate.polycube.occupancy, turn(two, r)) for r in rotations())
-    assert (candidate.proposal, candidate.family, candidate.probability) == (
-        "drawn",
-        "drawn",
-        1,
-    )
+    found = candidate.proposal, candidate.tier, candidate.probability
+    assert found == ("drawn", Tier.LEARNED, 1)
 
 
 def test_proposals_have_the_genus_and_differ(straight: Denoiser) -> None:

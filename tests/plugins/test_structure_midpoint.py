@@ -16,8 +16,6 @@ from polycube.hexmesh.connectivity import check_conforming, genus, hex_mesh
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.pipeline.choices import variants_of
-from polycube.state import RunState
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.midpoint import division
 from polycube.plugins.structure.midpoint.cells import convex_cells, joined
@@ -25,7 +23,7 @@ from polycube.plugins.structure.midpoint.division import divided
 from polycube.plugins.structure.midpoint.polyhedron import polyhedron
 from polycube.registry import build
 from polycube.surface import measures
-from polycube.types import HexMesh, TriMesh
+from polycube.types import HexMesh, Tier, TriMesh
 from tests.fixtures.machined import bored
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
@@ -246,9 +244,5 @@ def test_blocks_are_ranked_first_if_corners_have_four_edges():
 
 
 def test_blocks_have_separate_variants():
-    bundle = {"portfolio": [{}], "blocks": [{"meshing/pillow": {"patches": "none"}}]}
-    surface = box()
-    assert variants_of(bundle, RunState(surface)) == bundle["portfolio"]
-    state = RunState(surface, blocks=blocks_of(surface))
-    assert variants_of(bundle, state) == bundle["blocks"]
-    assert variants_of({"portfolio": [{}]}, state) == [{}]
+    [candidate] = propose(box())
+    assert (candidate.tier, candidate.variants) == (Tier.COARSE, "blocks")

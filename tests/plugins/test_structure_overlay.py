@@ -16,7 +16,7 @@ from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
 from polycube.structure.windows import TABLE, windows
 from polycube.surface.measures import diagonal, volume
-from polycube.types import Polycube, TriMesh
+from polycube.types import Polycube, Tier, TriMesh
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.machined import bored, pocketed
 from tests.fixtures.polycubes import PRIMITIVES, part
@@ -101,7 +101,7 @@ def test_the_lattice_of_a_rotated_part_has_its_genus_position_and_volume(turn):
     surface = part(("hole_y", "hole_z"), frame)
     coarse, fine = overlay(surface, size="8%")
     for made, size in ((coarse, 0.04), (fine, 0.08 / 3.3)):
-        assert (made.family, genus(made.polycube)) == ("overlay", 2)
+        assert (made.tier, made.variants, genus(made.polycube)) == (Tier.FINE, "overlay", 2)
         lattice = mesh(
             made.polycube, made.rough_map, [np.ones(n, int) for n in made.polycube.occupancy.shape]
         )
@@ -123,7 +123,7 @@ def test_a_thin_bent_sheet_that_fills_no_cell_is_contained_in_its_lattice():
     made = overlay(TriMesh(sheet.vertices + bend, sheet.faces), size="10%", steps=[1.0])
     assert [genus(each.polycube) for each in made] == [0, 0, 0]
     for each in made:
-        assert each.family == "overlay"
+        assert each.tier == Tier.FINE
         assert all(np.ptp(each.rough_map.positions.reshape(-1, 3), axis=0) > [9.9, 4.9, 1.3])
         assert each.polycube.occupancy.any(axis=(1, 2)).all()
 
@@ -131,7 +131,7 @@ def test_a_thin_bent_sheet_that_fills_no_cell_is_contained_in_its_lattice():
 def test_the_closest_lattice_is_a_substitute_if_none_has_the_genus():
     options = {"finer": [1.0], "finest": 1.0, "steps": [1.0], "least": [0.3], "thin": []}
     [spare] = overlay(torus(), size="40%", **options)
-    assert spare.family == "spare" and genus(spare.polycube) == 0
+    assert spare.tier == Tier.LAST and genus(spare.polycube) == 0
     assert is_manifold(spare.polycube)
 
 

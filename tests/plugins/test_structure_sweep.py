@@ -17,11 +17,8 @@ from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.pipeline.choices import variants_of
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
-from polycube.stages import Clock
-from polycube.state import RunState
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.sweep.arrangement import arrangement
 from polycube.plugins.structure.sweep.axis import stack
@@ -32,8 +29,9 @@ from polycube.plugins.structure.sweep.curves import Curve
 from polycube.plugins.structure.sweep.smoothing import sines, smoothed
 from polycube.plugins.structure.sweep.walls import NotSweptError
 from polycube.registry import build
+from polycube.stages import Clock
 from polycube.surface import measures
-from polycube.types import Candidate, HexMesh, TriMesh
+from polycube.types import Candidate, HexMesh, Tier, TriMesh
 from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed, prism, rod
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
@@ -246,10 +244,7 @@ def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():
     [candidate] = propose(surface, size=1.0)
     [ranked] = Registration()(surface, [candidate])
     assert ranked.candidate is candidate and genus(ranked.hexes) == 1
-    state = RunState(surface, blocks=candidate.blocks, ranked=[ranked], chosen=0)
-    bundle = {"portfolio": [{}], "blocks": [{"blocks": {}}], "sweep": [{"sweep": {}}]}
-    assert variants_of(bundle, state) == bundle["sweep"]
-    assert variants_of({"portfolio": [{}]}, state) == [{}]
+    assert (candidate.tier, candidate.variants) == (Tier.EXACT, "sweep")
 
 
 def test_a_swept_mesh_is_not_divided_again():

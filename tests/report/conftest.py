@@ -8,9 +8,9 @@ from scipy.sparse import identity
 
 from polycube.hexmesh.connectivity import hex_mesh, quad_sides
 from polycube.hexmesh.named_sets import boundary_sets
-from polycube.state import RunState
 from polycube.registry import build
 from polycube.report.pictures.pictures import denoising, pictures
+from polycube.state import RunState
 from polycube.structure.lattice import boundary, cell_of_box, lattice
 from polycube.types import Deformation, HexMesh, Labels, Modes, Polycube, Spline, TriMesh
 from tests.fixtures.hexmeshes import CORNERS

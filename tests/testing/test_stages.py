@@ -57,6 +57,13 @@ def test_acceptance() -> None:
     always = replace(acceptance(solid().hexes, solid().surface), failures=())
     assert_refused("acceptance", lambda hexes, surface: always, "is not valid")
 
+    def missing(shortfall):
+        return lambda hexes, surface: replace(acceptance(hexes, surface), shortfall=shortfall)
+
+    assert_refused("acceptance", missing({}), "farther from the goal than the block; got \\[\\]")
+    assert_refused("acceptance", missing({"features": 0.0}), "each shortfall is positive")
+    assert_refused("acceptance", missing({"validity": 9.0}), "farther from the goal")
+
 
 def test_segment() -> None:
     own = build("meshing/segment", {"plugin": "nearest"})

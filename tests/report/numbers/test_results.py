@@ -3,9 +3,9 @@
 from dataclasses import replace
 from datetime import datetime
 
-from polycube.state import RunState
 from polycube.report.numbers.results import summarize
 from polycube.report.numbers.verdict import about
+from polycube.state import RunState
 
 CONFIG = {"seed": 0, "context": None}
 

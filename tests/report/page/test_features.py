@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.face_groups import facing, measure
-from polycube.state import RunState
 from polycube.report.numbers import features as numbers_of
 from polycube.report.page.features import features
 from polycube.report.page.header import header
@@ -13,6 +12,7 @@ from polycube.report.pictures.colours import LOST, LOST_FACE, PRESERVED, SURFACE
 from polycube.report.pictures.features import lost_features, lost_on_mesh, lost_segments
 from polycube.report.pictures.pictures import draw, makers
 from polycube.report.pictures.render import view
+from polycube.state import RunState
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
 from tests.fixtures.surfaces import wedge

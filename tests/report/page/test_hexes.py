@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.face_groups import facing, measure
-from polycube.state import RunState
 from polycube.report.numbers import quality
 from polycube.report.page.hexes import hexes
+from polycube.state import RunState
 from polycube.types import HexMesh
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline

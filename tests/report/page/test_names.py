@@ -15,13 +15,13 @@ import pytest
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
-from polycube.state import RunState
 from polycube.report.numbers.benchmark import PartResult
 from polycube.report.page.assembly import assembly_page
 from polycube.report.page.benchmark import benchmark_page
 from polycube.report.page.html import page, write_report
 from polycube.report.page.summary import summary_page
 from polycube.report.page.templates import FOLDER, Link, Swatch, environment, show
+from polycube.state import RunState
 
 PLAIN = "Aname"
 ODD = (

@@ -8,7 +8,6 @@ import pytest
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.hexmesh.named_sets import kind_of
-from polycube.state import RunState
 from polycube.report.numbers.sets import numbers
 from polycube.report.page.sets import sets
 from polycube.report.pictures.colours import AXIS_COLOURS, HOLES, SURFACE
@@ -18,6 +17,7 @@ from polycube.report.pictures.named_sets import (
     quad_colours,
     set_colours,
 )
+from polycube.state import RunState
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
 

@@ -7,10 +7,10 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from polycube.state import RunState
 from polycube.report.pictures import scenes
 from polycube.report.pictures.pictures import draw, pictures
 from polycube.report.pictures.render import Layer
+from polycube.state import RunState
 from polycube.types import Modes
 
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.state import RunState
 from polycube.report.page import sections
 from polycube.report.pictures import pictures, proposals
 from polycube.report.pictures.render import view
+from polycube.state import RunState
 from polycube.testing.solids import solid
 from polycube.types import Candidate, Ranked
 

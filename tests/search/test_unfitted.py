@@ -1,4 +1,4 @@
-"""Where no fitted mesh is valid, hexes of a lattice are, fitted as far as they stay so."""
+"""If no fitted mesh is valid, hexes of a lattice are fitted as far as they stay valid."""
 
 from dataclasses import dataclass, replace
 
@@ -9,16 +9,18 @@ from polycube.errors import MeshingError
 from polycube.fitting.partial import is_sound
 from polycube.hexmesh.connectivity import genus
 from polycube.io.stl import write_stl
-from polycube.pipeline.choices import choose, spares_of, structures_to_mesh
-from polycube.pipeline.guarantee import in_order, is_usable, last_attempt, wrong_topology
-from polycube.stages import Stage
-from polycube.state import RunState
-from polycube.pipeline.variants import Variants
 from polycube.plugins.acceptance.standard import Standard
 from polycube.registry import build
-from polycube.types import HexMesh, TriMesh
+from polycube.search.history import History
+from polycube.search.moves import FitPartly, MeshStructure, possible
+from polycube.search.structures import choose
+from polycube.search.unfitted import partly_fitted_state, wrong_topology
+from polycube.stages import Stage
+from polycube.state import RunState
+from polycube.types import HexMesh, Tier, TriMesh
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.runs import run
+from tests.fixtures.stages import history, made
 from tests.fixtures.surfaces import torus
 
 # cells as large as the hole
@@ -43,14 +45,20 @@ class Fail:
 def ranked(surface: TriMesh, **options) -> RunState:
     """A state with the overlays of a surface as its structures."""
     config = {"plugin": "overlay", "size": "10%", **options}
-    made = build("structure", config, grid=(1, 1, 1), primitives=PRIMITIVES)(surface, ())
-    entries = build("ranking", {"plugin": "registration"})(surface, made)
+    found = build("structure", config, grid=(1, 1, 1), primitives=PRIMITIVES)(surface, ())
+    entries = build("ranking", {"plugin": "registration"})(surface, found)
     return choose(RunState(surface, ranked=entries), 0, PRIMITIVES)
 
 
-def variants(state: RunState, *stages: Stage) -> Variants:
+def searching(state: RunState, *stages: Stage) -> History:
     subdivide = build("meshing/subdivide", {"plugin": "template", "level": 0})
-    return Variants([Stage("meshing/subdivide", subdivide), *stages], [], state, Standard())
+    return history(
+        [Stage("meshing/subdivide", subdivide), *stages],
+        start=state,
+        acceptance=Standard(),
+        ranked=state.ranked,
+        primitives=PRIMITIVES,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -59,70 +67,65 @@ def ring() -> RunState:
 
 
 def test_a_mesh_that_the_stages_fold_is_fitted_in_part(ring):
-    start = variants(ring, Stage("meshing/smooth", Fold()), Stage("meshing/optimize", Fail()))
-    folded = variants(ring, Stage("meshing/smooth", Fold()))
-    assert not is_usable(start)
-    folded.run(0)
-    assert folded.attempts and not is_usable(folded)
-    end = last_attempt([start], "it is folded")
+    found = searching(ring, Stage("meshing/smooth", Fold()), Stage("meshing/optimize", Fail()))
+    made(found, MeshStructure(0, 0))
+    assert found.leader is None and found.why_no_mesh == "it cannot be"
+    [move] = set(possible(found)) - {MeshStructure(0, 0)}
+    assert move == FitPartly(0)
+    made(found, move)
+    end = found.leader.state
     assert is_sound(end.hexes) and genus(end.hexes) == 1
-    assert end.unfitted.startswith("no fitted mesh is valid (it is folded); this one is only pa")
+    assert end.unfitted.startswith("no fitted mesh is valid (no mesh was finished); this one is ")
     assert "of the diagonal at [" in end.unfitted and "99 % of the points" in end.unfitted
     assert wrong_topology(end) == ""
+    assert found.leader.verdict.failures[0] == end.unfitted
+
+
+def test_a_partly_fitted_mesh_takes_the_place_of_a_folded_one_and_says_why(ring):
+    found = made(searching(ring, Stage("meshing/smooth", Fold())), MeshStructure(0, 0))
+    assert found.leader.key[0] == 0
+    [why] = found.leader.verdict.failures[:1]
+    made(found, FitPartly(0))
+    assert found.leader.number == 1 and found.leader.key[0] == 1
+    assert why in found.leader.state.unfitted and not found.leader.verdict.is_valid
+    assert not [move for move in possible(found) if isinstance(move, FitPartly)]
 
 
 def test_one_that_lies_on_the_surface_in_the_end_is_as_any_other():
     names = {"meshing/smooth": "register", "meshing/optimize": "polish"}
     stages = [Stage(kind, build(kind, {"plugin": name})) for kind, name in names.items()]
-    start = variants(ranked(torus(), finer=[2.0]), *stages)
-    end = last_attempt([start], "it is folded")
+    found = searching(ranked(torus(), finer=[2.0]), *stages)
+    end = partly_fitted_state(found.task, found.start(0), "it is folded")
     assert end.unfitted is None
     assert Standard()(end.hexes, end.surface).is_valid
 
 
-def test_a_structure_without_valid_hexes_gives_its_place_to_the_next(ring):
+def test_a_structure_without_valid_hexes_makes_no_mesh(ring):
     coarse = replace(ring, ranked=())
     mirrored = replace(ring.rough_map, positions=ring.rough_map.positions * [-1, 1, 1])
-    folded = variants(replace(coarse, rough_map=mirrored))
-    failing = variants(coarse)
-    failing.stages = [Stage("meshing/smooth", Fail())]
-    assert last_attempt([folded, failing], "why") is None
-    end = last_attempt([folded, variants(coarse)], "why")
-    assert is_sound(end.hexes)
+    task = searching(coarse).task
+    assert partly_fitted_state(task, replace(coarse, rough_map=mirrored), "why") is None
+    failing = replace(task, fit=[Stage("meshing/smooth", Fail())])
+    assert partly_fitted_state(failing, coarse, "why") is None
+    assert is_sound(partly_fitted_state(task, coarse, "why").hexes)
 
 
-def test_overlays_come_first_and_the_finest_before_others(ring):
-    one, two = variants(ring), variants(ring)
-    coarse = variants(replace(ring, ranked=()))
-    assert in_order([coarse, one, two], coarse) == [two, one, coarse]
-    assert in_order([one, two], one) == [two, one]
-
-
-def test_why_there_is_no_valid_mesh_is_that_of_the_best_or_of_the_failures(ring):
-    failing = variants(ring, Stage("meshing/smooth", Fail()))
-    failing.run(0)
-    assert failing.reason == "it cannot be"
-    folded = variants(ring, Stage("meshing/smooth", Fold()))
-    folded.run(0)
-    assert "smallest scaled Jacobian is -" in folded.reason
-
-
-def test_a_lattice_of_another_genus_is_meshed_only_where_there_is_nothing_else(ring):
+def test_a_lattice_of_another_genus_says_so():
     spare = ranked(torus(), size="40%", **OTHER)
-    assert [each.candidate.family for each in spare.ranked] == ["spare"]
-    assert structures_to_mesh(spare.ranked, 2) == [0]
-    both = [*ring.ranked, *spare.ranked]
-    assert structures_to_mesh(both, 2) == [0] and spares_of(both) == [1]
-    end = last_attempt([variants(spare)], "why")
+    assert [each.candidate.tier for each in spare.ranked] == [Tier.LAST]
+    found = searching(spare)
+    end = partly_fitted_state(found.task, found.start(0), "why")
     assert wrong_topology(end).startswith("the topology differs: the mesh has genus 0, the part 1")
 
 
-def test_a_part_without_a_lattice_of_its_genus_has_a_mesh_that_says_so(tmp_path):
+@pytest.mark.parametrize("effort", ["first", "normal"])
+def test_a_part_without_a_lattice_of_its_genus_has_a_mesh_that_says_so(effort, tmp_path):
     surface = torus()
     write_stl(tmp_path / "ring.stl", surface.vertices, surface.faces)
     report = run(
         f"mesh={tmp_path / 'ring.stl'}",
         f"output_dir={tmp_path / 'out'}",
+        f"effort={effort}",
         "order=[meshing]",
         "structure=overlay",
         "meshing.size=40%",

@@ -1,0 +1,180 @@
+"""Which move is next: the one with the most expected gain for its work, while it is worth it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from polycube.kinds import Expected
+from polycube.plugins import policy as module
+from polycube.plugins.policy import PRICE, BestGain
+from polycube.search.loop import search
+from polycube.search.moves import Cure, FitPartly, MeshStructure, Propose, possible
+from polycube.stages import Stage
+from polycube.state import RunState
+from polycube.types import Tier
+from tests.fixtures.stages import (
+    CALLS,
+    TETRAHEDRON,
+    BySize,
+    Fill,
+    Grow,
+    Scale,
+    grown,
+    history,
+    size,
+    structure,
+)
+
+STAGES = [Stage("meshing/optimize", Grow())]
+
+
+@pytest.fixture(autouse=True)
+def forget() -> None:
+    CALLS.clear()
+
+
+def expecting(patch: pytest.MonkeyPatch, gains, works=lambda move: 1.0) -> None:
+    """Let `estimate` be made up: gains and works of moves."""
+
+    def estimate(move, history):
+        return Expected(gains(move), works(move))
+
+    patch.setattr(module, "build", lambda kind, config: estimate)
+
+
+def variants(found) -> list[int]:
+    return [move.variant for move in found.moves]
+
+
+def structures(found) -> list[int]:
+    return [move.structure for move in found.moves]
+
+
+def searched(found, **options):
+    assert search(found, BestGain(**options)) is None
+    return found
+
+
+def test_the_move_with_the_most_gain_for_its_work_comes_first(monkeypatch):
+    gains, works = [0.4, 0.9, 0.6, 0.9], [1.0, 9.0, 1.0, 1.0]
+    expecting(monkeypatch, lambda m: gains[m.structure], lambda m: works[m.structure])
+    found = history([Stage("meshing/subdivide", Fill())], ranked=[structure(2.0)] * 4)
+    assert structures(searched(found)) == [3, 2, 0, 1]
+
+
+def test_the_search_ends_when_the_goal_is_met(monkeypatch):
+    expecting(monkeypatch, lambda move: 1.0)
+    found = searched(history(STAGES, grown(3.0, 10.0, 20.0)), effort="thorough")
+    assert variants(found) == [0, 1] and found.shortfall == 0
+
+
+@pytest.mark.parametrize("effort", ["normal", "thorough"])
+def test_the_search_ends_when_nothing_is_worth_its_work(effort, monkeypatch):
+    price = PRICE[effort]
+    gains = [1.0, 3 * price, 1.01 * price, price, 5 * price]
+    expecting(monkeypatch, lambda move: gains[move.variant])
+    found = searched(history(STAGES, grown(1.0, 2.0, 3.0, 4.0, 5.0)), effort=effort)
+    assert variants(found) == [0, 1, 2]
+
+
+def test_thorough_pays_ten_times_as_much():
+    assert PRICE["normal"] == 10 * PRICE["thorough"] > 0
+
+
+def test_while_there_is_no_mesh_every_expected_gain_is_worth_its_work(monkeypatch):
+    ranked = [structure(s) for s in (np.nan, 2.0, 3.0)]
+    expecting(monkeypatch, lambda move: 1e-9 / (1 + move.structure))
+    fails = [Stage("meshing/subdivide", Fill()), Stage("meshing/optimize", Grow(np.inf))]
+    for effort in PRICE:
+        found = searched(history(fails, ranked=ranked), effort=effort)
+        assert {MeshStructure(n, 0) for n in range(3)} <= set(found.moves)
+
+
+@given(st.lists(st.floats(0.1, 9.0), min_size=1, max_size=6))
+def test_first_makes_one_mesh(sizes):
+    with pytest.MonkeyPatch.context() as patch:
+        expecting(patch, lambda move: 1.0)
+        cure = [Stage("meshing/cure", Scale(2.0))]
+        found = searched(history(STAGES, grown(*sizes), cure=cure), effort="first")
+        assert found.moves == [MeshStructure(0, 0)] and len(found.outcomes) == 1
+        assert size(found.leader.state) == sizes[0]
+
+
+def test_first_proposes_until_there_is_a_structure(monkeypatch):
+    tiers = {Tier.EXACT: [], Tier.COARSE: [structure(2.0), structure(3.0)], Tier.FINE: [1]}
+    expecting(monkeypatch, lambda m: 9.0 - m.tier if isinstance(m, Propose) else 99.0)
+    found = history(
+        [Stage("meshing/subdivide", Fill())],
+        propose=lambda surface, tier: tiers[tier],
+        tiers=list(tiers),
+        start=RunState(TETRAHEDRON),
+    )
+    searched(found, effort="first")
+    assert found.moves == [Propose(Tier.EXACT), Propose(Tier.COARSE), MeshStructure(0, 0)]
+
+
+SIZES = st.floats(-9, 12).filter(lambda x: abs(x) > 0.1) | st.just(np.inf)
+
+
+@given(st.lists(SIZES, min_size=1, max_size=6), st.floats(1.01, 1.5), st.data())
+def test_at_no_price_everything_possible_is_tried(sizes, factor, data):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(PRICE, "thorough", 0.0)
+        gains = {}
+
+        def gain(move):
+            return gains.setdefault(move, data.draw(st.floats(1e-6, 1)))
+
+        expecting(patch, gain)
+        cure = [Stage("meshing/cure", Scale(factor))]
+        found = searched(history(STAGES, grown(*sizes), cure=cure), effort="thorough")
+        assert found.shortfall == 0 or not possible(found)
+        assert len(set(found.moves)) == len(found.moves)
+        keys = [each.key for each in found.outcomes]
+        assert (found.leader is None) == (not keys)
+        assert not keys or found.leader.key == max(keys)
+
+
+@given(st.lists(SIZES, min_size=1, max_size=6), st.sampled_from(sorted(PRICE)), st.data())
+def test_the_policy_ends_whatever_is_expected(sizes, effort, data):
+    with pytest.MonkeyPatch.context() as patch:
+        expecting(patch, lambda move: data.draw(st.floats(-1, 1) | st.just(np.inf)))
+        cure = [Stage("meshing/cure", Scale(1.1))]
+        found = searched(history(STAGES, grown(*sizes), cure=cure), effort=effort)
+        assert len(set(found.moves)) == len(found.moves) <= 2 * len(sizes)
+
+
+@dataclass(frozen=True)
+class Folded(BySize):
+    """A mesh never meets the goal."""
+
+    good: float = 1e9
+
+
+def test_the_last_resort_is_taken_if_all_meshes_are_folded():
+    """`estimate=rules` expects next to nothing of it, but any sound mesh is better."""
+    folds = [Stage("meshing/subdivide", Fill()), Stage("meshing/optimize", Scale(-1.0))]
+    found = history(folds, ranked=[structure(2.0)], acceptance=Folded())
+    searched(found)
+    assert FitPartly(0) in found.moves
+
+
+def test_a_cure_of_the_leader_follows_if_it_is_expected_to_pay(monkeypatch):
+    expecting(monkeypatch, lambda m: 0.5 if isinstance(m, Cure) else 1.0 - 0.3 * m.variant)
+    cure = [Stage("meshing/cure", Scale(1.5))]
+    found = searched(history(STAGES, grown(2.0, 1.0, 5.0, 1.0), cure=cure))
+    assert found.moves[:4] == [
+        MeshStructure(0, 0),
+        MeshStructure(0, 1),
+        Cure(0),
+        MeshStructure(0, 2),
+    ]
+    assert Cure(3) in found.moves and size(found.leader.state) == 7.5
+
+
+def test_options_are_checked():
+    with pytest.raises(ValueError, match="effort must be first, normal, thorough; got 'more'"):
+        BestGain(effort="more")
