@@ -27,7 +27,8 @@ PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0
 SUCCESS = {Tier.EXACT: 0.9, Tier.COARSE: 0.7, Tier.LEARNED: 0.05, Tier.FINE: 0.7, Tier.LAST: 0.3}
 LEARNED = 0.3  # the same for learned structures of a surface without CAD faces
 MANY_FEATURES = 250  # features of a part that is as likely to need a fine lattice as a coarse one
-FEATURES_OF_BOX = 2.0  # features for each box of a coarse polycube that is likely to fail
+# features of a coarse polycube that fails in half of the cases: some, and more for each box
+FEATURES_OF_SOME, FEATURES_OF_BOX = 100, 2
 CELLS_OF_FEATURE = 25.0  # cells for each feature of a fine lattice that keeps half of them
 LAYERS = 1.4  # hexes for each cell of a fine lattice, with the layers under its boundary
 COARSE_HEXES = 3.0  # thousands of hexes of a coarse structure
@@ -36,14 +37,15 @@ FLOOR = 0.15  # shortfall that typically remains
 SCORE = 9.0  # ranking score of a structure whose mesh succeeds in half of the cases
 ANOTHER = 0.7  # factor on the probability for each structure of the same tier that was meshed
 # share of each part of the shortfall that another variant is expected to remove
-VARIANT = {"features": 0.05, "distances": 0.1, "warnings": 0.1}
+VARIANT = {"features": 0.01, "distances": 0.05, "warnings": 0.03}
 VALID = {2.0: 0.3, 2.5: 0.05}  # the same for a mesh that is not valid, by its shortfall
 JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part, of another surface
+AFTER_FAILURE = 0.4  # factor on the probability for each variant without a mesh
 NEXT_VARIANT = 0.7  # factor for each further variant
 CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
 MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
 AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
-REPLACED = 0.5  # factor on it if the mesh lost features and may be replaced
+REPLACED = 0.8  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
 FINE_ANYWAY = 0.05  # factor on the probability of a fine lattice for a part with few features
@@ -90,8 +92,11 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     work = FEW + EACH * thousands
     if not move.variant:
         return Expected(_success(history, move.structure) * _left(history, thousands), work)
-    if not meshed or any(each.verdict.shortfall.get("validity", 0) > 2 for each in meshed):
-        return Expected(0.0, work)  # all have failed, or one has inverted hexes or crossings
+    if not meshed:
+        success = _success(history, move.structure) * AFTER_FAILURE**move.variant
+        return Expected(success * _left(history, thousands), work)
+    if any(each.verdict.shortfall.get("validity", 0.0) > 2 for each in meshed):
+        return Expected(0.0, work)  # inverted hexes, crossings, or far from the part
     best = min(meshed, key=lambda each: each.shortfall)
     is_cad = len(best.state.surface.region) > 0
     shares = {**VARIANT, "scaled_jacobian": JACOBIAN[is_cad]}
@@ -144,7 +149,7 @@ def _success(history: History, structure: int) -> float:
     if candidate.tier >= Tier.FINE:
         return success * boxes / (boxes + CELLS_OF_FEATURE * features)
     if candidate.blocks is None:
-        success /= 1 + (features / (FEATURES_OF_BOX * boxes)) ** 2
+        success /= 1 + (features / (FEATURES_OF_SOME + FEATURES_OF_BOX * boxes)) ** 2
     return success / (1 + (score / SCORE) ** 2) if candidate.tier > Tier.EXACT else success
 
 

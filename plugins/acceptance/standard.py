@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 CERTIFY = ("everywhere", "corners")
 DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
-LOST = 10.0  # shortfall of lost features, multiplied by their weighted share
+SOME_LOST = 0.4  # shortfall of lost features, whatever their number
+# more for their weighted share: at most the first, half of it for the second
+ALL_LOST, HALF_LOST = 1.2, 0.1
 FORCED = 0.9  # share of the sine of an acute angle of the part that a hex there reaches
 
 
@@ -98,13 +100,13 @@ class Standard(Goal, Acceptance):
         return abs(found.volume_ratio - 1) > self.volume_limit
 
     def _lost_share(self, found: Inspection) -> float:
-        """Shortfall for lost features, from 0 to 1; 0 within the margin."""
+        """Shortfall for lost features, below 2; 0 within the margin."""
         if not len(found.surface.region):
             return 0.25 * min(1.0, max(0.0, found.creases / self.features - 1))
         excess = sum(min(1.0, each.excess(self) - 1) for each in self._off(found))
         excess += len(found.lost_faces)
         share = excess / max(1, len(found.features))
-        return 0.0 if share <= self.margin else min(1.0, 0.1 + LOST * share)
+        return 0.0 if share <= self.margin else SOME_LOST + ALL_LOST * share / (share + HALF_LOST)
 
     def _wishes(self, found: Inspection) -> float:
         """How many wishes of `meshing.at` are missed, and by how much `meshing.deviation` is."""

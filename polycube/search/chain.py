@@ -15,7 +15,8 @@ from polycube.stages import Clock, Stage
 from polycube.state import RunState
 from polycube.types import HexMesh
 
-HOPELESS = 50  # no mesh with so many crossings after a stage was valid in the end
+HOPELESS = 50  # crossings after a stage; no mesh with more was valid in the end
+HOPELESS_SHARE = 0.01  # of the hexes; large meshes recovered from more
 
 Options = Mapping[str, Mapping[str, object]]  # options to replace, by stage
 Results = Mapping[str, object]  # result of each stage, by its kind
@@ -70,7 +71,7 @@ class Chain:
                 put = stage.put(state, value)
                 self.latest = replace(put, unfitted=None if is_fitted else NOT_FITTED)
                 number = len(crossings(value)) if is_fitted else 0
-                if number > self.most_crossings:
+                if number > max(self.most_crossings, HOPELESS_SHARE * len(value.hexes)):
                     raise MeshingError(
                         f"hopeless: {number} pairs of quads cross after {stage.kind}"
                     )

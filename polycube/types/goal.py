@@ -44,7 +44,7 @@ class Goal:
     least_jacobian: float = 0.02
     features: float = 0.003
     feature_share: float = 0.1
-    margin: float = 0.002
+    margin: float = 0.001
     distance: float = 0.01
     distance_limit: float = 0.05
     far_vertices: float = 0.005

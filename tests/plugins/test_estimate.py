@@ -167,3 +167,12 @@ def test_more_features_need_a_finer_lattice():
     assert rate(MeshStructure(0, 0), knows(one, surface=surface)) > rate(
         MeshStructure(0, 0), knows(one, surface=halved_box())
     )
+
+
+def test_a_mesh_is_cured_only_if_it_would_then_lead():
+    found = knows(structure(1.0), structure(2.0))
+    missed(found, 0, features=0.5)  # leads
+    near = missed(found, 1, scaled_jacobian=0.8)
+    far = missed(found, 1, scaled_jacobian=0.8, distances=0.5)
+    assert RULES(Cure(near.number), found).gain > 0
+    assert RULES(Cure(far.number), found).gain == 0

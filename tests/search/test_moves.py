@@ -100,15 +100,15 @@ def test_a_resumed_run_has_its_structure_only():
     assert now(found, MeshStructure) == [MeshStructure(1, 0)]
 
 
-def test_only_a_fitted_leader_that_was_not_cured_is_cured():
+def test_every_fitted_mesh_that_was_not_cured_can_be_cured_once():
     found = history(STAGES, grown(2.0, 1.0, 5.0), cure=CURE)
     assert now(found, Cure) == []
     made(found, MeshStructure(0, 0), MeshStructure(0, 1))
-    assert now(found, Cure) == [Cure(0)]
+    assert now(found, Cure) == [Cure(0), Cure(1)]
     made(found, Cure(0))
-    assert size(found.leader.state) == 4 and now(found, Cure) == []
+    assert size(found.leader.state) == 4 and now(found, Cure) == [Cure(1)]
     made(found, MeshStructure(0, 2))
-    assert now(found, Cure) == [Cure(3)]
+    assert now(found, Cure) == [Cure(1), Cure(3)]
     assert now(history(STAGES), Cure) == []
     without = made(history(STAGES), MeshStructure(0, 0))
     assert now(without, Cure) == []
