@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from polycube.search.moves import Again, Cure, FitPartly, MeshStructure, Propose
 
 FEW = 1.0  # work to mesh any structure
-EACH = 0.6  # work to mesh a thousand hexes
+EACH = 0.8  # work to mesh a thousand hexes
 EACH_CURE = 0.05  # work to improve one poor hex
 # work to propose the structures of a tier, with their ranking
 PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0, Tier.LAST: 1.0}
@@ -36,11 +36,13 @@ FLOOR = 0.15  # shortfall that typically remains
 SCORE = 9.0  # ranking score of a structure whose mesh succeeds in half of the cases
 ANOTHER = 0.7  # factor on the probability for each structure of the same tier that was meshed
 # share of each part of the shortfall that another variant is expected to remove
-VARIANT = {"validity": 0.3, "features": 0.05, "distances": 0.1, "warnings": 0.1}
+VARIANT = {"features": 0.05, "distances": 0.1, "warnings": 0.1}
+VALID = {2.0: 0.3, 2.5: 0.05}  # the same for a mesh that is not valid, by its shortfall
 JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part, of another surface
 NEXT_VARIANT = 0.7  # factor for each further variant
 CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
-MADE_VALID = {2.0: 0.7, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
+MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
+AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
 REPLACED = 0.5  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
@@ -93,13 +95,14 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     best = min(meshed, key=lambda each: each.shortfall)
     is_cad = len(best.state.surface.region) > 0
     shares = {**VARIANT, "scaled_jacobian": JACOBIAN[is_cad]}
+    shares["validity"] = VALID.get(best.verdict.shortfall.get("validity", 0.0), 0.0)
     gain = sum(shares.get(name, 0) * value for name, value in best.verdict.shortfall.items())
     behind = best.shortfall - history.shortfall
     return Expected(max(0.0, gain * NEXT_VARIANT ** (move.variant - 1) - behind), work)
 
 
 def cure(move: Cure, history: History) -> Expected:
-    """Local improvement: the worst hex becomes good in most cases."""
+    """Local improvement: the worst hex becomes good in most cases; only worth it in the lead."""
     from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
     outcome = history.outcomes[move.of]
@@ -107,8 +110,14 @@ def cure(move: Cure, history: History) -> Expected:
     assert mesh is not None
     poor = int((scaled_jacobian(mesh.vertices, mesh.hexes) < Goal.scaled_jacobian).sum())
     invalid = missed.get("validity", 0.0)
-    gain = CURED * missed.get("scaled_jacobian", 0.0) + MADE_VALID.get(invalid, 0.0) * invalid
-    return Expected(gain * (REPLACED if "features" in missed else 1), FEW + EACH_CURE * poor)
+    failed = sum(
+        type(each.move) is type(move) and not each.verdict.is_valid for each in history.outcomes
+    )
+    gain = CURED * missed.get("scaled_jacobian", 0.0)
+    gain += MADE_VALID.get(invalid, 0.0) * AGAIN_INVALID**failed * invalid
+    gain *= REPLACED if "features" in missed else 1
+    behind = outcome.shortfall - history.shortfall  # 0 for the leading mesh
+    return Expected(max(0.0, gain - behind), FEW + EACH_CURE * poor)
 
 
 def again(move: Again, history: History) -> Expected:
@@ -147,7 +156,9 @@ def _left(history: History, thousands: float) -> float:
 
 def _thousands(history: History, structure: int) -> float:
     """Expected number of hexes of a structure, in thousands."""
-    candidate = history.ranked[structure].candidate
+    candidate, meshed = history.ranked[structure].candidate, history.of_structure(structure)
+    if meshed and meshed[0].state.hexes is not None:
+        return len(meshed[0].state.hexes.hexes) / 1000
     if candidate.blocks is not None:
         return max(COARSE_HEXES, len(candidate.blocks.hexes) / 1000)
     cells = int(candidate.polycube.occupancy.sum()) / 1000

@@ -13,7 +13,7 @@ from polycube.kinds import Expected, Policy
 from polycube.registry import build, choice, register, setting
 
 # smallest expected gain for each unit of work, by effort
-PRICE = {"first": float("inf"), "normal": 0.005, "thorough": 0.0005}
+PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
 
 
 @register("policy", "best_gain")

@@ -65,8 +65,10 @@ class Standard(Goal, Acceptance):
         is_positive = found.scaled_jacobian > 0
         open_ones = self._not_certified(hexes) if is_positive else np.zeros(0, np.int64)
         failures = tuple(self._failures(found, open_ones))
-        # inverted hexes are worse than crossings, these than any other failure
-        is_bad = 4 * (not is_positive) + 2 * bool(len(found.crossings)) + bool(failures)
+        # inverted hexes are worse than crossings, these than large distances, these than the rest
+        is_off = found.largest > self.distance_limit or self._volume_error(found)
+        is_bad = 4 * bool(len(found.crossings)) + 2 * is_off + bool(failures)
+        is_bad += 8 * (not is_positive)
         warnings = () if failures else (*self._warnings(found), *self._unmet(found))
         shortfall = self._shortfall(found, is_bad, len(warnings))
         merits = merit(found) - DOUBLED * float(np.log2(len(hexes.hexes)))
@@ -77,7 +79,7 @@ class Standard(Goal, Acceptance):
     def _shortfall(self, found: Inspection, is_bad: int, n_warnings: int) -> dict[str, float]:
         """How far a mesh is from the goal, by criterion; met criteria are left out."""
         if is_bad:
-            return {"validity": 2.0 + (is_bad > 1)}
+            return {"validity": 3.0 if is_bad >= 4 else 2.5 if is_bad >= 2 else 2.0}
         is_cad = len(found.surface.region) > 0
         wanted = self.scaled_jacobian if is_cad else self.smooth_jacobian
         n_known = bool(self._lost(found)) + (found.scaled_jacobian < self.poor_jacobian)
@@ -90,6 +92,10 @@ class Standard(Goal, Acceptance):
             "hexes": self.many * max(0.0, float(np.log2(len(found.mesh.hexes) / self.hexes))),
         }
         return {name: value for name, value in parts.items() if value > 0}
+
+    def _volume_error(self, found: Inspection) -> bool:
+        """Whether the volume is too different from that of the part."""
+        return abs(found.volume_ratio - 1) > self.volume_limit
 
     def _lost_share(self, found: Inspection) -> float:
         """Shortfall for lost features, from 0 to 1; 0 within the margin."""
@@ -168,7 +174,7 @@ class Standard(Goal, Acceptance):
                 f"the Jacobian of {len(open_ones)} of {len(found.mesh.hexes)} hexes is not "
                 f"positive everywhere; the first is number {open_ones[0]}"
             )
-        if abs(found.volume_ratio - 1) > self.volume_limit:
+        if self._volume_error(found):
             yield (
                 f"the volume is {found.volume_ratio:.1%} of the part's, more than "
                 f"{self.volume_limit:.0%} off"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,9 @@ from polycube.hexmesh.settings import (
     MeshingSettings,
     check_features,
     curvature_of,
+    edges_around,
     features_of,
+    least_around,
 )
 from polycube.registry import register, setting
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
@@ -80,7 +83,7 @@ class Template:
     features: str = setting("meshing.features", MeshingSettings.features)
     coarsen: bool = False
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
-    around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
+    around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
 
     def __call__(
         self,
@@ -111,7 +114,7 @@ class Template:
 
             boxes = [sizing.box_of(region, diagonal(surface)) for region in self.regions]
             goal, size = target(surface), sizing.length(self.size, diagonal(surface))
-            number = self.across_wall, self.around_hole
+            number = self.across_wall, least_around(self.around_hole)
             wanted = wanted_sizes(surface, requests_of(self.at))
             found = graded_mesh(polycube, rough_map, goal, size, *number, boxes, wanted)
             if found is not None:
@@ -175,7 +178,7 @@ class Template:
     @property
     def _has_requests(self) -> bool:
         """Whether there are requests that the smallest numbers of parts do not meet."""
-        is_more = self.across_wall > self.least or self.around_hole > 4 * self.least
+        is_more = self.across_wall > self.least or least_around(self.around_hole) >= 4 * self.least
         return self.level != 0 and (bool(self.at) or is_more)
 
     def _demanded(
@@ -188,10 +191,13 @@ class Template:
     ) -> sizing.Counts:
         """Parts for the requested numbers of hexes, within max_hexes."""
         from polycube.hexmesh.generation import interval_counts as counts
+        from polycube.surface.measures import diagonal
 
         lattice, most = (polycube, near, few, surface), self.max_hexes
         requested = counts.demands(*lattice, requests_of(self.at), self.more)
-        least = counts.least_demands(*lattice, self.across_wall, self.around_hole, requested)
+        size = sizing.length(self.size, diagonal(surface))
+        around = partial(edges_around, self.around_hole, size=size)
+        least = counts.least_demands(*lattice, self.across_wall, around, requested)
         parts = counts.with_demands(polycube, parts, requested, most)
         return counts.raised(polycube, parts, least, most)
 

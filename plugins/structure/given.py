@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.errors import InputError
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.types import Candidate, Polycube, TriMesh
+from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
 from .slices.options import SliceOptions
 
+if TYPE_CHECKING:
+    from .slices.alignment import View
+
 logger = logging.getLogger(__name__)
+
+STARTS = 9  # starts of the search for knots
 
 
 @register("structure", "given")
@@ -38,7 +44,6 @@ class Given(SliceOptions, Structure):
         from polycube.structure.lattice import collapse, genus, is_manifold
         from polycube.surface import measures as surfaces
 
-        from .boxes import boxed
         from .slices.candidates import alignments, as_candidate, distinct_turns, views
         from .slices.patterns import SlabPattern
 
@@ -63,7 +68,7 @@ class Given(SliceOptions, Structure):
             ]
             found += [as_candidate(each, "given", frame) for each in aligned]
             if not aligned:
-                found += boxed(polycube, view, distinct_turns(polycube), frame, "given")
+                found += boxed(polycube, view, distinct_turns(polycube), frame)
         logger.info("given: %d placements of %s", len(found), named)
         return sorted(found, key=lambda candidate: candidate.cost)
 
@@ -103,3 +108,37 @@ class Given(SliceOptions, Structure):
             return lattice(self.grid, context, self.primitives)
         except LookupError as error:
             raise InputError(f"context: {error.args[0]}") from None
+
+
+def boxed(
+    polycube: Polycube,
+    view: View,
+    turns: Iterable[np.ndarray],
+    frame: int,
+) -> list[Candidate]:
+    """The polycube on the part in each rotation (3, 3) from the view to its axes.
+
+    The bounding box of the polycube is placed on that of the part, and its inner knots where they
+    fit best. The cost is the volume filled by only one of the two, as a share of the volume of the
+    part. Rotations in which the part has fewer voxels than the polycube has slabs are omitted.
+    """
+    from polycube.surface.frames import turn
+
+    from .slices.candidates import structure_key
+    from .slices.knots import cumulative, fit_knots
+
+    solid = view.voxels.solid[1:-1, 1:-1, 1:-1]
+    counts = cumulative(solid)
+    found = []
+    for rotation in turns:
+        slabs = turn(polycube.occupancy, rotation.T)
+        if (np.array(slabs.shape) > solid.shape).any():
+            continue
+        knots, misfit = fit_knots(slabs, counts, STARTS)
+        corners = np.meshgrid(*[k + 1 for k in knots], indexing="ij")
+        at = np.stack([turn(corner, rotation) for corner in corners], axis=-1)
+        rough_map = RoughMap(*polycube.knots, view.to_model(at))
+        cost = float(misfit / solid.sum())
+        key = structure_key(polycube, rotation, frame)
+        found.append(Candidate("given", polycube, rough_map, cost, key))
+    return found

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from polycube.hexmesh.quality import boundary_edges
 from polycube.surface import closest
 from polycube.surface.curves.features import Crease, Features
-from polycube.surface.fit_target import target
+from polycube.surface.fit_target import Target, target
 from polycube.surface.measures import face_areas
 from polycube.types import Goal, HexMesh, TriMesh
 
@@ -71,23 +72,21 @@ def feature_distances(
     creases, corners = goal.features.creases, goal.features.corners
     edges = _tree(boundary_edges(mesh, goal))
     vertices = _tree(goal.to_unit(mesh.vertices)[np.unique(mesh.quads)][:, None])
-    found, sizes = [], []
-    for crease in creases:
+    points, curves, faces = feature_sizes(goal)
+    found = []
+    for crease, size in zip(creases, curves, strict=True):
         places = curve_samples(crease)
         middle = goal.to_model(places[len(places) // 2])
         gaps = closest.distance(edges, places)
-        sizes.append(curve_size(crease, places))
-        found.append(_feature("curve", crease.shape, crease.faces, middle, gaps, sizes[-1]))
-    for end, own in points_of(goal.features).items():
-        faces = sorted({face for number in own for face in creases[number].faces})
+        found.append(_feature("curve", crease.shape, crease.faces, middle, gaps, size))
+    for (end, own), size in zip(points_of(goal.features).items(), points, strict=True):
+        around = sorted({face for number in own for face in creases[number].faces})
         gap = closest.distance(vertices, corners[[end]])
-        size = min(sizes[number] for number in own)
-        found.append(_feature("point", "", faces, goal.to_model(corners[end]), gap, size))
-    for face, gaps in nearest.items():
+        found.append(_feature("point", "", around, goal.to_model(corners[end]), gap, size))
+    for (face, gaps), size in zip(nearest.items(), faces, strict=True):
         own = surface.faces[surface.region == face]
         middle = surface.vertices[own[len(own) // 2]].mean(axis=0)
         shape = surface.region_shapes[face - 1] if surface.region_shapes else ""
-        size = float(face_areas(surface)[surface.region == face].sum() ** 0.5) / goal.scale
         found.append(_feature("face", shape, [face], middle, gaps, size))
     return found
 
@@ -97,8 +96,18 @@ def curve_samples(crease: Crease) -> np.ndarray:
     return crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
 
 
-def curve_size(crease: Crease, places: np.ndarray) -> float:
-    """Size of a curve with samples (S, 3): the radius of a circle, else the extent."""
+@lru_cache(maxsize=2)
+def feature_sizes(goal: Target) -> tuple[list[float], list[float], list[float]]:
+    """Sizes of the points, curves and faces of a CAD part, as fractions of the diagonal."""
+    curves = [curve_size(crease) for crease in goal.features.creases]
+    points = [min(curves[number] for number in own) for own in points_of(goal.features).values()]
+    areas = np.bincount(goal.surface.region, face_areas(goal.surface))
+    return points, curves, np.sqrt(areas[np.unique(goal.surface.region)]).tolist()
+
+
+def curve_size(crease: Crease) -> float:
+    """Size of a curve: the radius of a circle, else the extent."""
+    places = curve_samples(crease)
     extent = float(np.linalg.norm(places[:, None] - places, axis=2).max())
     if crease.shape != "circle":
         return extent

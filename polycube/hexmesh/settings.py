@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from polycube.types import TriMesh
 
 MOST_HEXES = 100  # largest number through a wall or around a hole
+FEW_AROUND, MOST_AROUND = 8, 12  # edges round a hole
+SHORTEST = 3  # hex edges round a hole are at least as long as the size divided by this
 FEATURES = ("auto", "exact", "soft", "off")
 
 
@@ -37,7 +39,7 @@ class MeshingSettings:
     across_wall : smallest number of hexes through every wall; the report says where max_hexes
         prevents it
     around_hole : smallest number of edges round every hole; the report says where max_hexes
-        prevents it
+        prevents it; auto: 12, but 8 to 11 where edges would be shorter than a third of `size`
     features : exact: curves of the surface are mesh edges from the first stage on, whatever the
         shape of the hexes; soft: vertices leave curves where hexes would be poor; off: curves are
         ignored; auto: exact for CAD faces, soft for triangles
@@ -52,16 +54,35 @@ class MeshingSettings:
     max_hexes: int = 100_000
     at: Sequence[object] = ()
     across_wall: float = 2
-    around_hole: float = 8
+    around_hole: float | str = "auto"
     features: str = "auto"
 
     def __post_init__(self) -> None:
         check_features(self.features)
         for name in ("across_wall", "around_hole"):
-            if not 1 <= getattr(self, name) <= MOST_HEXES:
-                raise ValueError(
-                    f"{name} must be a number from 1 to {MOST_HEXES}; got {getattr(self, name)}"
-                )
+            value = getattr(self, name)
+            if name == "around_hole" and value == "auto":
+                continue
+            if isinstance(value, str) or not 1 <= value <= MOST_HEXES:
+                raise ValueError(f"{name} must be a number from 1 to {MOST_HEXES}; got {value}")
+
+
+def edges_around(wanted: float | str, length: float, size: float) -> float:
+    """Smallest number of edges round a hole.
+
+    Parameters
+    ----------
+    wanted : the setting `around_hole`
+    length, size : circumference of the hole, and the edge length of the hexes, in equal units
+    """
+    if not isinstance(wanted, str):
+        return wanted
+    return float(min(max(FEW_AROUND, SHORTEST * length / size), MOST_AROUND))
+
+
+def least_around(wanted: float | str) -> float:
+    """Smallest number of edges round a hole, whatever its size."""
+    return FEW_AROUND if isinstance(wanted, str) else wanted
 
 
 def curvature_of(value: float | str, exact: bool) -> float | str:

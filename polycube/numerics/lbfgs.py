@@ -31,17 +31,26 @@ def interruptible(check: Callable[[], None]) -> Iterator[None]:
 
 
 @contextmanager
-def counted() -> Iterator[Counter[str]]:
+def counted(is_alone: bool = False) -> Iterator[Counter[str]]:
     """Count the effort of all descents in the context; may be nested.
 
     `steps` that were accepted, `evaluations`, and `work`, the evaluated coordinates.
+
+    is_alone : do not count them in the outer contexts, which may belong to another thread; see
+        `count_more`
     """
     effort: Counter[str] = Counter()
-    token = _EFFORTS.set((*_EFFORTS.get(), effort))
+    token = _EFFORTS.set((effort,) if is_alone else (*_EFFORTS.get(), effort))
     try:
         yield effort
     finally:
         _EFFORTS.reset(token)
+
+
+def count_more(more: Counter[str]) -> None:
+    """Add steps and evaluations that were counted alone."""
+    for effort in _EFFORTS.get():
+        effort.update(more)
 
 
 def descend(

@@ -22,7 +22,8 @@ def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
     """Results of the calls, in order.
 
     The first call runs on this thread, which then takes the last calls that no other thread has
-    started. A call must not use this function itself, because it would wait for a waiting thread.
+    started. A call may use this function itself: a thread waits only for calls that have started,
+    and the innermost ones wait for none.
     """
     workers = pool()
     if workers is None or len(calls) == 1:

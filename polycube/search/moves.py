@@ -115,16 +115,17 @@ class Given(Move):
 
 @dataclass(frozen=True)
 class Cure(Move):
-    """Improve the poor hexes of the leading mesh."""
+    """Improve the poor hexes of a mesh, which is then expected to be the leading one."""
 
     of: int
 
     @classmethod
     def possible(cls, history: History) -> Iterator[Move]:
-        """The leading mesh, if it is fitted and was not cured."""
-        leader, kinds = history.leader, {stage.kind for stage in history.task.cure}
-        if leader is not None and not leader.state.unfitted and not kinds & set(leader.results):
-            yield from [cls(leader.number)] * bool(kinds)
+        """Every fitted mesh that was not cured."""
+        kinds = {stage.kind for stage in history.task.cure}
+        for outcome in history.outcomes if kinds else ():
+            if not outcome.state.unfitted and not kinds & set(outcome.results):
+                yield cls(outcome.number)
 
     def __call__(self, history: History) -> Outcome | None:
         """Run the stages; None if they change nothing."""
@@ -156,7 +157,8 @@ class Again(Move):
         while isinstance(before, Again | Cure):
             number += type(before) is cls
             before = history.outcomes[before.of].move
-        if number < AGAIN and cls(leader.number).options(history):
+        options = cls(leader.number).options(history) if number < AGAIN else None
+        if options and merged(leader.options, {SUBDIVIDE: options}) != leader.options:
             yield cls(leader.number)
 
     def options(self, history: History) -> Mapping[str, object] | None:
@@ -164,11 +166,13 @@ class Again(Move):
         raise NotImplementedError
 
     def __call__(self, history: History) -> Outcome:
-        """Run the stages with these options."""
+        """Run the stages that made the mesh with these options."""
         outcome, task = history.outcomes[self.of], history.task
         options = merged(outcome.options, {SUBDIVIDE: self.options(history) or {}})
         start = history.start(outcome.state.chosen) if history.ranked else task.start
-        state, results = task.chain.run(task.fit, start, options)
+        is_cured = {stage.kind for stage in task.cure} & set(outcome.results)
+        stages = [*task.fit, *(task.cure if is_cured else ())]
+        state, results = task.chain.run(stages, start, options)
         return history.add(self, state, results, options)
 
     def describe(self, history: History) -> str:

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import MeshingSettings
+from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import full_cell
@@ -69,7 +69,7 @@ class Overlay(Structure):
     finest: float = 5.0
     most: int = 40_000
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
-    around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
+    around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
     at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
     steps: Sequence[float] = (1.0, 1.15, 1.3, 1.6, 2.0)
     least: Sequence[float] = (0.5, 0.35, 0.65)
@@ -136,7 +136,8 @@ class Overlay(Structure):
         first, *others = sorted((size / times for times in self.finer), reverse=True) or [size]
         smallest = min((volume(surface) / self.most) ** (1 / 3), first)
         cells = sorted({first, *(max(cell, smallest) for cell in others)}, reverse=True)
-        wanted = detail_size(goal, self.across_wall, self.around_hole) * goal.scale
+        around = least_around(self.around_hole)
+        wanted = detail_size(goal, self.across_wall, around) * goal.scale
         least = max(wanted, size / self.finest, smallest)
         return [*cells, least] if least < SMALLER * cells[-1] else cells
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.hexmesh.settings import edges_around
+
 from .cells import Cells
 
 CORNER = np.radians(20)  # turn of a polyline that separates two curves
@@ -92,7 +94,7 @@ class Sizes:
     size: float
     chord: float
     across_wall: float
-    around_hole: float
+    around_hole: float | str
 
 
 def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float) -> list[Curve]:
@@ -175,9 +177,9 @@ def divided(
 def _own_sizes(chain: Curve, arc: np.ndarray, sizes: Sizes) -> np.ndarray:
     """(S,) edge sizes along a curve at arc lengths, from its length and its curvature."""
     bend = np.maximum(np.interp(arc, chain.arc, chain.bend), 1e-9 / sizes.size)
-    round_ = np.minimum(
-        2 * np.pi / bend / sizes.around_hole, np.sqrt(8 * CHORD_SHARE * sizes.chord / bend)
-    )
+    turn = 2 * np.pi / bend
+    around = np.array([edges_around(sizes.around_hole, each, sizes.size) for each in turn])
+    round_ = np.minimum(turn / around, np.sqrt(8 * CHORD_SHARE * sizes.chord / bend))
     return np.minimum(round_, min(sizes.size, float(chain.arc[-1]) / 2))
 
 
@@ -205,7 +207,9 @@ def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Size
     total = float(chain.arc[-1])
     parts = total / (float(size.min()) if chain.is_even else len(arc) / float((1 / size).sum()))
     half = np.round(parts / 2) if chain.turn < CORNER else np.ceil(parts / 2 - SHORT)
-    least = np.ceil(sizes.around_hole * chain.turn / (4 * np.pi) - SHORT)
+    circle = total * 2 * np.pi / max(chain.turn, CORNER)
+    around = edges_around(sizes.around_hole, circle, sizes.size)
+    least = np.ceil(around * chain.turn / (4 * np.pi) - SHORT)
     is_closed = (chain.points[0] == chain.points[-1]).all()
     return 2 * int(max(half, least, 3 if is_closed else 1))
 

@@ -54,7 +54,7 @@ class Sweep(Structure):
     curvature: float | str | None = setting("meshing.curvature", MeshingSettings.curvature)
     features: str = setting("meshing.features", MeshingSettings.features)
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
-    around_hole: float = setting("meshing.around_hole", MeshingSettings.around_hole)
+    around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
     level: int | None = setting("meshing.level", MeshingSettings.level)
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 

@@ -1,32 +1,47 @@
 """Improve the poor hexes of a fitted mesh, one neighbourhood at a time.
 
-First, sheets are inserted under faces with flat corners, starting with the worst hexes. Then the
-neighbourhoods of poor hexes are fitted again with the boundary on the surface, and if this is not
-sufficient, within an envelope of the surface.
+A cure either fits the neighbourhood of poor hexes again, within an envelope of the surface, or
+inserts a sheet of hexes under a CAD face with flat corners. Those with the largest possible gain
+for their cost are tried first. Several neighbourhoods without a common hex are fitted at the same
+time.
 """
 
 from __future__ import annotations
 
 import logging
+from collections import Counter
+from collections.abc import Iterator
+from contextvars import copy_context
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from polycube.fitting.cures import losses
-from polycube.fitting.cures.envelope import envelopes, fit_in_envelope
+from polycube.fitting.cures.envelope import fit_in_envelope
 from polycube.fitting.cures.faces import Faces
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs
-from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood, with_detours
+from polycube.fitting.cures.insertion import inserted, placed
+from polycube.fitting.cures.neighbourhood import (
+    RINGS,
+    Neighbourhood,
+    moving_vertices,
+    neighbourhood,
+)
 from polycube.fitting.cures.refit import Refit, refit
-from polycube.fitting.local_polish import region
-from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.feature_distances import TOLERANCE
-from polycube.hexmesh.generation.sheets import with_sheet
+from polycube.numerics.lbfgs import count_more, counted
+from polycube.numerics.threads import side_by_side
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
+BATCH = 4  # neighbourhoods fitted at the same time
+DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
+# evaluations times hexes, per hex of the mesh (at least FEW), after which no place is tried
+BUDGET, FEW = 2000, 3000
 RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood is fitted again
 RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
 ABSOLUTE_GAIN = 1e-3  # smallest absolute reduction of the cost of an accepted cure
@@ -37,6 +52,8 @@ SUFFICIENT = 0.2
 LIMITS = (0.95 * TOLERANCE, TOLERANCE)
 NEAR = 0.005  # distance of vertices from the surface, in diagonals, that is always permitted
 STRAY = 0.0025  # the same for vertices on exact features, beyond their permitted distance
+# of the size: vertices closer than this to features lost by a fit are held in the next one
+HELD = (0.5, 1.0, 0.0)
 
 
 def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
@@ -54,8 +71,7 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     The same object if no hex is poor or no cure is successful.
     """
     cures = _Cures(fitted(mesh, target), aim, width)
-    cures.under_faces()
-    cures.in_an_envelope()
+    cures.run()
     found = cures.current
     if not cures.accepted:
         return mesh
@@ -77,6 +93,26 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
 
 
 @dataclass(frozen=True, eq=False)
+class _Place:
+    """A place to cure.
+
+    Parameters
+    ----------
+    seeds : its poor hexes, the worst first without a sheet
+    inside : (H,) hexes to surround by a sheet; None: without a sheet
+    face : CAD face over the sheet
+    """
+
+    seeds: np.ndarray
+    inside: np.ndarray | None = None
+    face: int = 0
+
+    def moving(self, fit: Fitted) -> np.ndarray:
+        """Vertices that move, ascending."""
+        return moving_vertices(fit, self.seeds, self.inside)
+
+
+@dataclass(frozen=True, eq=False)
 class _Trial:
     """A tried cure: a neighbourhood, its fit, and the state before."""
 
@@ -90,6 +126,11 @@ class _Trial:
     def gain(self) -> float:
         """Reduction of the cost."""
         return self.before - self.found.cost
+
+    @property
+    def is_large(self) -> bool:
+        """Whether another trial may be worthwhile."""
+        return self.gain > RETRY_GAIN * self.before
 
     def improves(self, worst: float) -> bool:
         """Whether the cost is lower, and neither a distance nor the worst hex is much worse.
@@ -108,7 +149,7 @@ class _Trial:
 
 
 class _Cures:
-    """Cures tried on a mesh in sequence; the successful ones are accepted.
+    """Cures tried on a mesh; the successful ones are accepted.
 
     current : the mesh with the accepted cures
     accepted : their number
@@ -117,64 +158,100 @@ class _Cures:
     def __init__(self, fit: Fitted, aim: float, width: float) -> None:
         self.current, self.accepted = fit, 0
         self._aim, self._width = aim, width
-        self._crossings = len(crossings(fit.mesh))
+        self._tried = np.zeros(len(fit.jacobian), bool)  # hexes that were seeds
+        self._faces = {0}  # CAD faces that had or cannot have a sheet
+        self._dense: list[_Place] | None = None  # faces with many poor hexes; None: not known
+        self._work = 0  # evaluations times hexes
 
-    def under_faces(self) -> None:
-        """Insert sheets under the CAD faces with flat corners."""
-        tried = {0}
-        while True:
-            faces = Faces(self.current)
-            poor = hex_costs(self.current.jacobian, self._aim)
-            parts = [
-                (poor[inside].sum(), cad_face, inside)
-                for cad_face, inside in faces.with_flat_corners(self.current.cad_face)
-                if cad_face not in tried
-            ]
-            worst, cad_face, inside = max(parts, key=lambda each: each[:2], default=(0, 0, None))
-            if worst == 0:
-                return
-            tried.add(cad_face)
-            near = neighbourhood(self.current, np.zeros(0, np.int64), inside)
-            if near is not None:
-                before = self._before(near)
-                trial = _Trial(near, refit(near, self._aim, before[0]), *before)
-                if trial.improves(self.current.jacobian.min()):
-                    self._accept(trial)
+    def run(self) -> None:
+        """Try places until none is left or the work exceeds the budget."""
+        while self._work < BUDGET * max(FEW, len(self._tried)) and (batch := self._batch()):
+            calls = [partial(copy_context().run, self._counted, *each) for each in batch]
+            for (place, near), (trial, effort) in zip(batch, side_by_side(calls), strict=True):
+                count_more(effort)
+                self._work += effort["evaluations"] * len(near.problem.hexes)
+                again = trial is not None and self._accept(trial) and trial.is_large
+                if place.inside is None and not again:
+                    self._tried[place.seeds] = True
 
-    def in_an_envelope(self) -> None:
-        """Relax the boundary near the poor hexes, one neighbourhood at a time."""
-        tried = np.zeros(len(self.current.jacobian), bool)
-        while True:
-            jacobian, hexes = self.current.jacobian, self.current.mesh.hexes
-            poor = (jacobian < self._aim) & ~tried
-            if not poor.any():
-                return
-            worst = np.flatnonzero(poor)[[jacobian[poor].argmin()]]
-            together = region(hexes, len(self.current.gap), worst, RINGS).hexes
-            seeds = together[jacobian[together] < self._aim]
-            near = neighbourhood(self.current, seeds)
-            if near is None:
-                seeds, near = worst, neighbourhood(self.current, worst)
-            tried[seeds] = near is None or not self._fit_in_envelope(near)
+    def _counted(self, place: _Place, near: Neighbourhood) -> tuple[_Trial | None, Counter[str]]:
+        """A trial and its effort."""
+        with counted(is_alone=True) as effort:
+            return (self._envelope if place.inside is None else self._sheet)(near), effort
 
-    def _fit_in_envelope(self, near: Neighbourhood) -> bool:
-        """Use the exact fit if it leaves no poor hex, else a relaxed one, else the exact one.
-
-        Returns whether the gain is large enough for another trial.
-        """
-        before = self._before(near)
-        exact = None
-        for width, hold in envelopes(self._width):
-            trial = _Trial(near, fit_in_envelope(near, self._aim, width, hold), *before)
-            if not trial.improves(self.current.jacobian.min()):
+    def _batch(self) -> list[tuple[_Place, Neighbourhood]]:
+        """The next places and their neighbourhoods, which have no common hex."""
+        taken = np.zeros(len(self._tried), bool)
+        batch: list[tuple[_Place, Neighbourhood]] = []
+        for place in self._places():
+            if taken[self.current.links.at(place.moving(self.current))].any():
                 continue
-            if width < self._width and trial.found.least < self._aim:
-                exact = trial
-            elif self._accept(trial, LIMITS):
-                return trial.gain > RETRY_GAIN * trial.before
-        if exact is None or not self._accept(exact, LIMITS):
-            return False
-        return exact.gain > RETRY_GAIN * exact.before
+            near = neighbourhood(self.current, place.seeds, place.inside)
+            if near is None and place.inside is None:
+                place = replace(place, seeds=place.seeds[:1])
+                near = neighbourhood(self.current, place.seeds)
+            self._faces.add(place.face)
+            if near is not None:
+                taken[near.elements] = True
+                batch.append((place, near))
+            elif place.inside is None:
+                self._tried[place.seeds] = True
+            if len(batch) == BATCH:
+                break
+        return batch
+
+    def _places(self) -> Iterator[_Place]:
+        """Places to cure: faces with many poor hexes, then single places, then other faces."""
+        if self._dense is None:
+            self._dense = [place for density, place in self._sheets() if density > DENSE]
+        yield from (place for place in self._dense if place.face not in self._faces)
+        poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
+        left = np.where(self._tried, 0, poor)
+        while left.any():
+            worst = left.argmax()
+            together = links.at(links.around(links.hexes[worst], RINGS))
+            seeds = together[np.argsort(-left[together], kind="stable")]
+            seeds = seeds[left[seeds] > 0]
+            if left[seeds].sum() > ABSOLUTE_GAIN:
+                yield _Place(seeds)
+            left[seeds] = 0
+        yield from (place for _, place in self._sheets())
+
+    def _sheets(self) -> list[tuple[float, _Place]]:
+        """Places for sheets with the cost per hex of their neighbourhood, in descending order."""
+        poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
+        found = []
+        for face, inside in Faces(self.current).with_flat_corners(self.current.cad_face):
+            gain = float(poor[inside].sum())
+            if face not in self._faces and gain > ABSOLUTE_GAIN:
+                place = _Place(np.flatnonzero(inside & (poor > 0)), inside, face)
+                found.append((gain / len(links.at(place.moving(self.current))), place))
+        return sorted(found, key=lambda each: (-each[0], each[1].face))
+
+    def _sheet(self, near: Neighbourhood) -> _Trial | None:
+        """The fit of a neighbourhood with a sheet, if it improves."""
+        before = self._before(near)
+        trial = _Trial(near, refit(near, self._aim, before[0]), *before)
+        return trial if trial.improves(self.current.jacobian.min()) else None
+
+    def _envelope(self, near: Neighbourhood) -> _Trial | None:
+        """The fit of a neighbourhood, if it improves; again if it loses features."""
+        before, held = self._before(near), np.zeros(len(near.moves), bool)
+        for reach in HELD:
+            trial = _Trial(near, fit_in_envelope(near, self._aim, self._width, held), *before)
+            if not trial.improves(self.current.jacobian.min()):
+                return None
+            lost = placed(self.current, near, trial.found.x).lost(self.current, LIMITS)
+            if not lost.any():
+                return trial
+            held |= self._close_to(near, lost, reach)
+        return None
+
+    def _close_to(self, near: Neighbourhood, features: np.ndarray, reach: float) -> np.ndarray:
+        """(N',) whether a vertex is close to one of the features (F,); reach in sizes."""
+        x, samples = near.problem.mesh.vertices, losses.samples_of(self.current.target)
+        tree = cKDTree(samples.points[features[samples.feature]])
+        return tree.query(x)[0] < reach * near.problem.size(x)
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
         """Cost of a neighbourhood, its least scaled Jacobian, and the largest distances."""
@@ -183,47 +260,15 @@ class _Cures:
         off = float(gap.max()), float(strayed.max())
         return *cost(now.jacobian[near.elements], gap, strayed, self._aim), off
 
-    def _accept(self, trial: _Trial, limits: tuple[float, ...] = (TOLERANCE,)) -> bool:
+    def _accept(self, trial: _Trial) -> bool:
         """Accept a cure if no feature exceeds its limit of distance and no crossing is added."""
-        new = _with(self.current, trial.near, trial.found)
-        if any(not new.lost(limit) <= self.current.lost(limit) for limit in limits):
+        at = placed(self.current, trial.near, trial.found.x)
+        limits = LIMITS if trial.near.inside is None else (TOLERANCE,)
+        if at.lost(self.current, limits).any() or at.crosses(self.current, trial.near):
             return False
-        number = len(crossings(new.mesh))
-        if number > self._crossings:
-            return False
-        self.current, self._crossings = new, number
+        self.current = inserted(self.current, trial.near, trial.found, at)
+        more = len(self.current.mesh.hexes) - len(self._tried)
+        self._tried = np.append(self._tried, np.zeros(more, bool))
+        self._dense = None if more else self._dense
         self.accepted += 1
         return True
-
-
-def _with(fit: Fitted, near: Neighbourhood, found: Refit) -> Fitted:
-    """The whole mesh with the new positions of a neighbourhood."""
-    mesh, before = fit.mesh, len(fit.gap)
-    if near.inside is not None:
-        inside = np.zeros(len(mesh.hexes), bool)
-        inside[near.elements] = near.inside
-        mesh = with_sheet(mesh, inside)
-    number = np.append(near.used, np.arange(before, len(mesh.vertices)))  # in the whole mesh
-    moved = number[near.moves]
-    vertices = mesh.vertices.copy()
-    vertices[moved] = found.x[near.moves]
-    none = np.zeros(len(vertices) - before)
-    gap, strayed = np.append(fit.gap, none), np.append(fit.strayed, none)
-    gap[moved], strayed[moved] = found.gap[near.moves], found.strayed[near.moves]
-    detours = {
-        (int(number[a]), int(number[b])): number[between].tolist()
-        for (a, b), between in near.detours.items()
-    }
-    creases = fit.target.followed.creases
-    new = replace(mesh, vertices=vertices, patch=np.arange(len(mesh.quads)))
-    where = np.concatenate([fit.mesh.vertices[near.used], found.x])
-    return replace(
-        fit,
-        mesh=new,
-        patch=fit.patch[mesh.patch],
-        paths={k: with_detours(p, creases[k].is_loop, detours) for k, p in fit.paths.items()},
-        cad_face=fit.cad_face[mesh.patch],
-        gap=gap,
-        strayed=strayed,
-        distance=losses.moved(fit.distance, new, losses.samples_of(fit.target), where),
-    )

@@ -8,9 +8,11 @@ their permitted distance.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numba import njit
 
 from polycube.fitting import energy
 from polycube.fitting.creases.constraints import Goals
@@ -21,37 +23,31 @@ from polycube.fitting.snapping import goals_of
 from polycube.fitting.springs import Springs, pull
 from polycube.numerics.lbfgs import descend
 
-HOLD = 0.1  # weight of the springs of the boundary to its position, per square of the size
 BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in sequence
 ROUNDS = 2  # rounds for each; closest points are updated once per round
 ITERATIONS = 20
 REACH = 0.25  # of the size: largest move of a vertex in a round, so that the surface is flat enough
-ALL_DIRECTIONS = np.eye(3)[None]
+EVERY = np.eye(3)[None]  # all directions
 WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to their goals
 SMALL_LOSS = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
 
 
-def envelopes(width: float) -> list[tuple[float, float]]:
-    """Widths and spring weights to try in sequence, the most exact first."""
-    return [(0.0, 0.0), (width, 0.0), (width, HOLD)] if width else [(0.0, 0.0)]
-
-
-def fit_in_envelope(near: Neighbourhood, aim: float, width: float, hold: float) -> Refit:
+def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndarray) -> Refit:
     """The best positions found.
 
     near : the neighbourhood
     aim : scaled Jacobian above which hexes have no cost
     width : largest distance of vertices from their goals, in diagonals, or their present distance
         if that is larger
-    hold : weight of the springs of the boundary to its position, per square of the size
+    held : (N',) vertices that do not move
     """
-    problem = near.problem
+    problem, free = near.problem, replace(near, moves=near.moves & ~held)
     x = problem.mesh.vertices.copy()
     lengths = problem.lengths(x, 2, 0.05)
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
     permitted = _permitted_distance(near, np.linalg.norm(x - at.place(problem, x), axis=1), width)
-    start, every = x[problem.outer], hold / problem.size(x)[problem.outer] ** 2
-    springs = pull(problem.outer, start, np.zeros_like(start), 0 * every, every)
+    none = np.zeros(0, np.int64)
+    springs = pull(none, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     best = evaluated(near, x, aim)
     for beta in np.repeat(BETAS, ROUNDS):
         least = energy.least_determinant(x, problem.hexes, lengths)
@@ -59,21 +55,21 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, hold: float) 
             break
         offset = float(problem.scaled_jacobian(x).min())
         terms = Terms(1e-3, 1e-3, 0.05, 1.0, beta, offset, min(0.5 * least, 1e-3))
-        function = partial(_energy, near, lengths, terms, springs)
+        function = partial(_energy, free, lengths, terms, springs)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
-        back = partial(_limited, x, reach, at.place(problem, x), _off(near, at), permitted)
+        back = partial(_limited, x, reach, at.place(problem, x), _off(free, at), permitted)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))
-        x = _close_to_goals(near, at.place(problem, x), permitted, x, aim)
+        x = _close_to_goals(free, at.place(problem, x), permitted, x, aim)
         best = min(best, evaluated(near, x, aim), key=lambda each: each.cost)
-    return _returned_to_goals(near, best, aim)
+    return _returned_to_goals(near, free, best, aim)
 
 
-def _returned_to_goals(near: Neighbourhood, found: Refit, aim: float) -> Refit:
+def _returned_to_goals(near: Neighbourhood, free: Neighbourhood, found: Refit, aim: float) -> Refit:
     """Return vertices to their goals if no hex becomes poor or worse."""
     least = min(aim, found.least)
-    returned = evaluated(near, at_goals(near, found.x, least), aim)
+    returned = evaluated(near, at_goals(free, found.x, least), aim)
     return returned if returned.least >= least - WORSE else found
 
 
@@ -113,7 +109,7 @@ def _limited(
     x: np.ndarray,
 ) -> np.ndarray:
     """Limit positions to the reach from the start of the round, and from their goals."""
-    return _within_distance(goal, off, permitted, _within_distance(start, ALL_DIRECTIONS, reach, x))
+    return _within_distance(goal, off, permitted, _within_distance(start, EVERY, reach, x))
 
 
 def _close_to_goals(
@@ -123,7 +119,7 @@ def _close_to_goals(
 
     Goals may have changed discontinuously near narrow gaps.
     """
-    limited = _within_distance(goal, ALL_DIRECTIONS * near.moves[:, None, None], permitted, x)
+    limited = _within_distance(goal, EVERY * near.moves[:, None, None], permitted, x)
     least = np.minimum(near.problem.scaled_jacobian(x) - SMALL_LOSS, aim)
     while (poor := near.problem.scaled_jacobian(limited) < least).any():
         vertex = np.unique(near.problem.hexes[poor])
@@ -133,11 +129,23 @@ def _close_to_goals(
     return limited
 
 
+@njit(cache=True, nogil=True)
 def _within_distance(
     goal: np.ndarray, off: np.ndarray, permitted: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
-    """Limit positions to the permitted distance from their goals."""
-    away = np.einsum("vij,vj->vi", np.broadcast_to(off, (len(x), 3, 3)), x - goal)
-    distance = np.linalg.norm(away, axis=1)
-    excess = np.maximum(0, 1 - permitted / np.maximum(distance, 1e-30))
-    return x - excess[:, None] * away
+    """Limit positions to the permitted distance from their goals, in the directions `off`."""
+    result = x.copy()
+    away = np.empty(3)
+    for v in range(len(x)):
+        own = off[v % len(off)]
+        square = 0.0
+        for i in range(3):
+            away[i] = 0.0
+            for j in range(3):
+                away[i] += own[i, j] * (x[v, j] - goal[v, j])
+            square += away[i] * away[i]
+        if square > permitted[v] * permitted[v]:
+            excess = 1 - permitted[v] / np.sqrt(square)
+            for i in range(3):
+                result[v, i] -= excess * away[i]
+    return result

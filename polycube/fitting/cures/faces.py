@@ -20,7 +20,7 @@ class Faces:
     """The quads of a fitted mesh, in parts enclosed by the paths of the curves."""
 
     def __init__(self, fit: Fitted) -> None:
-        mesh, self.owner = fit.mesh, fit.sides[0]
+        mesh, self.owner = fit.mesh, fit.links.sides[0]
         self.quads, self.hexes = mesh.quads, mesh.hexes
         sides, pair = quad_edges(mesh.quads)
         self._on = np.sort(fit.on_path)
@@ -43,7 +43,9 @@ class Faces:
 
     def under(self, quads: np.ndarray) -> np.ndarray:
         """(H,) the hexes under some quads (Q,)."""
-        return np.isin(np.arange(len(self.hexes)), self.owner[quads])
+        found = np.zeros(len(self.hexes), bool)
+        found[self.owner[quads]] = True
+        return found
 
     def with_flat_corners(self, cad_face: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
         """Numbers of CAD faces (Q,) with flat corners, and hexes (H,) to surround by a sheet."""

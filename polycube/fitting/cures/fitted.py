@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from polycube.fitting.creases.constraints import Matching, match, with_tolerances
 from polycube.fitting.creases.paths import path_sides
@@ -14,7 +15,6 @@ from polycube.fitting.cures import losses
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.connectivity import quad_sides
-from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
@@ -23,6 +23,37 @@ OFF = 50.0  # cost of a diagonal of distance from the surface, beyond FREE_DISTA
 FREE_DISTANCE = 2e-3  # distance from the surface, in diagonals, without cost
 POWER = 4  # exponent in the cost of a hex: one bad hex counts more than many slightly poor ones
 STRAYED = 100.0  # cost of a diagonal of distance from exact features, beyond the permitted distance
+
+
+class Links:
+    """Connectivity of a mesh, which stays the same while its vertices move.
+
+    sides : hex (Q,) of each boundary quad, and its local face (Q,)
+    """
+
+    def __init__(self, mesh: HexMesh) -> None:
+        self.hexes, self.sides, self._number = mesh.hexes, quad_sides(mesh), len(mesh.vertices)
+        ends = np.arange(0, mesh.hexes.size + 1, 8)
+        table = csr_matrix((np.ones(mesh.hexes.size, bool), mesh.hexes.ravel(), ends))
+        self._at_vertex = table.T.tocsr()  # (V, H)
+
+    def at(self, vertices: np.ndarray) -> np.ndarray:
+        """Hexes with one of the vertices, ascending."""
+        found = np.zeros(len(self.hexes), bool)
+        found[self._at_vertex[vertices].indices] = True
+        return np.flatnonzero(found)
+
+    def vertices(self, hexes: np.ndarray) -> np.ndarray:
+        """(V,) whether a vertex belongs to one of the hexes."""
+        found = np.zeros(self._number, bool)
+        found[self.hexes[hexes]] = True
+        return found
+
+    def around(self, vertices: np.ndarray, rings: int) -> np.ndarray:
+        """Vertices and those of some rings of hexes around them, ascending."""
+        for _ in range(rings):
+            vertices = np.flatnonzero(self.vertices(self.at(vertices)))
+        return vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +72,7 @@ class Fitted:
     gap : (V,) distances of boundary vertices from their goals
     strayed : (V,) distances from exact features, minus the permitted distance
     distance : (S,) distances of samples of the features from the mesh, as in `losses`
+    links : connectivity of the mesh
     """
 
     mesh: HexMesh
@@ -53,20 +85,17 @@ class Fitted:
     gap: np.ndarray
     strayed: np.ndarray
     distance: np.ndarray
-
-    @cached_property
-    def sides(self) -> tuple[np.ndarray, np.ndarray]:
-        """Hex (Q,) of each boundary quad, and its local face (Q,)."""
-        return quad_sides(self.mesh)
+    links: Links
 
     @cached_property
     def jacobian(self) -> np.ndarray:
         """(H,) scaled Jacobians."""
         return scaled_jacobian(self.mesh.vertices, self.mesh.hexes)
 
-    def lost(self, limit: float = TOLERANCE) -> frozenset[int]:
-        """Numbers of the features that are farther from the mesh than a limit, as in `losses`."""
-        return losses.lost(self.distance, losses.samples_of(self.target), limit)
+    @cached_property
+    def away(self) -> np.ndarray:
+        """(F,) distances of the features from the mesh, as in the report."""
+        return losses.percentiles(self.distance, losses.samples_of(self.target).feature)
 
     @cached_property
     def on_path(self) -> np.ndarray:
@@ -97,6 +126,7 @@ def fitted(mesh: HexMesh, target: Target) -> Fitted:
         gap,
         strayed,
         losses.distances(unit, losses.samples_of(target)),
+        Links(unit),
     )
 
 

@@ -11,12 +11,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.feature_distances import MOST, curve_samples, points_of
+from polycube.hexmesh.feature_distances import MOST, curve_samples, feature_sizes, points_of
 from polycube.hexmesh.inspection import SAMPLES
 from polycube.hexmesh.quality import triangles
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
-from polycube.types import HexMesh
+from polycube.types import Goal, HexMesh
 
 POINT, CURVE, FACE = range(3)
 ROUND = 0.01  # in diagonals: features farther from moved vertices than this are not updated
@@ -31,11 +31,13 @@ class Samples:
     points : (S, 3) at unit scale
     kind : (S,) kind of the feature
     feature : (S,) number of the feature, from 0
+    factor : (S,) the largest permitted distance of all features, divided by that of the feature
     """
 
     points: np.ndarray
     kind: np.ndarray
     feature: np.ndarray
+    factor: np.ndarray
 
 
 @lru_cache(maxsize=2)
@@ -49,11 +51,17 @@ def samples_of(target: Target) -> Samples:
     count = [len(part) for part in each]
     kind = np.repeat([POINT, CURVE, FACE], [len(corners), len(curves), len(faces)])
     feature = np.repeat(np.arange(len(each)), count)
-    return Samples(np.concatenate([np.zeros((0, 3)), *each]), kind[feature], feature)
+    sizes = np.concatenate(feature_sizes(target))
+    factor = np.maximum(1, Goal.features / (Goal.feature_share * sizes))
+    points = np.concatenate([np.zeros((0, 3)), *each])
+    return Samples(points, kind[feature], feature, factor[feature])
 
 
 def distances(mesh: HexMesh, samples: Samples) -> np.ndarray:
-    """(S,) distances of corners from boundary vertices, curves from edges, faces from quads."""
+    """(S,) distances of corners from boundary vertices, curves from edges, faces from quads.
+
+    They are multiplied by `factor`: the largest permitted distance is the same for all features.
+    """
     every = np.ones(len(samples.points), bool)
     return _distances(mesh.vertices, mesh.quads, samples, every)
 
@@ -73,17 +81,17 @@ def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray
     return after
 
 
-def lost(distance: np.ndarray, samples: Samples, limit: float) -> frozenset[int]:
-    """Numbers of the features farther away than a limit, by the distances (S,) of their samples."""
-    count = np.bincount(samples.feature)
+def percentiles(distance: np.ndarray, feature: np.ndarray) -> np.ndarray:
+    """(F,) distance that the required share of the samples of each feature do not exceed.
+
+    distance, feature : (S,) of each sample; features are numbered from 0
+    """
+    count = np.bincount(feature)
     end = np.cumsum(count)
-    ordered = distance[np.lexsort((distance, samples.feature))]
+    ordered = distance[np.lexsort((distance, feature))]
     last = end - 1 - (1 - MOST / 100) * (count - 1)  # as in numpy.percentile
     low, share = np.floor(last).astype(int), np.mod(last, 1)
-    high = np.minimum(low + 1, end - 1)
-    return frozenset(
-        np.flatnonzero((1 - share) * ordered[low] + share * ordered[high] > limit).tolist()
-    )
+    return (1 - share) * ordered[low] + share * ordered[np.minimum(low + 1, end - 1)]
 
 
 def _distances(
@@ -92,7 +100,7 @@ def _distances(
     points, kind = samples.points[which], samples.kind[which]
     result = np.full(len(points), np.inf)
     if not len(quads):
-        return result
+        return result * samples.factor[which]
     sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     pieces = (
         vertices[quads.ravel()][:, None].repeat(3, axis=1),
@@ -104,4 +112,4 @@ def _distances(
         if own.any():
             tree = closest.tree(corners, np.zeros((len(corners), 3)))
             result[own] = closest.distance(tree, points[own])
-    return result
+    return result * samples.factor[which]

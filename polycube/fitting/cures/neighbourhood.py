@@ -65,20 +65,11 @@ def neighbourhood(
     -------
     The neighbourhood, or None if the sheet would be pinched or break a path
     """
-    hexes = fit.mesh.hexes
-    moves = np.zeros(len(fit.gap), bool)
-    if inside is None:
-        moves[hexes[seeds]] = True
-    else:
-        outside = np.zeros(len(moves), bool)
-        outside[hexes[~inside]] = True
-        moves[hexes[inside]] = True
-        moves &= outside
-    for _ in range(RINGS):
-        moves[hexes[moves[hexes].any(axis=1)]] = True
-    elements = np.flatnonzero(moves[hexes].any(axis=1))
-    piece, used = part(fit.mesh, elements, np.stack(fit.sides, axis=1))
-    moves, own, twin = moves[used], None, np.full(len(used), -1)
+    moving = moving_vertices(fit, seeds, inside)
+    elements = fit.links.at(moving)
+    piece, used = part(fit.mesh, elements, np.stack(fit.links.sides, axis=1))
+    moves = np.isin(used, moving)
+    own, twin = None, np.full(len(used), -1)
     if inside is not None:
         own = inside[elements]
         if not has_sheet(piece, own):
@@ -96,6 +87,14 @@ def neighbourhood(
     matching = Matching(tuple(routes), corner, fit.corner_goals[is_here])
     matching = with_tolerances(matching, len(piece.vertices))
     return Neighbourhood(problem, matching, used, elements, moves, own, detours)
+
+
+def moving_vertices(fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None) -> np.ndarray:
+    """Vertices that move, ascending: those of some rings around the seeds or the sheet."""
+    start = fit.links.vertices(seeds if inside is None else inside)
+    if inside is not None:
+        start &= fit.links.vertices(~inside)
+    return fit.links.around(np.flatnonzero(start), RINGS)
 
 
 def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:

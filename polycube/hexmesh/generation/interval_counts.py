@@ -8,8 +8,9 @@ passes through the intervals of the wall. Only the parts of these intervals are 
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
 from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.hex_counts import rims, through
 from polycube.hexmesh.named_sets import kind_of
+from polycube.hexmesh.settings import edges_around
 from polycube.structure.rough_map import identity_map
 from polycube.types import HexMesh, Polycube, TriMesh
 
@@ -75,7 +77,7 @@ def demands(
         if not len(own):
             logger.info("subdivide: no hex of the lattice is at %s", request.at)
         elif request.kind == "around":
-            found += lattice.round_rims(own, wanted + extra)
+            found += lattice.round_rims(own, partial(edges_around, wanted + extra, size=1.0))
         elif request.kind == "through":
             found += lattice.through_walls(own, max(1, wanted + extra))
         else:
@@ -89,11 +91,12 @@ def least_demands(
     counts: Counts,
     surface: TriMesh,
     across_wall: float,
-    around_hole: float,
+    around_hole: Callable[[float], float],
     requested: Sequence[Demand] = (),
 ) -> list[Demand]:
     """Numbers of parts required for hexes across every wall and edges around every hole.
 
+    around_hole : number of edges round a hole of a circumference
     requested : demands of requests, which take precedence if they give a number
     """
     lattice = Lattice(polycube, near, counts)
@@ -161,10 +164,11 @@ class Lattice:
         """Demand for as many parts as the edges (E, 2) of a path have, in each interval."""
         return self._demand(sides, len(sides))
 
-    def round_rims(self, quads: np.ndarray, wanted: float) -> list[Demand]:
-        """Demand for a number of edges on each rim of some quads."""
-        curves = rims(self.near.vertices, self.near.quads[quads])
-        return [self._demand(curve, wanted) for curve in curves]
+    def round_rims(self, quads: np.ndarray, wanted: Callable[[float], float]) -> list[Demand]:
+        """Demand for a number of edges on each rim of some quads, by its length."""
+        x, curves = self.near.vertices, rims(self.near.vertices, self.near.quads[quads])
+        lengths = [np.linalg.norm(np.diff(x[each], axis=1), axis=2).sum() for each in curves]
+        return [self._demand(c, wanted(float(n))) for c, n in zip(curves, lengths, strict=True)]
 
     def along(self, quads: np.ndarray, size: float) -> list[Demand]:
         """Demand for a length of the edges of some quads."""

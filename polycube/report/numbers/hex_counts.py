@@ -8,7 +8,7 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.hex_counts import around, through
 from polycube.hexmesh.named_sets import kind_of
-from polycube.hexmesh.settings import MeshingSettings
+from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.types import HexMesh, Json, TriMesh
 
 
@@ -49,7 +49,7 @@ def numbers(mesh: HexMesh, surface: TriMesh, meshing: Json) -> dict[str, object]
         ("through", "across_wall", walls),
         ("around", "around_hole", holes),
     ):
-        least = meshing.get(setting, getattr(MeshingSettings, setting))
+        least = least_around(meshing.get(setting, getattr(MeshingSettings, setting)))
         fewer += [
             {"at": name, "kind": kind, "wanted": least, "reached": has}
             for name, has in found.items()

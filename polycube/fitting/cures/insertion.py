@@ -1,0 +1,128 @@
+"""Put a new fit of a neighbourhood into the mesh, and test what this does to the boundary.
+
+Only the boundary near the neighbourhood is tested, so the time does not depend on the whole mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from polycube.fitting.cures import losses
+from polycube.fitting.cures.fitted import Fitted, Links
+from polycube.fitting.cures.neighbourhood import Neighbourhood, with_detours
+from polycube.fitting.cures.refit import Refit
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.generation.sheets import with_sheet
+from polycube.types import HexMesh
+
+MARGIN = 2 * losses.ROUND  # boundary quads closer than this to the neighbourhood are tested
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """The positions of a fit in the whole mesh.
+
+    Parameters
+    ----------
+    number : (N',) vertices of the neighbourhood in the whole mesh
+    vertices : (V', 3) of the whole mesh
+    boundary : the hexes at the boundary nearby, with these positions
+    distance : (S,) distances of the samples of the features, as in `losses`
+    away : (F,) distances of the features
+    """
+
+    number: np.ndarray
+    vertices: np.ndarray
+    boundary: HexMesh
+    distance: np.ndarray
+    away: np.ndarray
+
+    def lost(self, fit: Fitted, limits: tuple[float, ...]) -> np.ndarray:
+        """(F,) whether a feature exceeds a limit that it does not exceed in the mesh before."""
+        over = [(self.away > limit) & (fit.away <= limit) for limit in limits]
+        return np.any(over, axis=0)
+
+    def crosses(self, fit: Fitted, near: Neighbourhood) -> bool:
+        """Whether the boundary crosses itself in more places than before."""
+        number = len(crossings(self.boundary))
+        if not number:
+            return False
+        own = np.isin(fit.links.sides[0], near.elements)
+        own |= _close(fit, self.vertices[self.number])
+        return number > len(crossings(_piece(fit.mesh, fit.links.sides[0], own)))
+
+
+def placed(fit: Fitted, near: Neighbourhood, x: np.ndarray) -> Placed:
+    """Place the positions (N', 3) of a neighbourhood."""
+    before, old = len(fit.gap), len(near.used)
+    number = np.append(near.used, np.arange(before, before + len(x) - old))
+    vertices = np.append(fit.mesh.vertices, x[old:], axis=0)
+    vertices[number[near.moves]] = x[near.moves]
+    where = np.concatenate([fit.mesh.vertices[near.used], x])
+    owner = fit.links.sides[0]
+    around = _close(fit, where) & ~np.isin(owner, near.elements)
+    outside, piece = _piece(fit.mesh, owner, around), near.problem.mesh
+    boundary = hex_mesh(
+        vertices,
+        np.append(outside.hexes, number[piece.hexes], axis=0),
+        np.append(outside.quads, number[piece.quads], axis=0),
+    )
+    samples = losses.samples_of(fit.target)
+    distance = losses.moved(fit.distance, boundary, samples, where)
+    away = fit.away.copy()
+    changed = np.zeros(len(away), bool)
+    changed[samples.feature[distance != fit.distance]] = True
+    own = changed[samples.feature]
+    compact = np.cumsum(changed) - 1
+    away[changed] = losses.percentiles(distance[own], compact[samples.feature[own]])
+    return Placed(number, vertices, boundary, distance, away)
+
+
+def inserted(fit: Fitted, near: Neighbourhood, found: Refit, at: Placed) -> Fitted:
+    """The whole mesh with the new positions of a neighbourhood."""
+    mesh, links = replace(fit.mesh, vertices=at.vertices), fit.links
+    patch, cad_face, paths = fit.patch, fit.cad_face, dict(fit.paths)
+    if near.inside is not None:
+        inside = np.zeros(len(fit.mesh.hexes), bool)
+        inside[near.elements] = near.inside
+        grown = with_sheet(fit.mesh, inside)
+        patch, cad_face = patch[grown.patch], cad_face[grown.patch]
+        mesh = replace(grown, vertices=at.vertices, patch=np.arange(len(grown.quads)))
+        links = Links(mesh)
+        detours = {
+            (int(at.number[a]), int(at.number[b])): at.number[between].tolist()
+            for (a, b), between in near.detours.items()
+        }
+        creases = fit.target.followed.creases
+        paths = {k: with_detours(p, creases[k].is_loop, detours) for k, p in fit.paths.items()}
+    none, moved = np.zeros(len(at.vertices) - len(fit.gap)), at.number[near.moves]
+    gap, strayed = np.append(fit.gap, none), np.append(fit.strayed, none)
+    gap[moved], strayed[moved] = found.gap[near.moves], found.strayed[near.moves]
+    return Fitted(
+        mesh,
+        patch,
+        fit.target,
+        paths,
+        fit.corners,
+        fit.corner_goals,
+        cad_face,
+        gap,
+        strayed,
+        at.distance,
+        links,
+    )
+
+
+def _close(fit: Fitted, where: np.ndarray) -> np.ndarray:
+    """(Q,) whether boundary quads are close to the box of some points (N, 3)."""
+    low, high = where.min(axis=0) - MARGIN, where.max(axis=0) + MARGIN
+    corner = fit.mesh.vertices[fit.mesh.quads]
+    return ((corner.max(axis=1) > low) & (corner.min(axis=1) < high)).all(axis=1)
+
+
+def _piece(mesh: HexMesh, owner: np.ndarray, which: np.ndarray) -> HexMesh:
+    """The hexes (Q,) of some boundary quads (Q,)."""
+    return hex_mesh(mesh.vertices, mesh.hexes[owner[which]], mesh.quads[which])
