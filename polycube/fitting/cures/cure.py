@@ -71,7 +71,9 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     The same object if no hex is poor or no cure is successful.
     """
     cures = _Cures(fitted(mesh, target), aim, width)
-    cures.run()
+    is_complete = cures.run(DENSE)
+    if is_complete and cures.current.jacobian.min() < SUFFICIENT:
+        cures.run(0.0)  # again, with all sheets first
     found = cures.current
     if not cures.accepted:
         return mesh
@@ -161,10 +163,15 @@ class _Cures:
         self._tried = np.zeros(len(fit.jacobian), bool)  # hexes that were seeds
         self._faces = {0}  # CAD faces that had or cannot have a sheet
         self._dense: list[_Place] | None = None  # faces with many poor hexes; None: not known
-        self._work = 0  # evaluations times hexes
+        self._work, self._limit = 0, DENSE  # evaluations times hexes; as in `run`
 
-    def run(self) -> None:
-        """Try places until none is left or the work exceeds the budget."""
+    def run(self, dense: float) -> bool:
+        """Try places until none is left, or the work exceeds the budget; whether none is left.
+
+        dense : cost per hex of a neighbourhood above which a sheet is tried first
+        """
+        self._tried[:], self._faces, self._work = False, {0}, 0
+        self._dense, self._limit = None, dense
         while self._work < BUDGET * max(FEW, len(self._tried)) and (batch := self._batch()):
             calls = [partial(copy_context().run, self._counted, *each) for each in batch]
             for (place, near), (trial, effort) in zip(batch, side_by_side(calls), strict=True):
@@ -173,6 +180,7 @@ class _Cures:
                 again = trial is not None and self._accept(trial) and trial.is_large
                 if place.inside is None and not again:
                     self._tried[place.seeds] = True
+        return self._work < BUDGET * max(FEW, len(self._tried))
 
     def _counted(self, place: _Place, near: Neighbourhood) -> tuple[_Trial | None, Counter[str]]:
         """A trial and its effort."""
@@ -203,7 +211,7 @@ class _Cures:
     def _places(self) -> Iterator[_Place]:
         """Places to cure: faces with many poor hexes, then single places, then other faces."""
         if self._dense is None:
-            self._dense = [place for density, place in self._sheets() if density > DENSE]
+            self._dense = [place for density, place in self._sheets() if density > self._limit]
         yield from (place for place in self._dense if place.face not in self._faces)
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
         left = np.where(self._tried, 0, poor)
