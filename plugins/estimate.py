@@ -40,6 +40,7 @@ ANOTHER = 0.7  # factor on the probability for each structure of the same tier t
 VARIANT = {"features": 0.01, "distances": 0.05, "warnings": 0.03}
 VALID = {2.0: 0.3, 2.5: 0.05}  # the same for a mesh that is not valid, by its shortfall
 JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part, of another surface
+OTHER_SHEETS = 0.3  # probability that other sheets in a fine lattice are better
 AFTER_FAILURE = 0.4  # factor on the probability for each variant without a mesh
 NEXT_VARIANT = 0.7  # factor for each further variant
 CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
@@ -103,7 +104,11 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     shares["validity"] = VALID.get(best.verdict.shortfall.get("validity", 0.0), 0.0)
     gain = sum(shares.get(name, 0) * value for name, value in best.verdict.shortfall.items())
     behind = best.shortfall - history.shortfall
-    return Expected(max(0.0, gain * NEXT_VARIANT ** (move.variant - 1) - behind), work)
+    gain = gain * NEXT_VARIANT ** (move.variant - 1) - behind
+    if history.ranked[move.structure].candidate.tier >= Tier.FINE:  # improved as the mesh before
+        poor = best.verdict.shortfall.get("scaled_jacobian", 0.0)
+        gain = max(gain, OTHER_SHEETS * (CURED * poor - behind))
+    return Expected(max(0.0, gain), work)
 
 
 def cure(move: Cure, history: History) -> Expected:

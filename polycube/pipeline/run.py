@@ -34,7 +34,7 @@ from polycube.search.unfitted import wrong_topology
 from polycube.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.state import RunState
 from polycube.structure.labels import nearest_labels
-from polycube.types import HexMesh, Ranked
+from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
@@ -64,7 +64,7 @@ class Run:
         self.settings = settings
         self.clock = Clock()
         self.deadline = Deadline(settings.seconds, interrupt or Event())
-        self._stored: tuple[Sequence[Ranked], int] | None = None  # structures, and the chosen one
+        self._stored: tuple[int, int] | None = None  # number of structures, and the chosen one
         self._read = read
         try:
             self.requests = requests_of(settings.meshing.get("at") or ())
@@ -157,9 +157,9 @@ class Run:
 
     def store_start(self, state: RunState) -> None:
         """Store the state from which meshing starts, unless it is stored already."""
-        if self._stored != (state.ranked, state.chosen):
+        if self._stored != (len(state.ranked), state.chosen):
             self.results.store("structure", [state.ranked, state.chosen])
-            self._stored = state.ranked, state.chosen
+            self._stored = len(state.ranked), state.chosen
 
     def mesh(self, state: RunState) -> RunState:
         """Make the hexes; see `polycube.search`.
@@ -227,6 +227,8 @@ class Run:
                 ended = "time"
             except KeyboardInterrupt:
                 ended = "user"
+            except MeshingError as error:
+                logger.warning("warning: %s; the mesh before is the result", error)
         found = replace(found, ranked=history.ranked, moves=tuple(history.table))
         if ended is not None:
             why = (

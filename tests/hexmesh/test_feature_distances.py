@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.hexmesh.feature_distances import Feature, curve_samples, curve_size
+from polycube.hexmesh.feature_distances import Feature, curve_size
 from polycube.hexmesh.inspection import inspect
 from polycube.surface.curves.features import Crease
 from polycube.surface.measures import diagonal
@@ -75,18 +75,18 @@ def test_the_size_of_an_arc_is_its_radius_but_not_more_than_its_extent(share):
     arc = polyline(3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
     assert arc.shape == "circle"
     extent = 6 * np.sin(np.pi * min(share, 0.5))
-    assert curve_size(arc, curve_samples(arc)) == pytest.approx(min(3, extent), rel=0.01)
+    assert curve_size(arc) == pytest.approx(min(3, extent), rel=0.01)
 
 
 def test_the_size_of_another_curve_is_its_extent():
     t = np.linspace(0, 1, 101)
     line = polyline(np.stack([3 * t, 4 * t, 0 * t], axis=1))
-    assert curve_size(line, curve_samples(line)) == pytest.approx(5)
+    assert curve_size(line) == pytest.approx(5)
     wave = polyline(np.stack([5 * t, np.sin(12 * t), 0 * t], axis=1))
     assert wave.shape == "curve"
     extent = np.linalg.norm(wave.points[:, None] - wave.points, axis=2).max()
-    assert curve_size(wave, curve_samples(wave)) == pytest.approx(extent, rel=0.01)
-    assert curve_size(circle(), curve_samples(circle())) == pytest.approx(1, rel=0.01)
+    assert curve_size(wave) == pytest.approx(extent, rel=0.01)
+    assert curve_size(circle()) == pytest.approx(1, rel=0.01)
 
 
 def test_without_cad_faces_there_are_no_features():

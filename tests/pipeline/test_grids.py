@@ -26,7 +26,9 @@ def run(*overrides: str) -> Run:
 
 
 def proposed(run: Run) -> tuple[Candidate, ...]:
-    return run.proposals.propose(SURFACE)
+    """Of all tiers, each of which is proposed once."""
+    ranked = [entry for tier in run.proposals.tiers for entry in run.proposals(SURFACE, tier)]
+    return tuple(entry.candidate for entry in ranked)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import pytest
 from polycube.numerics import memory
 from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.run import Run
+from polycube.search.deadline import Deadline
 from polycube.stages import Clock, Stage
 from polycube.state import RunState
 
@@ -74,7 +75,9 @@ def test_the_warning_comes_before_the_analysis(machine, caplog) -> None:
     machine(0)
     spline = SimpleNamespace(control=np.zeros((900, 3)))
     stage = Stage("analysis", lambda *given: logging.warning("analysis"))
-    run = SimpleNamespace(solving=[stage], results=StageResults(), clock=Clock())
+    run = SimpleNamespace(
+        solving=[stage], results=StageResults(), clock=Clock(), deadline=Deadline()
+    )
     Run.solve(run, RunState(surface=None, spline=spline))
     first, second = caplog.messages
     assert first.startswith("warning: the analysis of 900 functions") and second == "analysis"

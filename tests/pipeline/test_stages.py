@@ -40,8 +40,8 @@ def test_the_clock_sums_the_effort_of_repeats():
     for name in ("meshing/smooth", "meshing/optimize", "meshing/smooth"):
         clock.run(name, bowl)
     clock.run("spline", lambda: None)
-    once = {"steps": 1, "evaluations": 2}
-    twice = {"steps": 2, "evaluations": 4}
+    once = {"steps": 1, "evaluations": 2, "work": 4}  # two coordinates
+    twice = {"steps": 2, "evaluations": 4, "work": 8}
     assert clock.effort == {"meshing/smooth": twice, "meshing/optimize": once, "spline": {}}
     assert set(clock.seconds) == set(clock.effort)
 

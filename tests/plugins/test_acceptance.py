@@ -116,7 +116,8 @@ def test_how_far_a_mesh_is_from_the_goal(mesh, surface):
     assert JUDGE(poor, surface).key > JUDGE(larger, surface).key
     inverted = moved(mesh, mesh.vertices * [-1, 1, 1])
     assert JUDGE(inverted, surface).shortfall == {"validity": 3.0}
-    assert JUDGE(moved(mesh, 3 * mesh.vertices), surface).shortfall == {"validity": 2.0}
+    assert JUDGE(moved(mesh, 3 * mesh.vertices), surface).shortfall == {"validity": 2.5}
+    assert JUDGE(bent(mesh, 0.019), surface).shortfall == {"validity": 2.0}
 
 
 def test_fewer_hexes_are_better_beyond_a_number():

@@ -132,8 +132,19 @@ def test_a_cure_is_for_poor_hexes_and_costs_by_their_number():
     poor = missed(found, mesh=replace(mesh, vertices=vertices), scaled_jacobian=0.5)
     expected = RULES(Cure(poor.number), found)
     assert 0 < expected.gain < 0.5 and expected.work > RULES(Cure(good.number), found).work
-    both = missed(found, mesh=poor.state.hexes, scaled_jacobian=0.5, features=0.5)
-    assert 0 < RULES(Cure(both.number), found).gain < expected.gain  # it may be replaced
+    other = knows(structure(1.0))
+    both = missed(other, mesh=poor.state.hexes, scaled_jacobian=0.5, features=0.5)
+    assert 0 < RULES(Cure(both.number), other).gain < expected.gain  # it may be replaced
+
+
+def test_a_cure_must_make_up_for_what_its_mesh_is_behind():
+    found = knows(structure(1.0), structure(2.0))
+    mesh = missed(found, 0, scaled_jacobian=0.9)
+    ahead = RULES(Cure(mesh.number), found).gain
+    missed(found, 1, scaled_jacobian=0.8)
+    assert RULES(Cure(mesh.number), found).gain == pytest.approx(ahead - 0.1)
+    missed(found, 1, scaled_jacobian=0.1)
+    assert RULES(Cure(mesh.number), found).gain == 0
 
 
 @pytest.mark.parametrize(

@@ -5,15 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.errors import InputError, MeshingError
+from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.crossings import crossings
 from polycube.search.chain import NOT_FITTED, Chain, check_options, merged, with_options
 from polycube.search.deadline import Deadline
 from polycube.stages import Stage
 from polycube.state import RunState
-from polycube.types import HexMesh, Labels, RoughMap
+from polycube.types import HexMesh, Labels, RoughMap, TriMesh
 from tests.fixtures.stages import CALLS, START, TETRAHEDRON, Fill, Grow, Scale, cube, size
 
 OPTIMIZE = "meshing/optimize"
@@ -31,6 +33,7 @@ def test_equal_stages_on_equal_inputs_run_once():
     assert (smooth.vertices.max(), optimize.vertices.max()) == (2, 10)
 
 
+@settings(deadline=None)
 @given(st.lists(st.sampled_from([1.0, 2.0, 4.0]), max_size=8))
 def test_a_stage_runs_once_for_each_option_whatever_the_order(factors):
     CALLS.clear()
@@ -96,6 +99,33 @@ def test_an_interruption_keeps_the_result_of_the_stage_that_was_running():
     with pytest.raises(KeyboardInterrupt):
         chain.run([Stage("meshing/smooth", Interrupted(5.0)), Stage(OPTIMIZE, Grow())], START, {})
     assert size(chain.latest) == 5 and CALLS == [5.0]
+
+
+@dataclass(frozen=True)
+class Cross:
+    """Makes cubes that cross each other."""
+
+    cubes: int = 2
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        CALLS.append(self.cubes)
+        one = cube()
+        shifts = 0.3 * np.arange(self.cubes)[:, None, None]
+        corners = (one.vertices + shifts).reshape(-1, 3)
+        numbers = len(one.vertices) * np.arange(self.cubes)[:, None]
+        return hex_mesh(corners, one.hexes + numbers)
+
+
+def test_a_mesh_with_many_crossings_is_not_continued():
+    stages = [Stage("meshing/smooth", Cross(3)), Stage(OPTIMIZE, Grow())]
+    number = len(crossings(Cross(3)(TETRAHEDRON, cube())))
+    CALLS.clear()
+    assert number > 0
+    with pytest.raises(MeshingError, match=f"hopeless: {number} pairs of quads cross after mesh"):
+        Chain(most_crossings=number - 1).run(stages, START, {})
+    assert CALLS == [3]
+    Chain(most_crossings=number).run(stages, START, {})
+    assert CALLS == [3, 3, 1.0]
 
 
 def test_options_are_merged_and_replaced():

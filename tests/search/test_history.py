@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.errors import MeshingError
@@ -31,6 +31,7 @@ def test_without_a_mesh_the_goal_is_far():
     assert found.shortfall == 0
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(-9, 9).filter(lambda x: abs(x) > 0.1), min_size=1, max_size=9))
 def test_the_leader_is_the_best_by_its_key_at_every_moment(sizes):
     found = history(STAGES)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.errors import MeshingError
@@ -113,6 +113,7 @@ def any_moves(data: st.DataObject, checked):
     return policy
 
 
+@settings(deadline=None)
 @given(st.lists(SIZES, min_size=1, max_size=5), st.floats(0.5, 2.0), st.data())
 def test_the_leader_is_the_best_whatever_the_verdicts_and_the_policy(sizes, factor, data):
     def check(now):
@@ -145,6 +146,7 @@ class EndsAfter(Clock):
         return value
 
 
+@settings(deadline=None)
 @given(st.lists(SIZES, min_size=1, max_size=6), st.integers(1, 6))
 def test_an_interrupted_search_returns_the_best_of_all_meshes(sizes, stages):
     CALLS.clear()

@@ -11,6 +11,7 @@ from polycube.hexmesh.connectivity import genus
 from polycube.io.stl import write_stl
 from polycube.plugins.acceptance.standard import Standard
 from polycube.registry import build
+from polycube.search.chain import Chain
 from polycube.search.history import History
 from polycube.search.moves import FitPartly, MeshStructure, possible
 from polycube.search.structures import choose
@@ -51,6 +52,7 @@ def ranked(surface: TriMesh, **options) -> RunState:
 
 
 def searching(state: RunState, *stages: Stage) -> History:
+    """A search that does not refuse meshes with many crossings."""
     subdivide = build("meshing/subdivide", {"plugin": "template", "level": 0})
     return history(
         [Stage("meshing/subdivide", subdivide), *stages],
@@ -58,6 +60,7 @@ def searching(state: RunState, *stages: Stage) -> History:
         acceptance=Standard(),
         ranked=state.ranked,
         primitives=PRIMITIVES,
+        chain=Chain(most_crossings=np.inf),
     )
 
 
@@ -118,6 +121,7 @@ def test_a_lattice_of_another_genus_says_so():
     assert wrong_topology(end).startswith("the topology differs: the mesh has genus 0, the part 1")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effort", ["first", "normal"])
 def test_a_part_without_a_lattice_of_its_genus_has_a_mesh_that_says_so(effort, tmp_path):
     surface = torus()

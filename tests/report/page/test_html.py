@@ -78,7 +78,7 @@ def page(run, report, drawn, folder: Path) -> str:
 
 
 def test_all_sections_in_order(page: str) -> None:
-    wanted = "view warnings hexes spline modes input structure denoising time settings files"
+    wanted = "view warnings hexes spline modes input structure denoising search settings files"
     assert Outline(page).sections == wanted.split()
 
 
