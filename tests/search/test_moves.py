@@ -102,26 +102,17 @@ def test_a_resumed_run_has_its_structure_only():
     assert now(found, MeshStructure) == [MeshStructure(1, 0)]
 
 
-<<<<<<< HEAD
-def test_every_fitted_mesh_that_was_not_cured_can_be_cured_once():
-=======
 def test_only_fitted_meshes_that_were_not_cured_are_cured():
->>>>>>> wt-tests
     found = history(STAGES, grown(2.0, 1.0, 5.0), cure=CURE)
     assert now(found, Cure) == []
     made(found, MeshStructure(0, 0), MeshStructure(0, 1))
     assert now(found, Cure) == [Cure(0), Cure(1)]
     made(found, Cure(0))
     assert size(found.leader.state) == 4 and now(found, Cure) == [Cure(1)]
-<<<<<<< HEAD
-    made(found, MeshStructure(0, 2))
-    assert now(found, Cure) == [Cure(1), Cure(3)]
-=======
     state = replace(START, hexes=cube(3.0), unfitted="it is not fitted")
     found.add(Given(), state, {}, {})
     made(found, MeshStructure(0, 2))
     assert now(found, Cure) == [Cure(1), Cure(4)]
->>>>>>> wt-tests
     assert now(history(STAGES), Cure) == []
     without = made(history(STAGES), MeshStructure(0, 0))
     assert now(without, Cure) == []
