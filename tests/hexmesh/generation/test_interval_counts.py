@@ -127,7 +127,7 @@ def test_max_hexes_limits_the_requested_numbers():
 )
 def test_all_walls_and_holes_get_the_smallest_numbers(polycube, expected):
     _, few, near, surface = placed(polycube)
-    requested = least_demands(polycube, near, few, surface, across_wall=3, around_hole=24)
+    requested = least_demands(polycube, near, few, surface, 3, lambda length: 24)
     parts = raised(polycube, few, requested, PLENTY)
     assert [number.tolist() for number in parts] == expected
 
