@@ -25,6 +25,7 @@ from polycube.hexmesh.connectivity import (
 )
 from polycube.hexmesh.quality import triangles
 from polycube.io.foreign.process import parsed
+from polycube.io.reading import reading
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import connected, diagonal
 from polycube.types import HexMesh, TriMesh
@@ -46,12 +47,8 @@ def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
     Raises InputError with one sentence for an unusable mesh.
     """
     path = Path(path)
-    try:
+    with reading(path):
         mesh, notes = tidy(*_parsed(path))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error.__cause__
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     logger.info("%s: %d vertices, %d hexes", path, len(mesh.vertices), len(mesh.hexes))
     return mesh, notes
 
@@ -60,8 +57,6 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (V, 3), hexes (H, 8) and the array `cell` (H,); zeros if there is none."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"unknown kind of hex mesh {path.suffix!r}; can read {', '.join(FORMATS)}")
-    if not path.is_file():
-        raise InputError("there is no such file")
     found = parsed(path, "meshio")
     kinds: Counter[str] = Counter()
     for kind, number in zip(found["kind"].tolist(), found["number"].tolist(), strict=True):

@@ -62,7 +62,7 @@ def preflight(path: str, cad: Cad, level: str, points: Points | None = None) -> 
     if path.startswith(EXAMPLE) or is_cad(Path(path)):
         given, lost = read_repaired(path, cad, "off")[0], 0
     else:
-        vertices, faces = read_soup(Path(path), points)
+        vertices, faces, _ = read_soup(Path(path), points)
         lost = int((~np.isfinite(vertices).all(axis=1)).sum())
         try:
             given = clean.weld_equal(finite(vertices, faces)[0])[0]
