@@ -50,8 +50,10 @@ def by_meshio(path: str) -> Arrays:
         "number": np.array([len(block.data) for block in mesh.cells], np.int64),
     }
     for i, block in enumerate(mesh.cells):
-        if block.type == "hexahedron" and len(block.data):
-            found[f"hexes {i}"] = np.asarray(block.data)
+        if block.type.lower().removeprefix("vtk_lagrange_").startswith("hexahedron") and len(
+            block.data
+        ):
+            found[f"hexes {i}"] = np.asarray(block.data)[..., :8]  # corners are first
             if i < len(cells):
                 found[f"cell {i}"] = np.asarray(cells[i]).ravel()
     return found
