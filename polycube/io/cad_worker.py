@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from polycube.io.fillets import bound_sizes
 from polycube.io.foreign.process import limit
-from polycube.io.sewing import diagonal, sew
+from polycube.io.tessellation.fillets import bound_sizes
+from polycube.io.tessellation.sewing import diagonal, sew
 
 TESSELLATING = "reading is done; triangles are made"  # written to the standard error
 OPEN = "the triangles are not closed"  # the same

@@ -13,7 +13,7 @@ import numpy as np
 
 from polycube.errors import InputError, brief
 from polycube.io.atomic import atomic_write
-from polycube.io.polygons import Soup
+from polycube.io.polygons.division import Soup
 
 HEADER, RECORD = 84, 50  # bytes: 80 of text and a count; a triangle
 LINE = re.IGNORECASE | re.MULTILINE

@@ -19,10 +19,10 @@ from polycube.io.cad import SUFFIXES, Cad, read_cad
 from polycube.io.clouds import reading as clouds
 from polycube.io.clouds.reading import is_cloud, read_cloud
 from polycube.io.foreign.process import parsed
-from polycube.io.obj import read_obj
-from polycube.io.off import read_off
-from polycube.io.ply import read_ply
-from polycube.io.polygons import Soup
+from polycube.io.polygons.division import Soup
+from polycube.io.polygons.obj import read_obj
+from polycube.io.polygons.off import read_off
+from polycube.io.polygons.ply import read_ply
 from polycube.io.reading import reading
 from polycube.io.stl import read_stl
 from polycube.surface.clouds.options import Points

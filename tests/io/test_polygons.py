@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.errors import InputError
-from polycube.io.polygons import triangulated
+from polycube.io.polygons.division import triangulated
 from polycube.io.surfaces import read_soup, read_surface
 from polycube.surface.measures import volume
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from polycube.errors import InputError, brief
 from polycube.io.clouds.pcd import read_pcd
-from polycube.io.ply import is_points, read_columns
+from polycube.io.polygons.ply import is_points, read_columns
 from polycube.surface.clouds.points import Cloud
 
 NORMAL = ("nx", "ny", "nz")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError, brief
-from polycube.io.polygons import Soup, triangulated
+from polycube.io.polygons.division import Soup, triangulated
 
 HEAD = re.compile(r"\s*(?:ST)?C?N?OFF\b(?!\s*BINARY)")  # with colours, normals, texture
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError, brief
-from polycube.io.polygons import Soup, triangulated
+from polycube.io.polygons.division import Soup, triangulated
 
 HEADER = 100_000  # largest size of the header, in bytes
 KINDS = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I"}

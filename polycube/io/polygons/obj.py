@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError, brief
-from polycube.io.polygons import Soup, triangulated
+from polycube.io.polygons.division import Soup, triangulated
 
 LARGEST = 2**31 - 1  # largest vertex index
 
