@@ -17,10 +17,10 @@ import numpy as np
 from polycube.analysis.problem import Problem
 from polycube.config import SHORT, compose, quote
 from polycube.errors import InputError, MeshingError
+from polycube.io.access.lock import locked
+from polycube.io.access.stored import read_json
 from polycube.io.hex_meshes import FORMATS, boundary
-from polycube.io.lock import locked
 from polycube.io.solids.motions import Motion
-from polycube.io.stored import read_json
 from polycube.kinds import Export, StatesProblem
 from polycube.pipeline.improvement import Improvement, is_improvement, read_given
 from polycube.pipeline.intake import read_part

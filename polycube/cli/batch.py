@@ -34,7 +34,7 @@ from polycube.cli.signals import INTERRUPTED
 from polycube.config import quote
 from polycube.errors import InputError, printable
 from polycube.io import manifest
-from polycube.io.stored import read_json
+from polycube.io.access.stored import read_json
 from polycube.io.surfaces import KNOWN
 from polycube.report.page.summary import summary_page
 
@@ -249,7 +249,7 @@ def summarized(folder: Path) -> list[dict[str, Any]]:
 
 def _row(folder: Path) -> dict[str, Any]:
     """The row of an earlier run of a job; empty if there is none, or if it was changed."""
-    return read_json(folder / ROW) if manifest.is_result(folder, ROW) else {}
+    return dict(read_json(folder / ROW)) if manifest.is_result(folder, ROW) else {}
 
 
 def _cell(value: object) -> object:

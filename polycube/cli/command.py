@@ -25,7 +25,7 @@ from polycube.cli.arguments import quoted, split
 from polycube.config import add_sources, plain, refusal
 from polycube.errors import InputError, printable
 from polycube.io import manifest
-from polycube.io.lock import locked
+from polycube.io.access.lock import locked
 from polycube.types import Json
 
 _locks = ExitStack()  # of the folder of a multirun, until the end of the process

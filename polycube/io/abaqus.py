@@ -35,10 +35,10 @@ def read_abaqus(path: Path) -> dict[str, np.ndarray]:
                     for row in rows
                 ]
             elif name == "ELEMENT":
-                kind = re.search(r"TYPE\s*=\s*(\w+)", keyword)
-                solid = SOLID.fullmatch(kind[1]) if kind else None
-                if kind and solid:
-                    blocks.append((kind[1], int(solid[1]), rows))
+                named = re.search(r"TYPE\s*=\s*(\w+)", keyword)
+                solid = SOLID.fullmatch(named[1]) if named else None
+                if solid:
+                    blocks.append((solid[0], int(solid[1]), rows))
         table = np.array(nodes, np.float64).reshape(-1, 4)
         number, first, place = np.unique(table[:, 0], return_index=True, return_inverse=True)
         if (table[first][place] != table).any():

@@ -26,8 +26,8 @@ from polycube.hexmesh.connectivity import (
 )
 from polycube.hexmesh.quality import triangles
 from polycube.io.abaqus import read_abaqus
+from polycube.io.access.reading import reading
 from polycube.io.foreign.process import parsed
-from polycube.io.reading import reading
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import connected, diagonal
 from polycube.types import HexMesh, TriMesh

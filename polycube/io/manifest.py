@@ -19,8 +19,8 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from polycube.errors import InputError
+from polycube.io.access.stored import read_json
 from polycube.io.atomic import scratch_folder
-from polycube.io.stored import read_json
 
 NAME = "polycube-files.json"
 REMEDY = "choose another output_dir, or move the file away"

@@ -29,7 +29,7 @@ def read_stl(path: Path) -> Soup:
         raise InputError("the file is empty")
     count = int.from_bytes(data[80:HEADER], "little")
     number, spare = divmod(len(data) - HEADER, RECORD)
-    notes = ()
+    notes: tuple[str, ...] = ()
     if count == 0 and number > 0 and spare == 0 and b"\0" in data:
         notes = (f"its header gives 0 triangles; its size gives {number}, which were read",)
     elif 0 < count <= number:

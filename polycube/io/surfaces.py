@@ -15,6 +15,7 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.examples.parts import example
+from polycube.io.access.reading import reading
 from polycube.io.cad import SUFFIXES, Cad, read_cad
 from polycube.io.clouds import reading as clouds
 from polycube.io.clouds.reading import is_cloud, read_cloud
@@ -23,7 +24,6 @@ from polycube.io.polygons.division import Soup
 from polycube.io.polygons.obj import read_obj
 from polycube.io.polygons.off import read_off
 from polycube.io.polygons.ply import read_ply
-from polycube.io.reading import reading
 from polycube.io.stl import read_stl
 from polycube.surface.clouds.options import Points
 from polycube.surface.clouds.points import without_open3d

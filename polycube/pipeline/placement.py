@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from polycube.io.access.stored import read_json
 from polycube.io.solids.motions import Motion
-from polycube.io.stored import read_json
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.resume.results import StageResults, has_stage
 from polycube.pipeline.run import Run

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from polycube.errors import InputError
-from polycube.io.lock import locked
+from polycube.io.access.lock import locked
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from polycube.io.lock import locked
+from polycube.io.access.lock import locked
 with locked(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

@@ -21,8 +21,8 @@ from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.metrics import metrics
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
+from polycube.io.access.stored import read_json
 from polycube.io.solids.listing import Solid
-from polycube.io.stored import read_json
 from polycube.kinds import Export
 from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.report.numbers.features import KINDS

@@ -19,10 +19,10 @@ from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.result import MADE, PAGE, write_assembly
 from polycube.errors import InputError, printable
 from polycube.io import manifest
-from polycube.io.lock import locked
+from polycube.io.access.lock import locked
+from polycube.io.access.stored import read_json
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
-from polycube.io.stored import read_json
 from polycube.io.surfaces import is_cad
 from polycube.pipeline.placement import is_meshed
 from polycube.registry import build

@@ -122,7 +122,7 @@ class _Body:
         """Numbers of one type; ValueError if there are fewer."""
         if self.order == TEXT:
             return np.asarray(self._taken(count)).tolist()
-        part = self._taken(count * struct.calcsize("=" + kind))
+        part = bytes(self._taken(count * struct.calcsize("=" + kind)))
         return struct.unpack(f"{self.order}{count}{kind}", part)
 
     def table(self, kinds: Sequence[str], count: int) -> list[np.ndarray]:

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.io.access.reading import reading
 from polycube.io.cad import INSTALL, check_complete
 from polycube.io.foreign.process import read_separately, unreadable
-from polycube.io.reading import reading
 from polycube.io.solids.motions import Motion
 from polycube.io.step import MILLIMETRES, file_unit
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from polycube.config import compose
 from polycube.errors import InputError
-from polycube.io.stored import read_json
+from polycube.io.access.stored import read_json
 from polycube.pipeline.settings import Node, Settings
 from polycube.registry import classes, options
 
