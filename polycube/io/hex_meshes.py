@@ -25,8 +25,8 @@ from polycube.hexmesh.connectivity import (
     quad_edges,
 )
 from polycube.hexmesh.quality import triangles
-from polycube.io.abaqus import read_abaqus
 from polycube.io.access.reading import reading
+from polycube.io.decks import read_deck
 from polycube.io.foreign.process import parsed
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import connected, diagonal
@@ -34,7 +34,8 @@ from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-FORMATS = (".vtu", ".vtk", ".mesh", ".msh", ".inp", ".bdf", ".nas")
+DECKS = (".inp", ".bdf", ".nas")
+FORMATS = (".vtu", ".vtk", ".mesh", ".msh", *DECKS)
 FLAT = re.compile(r"(vertex|line|triangle|quad)\d*")  # cells that are ignored
 SHARP = np.pi / 4  # angle between the normals of quads of different patches
 MIRRORED = [4, 5, 6, 7, 0, 1, 2, 3]
@@ -61,7 +62,7 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
     """Points (V, 3), hexes (H, 8), the array `cell` (H,), zeros if there is none, and notes."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"unknown kind of hex mesh {path.suffix!r}; can read {', '.join(FORMATS)}")
-    found = read_abaqus(path) if path.suffix.lower() == ".inp" else parsed(path, "meshio")
+    found = read_deck(path) if path.suffix.lower() in DECKS else parsed(path, "meshio")
     kinds: Counter[str] = Counter()
     for kind, number in zip(found["kind"].tolist(), found["number"].tolist(), strict=True):
         kinds[kind.lower().removeprefix("vtk_lagrange_")] += number

@@ -307,3 +307,45 @@ def test_abaqus_files_that_are_refused(text, sentence, tmp_path):
     path.write_text(text)
     with pytest.raises(InputError, match=sentence):
         read_hexes(path)
+
+
+CORNERS = (
+    "1,0.,0.,0.;2,1.,0.,0.;3,1.,1.,0.;4,0.,1.,0.;5,0.,0.,2.5-1;6,1.,0.,2.5E-1;7,1.,1.,.25;8,,1.,.25"
+)
+FREE = "".join(f"GRID,{a[0]},,{a[2:]}\n" for a in CORNERS.split(";"))
+FREE += "CHEXA,1,1,1,2,3,4,5,6,+A\n+A,7,8\n"
+FIXED = "".join(
+    f"GRID    {a:>8}{'':8}{x:>8}{y:>8}{z:>8}\n"
+    for a, x, y, z in (corner.split(",") for corner in CORNERS.split(";"))
+)
+FIXED += "$ note\nCHEXA   " + "".join(f"{n:>8}" for n in (1, 1, 1, 2, 3, 4, 5, 6))
+FIXED += "\n        " + "".join(f"{n:>8}" for n in (7, 8)) + "\nPSHELL  7\nCQUAD4  9"
+CURVED = FREE.replace("7,8\n", "7,8,,,9,,,\n+,,,,12\n")
+
+
+@pytest.mark.parametrize("text", [FREE, FIXED, CURVED, f"SOL 101\nBEGIN BULK\n{FREE}ENDDATA\nGRID"])
+@pytest.mark.parametrize("suffix", [".bdf", ".nas"])
+def test_forms_of_nastran_fields(text, suffix, tmp_path):
+    path = tmp_path / f"part{suffix}"
+    path.write_text(text)
+    mesh, notes = read_hexes(path)
+    assert mesh.hexes.tolist() == [[0, 1, 2, 3, 4, 5, 6, 7]]
+    assert volume(mesh) == pytest.approx(0.25, rel=1e-12)
+    assert ("only the corners" in "".join(notes)) == (text == CURVED)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (FREE.replace("GRID,3,,", "GRID,3,5,"), "node 3 is in another system of coordinates"),
+        (FREE.replace("GRID,8", "GRID,9"), "a node that does not exist"),
+        (FREE + "CTETRA,2,1,1,2,3,4\n", "1 hexahedron, 1 ctetra"),
+        (FREE.replace(",1.,", ",one,"), "not a readable"),
+        ("words", "it has no cells"),
+    ],
+)
+def test_nastran_files_that_are_refused(text, sentence, tmp_path):
+    path = tmp_path / "part.bdf"
+    path.write_text(text)
+    with pytest.raises(InputError, match=sentence):
+        read_hexes(path)

@@ -67,7 +67,9 @@ def _columns(data: bytes) -> Mapping[str, np.ndarray]:
 def _text(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
     """Values of fields in text."""
     width = sum(record[name].shape[0] for name in record.names or ())
-    rows = np.loadtxt(body.decode("latin-1").splitlines(), ndmin=2).reshape(-1, width)
+    rows = np.zeros((0, width))
+    if body.strip():
+        rows = np.loadtxt(body.decode("latin-1").splitlines(), ndmin=2).reshape(-1, width)
     if len(rows) != number:
         raise ValueError(f"it holds {len(rows)} of {number} points")
     ends = np.cumsum([record[name].shape[0] for name in record.names or ()])

@@ -35,7 +35,7 @@ def read_cloud(path: Path) -> Cloud:
     InputError
         If the file is empty, damaged or of an unknown kind.
     """
-    if not path.read_bytes():
+    if not path.read_bytes().strip():
         raise InputError("the file is empty")
     return READERS[path.suffix.lower()](path)
 
