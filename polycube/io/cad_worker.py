@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -68,13 +69,24 @@ def opened(request: Mapping[str, Any]) -> tuple[ModuleType, dict[str, np.ndarray
     }.items():
         gmsh.option.setNumber(name, value)
     # the other formats have no units or are in mm
-    if request["path"].lower().endswith((".step", ".stp")):
+    path = Path(request["path"])
+    if path.suffix.lower() in (".step", ".stp"):
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-    gmsh.model.occ.importShapes(request["path"])
+        path = _without_rest(path, Path(f"{request['output']}.step"))
+    gmsh.model.occ.importShapes(str(path))
     gmsh.model.occ.synchronize()
     if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):  # IGES: loose faces
         return gmsh, sew(gmsh)
     return gmsh, {}
+
+
+def _without_rest(path: Path, copy: Path) -> Path:
+    """A STEP file without what follows its end, which may take Open CASCADE minutes to read."""
+    data, end, rest = path.read_bytes().partition(b"END-ISO-10303-21;")
+    if not rest.strip():
+        return path
+    copy.write_bytes(data + end + b"\n")
+    return copy
 
 
 def _triangles(
