@@ -17,7 +17,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
-from polycube.io.foreign.process import read_separately, unreadable
+from polycube.io.cad_worker import OPEN, TESSELLATING, WAYS
+from polycube.io.foreign.process import Late, read_separately, unreadable
 from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
@@ -29,6 +30,7 @@ BREP = ".brep"
 SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
+LATER = 0.4  # share of the time limit for larger triangles, if the others do not end
 LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
 
@@ -69,6 +71,13 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
             f"use analysis.units={unit}"
         )
+    if gap := _gap(found):
+        notes.append(f"faces were sewn to a solid over {gap}")
+    if "way" in found and found["way"] != WAYS[0]:
+        notes.append(
+            f"there is no closed surface with cad.segments={options.segments}; triangles on "
+            "curved faces are larger"
+        )
     lost = 1 - volume(surface) / size
     if np.isnan(lost):
         notes.append(
@@ -105,16 +114,41 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
 
     Only vertices and faces if gmsh cannot be loaded.
     """
-    request = {"solid": options.solid, "segments": options.segments}
     check_complete(path)
-    effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
-    output, errors = read_separately("polycube.io.cad_worker", path, request, effort)
+    output, errors, way = _worked(path, options)
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
-            return _chosen(dict(arrays), options.solid)
+            return _chosen(dict(arrays), options.solid) | {"way": np.array(way)}
     if "import gmsh" in errors:
         return _by_cascadio(path, options)
     raise unreadable(path, errors)
+
+
+def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
+    """Output and errors of the first way of tessellation that ends with a closed surface.
+
+    The last is the name of the way. Without a closed surface, the first open one is returned.
+    """
+    effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
+    first, seconds = None, 0
+    for way in WAYS:
+        request = {"solid": options.solid, "segments": options.segments, "way": way}
+        try:
+            found = *read_separately("polycube.io.cad_worker", path, request, effort), way
+        except Late as late:
+            if TESSELLATING not in late.errors:
+                raise
+            seconds, effort = max(seconds, late.seconds), LATER
+            continue
+        if OPEN not in found[1]:
+            return found
+        first = first or found
+    if first is not None:
+        return first
+    raise InputError(
+        f"the file was read, but its faces could not be divided into triangles in {seconds} s, "
+        "also not into larger ones; simplify its spline surfaces, or export the part as STL"
+    )
 
 
 def check_complete(path: Path) -> None:
@@ -127,7 +161,8 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
     """The arrays of the requested solid; raises InputError if the request is ambiguous."""
     volumes, boxes = found["volume"], found["box"]
     if not len(volumes):
-        raise InputError("the file contains no solid; export the part as a closed solid body")
+        gap = f"; there are {_gap(found)}" if _gap(found) else ""
+        raise InputError(f"the file contains no solid{gap}; export the part as a closed solid body")
     if "faces" not in found:
         listed = ", ".join(
             f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
@@ -139,6 +174,14 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
             "cad.solid=1, or cad.solid=all for a mesh of each"
         )
     return {**found, "volume": volumes[(solid or 1) - 1]}
+
+
+def _gap(found: dict[str, np.ndarray]) -> str:
+    """Words about the largest gap between loose faces, if there are any."""
+    if "gap" not in found or not found["gap"][0]:
+        return ""
+    where = _point(found["gap_place"])
+    return f"gaps of up to {found['gap'][0]:.3g} mm between its faces, at {where} mm"
 
 
 def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:

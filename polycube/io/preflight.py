@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.errors import InputError
+from polycube.errors import InputError, printable
 from polycube.io.cad import Cad
 from polycube.io.surfaces import EXAMPLE, is_cad, read_repaired, read_soup
 from polycube.io.vtk import write_named_vtp
@@ -36,8 +36,8 @@ class Preflight:
         """Table for the terminal, one line per defect."""
         surface = self.surface
         rows = [
-            f"{self.path}: {len(surface.vertices)} vertices, {len(surface.faces)} faces, "
-            f"diagonal {diagonal(surface):.5g}"
+            f"{printable(self.path)}: {len(surface.vertices)} vertices, "
+            f"{len(surface.faces)} faces, diagonal {diagonal(surface):.5g}"
         ]
         if self.lost:
             rows.append(f"{self.lost:>9}  vertices that are not finite")
@@ -62,7 +62,7 @@ def preflight(path: str, cad: Cad, level: str, points: Points | None = None) -> 
     if path.startswith(EXAMPLE) or is_cad(Path(path)):
         given, lost = read_repaired(path, cad, "off")[0], 0
     else:
-        vertices, faces = read_soup(Path(path), points)
+        vertices, faces, _ = read_soup(Path(path), points)
         lost = int((~np.isfinite(vertices).all(axis=1)).sum())
         try:
             given = clean.weld_equal(finite(vertices, faces)[0])[0]

@@ -29,8 +29,8 @@ def file_unit(path: Path) -> str:
     """Length unit declared in a STEP file, a key of MILLIMETRES; mm for other files."""
     if path.suffix.lower() not in STEP:
         return "mm"
-    text = re.sub(r"\s+", "", path.read_text(errors="replace").upper())
-    entity = dict(re.findall(r"#(\d+)=([^;]*);", text))
+    text = re.sub(r"\s+", "", _data(path).upper())
+    entity = _entities(text)
     context = re.search(r"GLOBAL_UNIT_ASSIGNED_CONTEXT\(\(([#\d,]*)\)", text)
     units = [entity.get(n, "") for n in re.findall(r"\d+", context[1] if context else "")]
     length = next((unit for unit in units if "LENGTH_UNIT()" in unit), "")
@@ -60,8 +60,7 @@ def face_names(path: Path, kinds: Sequence[str], corners: Sequence[np.ndarray]) 
     """
     if path.suffix.lower() not in STEP:
         return ("",) * len(kinds)
-    text = path.read_text(errors="replace")
-    entity = dict(re.findall(r"#(\d+)\s*=\s*([^;]*);", text))
+    entity = _entities(_data(path))
     named = [
         (face[1].strip(), KINDS.get(_word(entity.get(face[3], ""))), _points(face[2], entity))
         for body in entity.values()
@@ -80,6 +79,18 @@ def face_names(path: Path, kinds: Sequence[str], corners: Sequence[np.ndarray]) 
         names = called.get((plain, _places(tree, points, near)), set())
         found.append(names.pop() if len(names) == 1 else "")
     return tuple(found)
+
+
+def _data(path: Path) -> str:
+    """The text of a file, without what follows its end."""
+    return path.read_text(errors="replace").partition("END-ISO-10303-21;")[0]
+
+
+def _entities(text: str) -> dict[str, str]:
+    """Text of each entity by its number; in one pass, also if there are no ends."""
+    found = (re.match(r"\s*#(\d+)\s*=\s*", part) for part in text.split(";")[:-1])
+    parts = zip(text.split(";"), found, strict=False)
+    return {begin[1]: part[begin.end() :] for part, begin in parts if begin}
 
 
 def _word(body: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import ClassVar
 
 import numpy as np
 
@@ -48,6 +49,8 @@ class HexMesh:
     warnings: tuple[str, ...] = ()
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     paths: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    bounds: ClassVar = dict.fromkeys(("hexes", "quads", "paths"), "vertices") | {"sets": "quads"}
 
     def __post_init__(self) -> None:
         freeze(

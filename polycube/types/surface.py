@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -27,6 +28,8 @@ class TriMesh:
     region: np.ndarray = field(default_factory=lambda: np.zeros(0))
     region_names: tuple[str, ...] = ()
     region_shapes: tuple[str, ...] = ()
+
+    bounds: ClassVar = {"faces": "vertices"}
 
     def __post_init__(self) -> None:
         freeze(

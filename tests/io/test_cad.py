@@ -247,3 +247,16 @@ def test_names_of_faces_in_a_damaged_file_are_left_out(tmp_path, step, old, new)
     path = tmp_path / "damaged.step"
     path.write_text(damaged)
     assert face_names(path, ["Plane"], [np.eye(3)]) == ("",)
+
+
+@pytest.mark.parametrize("rest", [b"x\n", b"#1=", b"'", b"("])
+def test_what_follows_the_end_of_a_step_file_is_not_read(tmp_path, step, rest):
+    path = tmp_path / "part.step"
+    path.write_bytes(step.read_bytes() + rest * (100_000 // len(rest)))
+    surface, warnings = read_surface(path)
+    assert warnings == [] and volume(surface) == pytest.approx(BORED, rel=2e-3)
+
+
+def test_units_that_refer_to_each_other_are_refused(testdata):
+    with pytest.raises(InputError, match="refer to each other without end"):
+        read_surface(testdata / "cases3" / "unitcycle.step")

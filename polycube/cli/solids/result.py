@@ -21,6 +21,7 @@ from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.metrics import metrics
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
+from polycube.io.access.stored import read_json
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.resume.results import has_stage, load_stage
@@ -91,10 +92,10 @@ def _part(folder: Path, solid: Solid, code: int, cfg: Json) -> _Part:
     run = folder / solid.name
     row: dict[str, Any] = {"exit": code, "result": VERDICT.get(code, "failed"), "says": ""}
     if (run / ROW).is_file():
-        row |= json.loads((run / ROW).read_text(encoding="utf-8"))
+        row |= read_json(run / ROW)
     if code not in MADE or not (run / "report.json").is_file():
         return _Part(solid, row, {}, None, None)
-    report = json.loads((run / "report.json").read_text(encoding="utf-8"))
+    report = read_json(run / "report.json")
     surface = load_stage(run, "read")[0]
     if "hex" not in report:
         return _Part(solid, row, report, surface, None)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.io.access.reading import reading
 from polycube.io.cad import INSTALL, check_complete
 from polycube.io.foreign.process import read_separately, unreadable
 from polycube.io.solids.motions import Motion
@@ -48,13 +49,9 @@ def read_solids(path: Path) -> list[Solid]:
     ------
     InputError : the file has no solid, or cannot be read
     """
-    try:
+    with reading(path):
         check_complete(path)
         output, errors = read_separately("polycube.io.solids.worker", path, {}, EFFORT)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if output is None and "import gmsh" in errors:
         raise InputError(f"cad.solid needs gmsh; {INSTALL}")
     if output is None:

@@ -48,7 +48,7 @@ class _Solid:
 def main() -> None:
     """Names, volumes and boxes in millimetres; first identical solid of each."""
     request = json.load(sys.stdin)
-    gmsh = opened(request)
+    gmsh, _ = opened(request)
     distinct: list[tuple[int, _Solid]] = []
     rows = []
     for number, (_, tag) in enumerate(gmsh.model.getEntities(3), start=1):
