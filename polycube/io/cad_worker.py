@@ -20,6 +20,7 @@ from polycube.io.foreign.process import limit
 SEW = 1e-5  # of the diagonal: gaps between loose faces that are closed
 COARSE = 1 / 20  # of the diagonal: largest triangle edge
 FINE = 1 / 1000  # smallest
+NO_NAME = "Open CASCADE STEP translator"  # entry of Open CASCADE for a missing name
 
 
 def main() -> None:
@@ -36,7 +37,7 @@ def main() -> None:
     if number is None and len(solids) == 1:
         number = 1
     if number is not None and 1 <= number <= len(solids):
-        found |= _triangles(gmsh, solids, number - 1)
+        found |= _triangles(gmsh, solids, number - 1, request["groups"])
     with open(request["output"], "wb") as file:
         np.savez(file, allow_pickle=False, **found)
     gmsh.finalize()
@@ -76,10 +77,13 @@ def _diagonal(gmsh: ModuleType) -> float:
     return float(np.linalg.norm(high - low))
 
 
-def _triangles(gmsh: ModuleType, solids: list[int], chosen: int) -> dict[str, np.ndarray]:
+def _triangles(
+    gmsh: ModuleType, solids: list[int], chosen: int, groups: str
+) -> dict[str, np.ndarray]:
     """Vertices (V, 3), faces (F, 3), and the CAD face of each triangle (F,), from 1.
 
-    Also for each CAD face: kind of surface, name, number of corners, and all corners in sequence.
+    Also the name of the solid, and for each CAD face: kind of surface, name or colour, number of
+    corners, and all corners in sequence.
     """
     others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
     gmsh.model.occ.remove(others, recursive=True)
@@ -100,18 +104,24 @@ def _triangles(gmsh: ModuleType, solids: list[int], chosen: int) -> dict[str, np
         "faces": np.concatenate(faces),
         "cad_face": np.repeat(np.arange(1, len(sides) + 1), [len(own) for own in faces]),
         "face_kind": np.array([gmsh.model.getType(2, side) for side in sides]),
-        "face_name": np.array(_names(gmsh, sides)),
+        "face_name": np.array(_names(gmsh, sides, groups)),
+        "solid_name": np.array(name_of(gmsh, 3, solids[chosen])),
         "corners": np.reshape(corners, (-1, 3)),
         "n_corners": np.array([len(own) for own in ends]),
     }
 
 
-def _names(gmsh: ModuleType, sides: list[int]) -> list[str]:
-    """Names of the faces from gmsh; `colour_ff0000` if there are no names but several colours."""
-    names = [gmsh.model.getEntityName(2, side).rpartition("/")[2] for side in sides]
-    colours = [gmsh.model.getColor(2, side) for side in sides]
-    if any(names) or len(set(colours)) == 1:
-        return names
+def name_of(gmsh: ModuleType, dimension: int, tag: int) -> str:
+    """The name of a face or solid; empty for those that Open CASCADE makes up."""
+    name = str(gmsh.model.getEntityName(dimension, tag)).rpartition("/")[2]
+    return "" if name.startswith(NO_NAME) else name
+
+
+def _names(gmsh: ModuleType, sides: list[int], groups: str) -> list[str]:
+    """Names of the faces, or their colours such as `colour_ff0000`; empty if there is none."""
+    if groups == "name":
+        return [name_of(gmsh, 2, side) for side in sides]
+    colours = [gmsh.model.getColor(2, side) if groups == "colour" else 4 * (0,) for side in sides]
     return ["colour_{:02x}{:02x}{:02x}".format(*c[:3]) if c[3] else "" for c in colours]
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from polycube.examples.parts import example
 from polycube.io.cad import SUFFIXES, Cad, read_cad
 from polycube.io.clouds import reading
 from polycube.io.clouds.reading import is_cloud, read_cloud
+from polycube.io.file_units import file_unit
 from polycube.io.foreign.process import parsed
 from polycube.io.obj import read_obj
 from polycube.io.stl import read_stl
@@ -81,6 +83,7 @@ def read_repaired(
         raise InputError(f"{path}: {error}") from error.__cause__
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    surface = replace(surface, unit=file_unit(path))
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
     if made is not None:
         warnings = [made.sentence(), *warnings]

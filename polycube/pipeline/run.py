@@ -90,8 +90,7 @@ class Run:
             raise InputError(str(error), "meshing.creases") from None
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
-        wanted = [kind for kind in ("spline", "analysis") if kind in settings.order]
-        self.solving = build_stages(wanted, settings.composed)
+        self.solving = self._solving()
         self.primitives = voxels(settings.primitives["use"])
         ranking: Ranking = build("ranking", settings.ranking)
         self.proposals = Proposals(settings, self.primitives, ranking, self.clock)
@@ -103,6 +102,11 @@ class Run:
             )
         loaded = self.names[: self.names.index(str(settings.start))] if settings.resume else ()
         self.results = StageResults(settings.resume, loaded)
+
+    def _solving(self) -> list[Stage]:
+        """The stages after meshing."""
+        wanted = [kind for kind in ("spline", "analysis") if kind in self.settings.order]
+        return build_stages(wanted, self.settings.composed)
 
     @property
     def bundle(self) -> Node:
@@ -128,6 +132,8 @@ class Run:
             state = self._read(self.settings, self.clock)
         for warning in state.warnings:
             logger.warning("warning: %s", warning)
+        self.settings = self.settings.in_unit(state.surface.unit)
+        self.solving = self._solving()
         check_requests(state.surface, self.requests)
         return self.propose(state)
 
@@ -186,7 +192,8 @@ class Run:
 
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary, label the surface and judge the mesh."""
-        hexes = with_sets(_hexes(state), state.surface)
+        unit = self.settings.unit(state.surface.unit)
+        hexes = replace(with_sets(_hexes(state), state.surface), unit=unit)
         labels = state.labels
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)

@@ -26,11 +26,13 @@ def block(low, counts, seed=0):
     hexes = number[np.ravel_multi_index(np.moveaxis(corners, 2, 0), size)]
     mesh = hex_mesh(vertices, rng.permutation(hexes))
     middle = mesh.vertices[mesh.quads].mean(axis=1) - low
-    sets = {}
+    sets, cad_face = {}, np.zeros(len(mesh.quads), int)
     for axis in range(3):
         for side, place in enumerate((0, counts[axis])):
-            sets[f"cad_face_{2 * axis + side + 1}"] = np.flatnonzero(middle[:, axis] == place)
-    return replace(mesh, sets=sets)
+            number = 2 * axis + side + 1
+            sets[f"cad_face_{number}"] = np.flatnonzero(middle[:, axis] == place)
+            cad_face[middle[:, axis] == place] = number
+    return replace(mesh, sets=sets, cad_face=cad_face)
 
 
 def meet(first, second, area, f=2, g=1):

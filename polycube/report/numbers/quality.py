@@ -78,7 +78,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
     return {
         **numbers,
         "deviation": {
-            "unit": "model units",
+            "unit": surface.unit or "model units",
             "diagonal": diagonal,
             **lengths,
             "mesh_to_surface_max_at": mesh.vertices[
