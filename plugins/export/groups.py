@@ -2,9 +2,40 @@
 
 from __future__ import annotations
 
+import textwrap
+from dataclasses import replace
+
 import numpy as np
 
+from polycube.names import in_ascii, plain, unique
 from polycube.types import HexMesh
+
+
+def renamed(mesh: HexMesh, length: int, ascii_only: bool = True) -> HexMesh:
+    """The mesh with names of sets that a format can hold, in the same order.
+
+    They are unique without regard to case. `cad_names` also has the sets that were renamed.
+
+    Parameters
+    ----------
+    length : largest number of bytes of a name
+    ascii_only : transliterate other letters
+    """
+    sets = side_sets(mesh)
+    names = unique(map(in_ascii, sets) if ascii_only else sets, length)
+    pairs = list(zip(sets, names, strict=True))
+    given = {new: mesh.cad_names.get(n, n) for n, new in pairs if n in mesh.cad_names or n != new}
+    part = in_ascii(mesh.name) if ascii_only else mesh.name
+    [part] = unique([plain(part)], length - 10)
+    return replace(mesh, sets={new: sets[n] for n, new in pairs}, cad_names=given, name=part)
+
+
+def legend(mesh: HexMesh, mark: str = "", indent: str = "  ") -> str:
+    """Comment lines with the length unit and the table of names, each after a mark."""
+    rows = [f"lengths in {mesh.unit or 'the units of the input'}"]
+    rows += [f"set {new} is {name!r} in the CAD file" for new, name in mesh.cad_names.items()]
+    lines = (line for row in rows for line in textwrap.wrap(row, 70, subsequent_indent=indent))
+    return "".join(f"{mark}{line}\n" for line in lines)
 
 
 def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
@@ -41,11 +72,12 @@ def blocks(mesh: HexMesh) -> dict[str, np.ndarray]:
 
 
 def primitive_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
-    """Hexes of each primitive, such as primitive_hole_z; empty if primitives are unknown."""
+    """Hexes of each known primitive, such as primitive_hole_z, and of a solid with a name."""
     from polycube.io.vtk import numbered_primitives
 
     names, primitive = numbered_primitives(mesh.primitives)
-    return {
+    solid = {f"solid_{plain(mesh.name)}": np.arange(len(mesh.hexes))} if mesh.name else {}
+    return solid | {
         f"primitive_{name}": np.flatnonzero(primitive[mesh.cell] == k)
         for k, name in enumerate(names)
     }
