@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -21,13 +22,21 @@ def renamed(mesh: HexMesh, length: int, ascii_only: bool = True) -> HexMesh:
     length : largest number of bytes of a name
     ascii_only : transliterate other letters
     """
+
+    def called(names: Iterable[str], most: int) -> list[str]:
+        return unique(map(in_ascii, names) if ascii_only else names, most)
+
     sets = side_sets(mesh)
-    names = unique(map(in_ascii, sets) if ascii_only else sets, length)
-    pairs = list(zip(sets, names, strict=True))
-    given = {new: mesh.cad_names.get(n, n) for n, new in pairs if n in mesh.cad_names or n != new}
-    part = in_ascii(mesh.name) if ascii_only else mesh.name
-    [part] = unique([plain(part)], length - 10)
-    return replace(mesh, sets={new: sets[n] for n, new in pairs}, cad_names=given, name=part)
+    new, nodes = called(sets, length), called(mesh.node_sets, length)
+    pairs = zip((*sets, *mesh.node_sets), (*new, *nodes), strict=True)
+    known = mesh.cad_names
+    return replace(
+        mesh,
+        sets=dict(zip(new, sets.values(), strict=True)),
+        node_sets=dict(zip(nodes, mesh.node_sets.values(), strict=True)),
+        cad_names={b: known.get(a, a) for a, b in pairs if a in known or a != b},
+        name=called([plain(mesh.name)], length - len("solid_"))[0],
+    )
 
 
 def legend(mesh: HexMesh, mark: str = "", indent: str = "  ") -> str:
@@ -46,12 +55,13 @@ def side_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
 
 
 def node_sets(mesh: HexMesh, quads: np.ndarray | None = None) -> dict[str, np.ndarray]:
-    """Numbers of the nodes on the quads of each set, ascending.
+    """Numbers of the nodes on the quads of each set and of those on named edges, ascending.
 
     quads : (Q, n) nodes of each quad, if there are more than the vertices of the mesh
     """
     nodes = mesh.quads if quads is None else quads
-    return {name: np.unique(nodes[own]) for name, own in side_sets(mesh).items()}
+    found = {name: np.unique(nodes[own]) for name, own in side_sets(mesh).items()}
+    return found | dict(mesh.node_sets)
 
 
 def first_sets(mesh: HexMesh) -> tuple[list[str], np.ndarray]:

@@ -77,9 +77,9 @@ class Nastran:
             parts.append(f"$ property {number}: {name}\nPSOLID  {number:8d}       1\n")
         parts.append(lines(count(hexes.vertices), GRID))
         parts.append(lines(count(np.column_stack([hexes.cell + 1, hexes.hexes + 1])), CHEXA))
-        for k, name in enumerate(sides, start=1):
-            parts.append(f"$ set {k}, nodes: {name}\n{_set(k, nodes[name])}")
-        for k, (name, own) in enumerate(primitive_sets(named).items(), start=1 + len(sides)):
+        for k, (name, own) in enumerate(nodes.items(), start=1):
+            parts.append(f"$ set {k}, nodes: {name}\n{_set(k, own)}")
+        for k, (name, own) in enumerate(primitive_sets(named).items(), start=1 + len(nodes)):
             parts.append(f"$ set {k}, elements: {name}\n{_set(k, own)}")
         for k, (name, quads) in enumerate(sides.items(), start=1):
             faces = owner[quads] + 1, hexes.quads[quads]

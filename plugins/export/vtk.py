@@ -11,7 +11,7 @@ import numpy as np
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
-from .groups import renamed
+from .groups import node_sets, renamed
 from .text import floats, integers, write
 
 NAME = 200  # longest name; readers allow 255 characters
@@ -55,9 +55,11 @@ class LegacyVtk:
         unit = f", lengths in {hexes.unit}" if hexes.unit else ""
         title = f"hex mesh of polycube{unit}{'; primitive: ' if names else ''}{legend}"[:255]
         _, at_hexes = set_arrays(hexes)
-        at_nodes = {name: np.zeros(len(own.points), int) for name in at_hexes}
-        for name, marked in at_nodes.items():
-            marked[own.quads[hexes.sets[name]]] = 1
+        at_nodes = {
+            name: np.isin(np.arange(len(own.points)), nodes).astype(int)
+            for name, nodes in node_sets(hexes, own.quads).items()
+            if not name.startswith("patch_")
+        }
         of_hexes = {"cell": hexes.cell}
         if names:
             of_hexes["primitive"] = primitive[hexes.cell]

@@ -60,6 +60,11 @@ def combined(
             for name in mesh.cad_names
             if (k, name) in sets
         },
+        node_sets={
+            f"{names[k]}_{name}": np.unique(number[own + start[k]])
+            for k, mesh in meshes.items()
+            for name, own in mesh.node_sets.items()
+        },
         unit=next((mesh.unit for mesh in parts), ""),
     )
 

@@ -20,11 +20,13 @@ class CadSets:
     ----------
     numbers : numbers of the CAD faces of each set
     alone : set of each CAD face alone, `cad_face_1` etc.
+    edges : pairs of CAD faces on both sides of each named edge, by the name of its set of nodes
     names : names of sets that come from the file, with the name there
     """
 
     numbers: dict[str, np.ndarray]
     alone: dict[int, str]
+    edges: dict[str, tuple[tuple[int, ...], ...]]
     names: dict[str, str]
 
     def renamed(self) -> list[str]:
@@ -48,7 +50,7 @@ def cad_sets(surface: TriMesh) -> CadSets:
     """
     numbers = np.unique(surface.region).tolist()
     if not numbers:
-        return CadSets({}, {}, {})
+        return CadSets({}, {}, {}, {})
     groups: dict[str, set[int]] = {}
     for number, name in enumerate(surface.region_names, start=1):
         if name:
@@ -63,8 +65,12 @@ def cad_sets(surface: TriMesh) -> CadSets:
     alone = dict(zip(numbers, called[len(given) :], strict=True))
     sets = {names[name]: np.array(sorted(own)) for name, own in groups.items()}
     sets |= {name: np.array([number]) for number, name in alone.items()}
+    edges = unique(f"edge_{plain(name) or 'name'}" for name in surface.region_edges)
     return CadSets(
-        cad_ends_and_holes(surface) | sets, alone, {names[name]: name for name in groups}
+        cad_ends_and_holes(surface) | sets,
+        alone,
+        dict(zip(edges, surface.region_edges.values(), strict=True)),
+        {names[n]: n for n in groups} | dict(zip(edges, surface.region_edges, strict=True)),
     )
 
 

@@ -107,18 +107,19 @@ def _regions(
     middles = found["vertices"][found["faces"]].mean(axis=1) / factor
     nearest = cKDTree(middles).query(surface.vertices[surface.faces].mean(axis=1))[1]
     kinds = found["face_kind"].tolist()
-    named = Named(str(found["solid_name"]), tuple(found["face_name"].tolist()), {})
+    named = Named(str(found["solid_name"]), tuple(found["face_name"].tolist()), {}, {})
     if by != "none" and path.suffix.lower() in STEP:
         corners = np.split(found["corners"] / factor, np.cumsum(found["n_corners"])[:-1])
         own = named_faces(path, kinds, corners, by)
         faces = own.faces if any(own.faces) or own.groups else named.faces
-        named = Named(own.solid or named.solid, faces, own.groups)
+        named = own._replace(solid=own.solid or named.solid, faces=faces)
     return replace(
         surface,
         region=found["cad_face"][nearest],
         region_names=named.faces,
         region_shapes=tuple(re.sub(" [Ss]urface$", "", kind).lower() for kind in kinds),
         region_groups=named.groups,
+        region_edges=named.edges,
         name=named.solid,
     )
 

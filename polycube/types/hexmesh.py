@@ -38,6 +38,7 @@ class HexMesh:
         stages keep them on the curve
     cad_face : (Q,) number of the CAD face of each quad; empty without CAD faces
     cad_names : name in the CAD file of each set that has one
+    node_sets : vertices (N,) on each named edge of the CAD file
     name : name of the solid in the CAD file
     unit : length unit of the coordinates, such as mm; empty if it is not known
     """
@@ -53,6 +54,7 @@ class HexMesh:
     paths: Mapping[str, np.ndarray] = field(default_factory=dict)
     cad_face: np.ndarray = field(default_factory=lambda: np.zeros(0))
     cad_names: Mapping[str, str] = field(default_factory=dict)
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     name: str = ""
     unit: str = ""
 

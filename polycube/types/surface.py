@@ -22,6 +22,7 @@ class TriMesh:
     region_names : names of the CAD faces; an empty string if a face has no name
     region_shapes : shapes of the CAD faces, such as plane, cylinder, cone, sphere
     region_groups : numbers of the CAD faces of each named group of the file
+    region_edges : pairs of CAD faces between which each named edge of the file lies
     name : name of the solid; empty if there is none
     unit : length unit of the coordinates, such as mm; empty if the input states none
     """
@@ -32,6 +33,7 @@ class TriMesh:
     region_names: tuple[str, ...] = ()
     region_shapes: tuple[str, ...] = ()
     region_groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    region_edges: Mapping[str, tuple[tuple[int, ...], ...]] = field(default_factory=dict)
     name: str = ""
     unit: str = ""
 

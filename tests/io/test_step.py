@@ -1,18 +1,23 @@
 """Names, groups and units of STEP files, as ISO 10303-21 writes them."""
 
+import re
 import time
 
 import numpy as np
 import pytest
 
 from polycube.errors import InputError
+from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.cad_sets import cad_sets
 from polycube.io.cad import Cad
 from polycube.io.file_units import file_unit
 from polycube.io.step.text import decoded, exchange
 from polycube.io.surfaces import read_surface
+from polycube.names import plain
 from polycube.units import METRES
 from tests.fixtures import step_files
+from tests.fixtures.exports import export
+from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.step_files import UNITS, box, side_of
 
 
@@ -149,6 +154,33 @@ def test_groups_shells_aspects_and_layers(tmp_path) -> None:
     for groups in ("none", "colour"):
         found, _ = read_surface(path, Cad(groups=groups))
         assert found.region_groups == {} and not any(found.region_names)
+
+
+def test_named_edges_are_between_two_faces(tmp_path) -> None:
+    """Each edge of a box is the whole border between two faces."""
+    path = box(tmp_path / "a.step")
+    text, count = path.read_text(), iter(range(100))
+    names = {0: "Seam", 1: "weld; 1", 2: "Seam"}
+    named = lambda _: f"EDGE_CURVE('{names.get(next(count), 'NONE')}'"  # noqa: E731
+    path.write_text(re.sub(r"EDGE_CURVE\(''", named, text))
+    surface, _ = read_surface(path)
+    assert {name: len(pairs) for name, pairs in surface.region_edges.items()} == {
+        "Seam": 2,
+        "weld; 1": 1,
+    }
+    mesh = with_sets(hex_box((4, 3, 2), step_files.SIDES), surface)
+    assert list(mesh.node_sets) == ["edge_Seam", "edge_weld_1"]
+    for name, pairs in surface.region_edges.items():
+        inside = np.zeros(len(mesh.vertices), bool)
+        for pair in pairs:
+            boxes = [surface.vertices[surface.faces[surface.region == n]] for n in pair]
+            low = np.max([each.min(axis=(0, 1)) for each in boxes], axis=0) - 1e-9
+            high = np.min([each.max(axis=(0, 1)) for each in boxes], axis=0) + 1e-9
+            inside |= ((mesh.vertices >= low) & (mesh.vertices <= high)).all(axis=1)
+        own = mesh.node_sets[f"edge_{plain(name)}"]
+        assert own.tolist() == np.flatnonzero(inside).tolist()
+    for form in ("abaqus", "exodus", "lsdyna", "nastran", "vtk", "febio"):
+        assert b"edge_weld_1" in export(mesh, tmp_path, form).read_bytes()
 
 
 def test_layers_are_those_of_step_files(tmp_path) -> None:

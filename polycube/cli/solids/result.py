@@ -161,6 +161,7 @@ def _report(
     if mesh is not None:
         report["hex"] = _numbers(parts, mesh)
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        report["input"]["unit"] = mesh.unit or None
         report["input"]["bbox"] = [low.tolist(), high.tolist()]
     bad = [part.solid.name for part in parts if part.row["exit"] != 0]
     if bad:

@@ -43,11 +43,13 @@ class Named(NamedTuple):
     solid : name of the solid; empty if it has none
     faces : name of each face; an empty string if it has none
     groups : numbers of the faces of each named shell, group, aspect or layer
+    edges : pairs of faces whose common edges all have a name
     """
 
     solid: str
     faces: tuple[str, ...]
     groups: dict[str, tuple[int, ...]]
+    edges: dict[str, tuple[tuple[int, ...], ...]]
 
 
 def named_faces(
@@ -65,8 +67,9 @@ def named_faces(
     solids = [n for n in file.entities if file.word(n) in SOLIDS]
     groups = _coloured(file) if by == "colour" else _groups(file, by == "layer")
     called = {n: file.name(n) if by == "name" else "" for n in file.entities if _is_face(file, n)}
-    if not groups and not any(called.values()) and not any(map(file.name, solids)):
-        return Named("", ("",) * len(kinds), {})
+    curves = [n for n in file.entities if file.word(n) == "EDGE_CURVE" and file.name(n)]
+    if not groups and not any(called.values()) and not any(map(file.name, [*solids, *curves])):
+        return Named("", ("",) * len(kinds), {}, {})
     entity = _identified(file, solids, list(called), kinds, corners)
     members = {
         name: [k for k, n in enumerate(entity, 1) if n in own] for name, own in groups.items()
@@ -76,7 +79,25 @@ def named_faces(
         file.name(owners[0]) if len(owners) == 1 else "",
         tuple(called.get(n, "") for n in entity),
         {name: tuple(own) for name, own in members.items() if own},
+        _edges(file, entity) if by == "name" and curves else {},
     )
+
+
+def _edges(file: Exchange, faces: Sequence[str]) -> dict[str, tuple[tuple[int, ...], ...]]:
+    """Pairs of faces by the name of the edges between them, if all of these have the same name."""
+    sides: dict[str, tuple[int, ...]] = {}
+    for number, face in enumerate(faces, start=1):
+        for edge in _below(file, face, "EDGE_CURVE"):
+            sides[edge] = (*sides.get(edge, ()), number)
+    names: dict[tuple[int, ...], set[str]] = {}
+    for edge, pair in sides.items():
+        names.setdefault(pair, set()).add(file.name(edge))
+    found: dict[str, tuple[tuple[int, ...], ...]] = {}
+    for pair, own in names.items():
+        name = own.pop() if len(own) == 1 and len(pair) == 2 else ""
+        if name:
+            found[name] = (*found.get(name, ()), pair)
+    return found
 
 
 def _groups(file: Exchange, layers: bool) -> dict[str, set[str]]:
@@ -197,16 +218,21 @@ def _span(points: np.ndarray) -> float:
 
 def _vertices(file: Exchange, face: str) -> np.ndarray:
     """(N, 3) vertices of a face."""
-    waiting, seen, found = file.references(face)[:-1], set(), []
+    points = [file.body(n).partition(",")[2] for n in _below(file, face, "CARTESIAN_POINT")]
+    found = [re.findall(NUMBER, point) for point in points]
+    return np.array([point for point in found if len(point) == 3], np.float64).reshape(-1, 3)
+
+
+def _below(file: Exchange, face: str, word: str) -> list[str]:
+    """The entities with a keyword among the bounds of a face, their edges and vertices."""
+    waiting, seen = file.references(face)[:-1], set()  # its last is the surface
     while waiting:
         number = waiting.pop()
         if number not in seen:
             seen.add(number)
-            word, below = file.word(number), file.references(number)
-            if word == "CARTESIAN_POINT":
-                found.append(re.findall(NUMBER, file.body(number).partition(",")[2]))
-            waiting += below[:2] if word == "EDGE_CURVE" else below  # its third is the curve
-    return np.array([point for point in found if len(point) == 3], np.float64).reshape(-1, 3)
+            below = file.references(number)
+            waiting += below[:2] if file.word(number) == "EDGE_CURVE" else below  # 2: the curve
+    return [number for number in seen if file.word(number) == word]
 
 
 def _places(tree: cKDTree, points: np.ndarray, near: float) -> frozenset[int]:

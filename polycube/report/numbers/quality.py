@@ -97,6 +97,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "certificate": certificate(mesh),
         "features": features.numbers(mesh, surface),
         "sets": sets.numbers(mesh, surface),
+        "node_sets": {name: len(nodes) for name, nodes in mesh.node_sets.items()},
         "faces_without_quads": list(inspect(mesh, surface).lost_faces),
     }
 
