@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,21 +25,23 @@ MASSES = {"mm": "t", "m": "kg"}  # name of N s^2/L
 STRESSES = {"mm": "MPa", "m": "Pa"}  # name of N/L^2
 
 
-@dataclass(frozen=True, eq=False)
-class Support:
-    """The nodes at which one component has a prescribed value.
+class Support(NamedTuple):
+    """The nodes at which one component has a prescribed value."""
 
-    Parameters
-    ----------
-    place : the set of the mesh that has exactly these nodes; None if there is none
-    label : unique name in the problem
-    """
-
-    place: str | None
-    label: str
+    place: str | None  # the set of the mesh that has exactly these nodes
+    label: str  # a name for them in any case
     component: int
     value: float
     nodes: np.ndarray
+
+
+class Pressure(NamedTuple):
+    """A pressure on the faces of a place."""
+
+    place: str | None  # the set of the mesh, if it has a name
+    label: str
+    quads: np.ndarray
+    value: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,15 +98,18 @@ class Loads:
         return found
 
     @cached_property
-    def pressures(self) -> list[tuple[str | None, str, np.ndarray, float]]:
-        """Set of the mesh or None, unique name, quads and pressure."""
-        found = []
-        for k, load in enumerate(self._applied):
-            place = None if isinstance(load.place, Mapping) else set_name(load.place)
-            value = load.pressure * self._metre**2
-            if value:
-                found.append((place, f"load_{k + 1}", self._quads(load.place), value))
-        return found
+    def pressures(self) -> list[Pressure]:
+        """The pressures of all loads that have one."""
+        return [
+            Pressure(
+                None if isinstance(load.place, Mapping) else set_name(load.place),
+                f"load_{k}",
+                self._quads(load.place),
+                load.pressure * self._metre**2,
+            )
+            for k, load in enumerate(self._applied, start=1)
+            if load.pressure
+        ]
 
     @cached_property
     def forces(self) -> np.ndarray:

@@ -149,6 +149,16 @@ def test_coordinates_are_in_the_unit_of_the_file(tmp_path, step):
     assert all(read_surface(metres, Cad(units=units))[1] == [] for units in ("m", "auto"))
 
 
+def test_lengths_of_iges_are_in_its_unit(tmp_path):
+    path = part(tmp_path, "igs")
+    text = path.read_text()
+    assert text.count("2,2HMM") == 1 and read_surface(path)[0].unit == "mm"
+    path.write_text(text.replace("2,2HMM", "1,2HIN"))
+    surface, _ = read_surface(path)
+    assert surface.unit == "in"
+    np.testing.assert_allclose(np.ptp(surface.vertices, axis=0), [100, 60, 40], rtol=1e-6)
+
+
 def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
     path = part(tmp_path, solids="two")
     with pytest.raises(InputError, match=r"2 solids: 1 \(volume 22190.* 2 \(volume 6 mm3, from"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,9 +71,8 @@ def named_faces(
     if not groups and not any(called.values()) and not any(map(file.name, [*solids, *curves])):
         return Named("", ("",) * len(kinds), {}, {})
     entity = _identified(file, solids, list(called), kinds, corners)
-    members = {
-        name: [k for k, n in enumerate(entity, 1) if n in own] for name, own in groups.items()
-    }
+    place = {n: k for k, n in enumerate(entity, start=1) if n}
+    members = {name: sorted(place[n] for n in own if n in place) for name, own in groups.items()}
     owners = [s for s in solids if not set(entity).isdisjoint(_faces(file, [s]))]
     return Named(
         file.name(owners[0]) if len(owners) == 1 else "",
@@ -117,34 +116,26 @@ def _groups(file: Exchange, layers: bool) -> dict[str, set[str]]:
 
 def _coloured(file: Exchange) -> dict[str, set[str]]:
     """The faces of each colour; that of a face has precedence over that of its solid."""
+    styled = [STYLED.search(body) for body in file.entities.values() if "STYLED_ITEM(" in body]
+    items = [(each[2], re.findall(r"#(\d+)", each[1])) for each in styled if each]
     colour: dict[str, str] = {}
-    styled = [
-        (n, STYLED.search(body)) for n, body in file.entities.items() if "STYLED_ITEM(" in body
-    ]
-    items = [
-        (found[2], _colour(file, re.findall(r"#(\d+)", found[1]))) for _, found in styled if found
-    ]
-    for item, name in sorted(items, key=lambda each: _is_face(file, each[0])):
-        colour |= dict.fromkeys(_faces(file, [item]), name) if name else {}
-    return {
-        name: {n for n in colour if colour[n] == name} for name in dict.fromkeys(colour.values())
-    }
+    for item, styles in sorted(items, key=lambda each: _is_face(file, each[0])):
+        if name := _colour(file, styles):
+            colour |= dict.fromkeys(_faces(file, [item]), name)
+    found: dict[str, set[str]] = {}
+    for face, name in colour.items():
+        found.setdefault(name, set()).add(face)
+    return found
 
 
 def _colour(file: Exchange, styles: Sequence[str]) -> str:
     """Name of the colour of surfaces in some styles, such as `colour_ff0000`; empty if none."""
-    waiting, seen = list(styles), set()
-    while waiting:
-        number = waiting.pop()
-        if number in seen or file.word(number) == "CURVE_STYLE":
-            continue
-        seen.add(number)
+    for number in _reached(styles, lambda n: file.references(n) * (file.word(n) != "CURVE_STYLE")):
         if file.word(number) == "COLOUR_RGB":
             parts = re.findall(NUMBER, file.body(number).partition(",")[2])
             return "colour_" + "".join(f"{round(255 * float(c)):02x}" for c in parts)
         if file.word(number) == "DRAUGHTING_PRE_DEFINED_COLOUR":
             return f"colour_{file.name(number)}"
-        waiting += file.references(number)
     return ""
 
 
@@ -154,17 +145,28 @@ def _is_face(file: Exchange, number: str) -> bool:
 
 def _faces(file: Exchange, items: Iterable[str]) -> list[str]:
     """The faces among some entities and in the shells and solids among them, in order."""
-    waiting, found, seen = list(items)[::-1], [], set()
+    found = _reached(items, lambda n: file.references(n) * (file.word(n) in WHOLES))
+    return [number for number in found if _is_face(file, number)]
+
+
+def _below(file: Exchange, face: str, word: str) -> list[str]:
+    """The entities with a keyword among the bounds of a face, their edges and vertices."""
+    ends = {"EDGE_CURVE": 2}  # its third reference is the curve, the last one of a face the surface
+    found = _reached(
+        file.references(face)[:-1], lambda n: file.references(n)[: ends.get(file.word(n))]
+    )
+    return [number for number in found if file.word(number) == word]
+
+
+def _reached(start: Iterable[str], below: Callable[[str], list[str]]) -> Iterator[str]:
+    """The entities that are reached from some entities, each once, in order."""
+    waiting, seen = list(start)[::-1], set()
     while waiting:
         number = waiting.pop()
-        if number in seen:
-            continue
-        seen.add(number)
-        if _is_face(file, number):
-            found.append(number)
-        elif file.word(number) in WHOLES:
-            waiting += file.references(number)[::-1]
-    return found
+        if number not in seen:
+            seen.add(number)
+            yield number
+            waiting += below(number)[::-1]
 
 
 def _identified(
@@ -188,7 +190,8 @@ def _identified(
         keys = [(kind, _places(tree, each, near)) for kind, each in zip(has, vertices, strict=True)]
         found = _matched(own, keys, wanted)
         number = len(found) - found.count("")
-        left = [(n, kind) for n, kind in zip(own, has, strict=True) if n not in found]
+        known = set(found)
+        left = [(n, kind) for n, kind in zip(own, has, strict=True) if n not in known]
         if [kind for _, kind in left] == [k for n, k in zip(found, plain, strict=True) if not n]:
             in_order = iter(left)  # such as a ball, which has no vertices
             found = [n or next(in_order)[0] for n in found]
@@ -221,18 +224,6 @@ def _vertices(file: Exchange, face: str) -> np.ndarray:
     points = [file.body(n).partition(",")[2] for n in _below(file, face, "CARTESIAN_POINT")]
     found = [re.findall(NUMBER, point) for point in points]
     return np.array([point for point in found if len(point) == 3], np.float64).reshape(-1, 3)
-
-
-def _below(file: Exchange, face: str, word: str) -> list[str]:
-    """The entities with a keyword among the bounds of a face, their edges and vertices."""
-    waiting, seen = file.references(face)[:-1], set()  # its last is the surface
-    while waiting:
-        number = waiting.pop()
-        if number not in seen:
-            seen.add(number)
-            below = file.references(number)
-            waiting += below[:2] if file.word(number) == "EDGE_CURVE" else below  # 2: the curve
-    return [number for number in seen if file.word(number) == word]
 
 
 def _places(tree: cKDTree, points: np.ndarray, near: float) -> frozenset[int]:
