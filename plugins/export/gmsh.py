@@ -58,7 +58,7 @@ class Gmsh:
 
         own = hex_elements(hexes, self.spline, self.nodes)
         hexes = renamed(hexes, NAME, ascii_only=False)
-        comment = f"$Comments\n{legend(hexes)}$EndComments\n"
+        comment = f"$Comments\n{legend(hexes).replace('$', 'S')}$EndComments\n"
         is_simple = str(self.version) == VERSIONS[0]
         parts = _in_one_group(hexes, own) if is_simple else _in_all_groups(hexes, own)
         return write(
@@ -102,6 +102,9 @@ def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
     mesh.
     """
     surfaces, volumes = side_sets(mesh), blocks(mesh) | primitive_sets(mesh)
+    every = np.arange(len(mesh.quads))
+    if len(np.setdiff1d(every, np.concatenate([[], *surfaces.values()]))):
+        surfaces["boundary"] = every  # meshio needs a group for every element
     low, high = own.points.min(axis=0), own.points.max(axis=0)
     box = " ".join(f"{x:.17g}" for x in (*low, *high))
     n_points, nodes = len(own.points), own.hexes.shape[1]

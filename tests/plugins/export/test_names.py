@@ -166,3 +166,27 @@ def test_the_table_of_names_is_in_the_decks(mesh, tmp_path) -> None:
         assert f"{mark}set {first} is '固定面' in the CAD file\n" in text
         assert f"{mark}set cad_a_b is 'a;b' in the CAD file\n" in text
         assert f"{mark}lengths in in\n" in text
+
+
+BAD = ["*STEP", "x\n*STEP", "$EndComments", "]]>-->", "</febio_spec>", "\x07\x85", "ENDDATA " * 30]
+
+
+def test_no_name_ends_a_comment(mesh, tmp_path) -> None:
+    """Names are printable, and long ones continue in lines with a mark of their own."""
+    sets = {f"cad_{k}": mesh.sets["x_min"] for k in range(len(BAD))}
+    named = replace(mesh, sets=sets, cad_names=dict(zip(sets, BAD, strict=True)))
+    for form in ("abaqus", "nastran", "lsdyna"):
+        own, plain = (
+            [
+                row
+                for row in export(each, tmp_path, form).read_text().splitlines()
+                if row[:1] not in "$"
+            ]
+            for each in (named, replace(named, cad_names={}))
+        )
+        marked = [row for row in own if not row.startswith("** ")]
+        assert marked == [row for row in plain if not row.startswith("** ")]
+    assert set(read(export(named, tmp_path, "gmsh")).field_data) >= set(sets)
+    from xml.etree import ElementTree
+
+    ElementTree.parse(export(named, tmp_path, "febio"))
