@@ -69,9 +69,9 @@ def test_names_in_an_unknown_encoding_stay_different(tmp_path) -> None:
 def test_the_time_to_read_grows_with_the_size(tmp_path, piece) -> None:
     path = tmp_path / "a.step"
     path.write_text(piece * (2_000_000 // len(piece)))
-    begin = time.perf_counter()
+    begin = time.process_time()
     exchange(path)
-    assert time.perf_counter() - begin < 8  # a quadratic reader takes hours
+    assert time.process_time() - begin < 8  # a quadratic reader takes hours
 
 
 @pytest.mark.parametrize("unit", UNITS)
