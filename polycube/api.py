@@ -125,13 +125,14 @@ def execute(
         run = Improvement(settings, read or read_given, interrupt)
     else:
         run = Run(settings, read or read_part, interrupt)
-    problem = _problem(settings)
     built = [build("export", config) for config in settings.export.values()]
-    exports = [provide(each, problem=problem) for each in built]
     with locked(folder) if folder is not None else nullcontext():
         if folder is not None:
-            check_folder(folder, settings, run.names, exports)
+            check_folder(folder, settings, run.names, built)
         state = run.begin()
+        settings = run.settings
+        problem = _problem(settings)
+        exports = [provide(each, problem=problem) for each in built]
         if folder is not None:
             start_folder(folder, settings, state)
             started(folder)

@@ -26,6 +26,7 @@ WAYS = ("curved", "edges", "coarser")  # sizes from curvatures, from edges, from
 CURVED, EDGES, COARSER = WAYS
 COARSE = 1 / 20  # of the diagonal: largest triangle edge
 FINE = 1 / 1000  # smallest
+NO_NAME = "Open CASCADE STEP translator"  # entry of Open CASCADE for a missing name
 
 
 def main() -> None:
@@ -43,7 +44,7 @@ def main() -> None:
     if number is not None and 1 <= number <= len(solids):
         sys.stderr.write(f"{TESSELLATING}\n")
         sys.stderr.flush()
-        found |= _triangles(gmsh, solids, number - 1, request["segments"], request["way"])
+        found |= _triangles(gmsh, solids, number - 1, request)
         sides = np.sort(found["faces"][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         if (np.unique(sides, axis=0, return_counts=True)[1] != 2).any():
             sys.stderr.write(f"{OPEN}\n")
@@ -90,16 +91,19 @@ def _without_rest(path: Path, copy: Path) -> Path:
 
 
 def _triangles(
-    gmsh: ModuleType, solids: list[int], chosen: int, segments: int, way: str
+    gmsh: ModuleType, solids: list[int], chosen: int, request: Mapping[str, Any]
 ) -> dict[str, np.ndarray]:
     """Vertices (V, 3), faces (F, 3), and the CAD face of each triangle (F,), from 1.
 
-    Also for each CAD face: kind of surface, name, number of corners, and all corners in sequence.
+    Also the name of the solid, and for each CAD face: kind of surface, name or colour, number of
+    corners, and all corners in sequence.
+
+    request : the number of `segments`, the `way`, and by what `groups` the faces are named
     """
     others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
     gmsh.model.occ.remove(others, recursive=True)
     gmsh.model.occ.synchronize()
-    size = diagonal(gmsh)
+    size, segments, way = diagonal(gmsh), request["segments"], request["way"]
     for name, value in {
         "Mesh.MeshSizeMax": size if way == COARSER else COARSE * size,
         "Mesh.MeshSizeMin": FINE * size,
@@ -122,18 +126,24 @@ def _triangles(
         "faces": np.concatenate(faces),
         "cad_face": np.repeat(np.arange(1, len(sides) + 1), [len(own) for own in faces]),
         "face_kind": np.array([gmsh.model.getType(2, side) for side in sides]),
-        "face_name": np.array(_names(gmsh, sides)),
+        "face_name": np.array(_names(gmsh, sides, request["groups"])),
+        "solid_name": np.array(name_of(gmsh, 3, solids[chosen])),
         "corners": np.reshape(corners, (-1, 3)),
         "n_corners": np.array([len(own) for own in ends]),
     }
 
 
-def _names(gmsh: ModuleType, sides: list[int]) -> list[str]:
-    """Names of the faces from gmsh; `colour_ff0000` if there are no names but several colours."""
-    names = [gmsh.model.getEntityName(2, side).rpartition("/")[2] for side in sides]
-    colours = [gmsh.model.getColor(2, side) for side in sides]
-    if any(names) or len(set(colours)) == 1:
-        return names
+def name_of(gmsh: ModuleType, dimension: int, tag: int) -> str:
+    """The name of a face or solid; empty for those that Open CASCADE makes up."""
+    name = str(gmsh.model.getEntityName(dimension, tag)).rpartition("/")[2]
+    return "" if name.startswith(NO_NAME) else name
+
+
+def _names(gmsh: ModuleType, sides: list[int], groups: str) -> list[str]:
+    """Names of the faces, or their colours such as `colour_ff0000`; empty if there is none."""
+    if groups == "name":
+        return [name_of(gmsh, 2, side) for side in sides]
+    colours = [gmsh.model.getColor(2, side) if groups == "colour" else 4 * (0,) for side in sides]
     return ["colour_{:02x}{:02x}{:02x}".format(*c[:3]) if c[3] else "" for c in colours]
 
 

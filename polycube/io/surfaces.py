@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from polycube.io.access.reading import reading
 from polycube.io.cad import SUFFIXES, Cad, read_cad
 from polycube.io.clouds import reading as clouds
 from polycube.io.clouds.reading import is_cloud, read_cloud
+from polycube.io.file_units import file_unit
 from polycube.io.foreign.process import parsed
 from polycube.io.polygons.division import Soup
 from polycube.io.polygons.obj import read_obj
@@ -80,6 +82,7 @@ def read_repaired(
                 surface, repair = repaired(*soup[:2], level)
                 warnings = [repair.sentence(), *crossings(surface)]
             warnings = [*soup.notes, *warnings]
+        surface = replace(surface, unit=file_unit(path))
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
     if made is not None:
         warnings = [made.sentence(), *warnings]

@@ -16,6 +16,7 @@ import numpy as np
 
 from polycube.io.access.stored import read_json
 from polycube.io.solids.motions import Motion
+from polycube.io.step.text import STEP
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.resume.results import StageResults, has_stage
 from polycube.pipeline.run import Run
@@ -41,6 +42,16 @@ class Placement(Run):
         loaded = (*self.preparation, *(stage.kind for stage in self.meshing))
         self.results = StageResults(source, loaded, partial(moved, motion=motion))
         self.report = read_json(source / "report.json")
+
+    def load_input(self) -> RunState:
+        """The moved surface, with the names that this solid has in a STEP file."""
+        state = super().load_input()
+        if Path(str(self.settings.mesh)).suffix.lower() not in STEP:
+            return state
+        own = read_part(self.settings, self.clock).surface
+        names = ("name", "region_names", "region_groups", "region_edges")
+        named = {name: getattr(own, name) for name in names}
+        return replace(state, surface=replace(state.surface, **named))
 
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary and judge the mesh, with the failure of the other run."""

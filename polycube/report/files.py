@@ -173,7 +173,9 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
     if 2 in versions:
         write_bext2(folder / "spline.bxt", spline)
     included = "spline.bext" if 1 in versions else "spline.bxt"
-    write_modal_deck(folder / "modal.k", included, **settings_of(settings.analysis))
+    write_modal_deck(
+        folder / "modal.k", included, **settings_of(settings.analysis, state.surface.unit)
+    )
     bounds = {"scaled_det_j": scaled_bounds(spline)}
     bezier.write_bezier_vtu(folder / "spline.vtu", spline, cell_data=bounds)
     matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}

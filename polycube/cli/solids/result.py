@@ -17,6 +17,7 @@ from polycube.assembly.combined import Joint, combined
 from polycube.assembly.contacts import NEAR, Contact, contacts
 from polycube.cli.batch import ROW, VERDICT
 from polycube.hexmesh.cad_faces import with_sets
+from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.metrics import metrics
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -123,7 +124,7 @@ def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | Non
     faces = [(first, contact.first), (second, contact.second)]
     found: dict[str, Any] = {
         "solids": [part.solid.name for part, _ in faces],
-        "faces": [f"cad_face_{face}" for _, face in faces],
+        "faces": [face_set(part.surface, face) for part, face in faces if part.surface is not None],
         "names": [
             part.surface.region_names[face - 1] if part.surface.region_names else ""
             for part, face in faces
@@ -161,6 +162,7 @@ def _report(
     if mesh is not None:
         report["hex"] = _numbers(parts, mesh)
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        report["input"]["unit"] = mesh.unit or None
         report["input"]["bbox"] = [low.tolist(), high.tolist()]
     bad = [part.solid.name for part in parts if part.row["exit"] != 0]
     if bad:
