@@ -18,14 +18,14 @@ from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
 from polycube.io.cad_worker import OPEN, TESSELLATING, WAYS
-from polycube.io.file_units import file_unit
+from polycube.io.file_units import file_unit, gmsh_lengths, gmsh_unit
 from polycube.io.foreign.process import Late, read_separately, unreadable
 from polycube.io.step.faces import Named, named_faces
 from polycube.io.step.text import STEP
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
-from polycube.units import MILLIMETRES, resolved
+from polycube.units import resolved
 
 logger = logging.getLogger(__name__)
 
@@ -71,7 +71,7 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
         raise InputError("cad.groups=layer is for STEP files; use name, colour or none")
     found = _tessellated(path, options)
     unit = file_unit(path)
-    factor = MILLIMETRES[resolved(None, unit)]
+    factor = gmsh_lengths(path)
     surface, notes = clean(found["vertices"] / factor, found["faces"])
     if "cad_face" in found:
         surface = _regions(surface, found, path, options.groups, factor)
@@ -82,7 +82,7 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
             f"use analysis.units=auto"
         )
-    if gap := _gap(found):
+    if gap := _gap(found, gmsh_unit(path)):
         notes.append(f"faces were sewn to a solid over {gap}")
     if "way" in found and found["way"] != WAYS[0]:
         notes.append(
@@ -112,7 +112,7 @@ def _regions(
     Parameters
     ----------
     by : what names the faces, one of `GROUPS`
-    factor : millimetres of the unit of the surface
+    factor : length from Gmsh that is one unit of the surface
     """
     middles = found["vertices"][found["faces"]].mean(axis=1) / factor
     nearest = cKDTree(middles).query(surface.vertices[surface.faces].mean(axis=1))[1]
@@ -135,7 +135,7 @@ def _regions(
 
 
 def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
-    """Arrays in millimetres: volume (one number), vertices, faces, and those of `cad_worker`.
+    """Arrays of Gmsh: volume (one number), vertices, faces, and those of `cad_worker`.
 
     Only vertices and faces if gmsh cannot be loaded.
     """
@@ -143,7 +143,7 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
     output, errors, way = _worked(path, options)
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
-            return _chosen(dict(arrays), options.solid) | {"way": np.array(way)}
+            return _chosen(dict(arrays), options.solid, gmsh_unit(path)) | {"way": np.array(way)}
     if "import gmsh" in errors:
         return _by_cascadio(path, options)
     raise unreadable(path, errors)
@@ -187,15 +187,15 @@ def check_complete(path: Path) -> None:
         raise InputError("the file is incomplete: its last line must give the number of the shape")
 
 
-def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.ndarray]:
+def _chosen(found: dict[str, np.ndarray], solid: int | None, unit: str) -> dict[str, np.ndarray]:
     """The arrays of the requested solid; raises InputError if the request is ambiguous."""
     volumes, boxes = found["volume"], found["box"]
     if not len(volumes):
-        gap = f"; there are {_gap(found)}" if _gap(found) else ""
+        gap = _gap(found, unit) and f"; there are {_gap(found, unit)}"
         raise InputError(f"the file contains no solid{gap}; export the part as a closed solid body")
     if "faces" not in found:
         listed = ", ".join(
-            f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
+            f"{i + 1} (volume {v:.6g} {unit}3, from {_point(box[:3])} to {_point(box[3:])} {unit})"
             for i, (v, box) in enumerate(zip(volumes, boxes, strict=True))
         )
         missing = "" if solid is None else f"there is no solid {solid}; "
@@ -206,12 +206,12 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
     return {**found, "volume": volumes[(solid or 1) - 1]}
 
 
-def _gap(found: dict[str, np.ndarray]) -> str:
+def _gap(found: dict[str, np.ndarray], unit: str) -> str:
     """Words about the largest gap between loose faces, if there are any."""
     if "gap" not in found or not found["gap"][0]:
         return ""
     where = _point(found["gap_place"])
-    return f"gaps of up to {found['gap'][0]:.3g} mm between its faces, at {where} mm"
+    return f"gaps of up to {found['gap'][0]:.3g} {unit} between its faces, at {where} {unit}"
 
 
 def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:

@@ -16,7 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from polycube.io.file_units import IGES, gmsh_unit
 from polycube.io.foreign.process import limit
+from polycube.io.step.text import STEP
 from polycube.io.tessellation.fillets import bound_sizes
 from polycube.io.tessellation.sewing import diagonal, sew
 
@@ -30,7 +32,7 @@ NO_NAME = "Open CASCADE STEP translator"  # entry of Open CASCADE for a missing 
 
 
 def main() -> None:
-    """Write the solids of the file, and the triangles of the requested one, in millimetres."""
+    """Write the solids of the file, and the triangles of the requested one, in `gmsh_unit`."""
     request = json.load(sys.stdin)
     gmsh, sewn = opened(request)
     solids = [tag for _, tag in gmsh.model.getEntities(3)]
@@ -54,7 +56,7 @@ def main() -> None:
 
 
 def opened(request: Mapping[str, Any]) -> tuple[ModuleType, dict[str, np.ndarray]]:
-    """Gmsh with the solids of a file, in millimetres, and the gap between loose faces, if any.
+    """Gmsh with the solids of a file, in `gmsh_unit`, and the gap between loose faces, if any.
 
     request : the `path`, and the limits `seconds` and `gigabytes`
     """
@@ -69,10 +71,17 @@ def opened(request: Mapping[str, Any]) -> tuple[ModuleType, dict[str, np.ndarray
         "Mesh.RandomSeed": 1,
     }.items():
         gmsh.option.setNumber(name, value)
-    # the other formats have no units or are in mm
     path = Path(request["path"])
-    if path.suffix.lower() in (".step", ".stp"):
-        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    unit = gmsh_unit(path)
+    if (
+        path.suffix.lower() in IGES
+    ):  # Open CASCADE has a target unit only after it wrote such a file
+        gmsh.model.occ.addPoint(0, 0, 0)
+        gmsh.model.occ.synchronize()
+        gmsh.write(f"{request['output']}.igs")
+        gmsh.clear()
+    gmsh.option.setString("Geometry.OCCTargetUnit", "INCH" if unit == "in" else unit.upper())
+    if path.suffix.lower() in STEP:
         path = _without_rest(path, Path(f"{request['output']}.step"))
     gmsh.model.occ.importShapes(str(path))
     gmsh.model.occ.synchronize()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from polycube.errors import InputError
 from polycube.io.step.text import SOLIDS, STEP, Exchange, exchange
-from polycube.units import named_unit
+from polycube.units import MILLIMETRES, named_unit, resolved
 
 IGES = (".iges", ".igs")
 PREFIX = {"MEGA": 6, "KILO": 3, "HECTO": 2, "DECA": 1, "DECI": -1, "CENTI": -2, "MILLI": -3}
@@ -31,6 +31,19 @@ def file_unit(path: Path) -> str:
     if suffix in IGES:
         return named_unit(_of_iges(path)) or "mm"
     return "m" if suffix == ".glb" else ""  # by the specification of glTF
+
+
+def gmsh_unit(path: Path) -> str:
+    """Length unit in which Gmsh reads a file.
+
+    Open CASCADE may lose curves of an IGES file whose lengths it converts.
+    """
+    return file_unit(path) if path.suffix.lower() in IGES else "mm"
+
+
+def gmsh_lengths(path: Path) -> float:
+    """Length from Gmsh that is one unit of a file."""
+    return MILLIMETRES[resolved(None, file_unit(path))] / MILLIMETRES[gmsh_unit(path)]
 
 
 def _of_step(file: Exchange) -> float:
@@ -69,7 +82,7 @@ def _of_iges(path: Path) -> float:
     text = "".join(row[:72].ljust(72) for row in rows)
     values, between, at = [""], ",", 0  # numbered from 1
     while at < len(text) and len(values) <= 15:
-        string = re.compile(r"\s*(\d+)H").match(text, at)
+        string = re.compile(r"\s*(\d{1,9})H").match(text, at)
         start = string.end() if string else at
         end = start + int(string[1]) if string else text.find(between, at) % (len(text) + 1)
         values.append(text[start:end].strip())

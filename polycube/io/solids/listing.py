@@ -14,11 +14,10 @@ import numpy as np
 from polycube.errors import InputError
 from polycube.io.access.reading import reading
 from polycube.io.cad import INSTALL, check_complete
-from polycube.io.file_units import file_unit
+from polycube.io.file_units import gmsh_lengths
 from polycube.io.foreign.process import read_separately, unreadable
 from polycube.io.solids.motions import Motion
 from polycube.names import in_ascii
-from polycube.units import MILLIMETRES, resolved
 
 EFFORT = 5  # time limit, relative to that of one solid
 
@@ -62,7 +61,7 @@ def read_solids(path: Path) -> list[Solid]:
         raise InputError(
             f"{path}: the file contains no solid; export the part as a closed solid body"
         )
-    unit = MILLIMETRES[resolved(None, file_unit(path))]
+    unit = gmsh_lengths(path)
     names = names_of([row["name"] for row in rows])
     return [
         Solid(number, name, row["volume"] / unit**3, row.get("same_as", number), _motion(row, unit))

@@ -46,7 +46,7 @@ class _Solid:
 
 
 def main() -> None:
-    """Names, volumes and boxes in millimetres; first identical solid of each."""
+    """Names, volumes and boxes in `gmsh_unit`; first identical solid of each."""
     request = json.load(sys.stdin)
     gmsh, _ = opened(request)
     distinct: list[tuple[int, _Solid]] = []
