@@ -231,7 +231,9 @@ def test_features_of_a_cad_part_are_counted_and_named():
     wider = Standard(features=0.03)(off, part)  # by 36 %
     assert wider.lost == 3
     excess = 0.1 / np.sqrt(6) / 0.03 - 1
-    assert wider.shortfall == pytest.approx({"features": 0.1 + 10 * 3 * excess / 32}, rel=0.05)
+    share *= excess
+    expected = {"features": 0.4 + 1.2 * share / (share + 0.1)}
+    assert wider.shortfall == pytest.approx(expected, rel=0.05)
     assert any(
         w.startswith("3 of 32 points, curves and faces of the CAD model") for w in found.warnings
     )
