@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from polycube.hexmesh.generation.sizing import check_length
 from polycube.hexmesh.settings import MeshingSettings, creases_of
 from polycube.kinds import Acceptance
 from polycube.registry import register, setting
@@ -55,6 +56,9 @@ class Standard(Goal, Acceptance):
     def __post_init__(self) -> None:
         if self.certify not in CERTIFY:
             raise ValueError(f"certify must be {' or '.join(CERTIFY)}; got {self.certify!r}")
+        for name in ("creases", "deviation"):
+            if getattr(self, name) not in (None, "auto"):
+                check_length(name, getattr(self, name))
         if not 0 <= self.least_jacobian <= 1:
             raise ValueError(f"least_jacobian must be from 0 to 1; got {self.least_jacobian}")
 
