@@ -70,12 +70,12 @@ def polyline(points: np.ndarray) -> Crease:
 
 
 @pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75])
-def test_the_size_of_an_arc_is_its_radius_but_not_more_than_its_extent(share):
+def test_the_size_of_an_arc_is_half_its_radius_but_not_more_than_its_extent(share):
     angle = 2 * np.pi * share * np.linspace(0, 1, 101)
     arc = polyline(3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
     assert arc.shape == "circle"
     extent = 6 * np.sin(np.pi * min(share, 0.5))
-    assert curve_size(arc) == pytest.approx(min(3, extent), rel=0.01)
+    assert curve_size(arc) == pytest.approx(min(1.5, extent), rel=0.01)
 
 
 def test_the_size_of_another_curve_is_its_extent():
@@ -86,7 +86,7 @@ def test_the_size_of_another_curve_is_its_extent():
     assert wave.shape == "curve"
     extent = np.linalg.norm(wave.points[:, None] - wave.points, axis=2).max()
     assert curve_size(wave) == pytest.approx(extent, rel=0.01)
-    assert curve_size(circle()) == pytest.approx(1, rel=0.01)
+    assert curve_size(circle()) == pytest.approx(0.5, rel=0.01)
 
 
 def test_without_cad_faces_there_are_no_features():
