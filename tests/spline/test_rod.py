@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from scipy.sparse import diags, eye, kron
 
-from polycube.analysis.assembly import assemble
 from polycube.analysis.modal import lowest
 from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
+from tests.oracles.matrices import assemble
 
 EIGOUT = [
     *(0.2022243, 0.2529111, 0.7143972, 0.7263861, 0.7695793, 0.8427821, 0.8701956),

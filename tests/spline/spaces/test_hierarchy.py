@@ -8,7 +8,6 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import eye, kron
 
-from polycube.analysis.assembly import assemble
 from polycube.hexmesh.octree import split
 from polycube.io.hex_meshes import boundary
 from polycube.registry import build
@@ -25,6 +24,7 @@ from polycube.spline.spaces.selection import Refinement
 from polycube.spline.spaces.subdivision import CASTELJAU
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 from tests.fixtures.hierarchies import MESHES, SPACES, at_the_finest, levels_of, space_of
+from tests.oracles.matrices import assemble
 
 
 @pytest.mark.parametrize("plugin", ["h2s", "optimal"])
