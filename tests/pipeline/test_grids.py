@@ -33,7 +33,7 @@ def proposed(run: Run) -> tuple[Candidate, ...]:
 
 @pytest.mark.slow
 def test_auto_finds_the_grid_of_an_l():
-    others = ("drawn", "labels", "midpoint", "sweep")  # that need no grid
+    others = ("drawn", "labels", "sweep")  # that need no grid
     state = run("grid=auto", *(f"~structure.proposals.{name}" for name in others)).begin()
     best, ranked = state.polycube, state.ranked
     assert best.grid == (2, 2, 1) and best.context == L
