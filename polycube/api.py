@@ -7,6 +7,7 @@ used inside another Hydra program, in a notebook and on any thread.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -14,8 +15,10 @@ from threading import Event
 import numpy as np
 
 from polycube.analysis.problem import Problem
-from polycube.config import SHORT, compose
+from polycube.config import SHORT, compose, quote
 from polycube.errors import InputError, MeshingError
+from polycube.io.access.lock import locked
+from polycube.io.access.stored import read_json
 from polycube.io.hex_meshes import FORMATS, boundary
 from polycube.io.solids.motions import Motion
 from polycube.kinds import Export, StatesProblem
@@ -27,7 +30,7 @@ from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
 from polycube.registry import build, provide
 from polycube.report.citation import bibtex
-from polycube.report.files import check_folder, read_json, start_folder, write_results
+from polycube.report.files import check_folder, start_folder, write_results
 from polycube.report.numbers.results import summarize
 from polycube.result import Result
 from polycube.state import RunState
@@ -122,22 +125,24 @@ def execute(
         run = Improvement(settings, read or read_given, interrupt)
     else:
         run = Run(settings, read or read_part, interrupt)
-    problem = _problem(settings)
     built = [build("export", config) for config in settings.export.values()]
-    exports = [provide(each, problem=problem) for each in built]
-    if folder is not None:
-        check_folder(folder, settings, run.names, exports)
-    state = run.begin()
-    if folder is not None:
-        start_folder(folder, settings, state)
-        started(folder)
-        run.store_input(state, folder)
-    state = _work(run, state, exports)
-    if state.failure is not None or state.interrupted:  # the sets of the exports were not checked
-        exports = built
-    report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
-    if folder is not None:
-        write_results(folder, state, report, exports, settings)
+    with locked(folder) if folder is not None else nullcontext():
+        if folder is not None:
+            check_folder(folder, settings, run.names, built)
+        state = run.begin()
+        settings = run.settings
+        problem = _problem(settings)
+        exports = [provide(each, problem=problem) for each in built]
+        if folder is not None:
+            start_folder(folder, settings, state)
+            started(folder)
+            run.store_input(state, folder)
+        state = _work(run, state, exports)
+        if state.failure is not None or state.interrupted:  # the exports' sets were not checked
+            exports = built
+        report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
+        if folder is not None:
+            write_results(folder, state, report, exports, settings)
     return _result(state, report, problem, settings)
 
 
@@ -253,5 +258,4 @@ def _value(value: object) -> str:
         return "{" + ",".join(f"{key}:{_value(value[key])}" for key in value) + "}"
     if isinstance(value, Sequence) and not isinstance(value, str):
         return "[" + ",".join(map(_value, value)) + "]"
-    quoted = str(value).replace("\\", "\\\\").replace("'", "\\'")
-    return f"'{quoted}'"
+    return quote(str(value))

@@ -10,6 +10,7 @@ replace the global state of a Hydra program that runs in the same process.
 from __future__ import annotations
 
 import json
+import re
 import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import Field, asdict, is_dataclass
@@ -72,6 +73,13 @@ def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[s
             return plain(cfg)
     except (HydraException, OmegaConfBaseException) as error:
         raise refusal(error) from None
+
+
+def quote(text: str) -> str:
+    """Text as a string of Hydra that is taken literally, without interpolation."""
+    text = re.sub(r"(\\*)\$\{", lambda found: 2 * found[1] + "\\${", text)
+    text = re.sub(r"(\\*)'", lambda found: 2 * found[1] + "\\'", text)
+    return "'" + re.sub(r"(\\*)\Z", lambda found: 2 * found[1], text) + "'"
 
 
 def plain(cfg: DictConfig, throw_on_missing: bool = False) -> dict[str, Any]:

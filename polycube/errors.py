@@ -47,6 +47,11 @@ class BadOption(InputError, TypeError):
     """A plugin was given an option it does not take, or a value it refuses."""
 
 
+def printable(text: str) -> str:
+    """Text for a terminal or a table: control characters and bytes of file names as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def brief(error: Exception | str) -> str:
     """The message of an error of another library, on one line of at most 100 characters."""
     text = " ".join(str(error).split()) or type(error).__name__

@@ -7,15 +7,21 @@ from pathlib import Path
 
 import pytest
 from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hypothesis import given
+from hypothesis import strategies as st
+from omegaconf import OmegaConf
 
-from polycube.config import compose
+import polycube
+from polycube.config import compose, quote
 from polycube.errors import InputError
 from tests.conftest import ROOT
 
 # another program, with a configuration and choices of its own, that composes ours while it runs
 PROGRAM = """
 import hydra
-from polycube.config import compose
+import polycube
+from polycube.config import compose, quote
 
 @hydra.main(version_base=%s, config_path="conf", config_name="other")
 def main(cfg):
@@ -67,3 +73,22 @@ def test_a_wrong_override_is_refused_on_one_line(override: str, message: str) ->
     with pytest.raises(InputError) as caught:
         compose("infer", [override])
     assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+@given(st.text(st.sampled_from("ab\\'\"${}:,=[]() \n\x1b\udcff"), min_size=1, max_size=12))
+def test_quoted_text_is_taken_literally(text: str) -> None:
+    [single] = OverridesParser.create().parse_overrides([f"mesh={quote(text)}"])
+    assert OmegaConf.create({"mesh": single.value()}).mesh == text
+    [sweep] = OverridesParser.create().parse_overrides([f"mesh={quote(text)},{quote(text)}"])
+    again = [f"mesh={each}" for each in sweep.sweep_string_iterator()]
+    for override in OverridesParser.create().parse_overrides(again):
+        assert OmegaConf.create({"mesh": override.value()}).mesh == text
+
+
+def test_a_file_name_is_no_interpolation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SECRET", "hidden")
+    name = "${oc.env:SECRET}.glb"
+    assert compose("infer", [f"mesh={quote(name)}"])["mesh"] == name
+    with pytest.raises(InputError) as refused:
+        polycube.mesh(name)
+    assert str(refused.value).startswith(f"{name}: cannot be read")

@@ -14,7 +14,7 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = (  # from the ground up; a module may import its own layer and those before it
-    {"types", "errors", "units"},
+    {"types", "errors", "units", "names"},
     {"numerics"},
     {"surface"},
     {"examples"},

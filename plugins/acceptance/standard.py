@@ -229,10 +229,12 @@ class Standard(Goal, Acceptance):
                     f"the largest distance, {found.largest:.2%} of the diagonal at {place}, is far "
                     f"above that of 99 % of the points, {p99:.2%}: something may be missing there"
                 )
+        from polycube.hexmesh.cad_sets import face_set
+
         lost = self._off(found)
         if lost:
             worst = max(lost, key=lambda each: each.excess(self))
-            faces = " and ".join(f"cad_face_{face}" for face in worst.faces)
+            faces = " and ".join(face_set(found.surface, face) for face in worst.faces)
             yield (
                 f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
                 f"are lost: farther than {self.features:.1%} of the diagonal or "

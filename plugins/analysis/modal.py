@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from polycube.analysis.material import check_units, material
+from polycube.analysis.material import material
 from polycube.registry import register
 from polycube.types import Modes, Spline
+from polycube.units import AUTO, checked_unit
 
 from .places import check_supports, places, prescribed, supports
 
@@ -26,7 +27,8 @@ class Modal:
     ----------
     material : steel, aluminium, titanium, brass, abs, or {young: 210e9, poisson: 0.3, density:
         7850}, in Pa and kg/m^3
-    units : length unit of the part: m, cm, mm, um, in, ft
+    units : length unit of the part: auto (that of the file, or mm if it states none), m, cm, mm,
+        um, in, ft, dm, km, nm, mil, yd, mi
     modes : number of modes, including rigid ones (six without supports)
     fixed : supports: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see
         docs/reference/analysis.md
@@ -37,7 +39,7 @@ class Modal:
     references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
-    units: str = "mm"
+    units: str = AUTO
     modes: int = 20
     fixed: tuple[object, ...] = ()
     gauss: int = 4
@@ -45,7 +47,7 @@ class Modal:
 
     def __post_init__(self) -> None:
         material(self.material)
-        check_units(self.units)
+        object.__setattr__(self, "units", checked_unit(self.units))
         if self.mass not in ("consistent", "lumped"):
             raise ValueError(f"mass must be consistent or lumped; got {self.mass!r}")
         if self.modes < 1 or self.gauss < 2:

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from polycube.analysis.material import check_units
 from polycube.registry import register
 from polycube.types import Potential, Spline
+from polycube.units import AUTO, checked_unit
 
 from .places import check_items, is_number, places
 
@@ -29,7 +29,8 @@ class Poisson:
     Parameters
     ----------
     conductivity : k in W/(m K)
-    units : length unit of the part: m, cm, mm, um, in, ft
+    units : length unit of the part: auto (that of the file, or mm if it states none), m, cm, mm,
+        um, in, ft, dm, km, nm, mil, yd, mi
     fixed : places where u is prescribed, in K (or another unit of u): [{at: z_min, value: 0}]; see
         docs/reference/analysis.md
     flux : flux into the solid in W/m^2: [{at: x_max, value: 1000}]
@@ -40,14 +41,14 @@ class Poisson:
     references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     conductivity: float = 50.0
-    units: str = "mm"
+    units: str = AUTO
     fixed: tuple[Mapping[str, object], ...] = ENDS
     flux: tuple[Mapping[str, object], ...] = ()
     source: float = 0.0
     gauss: int = 4
 
     def __post_init__(self) -> None:
-        check_units(self.units)
+        object.__setattr__(self, "units", checked_unit(self.units))
         for name, items in {"fixed": self.fixed, "flux": self.flux}.items():
             for _, item in check_items(name, items, {"value"}, needed=1):
                 if not is_number(item["value"]):

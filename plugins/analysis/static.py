@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from polycube.analysis.material import check_units, material
+from polycube.analysis.material import material
 from polycube.registry import register
 from polycube.types import Deformation, Spline
+from polycube.units import AUTO, checked_unit
 
 from .places import (
     check_items,
@@ -36,7 +37,8 @@ class Static:
     ----------
     material : steel, aluminium, titanium, brass, abs, or {young: 210e9, poisson: 0.3, density:
         7850}, in Pa and kg/m^3
-    units : length unit of the part: m, cm, mm, um, in, ft
+    units : length unit of the part: auto (that of the file, or mm if it states none), m, cm, mm,
+        um, in, ft, dm, km, nm, mil, yd, mi
     fixed : supports: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
         docs/reference/analysis.md
     loads : [{at: x_max, force: [0, 0, -100]}] in N, or pressure: Pa, or traction: [Pa, Pa, Pa]
@@ -51,7 +53,7 @@ class Static:
     references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
-    units: str = "mm"
+    units: str = AUTO
     fixed: tuple[object, ...] = ("z_min",)
     loads: tuple[object, ...] = ()
     gravity: tuple[float, ...] | None = None
@@ -60,7 +62,7 @@ class Static:
 
     def __post_init__(self) -> None:
         material(self.material)
-        check_units(self.units)
+        object.__setattr__(self, "units", checked_unit(self.units))
         check_supports("fixed", self.fixed, {"components", "value"})
         loads = check_items("loads", self.loads, {"pressure", "traction", "force"}, needed=1)
         for _, item in loads:

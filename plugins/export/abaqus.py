@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
-from .groups import blocks, node_sets, primitive_sets, side_sets
+from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
 from .text import count, lines, narrow, wrapped, write
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 OF_8 = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
 OF_20 = "", "H", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
 ELEMENTS = tuple(f"C3D8{each}" for each in OF_8) + tuple(f"C3D20{each}" for each in OF_20)
+NAME = 80  # longest name; both programs ignore the case of letters
 ROW_8 = "%d" + 8 * ", %d"
 ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
 
@@ -69,22 +70,26 @@ class Abaqus:
         from polycube.analysis.problem import Conduction
         from polycube.spline.second_order import hex_elements
 
-        from .deck import deck, node_set, sides_of, surface, units_of
+        from .deck import deck, node_set, sides_of, surface
+        from .loads import Loads
 
         own, sides = hex_elements(hexes, self.spline, self._nodes), sides_of(hexes)
         problem = self.problem if self.step else None
-        units = units_of(problem) if problem else "lengths in the units of the input"
         kind = f"DC3D{self._nodes}" if isinstance(problem, Conduction) else self.element
-        parts = ["*HEADING\nhex mesh of polycube\n", f"** {units}\n"]
+        loads = Loads(problem, hexes, own) if problem else None
+        named = renamed(hexes, NAME)
+        called = dict(zip(side_sets(hexes), named.sets, strict=True))
+        parts = ["*HEADING\nhex mesh of polycube\n", f"** {loads.units}\n" if loads else ""]
+        parts.append(legend(named, "** "))
         parts += ["*NODE, NSET=all\n", *map(_node, count(own.points).tolist())]
         parts.append(f"*ELEMENT, TYPE={kind}, ELSET=all\n")
         parts.append(lines(count(own.hexes + 1), ROW_20 if self._nodes == 20 else ROW_8))
-        for name, rows in (blocks(hexes) | primitive_sets(hexes)).items():
+        for name, rows in (blocks(named) | primitive_sets(named)).items():
             parts += [f"*ELSET, ELSET={name}\n", wrapped(rows + 1, 16, between=", ")]
-        parts += [node_set(name, nodes) for name, nodes in node_sets(hexes, own.quads).items()]
-        parts += [surface(name, sides[quads]) for name, quads in side_sets(hexes).items()]
-        if problem is not None:
-            parts += deck(problem, hexes, own, sides)
+        parts += [node_set(name, nodes) for name, nodes in node_sets(named, own.quads).items()]
+        parts += [surface(name, sides[quads]) for name, quads in named.sets.items()]
+        if loads is not None:
+            parts += deck(loads, sides, called)
         elif self.step:
             parts.append("** no problem is given: add material, section and step\n")
         return write(path.with_suffix(self.suffix), *parts)

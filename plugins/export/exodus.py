@@ -12,7 +12,7 @@ from polycube.io.atomic import atomic_write
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
-from .groups import blocks, node_sets, side_sets
+from .groups import blocks, node_sets, renamed, side_sets
 
 if TYPE_CHECKING:
     from scipy.io import netcdf_file, netcdf_variable
@@ -56,20 +56,21 @@ class Exodus:
         from polycube.spline.second_order import hex_elements
 
         own = hex_elements(hexes, self.spline, self.nodes)
+        hexes = renamed(hexes, NAME - 1, ascii_only=False)
         path = path.with_suffix(self.suffix)
         with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
-            _head(file)
+            _head(file, hexes.unit or "the units of the input")
             _nodes(file, own.points)
             _elements(file, hexes, own.hexes[:, ORDER[: self.nodes]])
             _sets(file, hexes, own)
         return path
 
 
-def _head(file: netcdf_file) -> None:
+def _head(file: netcdf_file, unit: str) -> None:
     file.api_version = file.version = np.float32(5.1)
     file.floating_point_word_size, file.file_size = np.int32(8), np.int32(1)
     file.maximum_name_length = np.int32(NAME - 1)
-    file.title = "hex mesh of polycube, lengths in the units of the input"
+    file.title = f"hex mesh of polycube, lengths in {unit}"
     file.createDimension("time_step", None)
     for name, size in {"len_string": 33, "len_name": NAME, "len_line": 81, "four": 4}.items():
         file.createDimension(name, size)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -12,12 +11,13 @@ import numpy as np
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
-from .groups import blocks, first_sets, primitive_sets, side_sets
+from .groups import blocks, first_sets, legend, primitive_sets, renamed, side_sets
 from .text import count, floats, integers, numbered, write
 
 if TYPE_CHECKING:
     from polycube.spline.second_order import HexElements
 
+NAME = 127  # longest name
 VERSIONS = ("2.2", "4.1")
 KINDS = {8: (3, 5), 20: (16, 17), 27: (10, 12)}  # element types of quads and hexahedra
 # order of the nodes of a hexahedron; edges and faces differ from VTK
@@ -33,13 +33,13 @@ class Gmsh:
 
     Parameters
     ----------
-    version : 2.2 is read by most solvers and has one group for each element: the first set of a
-        quad, the grid cell of a hex; 4.1 has all groups of each element
+    version : 4.1 has all groups of each element; 2.2, for older programs, has one group for each:
+        the first set of a quad, the grid cell of a hex
     nodes : number of nodes of a hex: 8, 20 or 27; the additional nodes are on the spline if there
         is one
     """
 
-    version: str | float = "2.2"
+    version: str | float = "4.1"
     nodes: int = 8
     spline: Spline | None = field(default=None, metadata=BY_RUN)
 
@@ -57,9 +57,15 @@ class Gmsh:
         from polycube.spline.second_order import hex_elements
 
         own = hex_elements(hexes, self.spline, self.nodes)
+        hexes = renamed(hexes, NAME, ascii_only=False)
+        comment = f"$Comments\n{legend(hexes).replace('$', 'S')}$EndComments\n"
         is_simple = str(self.version) == VERSIONS[0]
         parts = _in_one_group(hexes, own) if is_simple else _in_all_groups(hexes, own)
-        return write(path.with_suffix(self.suffix), f"$MeshFormat\n{self.version} 0 8\n", *parts)
+        return write(
+            path.with_suffix(self.suffix),
+            f"$MeshFormat\n{self.version} 0 8\n$EndMeshFormat\n{comment}",
+            *parts,
+        )
 
 
 def _in_one_group(mesh: HexMesh, own: HexElements) -> list[str]:
@@ -90,59 +96,51 @@ def _tagged(kind: int, group: np.ndarray, nodes: np.ndarray, first: int) -> np.n
 
 
 def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
-    """Format 4.1 after its first line: an entity for each combination of groups."""
+    """Format 4.1 after its first line: an entity for each combination of groups.
+
+    A block has consecutive elements of one entity, so the order of the elements is that of the
+    mesh.
+    """
     surfaces, volumes = side_sets(mesh), blocks(mesh) | primitive_sets(mesh)
-    quads, of_quads = _entities(surfaces, len(mesh.quads))
-    hexes, of_hexes = _entities(volumes, len(mesh.hexes))
+    every = np.arange(len(mesh.quads))
+    if len(np.setdiff1d(every, np.concatenate([[], *surfaces.values()]))):
+        surfaces["boundary"] = every  # meshio needs a group for every element
     low, high = own.points.min(axis=0), own.points.max(axis=0)
     box = " ".join(f"{x:.17g}" for x in (*low, *high))
-
-    def entity(tag: int, groups: np.ndarray) -> str:
-        return f"{tag} {box} {len(groups)} {' '.join(map(str, groups + 1))} 0\n"
-
-    def block(dimension: int, tag: int, kind: int, nodes: np.ndarray, rows: np.ndarray) -> str:
-        first = 1 if dimension == 2 else 1 + len(mesh.quads)
-        return f"{dimension} {tag} {kind} {len(rows)}\n" + integers(
-            np.column_stack([first + rows, nodes[rows] + 1])
+    n_points, nodes = len(own.points), own.hexes.shape[1]
+    elements = (own.quads, own.hexes[:, ORDER[:nodes]])
+    entities, counts, rows = [], [], []
+    for k, sets in enumerate((surfaces, volumes)):
+        member = np.zeros((len(elements[k]), len(sets)), bool)
+        for column, numbers in enumerate(sets.values()):
+            member[numbers, column] = True
+        groups, which = np.unique(member, axis=0, return_inverse=True)
+        counts.append(len(groups))
+        for tag, group in enumerate(groups, start=1):
+            own_tags = np.flatnonzero(group) + 1
+            tags = " ".join(map(str, own_tags))
+            entities.append(f"{tag} {box} {len(own_tags)} {tags} 0\n")
+        table = np.column_stack(
+            [1 + k * len(elements[0]) + np.arange(len(member)), elements[k] + 1]
         )
-
-    n_nodes, n_elements = len(own.points), len(mesh.quads) + len(mesh.hexes)
-    nodes = own.hexes.shape[1]
-    of_quad, of_hex = KINDS[nodes]
-    ordered = own.hexes[:, ORDER[:nodes]]
-    blocks_of = [(2, of_quad, own.quads, quads), (3, of_hex, ordered, hexes)]
+        for run in np.split(np.arange(len(member)), 1 + np.flatnonzero(np.diff(which.ravel()))):
+            head = f"{2 + k} {1 + which.ravel()[run[0]]} {KINDS[nodes][k]} {len(run)}\n"
+            rows.append(head + integers(table[run]))
+    n_elements = sum(map(len, elements))
     return [
         _names(list(surfaces), list(volumes)),
-        f"$Entities\n0 0 {len(quads)} {len(hexes)}\n",
-        *(entity(tag, groups) for tag, groups in enumerate(of_quads, start=1)),
-        *(entity(tag, groups) for tag, groups in enumerate(of_hexes, start=1)),
-        f"$EndEntities\n$Nodes\n1 {n_nodes} 1 {n_nodes}\n3 1 0 {n_nodes}\n",
+        f"$Entities\n0 0 {counts[0]} {counts[1]}\n",
+        *entities,
+        f"$EndEntities\n$Nodes\n1 {n_points} 1 {n_points}\n3 1 0 {n_points}\n",
         integers(count(own.points)[:, :1]),
         floats(own.points),
-        f"$EndNodes\n$Elements\n{len(quads) + len(hexes)} {n_elements} 1 {n_elements}\n",
-        *(
-            block(dimension, tag, kind, nodes, rows)
-            for dimension, kind, nodes, entities in blocks_of
-            for tag, rows in enumerate(entities, start=1)
-        ),
+        f"$EndNodes\n$Elements\n{len(rows)} {n_elements} 1 {n_elements}\n",
+        *rows,
         "$EndElements\n",
     ]
-
-
-def _entities(
-    sets: Mapping[str, np.ndarray], number: int
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Elements with the same sets, and the numbers of these sets."""
-    member = np.zeros((number, len(sets)), bool)
-    for k, own in enumerate(sets.values()):
-        member[own, k] = True
-    rows, which = np.unique(member, axis=0, return_inverse=True)
-    entities = [np.flatnonzero(which.ravel() == k) for k in range(len(rows))]
-    return entities, [np.flatnonzero(row) for row in rows]
 
 
 def _names(surfaces: list[str], volumes: list[str]) -> str:
     rows = [f'2 {k} "{name}"\n' for k, name in enumerate(surfaces, start=1)]
     rows += [f'3 {k} "{name}"\n' for k, name in enumerate(volumes, start=1)]
-    names = f"$PhysicalNames\n{len(rows)}\n{''.join(rows)}$EndPhysicalNames\n"
-    return f"$EndMeshFormat\n{names}"
+    return f"$PhysicalNames\n{len(rows)}\n{''.join(rows)}$EndPhysicalNames\n"

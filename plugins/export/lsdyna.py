@@ -11,8 +11,10 @@ import numpy as np
 from polycube.registry import register
 from polycube.types import HexMesh
 
-from .groups import blocks, node_sets, primitive_sets, side_sets
+from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
 from .text import count, lines, wrapped, write
+
+TITLE = 80  # longest title
 
 
 @register("export", "lsdyna")
@@ -28,7 +30,8 @@ class LsDyna:
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write a file at `path`, with the suffix of this format, and return its path."""
         elements = count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
-        parts = ["*KEYWORD\n"]
+        hexes = renamed(hexes, TITLE)
+        parts = ["*KEYWORD\n", legend(hexes, "$ ")]
         parts += [f"$ part {hexes.cell[own[0]] + 1}: {n}\n" for n, own in blocks(hexes).items()]
         parts += ["*NODE\n", lines(count(hexes.vertices), "%8d" + 3 * "%16.9E")]
         parts += ["*ELEMENT_SOLID\n", lines(elements, 10 * "%8d")]

@@ -11,7 +11,7 @@ import numpy as np
 from polycube.registry import register
 from polycube.types import HexMesh
 
-from .groups import blocks, side_sets
+from .groups import blocks, legend, side_sets
 from .text import floats, integers, write
 
 
@@ -43,7 +43,7 @@ class Medit:
 
 def _legend(mesh: HexMesh) -> list[str]:
     """Names of references for sets of whole patches; lists of quads, from one, for other sets."""
-    rows = []
+    rows = [legend(mesh, "# ")]
     for name, quads in side_sets(mesh).items():
         own = np.unique(mesh.patch[quads])
         is_patches = np.isin(mesh.patch, own).sum() == len(quads)

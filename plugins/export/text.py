@@ -55,7 +55,7 @@ def write(path: Path, *parts: str) -> Path:
     """Open the file for atomic writing."""
     with (
         atomic_write(path) as temporary,
-        open(temporary, "w", encoding="ascii", newline="\n") as file,
+        open(temporary, "w", encoding="utf-8", newline="\n") as file,
     ):
         file.writelines(parts)
     return path

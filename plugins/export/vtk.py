@@ -11,8 +11,10 @@ import numpy as np
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
+from .groups import node_sets, renamed
 from .text import floats, integers, write
 
+NAME = 200  # longest name; readers allow 255 characters
 KINDS = {8: 12, 20: 25, 27: 29}  # cell types of hexahedra
 
 
@@ -47,13 +49,17 @@ class LegacyVtk:
         from polycube.spline.second_order import hex_elements
 
         n, own = len(hexes.hexes), hex_elements(hexes, self.spline, self.nodes)
+        hexes = renamed(hexes, NAME)
         names, primitive = numbered_primitives(hexes.primitives)
         legend = ", ".join(f"{i} {name}" for i, name in enumerate(names))
-        title = f"hex mesh of polycube{'; primitive: ' if names else ''}{legend}"[:255]
+        unit = f", lengths in {hexes.unit}" if hexes.unit else ""
+        title = f"hex mesh of polycube{unit}{'; primitive: ' if names else ''}{legend}"[:255]
         _, at_hexes = set_arrays(hexes)
-        at_nodes = {name: np.zeros(len(own.points), int) for name in at_hexes}
-        for name, marked in at_nodes.items():
-            marked[own.quads[hexes.sets[name]]] = 1
+        at_nodes = {
+            name: np.isin(np.arange(len(own.points)), nodes).astype(int)
+            for name, nodes in node_sets(hexes, own.quads).items()
+            if not name.startswith("patch_")
+        }
         of_hexes = {"cell": hexes.cell}
         if names:
             of_hexes["primitive"] = primitive[hexes.cell]

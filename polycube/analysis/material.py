@@ -1,11 +1,9 @@
-"""Isotropic elastic materials by name, and the length units of parts."""
+"""Isotropic elastic materials by name."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-from polycube.units import METRES
 
 
 @dataclass(frozen=True)
@@ -43,9 +41,3 @@ def material(value: str | Mapping[str, float]) -> Material:
             f"{{young, poisson, density}}; got {value!r}"
         )
     return Material(**value)
-
-
-def check_units(units: str) -> None:
-    """Raise ValueError unless it is a length unit."""
-    if units not in METRES:
-        raise ValueError(f"units must be one of {', '.join(METRES)}; got {units!r}")

@@ -8,6 +8,7 @@ from itertools import accumulate
 import numpy as np
 
 from polycube.hexmesh.connectivity import unique_rows
+from polycube.names import unique
 from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
@@ -43,6 +44,8 @@ def combined(
     quads = np.concatenate([number[mesh.quads + start[k]] for k, mesh in meshes.items()])
     _, row, times = unique_rows(np.sort(quads, axis=1))
     is_outside = times[row] == 1
+    found = _sets(meshes, is_outside)
+    sets = dict(zip(found, unique(f"{names[k]}_{name}" for k, name in found), strict=True))
     return HexMesh(
         vertices,
         np.concatenate([number[mesh.hexes + start[k]] for k, mesh in meshes.items()]),
@@ -50,23 +53,35 @@ def combined(
         np.concatenate([mesh.patch for mesh in parts])[is_outside],
         np.repeat(list(meshes), [len(mesh.hexes) for mesh in parts]),
         primitives=tuple(names),
-        sets=_sets(meshes, names, is_outside),
+        sets={sets[key]: own for key, own in found.items()},
+        cad_names={
+            sets[k, name]: mesh.cad_names[name]
+            for k, mesh in meshes.items()
+            for name in mesh.cad_names
+            if (k, name) in sets
+        },
+        node_sets={
+            f"{names[k]}_{name}": np.unique(number[own + start[k]])
+            for k, mesh in meshes.items()
+            for name, own in mesh.node_sets.items()
+        },
+        unit=next((mesh.unit for mesh in parts), ""),
     )
 
 
 def _sets(
-    meshes: Mapping[int, HexMesh], names: Sequence[str], is_outside: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Quads of the whole boundary by the names of solid and set, without empty ones."""
+    meshes: Mapping[int, HexMesh], is_outside: np.ndarray
+) -> dict[tuple[int, str], np.ndarray]:
+    """Quads of the whole boundary by solid and name of the set, without empty ones."""
     start = _starts(meshes, [len(mesh.quads) for mesh in meshes.values()])
     place = np.cumsum(is_outside) - 1
     found = {
-        f"{names[k]}_{name}": own[is_outside[own + start[k]]] + start[k]
+        (k, name): own[is_outside[own + start[k]]] + start[k]
         for k, mesh in meshes.items()
         for name, own in mesh.sets.items()
         if not name.startswith("patch_")
     }
-    return {name: place[own] for name, own in found.items() if len(own)}
+    return {key: place[own] for key, own in found.items() if len(own)}
 
 
 def _starts(meshes: Mapping[int, HexMesh], counts: Sequence[int]) -> dict[int, int]:

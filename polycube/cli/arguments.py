@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from os.path import isdir, isfile  # unlike those of Path, they accept names that are too long
+from os.path import (  # unlike those of Path, they accept names that are too long
+    isdir,
+    isfile,
+    lexists,
+)
 
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-from polycube.config import SHORT
+from polycube.config import SHORT, quote
 
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
 
@@ -48,7 +52,8 @@ def with_input(arguments: list[str]) -> list[str]:
     if any(each.startswith(key) for each in overrides):
         return arguments
     place = arguments.index(bare[0])
-    return [*arguments[:place], key + bare[0], *arguments[place + 1 :]]
+    value = quote(bare[0]) if "${" in bare[0] else bare[0]
+    return [*arguments[:place], key + value, *arguments[place + 1 :]]
 
 
 def _is_part(argument: str, suffixes: tuple[str, ...]) -> bool:
@@ -70,7 +75,7 @@ def in_full(arguments: list[str]) -> list[str]:
 
 
 def quoted(arguments: list[str]) -> list[str]:
-    """The arguments, with quotes around paths that Hydra's grammar cannot read, as with # or =."""
+    """The arguments, with quotes around paths that Hydra cannot read literally, as with # or ${."""
     return [
         _quoted(argument) if argument.partition("=")[0] in PATHS else argument
         for argument in arguments
@@ -78,14 +83,11 @@ def quoted(arguments: list[str]) -> list[str]:
 
 
 def _quoted(argument: str) -> str:
+    name, _, path = argument.partition("=")
+    if "${" in path and lexists(path):
+        return f"{name}={quote(path)}"
     try:
         OverridesParser.create().parse_overrides([argument])
     except HydraException:
-        name, _, path = argument.partition("=")
         return f"{name}={quote(path)}"
     return argument
-
-
-def quote(path: str) -> str:
-    """A path in quotes."""
-    return "'" + path.replace("\\", "\\\\").replace("'", "\\'") + "'"

@@ -29,11 +29,12 @@ from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
 from polycube.cli import cluster
-from polycube.cli.arguments import quote
 from polycube.cli.command import begin_sweep, refused
 from polycube.cli.signals import INTERRUPTED
-from polycube.errors import InputError
+from polycube.config import quote
+from polycube.errors import InputError, printable
 from polycube.io import manifest
+from polycube.io.access.stored import read_json
 from polycube.io.surfaces import KNOWN
 from polycube.report.page.summary import summary_page
 
@@ -112,8 +113,9 @@ def check_names(paths: list[str]) -> None:
 
 
 def part_name(path: str) -> str:
-    """Name of a file or example, for folders and tables."""
-    return Path(path.removeprefix("example:")).stem
+    """Name of a file or example, for folders and tables; never `..`, and no interpolation."""
+    name = Path(path.removeprefix("example:")).stem.replace("${", "_{")
+    return name if name.strip(".") else f"part{name.replace('.', '_')}"
 
 
 def _job_folder(values: str, *, _root_: DictConfig) -> str:
@@ -153,8 +155,7 @@ def run_job(
     """
     name = part_name(str(cfg["hex"] or cfg["mesh"]))
     identity = _identity(cfg)
-    path = folder / ROW
-    row = json.loads(path.read_text()) if path.is_file() else {}
+    row = _row(folder)
     is_done = row.get("identity") == identity
     if not is_done:
         manifest.check(folder, [ROW, FAILURE])
@@ -166,7 +167,7 @@ def run_job(
             with manifest.writing(folder) as scratch:
                 (scratch / FAILURE).write_text(traceback.format_exc())
         if code == INTERRUPTED:  # no row, so that it is run again the next time
-            sys.stderr.write(f"{folder.name}: {sentence}\n")
+            sys.stderr.write(f"{printable(f'{folder.name}: {sentence}')}\n")
             return code
         row = {"identity": identity, "exit": code, "part": name, "settings": overrides}
         row |= {"result": VERDICT.get(code, "failed"), **_numbers(folder), "says": sentence}
@@ -176,7 +177,7 @@ def run_job(
     if "hexes" in row:
         details.insert(0, f"{row['hexes']} hexes, scaled Jacobian {row['min_scaled_jacobian']:.3f}")
     result = row["result"] + ", as before" * is_done
-    sys.stderr.write(f"{folder.name}: {'; '.join([result, *details])}\n")
+    sys.stderr.write(f"{printable(f'{folder.name}: ' + '; '.join([result, *details]))}\n")
     return row["exit"]
 
 
@@ -196,7 +197,7 @@ def _numbers(folder: Path) -> dict[str, object]:
     path = folder / "report.json"
     if not path.is_file():
         return {}
-    report = json.loads(path.read_text())
+    report = read_json(path)
     hexes, spline = report.get("hex", {}), report.get("spline", {})
     row = {name: hexes.get(name) for name in ("hexes", "min_scaled_jacobian")}
     row["mean_scaled_jacobian"] = hexes.get("mean_scaled_jacobian")
@@ -226,21 +227,33 @@ class Summary(Callback):
         rows = summarized(folder)
         results = Counter(row["result"] for row in rows)
         counts = ", ".join(f"{count} {result}" for result, count in results.items())
-        sys.stderr.write(f"{counts}: {folder / 'summary.html'}\n")
+        sys.stderr.write(f"{printable(f'{counts}: {folder / TABLE[1]}')}\n")
         sys.exit(max([*codes, *(row["exit"] for row in rows)]))
 
 
 def summarized(folder: Path) -> list[dict[str, Any]]:
     """All rows below a folder, written as tables `summary.csv` and `summary.html`."""
-    rows = []
-    for path in sorted(folder.glob(f"*/{ROW}")):
-        rows.append({**json.loads(path.read_text()), "folder": path.parent.name})
+    found = ((path.parent, _row(path.parent)) for path in sorted(folder.glob(f"*/{ROW}")))
+    rows = [{**row, "folder": job.name} for job, row in found if row]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     columns = [name for name in columns if name not in LAST] + LAST[:2]
     with manifest.writing(folder) as scratch:
-        with (scratch / TABLE[0]).open("w", newline="") as file:
+        with (scratch / TABLE[0]).open("w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, columns, extrasaction="ignore")
             writer.writeheader()
-            writer.writerows(rows)
-        (scratch / TABLE[1]).write_text(summary_page(rows, columns, folder), encoding="utf-8")
+            writer.writerows({name: _cell(row[name]) for name in row} for row in rows)
+        page = summary_page(rows, columns, folder)
+        (scratch / TABLE[1]).write_text(page, encoding="utf-8", errors="backslashreplace")
     return rows
+
+
+def _row(folder: Path) -> dict[str, Any]:
+    """The row of an earlier run of a job; empty if there is none, or if it was changed."""
+    return dict(read_json(folder / ROW)) if manifest.is_result(folder, ROW) else {}
+
+
+def _cell(value: object) -> object:
+    """A value for a table: spreadsheets take text that begins with = + - @ for a formula."""
+    if not isinstance(value, str):
+        return value
+    return printable(f"'{value}" if value.startswith(("=", "+", "-", "@", "\t", "\r")) else value)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from functools import wraps
 from pathlib import Path
 
@@ -21,9 +23,13 @@ from omegaconf.errors import OmegaConfBaseException
 from polycube import HOME
 from polycube.cli.arguments import quoted, split
 from polycube.config import add_sources, plain, refusal
-from polycube.errors import InputError
+from polycube.errors import InputError, printable
 from polycube.io import manifest
+from polycube.io.access.lock import locked
 from polycube.types import Json
+
+_locks = ExitStack()  # of the folder of a multirun, until the end of the process
+atexit.register(_locks.close)
 
 OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
 
@@ -99,6 +105,7 @@ def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
     """
     folder = Path(config.hydra.sweep.dir)
     try:
+        _locks.enter_context(locked(folder))
         manifest.check(folder, names)
         with manifest.writing(folder) as scratch:
             OmegaConf.save(config, scratch / "multirun.yaml")
@@ -108,5 +115,5 @@ def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
 
 def refused(error: Exception) -> int:
     """Print an error to standard error in one line; returns the exit code 2."""
-    sys.stderr.write(f"error: {' '.join(str(error).split())}\n")
+    sys.stderr.write(f"error: {printable(' '.join(str(error).split()))}\n")
     return 2

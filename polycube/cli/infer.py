@@ -19,13 +19,13 @@ from omegaconf.errors import OmegaConfBaseException
 
 from polycube.cli import cluster
 from polycube.cli.arguments import in_full, with_input
-from polycube.cli.batch import begin_job, expanded
+from polycube.cli.batch import begin_job, expanded, part_name
 from polycube.cli.command import refused, run_hydra
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.solids import run as solids
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.config import plain
-from polycube.errors import InputError, MeshingError
+from polycube.errors import InputError, MeshingError, printable
 from polycube.types import Json
 
 logger = logging.getLogger(__name__)
@@ -151,7 +151,7 @@ def _command(cfg: DictConfig) -> int:
         return begin_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
     code, sentence = _attempt(settings, is_alone=HydraConfig.initialized())
     if sentence:
-        sys.stderr.write(f"error: {sentence}\n")
+        sys.stderr.write(f"error: {printable(sentence)}\n")
     return code
 
 
@@ -245,5 +245,5 @@ def _folder(cfg: Json) -> Path:
     """The results folder: requested, of the resumed run, or a new one for this part."""
     if cfg["output_dir"] or cfg["resume"]:
         return Path(str(cfg["output_dir"] or cfg["resume"]))
-    part = Path(str(cfg["hex"] or cfg["mesh"]).removeprefix("example:")).stem
-    return Path("outputs") / part / time.strftime("%Y%m%d-%H%M%S")
+    name = part_name(str(cfg["hex"] or cfg["mesh"]))
+    return Path("outputs") / name / time.strftime("%Y%m%d-%H%M%S")

@@ -15,8 +15,11 @@ from logging.handlers import MemoryHandler
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
+from polycube.errors import printable
+
 if TYPE_CHECKING:
     from polycube.cli.progress import ProgressLine
+
 
 logger = logging.getLogger(__name__)
 
@@ -49,9 +52,9 @@ class Terminal(logging.Handler):
         if self._line and hasattr(record, "best"):
             self._line.show_best(record.best)
         if self._line and self._is_shown(record):
-            self._line.write(self.format(record))
+            self._line.write(printable(self.format(record)))
         elif self._is_shown(record):
-            self._stream.write(f"{self.format(record)}\n")
+            self._stream.write(f"{printable(self.format(record))}\n")
             self._stream.flush()
 
     def _is_shown(self, record: logging.LogRecord) -> bool:
@@ -109,7 +112,7 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
     early = MemoryHandler(10_000, flushLevel=logging.CRITICAL + 1, flushOnClose=False)
 
     def log_to(path: Path) -> None:
-        file = _LogFile(path, mode="w", encoding="utf-8")
+        file = _LogFile(path, mode="w", encoding="utf-8", errors="backslashreplace")
         file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
         early.setTarget(file)
         early.flush()

@@ -123,6 +123,13 @@ def load_denoiser(
             raise InputError(f"no weights at {needed}; train.py writes them")
     try:
         config, tensors = _read_checkpoint(path) if path.suffix == ".ckpt" else _read(path)
+        with torch.device("meta"):  # without memory
+            empty = make_denoiser(config, build).state_dict()
+        wanted, found = ({n: t.shape for n, t in own.items()} for own in (empty, tensors))
+        if found != wanted:
+            raise ValueError("its tensors have other names or shapes")
+        if not all(own.isfinite().all() for own in tensors.values()):
+            raise ValueError("it has values that are not finite")
         denoiser = make_denoiser(config, build)
         denoiser.load_state_dict(tensors)
     except Exception as error:  # each library has different errors for damaged files

@@ -10,13 +10,14 @@ the shortest one that agrees with the samples.
 from __future__ import annotations
 
 import logging
-import re
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.face_groups import cad_ends_and_holes, ends_and_holes
+from polycube.hexmesh.cad_sets import CadSets, cad_sets
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.hexmesh.face_groups import ends_and_holes
 from polycube.hexmesh.named_sets import boundary_sets, cad_faces, patch_sets
 from polycube.surface.curves.cad_curves import bounded_faces
 from polycube.surface.fit_target import target
@@ -40,6 +41,7 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
     In a CAD model, ends and holes consist of CAD faces and are found on the model. In other parts
     they consist of pieces of the patches of the mesh.
     """
+    mesh = replace(mesh, unit=surface.unit)
     if not len(surface.region):
         return replace(mesh, sets=boundary_sets(mesh))
     region, share = quad_regions(mesh, surface)
@@ -53,9 +55,29 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
         len(region),
         f"; without a quad: {', '.join(map(str, bare))}" if len(bare) else "",
     )
-    found = {name: np.flatnonzero(np.isin(region, own)) for name, own in _numbers(surface).items()}
+    known = cad_sets(surface)
+    found = {n: np.flatnonzero(np.isin(region, own)) for n, own in known.numbers.items()}
     sets = {name: own for name, own in found.items() if len(own)}
-    return replace(mesh, sets=sets | patch_sets(mesh.patch))
+    on_edges = _on_edges(mesh, region, known)
+    return replace(
+        mesh,
+        sets=sets | patch_sets(mesh.patch),
+        cad_face=region,
+        cad_names={n: known.names[n] for n in (*sets, *on_edges) if n in known.names},
+        node_sets=on_edges,
+        name=surface.name,
+    )
+
+
+def _on_edges(mesh: HexMesh, region: np.ndarray, known: CadSets) -> dict[str, np.ndarray]:
+    """Vertices on the borders between the CAD faces (Q,) of quads, by the names of edges."""
+    edges, pair = quad_edges(mesh.quads)
+    sides = np.sort(region[pair], axis=1)[:, None]
+    found = {
+        name: np.unique(edges[(sides == np.sort(pairs, axis=1)).all(axis=2).any(axis=1)])
+        for name, pairs in known.edges.items()
+    }
+    return {name: own for name, own in found.items() if len(own)}
 
 
 @lru_cache(maxsize=2)
@@ -69,7 +91,7 @@ def model_sets(surface: TriMesh) -> dict[str, np.ndarray]:
     if not len(surface.region):
         label = np.zeros(len(surface.faces), np.int64)
         return ends_and_holes(surface.vertices, surface.faces, label)
-    found = _numbers(surface)
+    found = cad_sets(surface).numbers
     return {n: np.flatnonzero(np.isin(surface.region, own)) for n, own in found.items()}
 
 
@@ -84,22 +106,6 @@ def quads_of_sets(mesh: HexMesh, surface: TriMesh) -> dict[str, np.ndarray]:
         named[own] = number  # no triangle is in two of the sets
     region = _regions(mesh, surface, named)[0]
     return {name: np.flatnonzero(region == number) for number, name in enumerate(sets, start=2)}
-
-
-def _numbers(surface: TriMesh) -> dict[str, np.ndarray]:
-    """Numbers of the CAD faces of each set.
-
-    The sets are ends, holes, `cad_NAME` for all faces with a name in the file, `cad_face_1` etc.
-    """
-    numbers = np.unique(surface.region).tolist()
-    called: dict[str, list[int]] = {}
-    for number, name in enumerate(surface.region_names, start=1):
-        if name and number in numbers:
-            called.setdefault(f"cad_{re.sub(r'[^0-9A-Za-z]+', '_', name).strip('_')}", []).append(
-                number
-            )
-    each = {name: np.array(own) for name, own in called.items()}
-    return cad_ends_and_holes(surface) | each | {f"cad_face_{n}": np.array([n]) for n in numbers}
 
 
 def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from polycube.hexmesh import quality
 from polycube.hexmesh.cad_faces import quad_regions
+from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.feature_distances import Feature, feature_distances
 from polycube.hexmesh.quality import Deviation, Samples
@@ -148,7 +149,7 @@ class Inspection:
         """CAD faces without a boundary quad: the name in the CAD file if unique, or the set."""
         names = self.surface.region_names
         unique = {n: name for n, name in enumerate(names, 1) if name and names.count(name) == 1}
-        return tuple(unique.get(number, f"cad_face_{number}") for number in self._lost)
+        return tuple(unique.get(number, face_set(self.surface, number)) for number in self._lost)
 
     @cached_property
     def _lost(self) -> list[int]:

@@ -7,6 +7,7 @@ program has them as well. Exports, analyses and the report use these sets.
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Mapping
 
 import numpy as np
@@ -58,13 +59,8 @@ def quads_of_spline(spline: Spline, mesh: HexMesh) -> np.ndarray:
 
 
 def cad_faces(mesh: HexMesh) -> np.ndarray:
-    """(Q,) CAD face of each boundary quad, from the sets `cad_face_n`; 0 if there is none."""
-    found = np.zeros(len(mesh.quads), np.int64)
-    for name, own in mesh.sets.items():
-        number = re.fullmatch(r"cad_face_(\d+)", name)
-        if number:
-            found[own] = int(number[1])
-    return found
+    """(Q,) CAD face of each boundary quad; 0 if there is none."""
+    return mesh.cad_face if len(mesh.cad_face) else np.zeros(len(mesh.quads), np.int64)
 
 
 def listed(sets: Sets) -> str:
@@ -83,7 +79,7 @@ def listed(sets: Sets) -> str:
 
 def set_name(place: object) -> str:
     """The set that belongs to a place: the name itself, or `patch_7` for the number 7."""
-    text = str(place)
+    text = unicodedata.normalize("NFC", str(place))
     return f"patch_{int(text)}" if text.isdigit() else text
 
 

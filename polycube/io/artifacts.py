@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix
 
 from polycube import types
 
+LARGEST, RATIO = 1 << 26, 300  # bytes of a small file, and of each byte of its compressed form
 PLAIN = (str, int, float, bool, type(None))  # types of JSON, which long sequences may contain
 
 
@@ -28,8 +29,19 @@ def save(path: Path, value: object) -> None:
 
 
 def load(path: Path) -> object:
-    """Load a value written by `save`; raises FileNotFoundError."""
+    """Load a value written by `save`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError, KeyError, TypeError, zipfile.BadZipFile
+        If it is damaged, or if values of a class are not in their range (`types.check_values`).
+    """
     with np.load(path, allow_pickle=False) as arrays:
+        size = sum(each.file_size for each in arrays.zip.infolist())
+        if size > LARGEST + RATIO * path.stat().st_size:
+            raise ValueError(f"its {size} bytes are compressed to {path.stat().st_size}")
         return _unpack(json.loads(str(arrays["tree"])), arrays)
 
 
@@ -73,15 +85,22 @@ def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
         steps = arrays[tree["steps"]]
         return steps.cumsum(axis=0, dtype=steps.dtype)
     if "planes" in tree:
+        if np.dtype(tree["type"]).kind != "f":
+            raise ValueError("numbers of an unknown type")
         single = np.ascontiguousarray(arrays[tree["planes"]].T)
         return single.view(tree["type"]).reshape(tree["shape"])
     if "array" in tree:
         return arrays[tree["array"]]
     if "csr" in tree:
-        return csr_matrix(tuple(_unpack(t, arrays) for t in tree["csr"]), shape=tree["shape"])
+        parts = tuple(_unpack(part, arrays) for part in tree["csr"])
+        matrix = csr_matrix(parts, shape=tree["shape"])
+        matrix.check_format(full_check=True)
+        return matrix
     if "class" in tree:
         fields = {k: _unpack(v, arrays) for k, v in tree["fields"].items()}
-        return _class(tree["class"])(**fields)
+        value = _class(tree["class"])(**fields)
+        types.check_values(value)
+        return value
     if "tuple" in tree:
         return tuple(_unpack(t, arrays) for t in tree["tuple"])
     if "list" in tree:
@@ -90,6 +109,6 @@ def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
 
 
 def _class(name: str) -> type:
-    if not hasattr(types, name):
+    if not dataclasses.is_dataclass(getattr(types, name, None)):
         raise ValueError(f"artifact contains a {name}, which polycube.types does not define")
     return getattr(types, name)

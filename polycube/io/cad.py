@@ -17,11 +17,15 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
-from polycube.io.foreign.process import read_separately, unreadable
-from polycube.io.step import MILLIMETRES, STEP, face_names, file_unit
+from polycube.io.cad_worker import OPEN, TESSELLATING, WAYS
+from polycube.io.file_units import file_unit
+from polycube.io.foreign.process import Late, read_separately, unreadable
+from polycube.io.step.faces import Named, named_faces
+from polycube.io.step.text import STEP
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
+from polycube.units import MILLIMETRES, resolved
 
 logger = logging.getLogger(__name__)
 
@@ -29,6 +33,8 @@ BREP = ".brep"
 SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
+GROUPS = ("name", "colour", "layer", "none")
+LATER = 0.4  # share of the time limit for larger triangles, if the others do not end
 LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
 
@@ -39,12 +45,16 @@ class Cad:
 
     solid: int | None = None  # number of the solid to read from a file with several, from 1
     segments: int = SEGMENTS  # triangle edges on a full turn of a round face
+    groups: str = "name"  # what names and groups the faces, one of GROUPS
     units: str | None = None  # length unit of the coordinates in the rest of the run
 
     def __post_init__(self) -> None:
         if self.solid == "all":
             what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
+        if self.groups not in GROUPS:
+            what = f"cad.groups must be one of {', '.join(GROUPS)}; got {self.groups!r}"
+            raise InputError(what)
         for name, least in {"segments": 6, "solid": 1}.items():
             value = getattr(self, name)
             is_integer = isinstance(value, int) and not isinstance(value, bool)
@@ -57,17 +67,27 @@ class Cad:
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     """Closed, oriented surface of a solid with its CAD faces, and warnings; raises InputError."""
+    if options.groups == "layer" and path.suffix.lower() not in STEP:
+        raise InputError("cad.groups=layer is for STEP files; use name, colour or none")
     found = _tessellated(path, options)
     unit = file_unit(path)
-    surface, notes = clean(found["vertices"] / MILLIMETRES[unit], found["faces"])
+    factor = MILLIMETRES[resolved(None, unit)]
+    surface, notes = clean(found["vertices"] / factor, found["faces"])
     if "cad_face" in found:
-        surface = _regions(surface, found, path)
-    size = float(found.get("volume", np.nan)) / MILLIMETRES[unit] ** 3
-    logger.info("%s: lengths in %s, volume %.6g %s3", path, unit, size, unit)
-    if options.units not in (None, unit):
+        surface = _regions(surface, found, path, options.groups, factor)
+    size, stated = float(found.get("volume", np.nan)) / factor**3, unit or "an unknown unit"
+    logger.info("%s: lengths in %s, volume %.6g", path, stated, size)
+    if unit and resolved(options.units, unit) != unit:
         notes.append(
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
-            f"use analysis.units={unit}"
+            f"use analysis.units=auto"
+        )
+    if gap := _gap(found):
+        notes.append(f"faces were sewn to a solid over {gap}")
+    if "way" in found and found["way"] != WAYS[0]:
+        notes.append(
+            f"there is no closed surface with cad.segments={options.segments}; triangles on "
+            "curved faces are larger"
         )
     lost = 1 - volume(surface) / size
     if np.isnan(lost):
@@ -82,22 +102,36 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     return surface, notes
 
 
-def _regions(surface: TriMesh, found: dict[str, np.ndarray], path: Path) -> TriMesh:
-    """The surface with the CAD face of each triangle, and the names of the faces.
+def _regions(
+    surface: TriMesh, found: dict[str, np.ndarray], path: Path, by: str, factor: float
+) -> TriMesh:
+    """The surface with the CAD face of each triangle, and the names of solid, faces and groups.
 
     Cleaning may have dropped and reoriented triangles, so their centres are compared.
+
+    Parameters
+    ----------
+    by : what names the faces, one of `GROUPS`
+    factor : millimetres of the unit of the surface
     """
-    unit = MILLIMETRES[file_unit(path)]
-    middles = found["vertices"][found["faces"]].mean(axis=1) / unit
+    middles = found["vertices"][found["faces"]].mean(axis=1) / factor
     nearest = cKDTree(middles).query(surface.vertices[surface.faces].mean(axis=1))[1]
-    corners = np.split(found["corners"] / unit, np.cumsum(found["n_corners"])[:-1])
     kinds = found["face_kind"].tolist()
-    names = face_names(path, kinds, corners)
-    if not any(names):
-        names = tuple(found["face_name"].tolist())
-    shapes = tuple(re.sub(" [Ss]urface$", "", kind).lower() for kind in kinds)
-    region = found["cad_face"][nearest]
-    return replace(surface, region=region, region_names=names, region_shapes=shapes)
+    named = Named(str(found["solid_name"]), tuple(found["face_name"].tolist()), {}, {})
+    if by != "none" and path.suffix.lower() in STEP:
+        corners = np.split(found["corners"] / factor, np.cumsum(found["n_corners"])[:-1])
+        own = named_faces(path, kinds, corners, by)
+        faces = own.faces if any(own.faces) or own.groups else named.faces
+        named = own._replace(solid=own.solid or named.solid, faces=faces)
+    return replace(
+        surface,
+        region=found["cad_face"][nearest],
+        region_names=named.faces,
+        region_shapes=tuple(re.sub(" [Ss]urface$", "", kind).lower() for kind in kinds),
+        region_groups=named.groups,
+        region_edges=named.edges,
+        name=named.solid,
+    )
 
 
 def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
@@ -105,16 +139,46 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
 
     Only vertices and faces if gmsh cannot be loaded.
     """
-    request = {"solid": options.solid, "segments": options.segments}
     check_complete(path)
-    effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
-    output, errors = read_separately("polycube.io.cad_worker", path, request, effort)
+    output, errors, way = _worked(path, options)
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
-            return _chosen(dict(arrays), options.solid)
+            return _chosen(dict(arrays), options.solid) | {"way": np.array(way)}
     if "import gmsh" in errors:
         return _by_cascadio(path, options)
     raise unreadable(path, errors)
+
+
+def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
+    """Output and errors of the first way of tessellation that ends with a closed surface.
+
+    The last is the name of the way. Without a closed surface, the first open one is returned.
+    """
+    effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
+    first, seconds = None, 0
+    for way in WAYS:
+        request = {
+            "solid": options.solid,
+            "segments": options.segments,
+            "groups": options.groups,
+            "way": way,
+        }
+        try:
+            found = *read_separately("polycube.io.cad_worker", path, request, effort), way
+        except Late as late:
+            if TESSELLATING not in late.errors:
+                raise
+            seconds, effort = max(seconds, late.seconds), LATER
+            continue
+        if OPEN not in found[1]:
+            return found
+        first = first or found
+    if first is not None:
+        return first
+    raise InputError(
+        f"the file was read, but its faces could not be divided into triangles in {seconds} s, "
+        "also not into larger ones; simplify its spline surfaces, or export the part as STL"
+    )
 
 
 def check_complete(path: Path) -> None:
@@ -127,7 +191,8 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
     """The arrays of the requested solid; raises InputError if the request is ambiguous."""
     volumes, boxes = found["volume"], found["box"]
     if not len(volumes):
-        raise InputError("the file contains no solid; export the part as a closed solid body")
+        gap = f"; there are {_gap(found)}" if _gap(found) else ""
+        raise InputError(f"the file contains no solid{gap}; export the part as a closed solid body")
     if "faces" not in found:
         listed = ", ".join(
             f"{i + 1} (volume {v:.6g} mm3, from {_point(box[:3])} to {_point(box[3:])} mm)"
@@ -139,6 +204,14 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None) -> dict[str, np.nda
             "cad.solid=1, or cad.solid=all for a mesh of each"
         )
     return {**found, "volume": volumes[(solid or 1) - 1]}
+
+
+def _gap(found: dict[str, np.ndarray]) -> str:
+    """Words about the largest gap between loose faces, if there are any."""
+    if "gap" not in found or not found["gap"][0]:
+        return ""
+    where = _point(found["gap_place"])
+    return f"gaps of up to {found['gap'][0]:.3g} mm between its faces, at {where} mm"
 
 
 def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:

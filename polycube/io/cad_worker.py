@@ -10,25 +10,31 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from polycube.io.foreign.process import limit
+from polycube.io.tessellation.fillets import bound_sizes
+from polycube.io.tessellation.sewing import diagonal, sew
 
-SEW = 1e-5  # of the diagonal: gaps between loose faces that are closed
+TESSELLATING = "reading is done; triangles are made"  # written to the standard error
+OPEN = "the triangles are not closed"  # the same
+WAYS = ("curved", "edges", "coarser")  # sizes from curvatures, from edges, from fewer segments
+CURVED, EDGES, COARSER = WAYS
 COARSE = 1 / 20  # of the diagonal: largest triangle edge
 FINE = 1 / 1000  # smallest
+NO_NAME = "Open CASCADE STEP translator"  # entry of Open CASCADE for a missing name
 
 
 def main() -> None:
     """Write the solids of the file, and the triangles of the requested one, in millimetres."""
     request = json.load(sys.stdin)
-    gmsh = opened(request)
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", request["segments"])
+    gmsh, sewn = opened(request)
     solids = [tag for _, tag in gmsh.model.getEntities(3)]
-    found = {
+    found = sewn | {
         "volume": np.array([gmsh.model.occ.getMass(3, tag) for tag in solids]),
         "box": np.array([gmsh.model.getBoundingBox(3, tag) for tag in solids]).reshape(-1, 6),
     }
@@ -36,14 +42,19 @@ def main() -> None:
     if number is None and len(solids) == 1:
         number = 1
     if number is not None and 1 <= number <= len(solids):
-        found |= _triangles(gmsh, solids, number - 1)
+        sys.stderr.write(f"{TESSELLATING}\n")
+        sys.stderr.flush()
+        found |= _triangles(gmsh, solids, number - 1, request)
+        sides = np.sort(found["faces"][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        if (np.unique(sides, axis=0, return_counts=True)[1] != 2).any():
+            sys.stderr.write(f"{OPEN}\n")
     with open(request["output"], "wb") as file:
         np.savez(file, allow_pickle=False, **found)
     gmsh.finalize()
 
 
-def opened(request: Mapping[str, Any]) -> ModuleType:
-    """Gmsh with the solids of a file, in millimetres.
+def opened(request: Mapping[str, Any]) -> tuple[ModuleType, dict[str, np.ndarray]]:
+    """Gmsh with the solids of a file, in millimetres, and the gap between loose faces, if any.
 
     request : the `path`, and the limits `seconds` and `gigabytes`
     """
@@ -56,42 +67,57 @@ def opened(request: Mapping[str, Any]) -> ModuleType:
         "General.NumThreads": 1,
         "Mesh.Algorithm": 6,
         "Mesh.RandomSeed": 1,
-        "Mesh.MeshSizeExtendFromBoundary": 0,
     }.items():
         gmsh.option.setNumber(name, value)
     # the other formats have no units or are in mm
-    if request["path"].lower().endswith((".step", ".stp")):
+    path = Path(request["path"])
+    if path.suffix.lower() in (".step", ".stp"):
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-    gmsh.model.occ.importShapes(request["path"])
+        path = _without_rest(path, Path(f"{request['output']}.step"))
+    gmsh.model.occ.importShapes(str(path))
     gmsh.model.occ.synchronize()
     if not gmsh.model.getEntities(3) and gmsh.model.getEntities(2):  # IGES: loose faces
-        gap = SEW * _diagonal(gmsh)
-        gmsh.model.occ.healShapes(tolerance=gap, sewFaces=True, makeSolids=True)
-        gmsh.model.occ.synchronize()
-    return gmsh
+        return gmsh, sew(gmsh)
+    return gmsh, {}
 
 
-def _diagonal(gmsh: ModuleType) -> float:
-    low, high = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
-    return float(np.linalg.norm(high - low))
+def _without_rest(path: Path, copy: Path) -> Path:
+    """A STEP file without what follows its end, which may take Open CASCADE minutes to read."""
+    data, end, rest = path.read_bytes().partition(b"END-ISO-10303-21;")
+    if not rest.strip():
+        return path
+    copy.write_bytes(data + end + b"\n")
+    return copy
 
 
-def _triangles(gmsh: ModuleType, solids: list[int], chosen: int) -> dict[str, np.ndarray]:
+def _triangles(
+    gmsh: ModuleType, solids: list[int], chosen: int, request: Mapping[str, Any]
+) -> dict[str, np.ndarray]:
     """Vertices (V, 3), faces (F, 3), and the CAD face of each triangle (F,), from 1.
 
-    Also for each CAD face: kind of surface, name, number of corners, and all corners in sequence.
+    Also the name of the solid, and for each CAD face: kind of surface, name or colour, number of
+    corners, and all corners in sequence.
+
+    request : the number of `segments`, the `way`, and by what `groups` the faces are named
     """
     others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
     gmsh.model.occ.remove(others, recursive=True)
     gmsh.model.occ.synchronize()
-    size = _diagonal(gmsh)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", COARSE * size)
-    gmsh.option.setNumber("Mesh.MeshSizeMin", FINE * size)
+    size, segments, way = diagonal(gmsh), request["segments"], request["way"]
+    for name, value in {
+        "Mesh.MeshSizeMax": size if way == COARSER else COARSE * size,
+        "Mesh.MeshSizeMin": FINE * size,
+        "Mesh.MeshSizeFromCurvature": {CURVED: segments, EDGES: 0, COARSER: segments / 4}[way],
+        "Mesh.MeshSizeExtendFromBoundary": way != CURVED,
+    }.items():
+        gmsh.option.setNumber(name, value)
+    sides = sorted(tag for _, tag in gmsh.model.getBoundary([(3, solids[chosen])], oriented=False))
+    if way == CURVED:
+        bound_sizes(gmsh, sides, size, segments, COARSE * size)
     gmsh.model.mesh.generate(2)
     tags, points, _ = gmsh.model.mesh.getNodes()
     place = np.zeros(int(tags.max()) + 1, np.int64)
     place[tags] = np.arange(len(tags))
-    sides = sorted(tag for _, tag in gmsh.model.getBoundary([(3, solids[chosen])], oriented=False))
     faces = [place[gmsh.model.mesh.getElementsByType(2, side)[1].reshape(-1, 3)] for side in sides]
     ends = [gmsh.model.getBoundary([(2, side)], oriented=False, recursive=True) for side in sides]
     corners = [gmsh.model.getValue(0, tag, []) for own in ends for _, tag in own]
@@ -100,18 +126,24 @@ def _triangles(gmsh: ModuleType, solids: list[int], chosen: int) -> dict[str, np
         "faces": np.concatenate(faces),
         "cad_face": np.repeat(np.arange(1, len(sides) + 1), [len(own) for own in faces]),
         "face_kind": np.array([gmsh.model.getType(2, side) for side in sides]),
-        "face_name": np.array(_names(gmsh, sides)),
+        "face_name": np.array(_names(gmsh, sides, request["groups"])),
+        "solid_name": np.array(name_of(gmsh, 3, solids[chosen])),
         "corners": np.reshape(corners, (-1, 3)),
         "n_corners": np.array([len(own) for own in ends]),
     }
 
 
-def _names(gmsh: ModuleType, sides: list[int]) -> list[str]:
-    """Names of the faces from gmsh; `colour_ff0000` if there are no names but several colours."""
-    names = [gmsh.model.getEntityName(2, side).rpartition("/")[2] for side in sides]
-    colours = [gmsh.model.getColor(2, side) for side in sides]
-    if any(names) or len(set(colours)) == 1:
-        return names
+def name_of(gmsh: ModuleType, dimension: int, tag: int) -> str:
+    """The name of a face or solid; empty for those that Open CASCADE makes up."""
+    name = str(gmsh.model.getEntityName(dimension, tag)).rpartition("/")[2]
+    return "" if name.startswith(NO_NAME) else name
+
+
+def _names(gmsh: ModuleType, sides: list[int], groups: str) -> list[str]:
+    """Names of the faces, or their colours such as `colour_ff0000`; empty if there is none."""
+    if groups == "name":
+        return [name_of(gmsh, 2, side) for side in sides]
+    colours = [gmsh.model.getColor(2, side) if groups == "colour" else 4 * (0,) for side in sides]
     return ["colour_{:02x}{:02x}{:02x}".format(*c[:3]) if c[3] else "" for c in colours]
 
 

@@ -7,6 +7,7 @@ Remaining defects raise an error; they are not patched.
 from __future__ import annotations
 
 import logging
+import re
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,6 +25,8 @@ from polycube.hexmesh.connectivity import (
     quad_edges,
 )
 from polycube.hexmesh.quality import triangles
+from polycube.io.access.reading import reading
+from polycube.io.decks import read_deck
 from polycube.io.foreign.process import parsed
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import connected, diagonal
@@ -31,8 +34,9 @@ from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
-FORMATS = (".vtu", ".vtk", ".mesh", ".msh", ".inp")
-FLAT_CELLS = ("vertex", "line", "triangle", "quad")  # cells that are ignored
+DECKS = (".inp", ".bdf", ".nas")
+FORMATS = (".vtu", ".vtk", ".mesh", ".msh", *DECKS)
+FLAT = re.compile(r"(vertex|line|triangle|quad)\d*")  # cells that are ignored
 SHARP = np.pi / 4  # angle between the normals of quads of different patches
 MIRRORED = [4, 5, 6, 7, 0, 1, 2, 3]
 # numbering with xi fastest, then eta, then zeta, as in some programs
@@ -46,31 +50,31 @@ def read_hexes(path: str | Path) -> tuple[HexMesh, list[str]]:
     Raises InputError with one sentence for an unusable mesh.
     """
     path = Path(path)
-    try:
-        mesh, notes = tidy(*_parsed(path))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error.__cause__
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    with reading(path):
+        *parts, read = _parsed(path)
+        mesh, notes = tidy(*parts)
+        notes = [*read, *notes]
     logger.info("%s: %d vertices, %d hexes", path, len(mesh.vertices), len(mesh.hexes))
     return mesh, notes
 
 
-def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points (V, 3), hexes (H, 8) and the array `cell` (H,); zeros if there is none."""
+def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
+    """Points (V, 3), hexes (H, 8), the array `cell` (H,), zeros if there is none, and notes."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"unknown kind of hex mesh {path.suffix!r}; can read {', '.join(FORMATS)}")
-    if not path.is_file():
-        raise InputError("there is no such file")
-    found = parsed(path, "meshio")
+    found = read_deck(path) if path.suffix.lower() in DECKS else parsed(path, "meshio")
     kinds: Counter[str] = Counter()
     for kind, number in zip(found["kind"].tolist(), found["number"].tolist(), strict=True):
-        kinds[kind] += number
+        kinds[kind.lower().removeprefix("vtk_lagrange_")] += number
     kinds = +kinds  # without those with count zero
-    others = [kind for kind in kinds if kind not in (*FLAT_CELLS, "hexahedron")]
-    if others or "hexahedron" not in kinds:
+    solids = {kind: number for kind, number in kinds.items() if not FLAT.fullmatch(kind)}
+    if not solids or not all(kind.startswith("hexahedron") for kind in solids):
         had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"
-        raise InputError(f"only meshes of hexahedra with 8 corners can be improved; it has {had}")
+        raise InputError(f"only meshes of hexahedra can be improved; it has {had}")
+    curved = sum(number for kind, number in solids.items() if kind != "hexahedron")
+    notes = (
+        [f"only the corners of hexes with more than 8 nodes are read: {curved}"] if curved else []
+    )
     points = found["points"]
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise InputError("its points do not have three coordinates")
@@ -80,7 +84,7 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     hexes = np.concatenate(blocks)
     if hexes.dtype.kind not in "iu":
         raise InputError("the corners of its hexahedra are not whole numbers")
-    return points, hexes, _cells(found, len(hexes))
+    return points, hexes, _cells(found, len(hexes)), notes
 
 
 def _in_blocks(found: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]:

@@ -12,7 +12,7 @@ from typing import TypedDict
 from polycube.analysis.material import Material, material
 from polycube.io.atomic import atomic_write
 from polycube.types import Json
-from polycube.units import METRES
+from polycube.units import METRES, resolved
 
 
 def write_modal_deck(
@@ -62,11 +62,14 @@ class DeckSettings(TypedDict):
     lumped: bool
 
 
-def settings_of(analysis: Json) -> DeckSettings:
-    """Material, units, modes and mass from the options of an analysis; defaults: steel in mm."""
+def settings_of(analysis: Json, of_file: str = "") -> DeckSettings:
+    """Material, units, modes and mass from the options of an analysis; default: steel.
+
+    of_file : length unit of the file of the part
+    """
     return {
         "elastic": material(analysis.get("material", "steel")),
-        "units": analysis.get("units", "mm"),
+        "units": resolved(analysis.get("units"), of_file),
         "modes": analysis.get("modes", 20),
         "lumped": analysis.get("mass") == "lumped",
     }

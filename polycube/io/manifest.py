@@ -19,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from polycube.errors import InputError
+from polycube.io.access.stored import read_json
 from polycube.io.atomic import scratch_folder
 
 NAME = "polycube-files.json"
@@ -37,6 +38,7 @@ UNWRITABLE = {  # errors of the file system, not of the program
 
 State = list[object]  # size in bytes, SHA-256
 Entries = dict[str, list[State]]  # two states during a replacement; none: a log
+LOG = ".log"  # suffix of files that may change
 
 
 def files(folder: Path) -> list[str]:
@@ -87,6 +89,12 @@ def remove(folder: Path, names: Iterable[str], inputs: Collection[Path] = ()) ->
             if _is_ours(folder / name, entries[name]):
                 (folder / name).unlink()
         _save(folder, {name: states for name, states in entries.items() if name not in gone})
+
+
+def is_result(folder: Path, name: str) -> bool:
+    """Whether a file exists that the program wrote, and that has not changed since."""
+    entries = _read(folder)
+    return name in entries and _is_ours(folder / name, entries[name])
 
 
 def append_to(folder: Path, name: str) -> Path:
@@ -156,6 +164,8 @@ def _check_names(
         blocking = [p for p in path.relative_to(folder).parents[:-1] if (folder / p).is_file()]
         if blocking:
             raise InputError(f"{folder / blocking[0]} is a file, not a folder; {remedy}")
+        if not _is_inside(folder, name):
+            raise InputError(f"{path.parent} is a link out of {folder}; {remedy}")
         if not os.path.lexists(path):
             continue
         if path.resolve() in read:
@@ -190,6 +200,14 @@ def _is_ours(path: Path, states: list[State]) -> bool:
     return not states or (path.stat().st_size in sizes and _state(path) in states)
 
 
+def _is_inside(folder: Path, name: str) -> bool:
+    """Whether a name leads to a place in the folder, also if it follows links."""
+    try:
+        return (folder / name).parent.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError):  # links in a circle, zeros in a name
+        return False
+
+
 def _state(path: Path) -> State:
     digest = hashlib.sha256()
     with path.open("rb") as file:
@@ -208,11 +226,11 @@ def _read(folder: Path) -> Entries:
     if not os.path.lexists(path):
         return {}
     try:
-        listed = json.loads(path.read_text(encoding="utf-8"))["files"].items()
+        listed = read_json(path)["files"].items()
         states = {name: [[int(size), str(sha)] for size, sha in known] for name, known in listed}
-    except (OSError, ValueError, TypeError, LookupError, AttributeError):
+    except (ValueError, TypeError, LookupError, AttributeError):
         raise InputError(f"{path} is not a list of results; choose another output_dir") from None
-    return {n: s for n, s in states.items() if not Path(n).is_absolute() and ".." not in n}
+    return {n: s for n, s in states.items() if _is_inside(folder, n) and (s or n.endswith(LOG))}
 
 
 def _save(folder: Path, entries: Entries) -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.errors import InputError
+from polycube.errors import InputError, printable
 from polycube.io.cad import Cad
+from polycube.io.file_units import file_unit
 from polycube.io.surfaces import EXAMPLE, is_cad, read_repaired, read_soup
 from polycube.io.vtk import write_named_vtp
 from polycube.surface.clouds.options import Points
@@ -17,6 +18,7 @@ from polycube.surface.repair import clean
 from polycube.surface.repair.defects import Defect, find_defects
 from polycube.surface.repair.repair import finite
 from polycube.types import TriMesh
+from polycube.units import described
 
 N_PLACES = 3  # number of printed places for each defect
 
@@ -31,13 +33,16 @@ class Preflight:
     defects: list[Defect]
     verdict: str  # one sentence
     is_usable: bool
+    unit: str  # of lengths, and where it comes from
 
     def table(self) -> str:
         """Table for the terminal, one line per defect."""
         surface = self.surface
         rows = [
-            f"{self.path}: {len(surface.vertices)} vertices, {len(surface.faces)} faces, "
-            f"diagonal {diagonal(surface):.5g}"
+            f"{printable(self.path)}: {len(surface.vertices)} vertices, "
+            f"{len(surface.faces)} faces, "
+            f"diagonal {diagonal(surface):.5g} {self.unit.partition(',')[0]}",
+            f"           lengths in {self.unit}",
         ]
         if self.lost:
             rows.append(f"{self.lost:>9}  vertices that are not finite")
@@ -62,12 +67,14 @@ def preflight(path: str, cad: Cad, level: str, points: Points | None = None) -> 
     if path.startswith(EXAMPLE) or is_cad(Path(path)):
         given, lost = read_repaired(path, cad, "off")[0], 0
     else:
-        vertices, faces = read_soup(Path(path), points)
+        vertices, faces, _ = read_soup(Path(path), points)
         lost = int((~np.isfinite(vertices).all(axis=1)).sum())
         try:
             given = clean.weld_equal(finite(vertices, faces)[0])[0]
         except InputError as error:
             raise InputError(f"{path}: {error}") from error.__cause__
+    source = described(cad.units, given.unit or file_unit(Path(path)))
+    unit = source.partition(",")[0]
     try:
         surface, notes, *_ = read_repaired(path, cad, level, points)
     except InputError as error:
@@ -75,8 +82,8 @@ def preflight(path: str, cad: Cad, level: str, points: Points | None = None) -> 
         verdict, is_usable = f"{path}: {sentence.partition(', preflight=')[0]}", False
     else:
         verdict = (
-            f"usable: closed, genus {genus(surface)}, volume {volume(surface):.6g}"
+            f"usable: closed, genus {genus(surface)}, volume {volume(surface):.6g} {unit}^3"
             f"{''.join(f'; {note}' for note in notes)}"
         )
         is_usable = True
-    return Preflight(path, given, lost, find_defects(given), verdict, is_usable)
+    return Preflight(path, given, lost, find_defects(given), verdict, is_usable, source)

@@ -13,30 +13,47 @@ import numpy as np
 
 from polycube.errors import InputError, brief
 from polycube.io.atomic import atomic_write
+from polycube.io.polygons.division import Soup
 
 HEADER, RECORD = 84, 50  # bytes: 80 of text and a count; a triangle
-VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)\s*$", re.IGNORECASE | re.MULTILINE)
-FACET = re.compile(rb"^\s*(end)?facet\b", re.IGNORECASE | re.MULTILINE)
-END = re.compile(rb"^\s*endsolid\b", re.IGNORECASE | re.MULTILINE)
+LINE = re.IGNORECASE | re.MULTILINE
+VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)[ \t\r]*$", LINE)
+FACET = re.compile(rb"^[ \t]*(end)?facet\b", LINE)
+END = re.compile(rb"^[ \t]*endsolid\b", LINE)
 
 
-def read_stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
+def read_stl(path: Path) -> Soup:
     """Corners (3 F, 3), not merged, and faces (F, 3); raises InputError with one sentence."""
     data = path.read_bytes()
     if not data:
         raise InputError("the file is empty")
     count = int.from_bytes(data[80:HEADER], "little")
-    if HEADER + RECORD * count == len(data):  # also if the header begins with "solid"
-        corners = _binary(data)
-    elif b"\0" in data:
+    number, spare = divmod(len(data) - HEADER, RECORD)
+    notes: tuple[str, ...] = ()
+    if count == 0 and number > 0 and spare == 0 and b"\0" in data:
+        notes = (f"its header gives 0 triangles; its size gives {number}, which were read",)
+    elif 0 < count <= number:
+        number, spare = count, len(data) - HEADER - RECORD * count
+        if spare:
+            notes = (f"ignored bytes after the last of {count} triangles: {spare}",)
+    elif (count, number, spare) != (0, 0, 0):
+        return _text(data, count)
+    return Soup(*_corners(_binary(data, number)), notes)  # also if it begins with "solid"
+
+
+def _text(data: bytes, count: int) -> Soup:
+    """Read a file that is not a complete binary one, whose header would give `count` triangles."""
+    if b"\0" in data:
         raise InputError(
             f"not a complete STL file: its header gives {count} triangles, "
             f"but its {len(data)} bytes contain {max(len(data) - HEADER, 0) // RECORD}"
         )
-    elif data.lstrip()[:5].lower() == b"solid":
-        corners = _ascii(data)
-    else:
+    if data.lstrip()[:5].lower() != b"solid":
         raise InputError("not an STL file: neither binary, nor text that begins with 'solid'")
+    return Soup(*_corners(_ascii(data)))
+
+
+def _corners(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return corners, np.arange(len(corners)).reshape(-1, 3)
 
 
@@ -55,10 +72,11 @@ def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
     return Path(path)
 
 
-def _binary(data: bytes) -> np.ndarray:
-    records = np.frombuffer(data, np.uint8, offset=HEADER).reshape(-1, RECORD)
+def _binary(data: bytes, number: int) -> np.ndarray:
+    records = np.frombuffer(data, np.uint8, RECORD * number, HEADER).reshape(-1, RECORD)
     floats = np.ascontiguousarray(records[:, 12:48]).view("<f4")  # behind the normal
-    return floats.reshape(-1, 3).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        return floats.reshape(-1, 3).astype(np.float64)
 
 
 def _ascii(data: bytes) -> np.ndarray:

@@ -8,18 +8,24 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from polycube.errors import InputError, brief
+from polycube.errors import InputError
 from polycube.examples.parts import example
+from polycube.io.access.reading import reading
 from polycube.io.cad import SUFFIXES, Cad, read_cad
-from polycube.io.clouds import reading
+from polycube.io.clouds import reading as clouds
 from polycube.io.clouds.reading import is_cloud, read_cloud
+from polycube.io.file_units import file_unit
 from polycube.io.foreign.process import parsed
-from polycube.io.obj import read_obj
+from polycube.io.polygons.division import Soup
+from polycube.io.polygons.obj import read_obj
+from polycube.io.polygons.off import read_off
+from polycube.io.polygons.ply import read_ply
 from polycube.io.stl import read_stl
 from polycube.surface.clouds.options import Points
 from polycube.surface.clouds.points import without_open3d
@@ -32,8 +38,6 @@ logger = logging.getLogger(__name__)
 
 EXAMPLE = "example:"
 LOOK = "preflight=true lists all defects, preflight=FILE.vtp writes their places"
-
-Soup = tuple[np.ndarray, np.ndarray]  # vertices (V, 3), faces (F, 3)
 
 
 class Reading(NamedTuple):
@@ -65,7 +69,7 @@ def read_repaired(
         return Reading(example(str(path).removeprefix(EXAMPLE)), [])
     path = Path(path)
     repair = made = None
-    try:
+    with reading(path):
         if is_cad(path) and level != LEVELS[0]:
             raise InputError("repair works on triangles, not on CAD solids; export the part as STL")
         if is_cad(path):
@@ -73,14 +77,12 @@ def read_repaired(
         else:
             soup, made = _soup(path, points)
             if level == LEVELS[0]:
-                surface, warnings = _cleaned(*soup)
+                surface, warnings = _cleaned(*soup[:2])
             else:
-                surface, repair = repaired(*soup, level)
+                surface, repair = repaired(*soup[:2], level)
                 warnings = [repair.sentence(), *crossings(surface)]
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error.__cause__
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+            warnings = [*soup.notes, *warnings]
+        surface = replace(surface, unit=file_unit(path))
     logger.info("%s: %d vertices, %d faces", path, len(surface.vertices), len(surface.faces))
     if made is not None:
         warnings = [made.sentence(), *warnings]
@@ -89,12 +91,8 @@ def read_repaired(
 
 def read_soup(path: Path, points: Points | None = None) -> Soup:
     """Vertices and faces of a file that is not a CAD file, unchanged; raises InputError."""
-    try:
+    with reading(path):
         return _soup(path, points)[0]
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error.__cause__
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def is_cad(path: Path) -> bool:
@@ -129,14 +127,12 @@ def _soup(path: Path, points: Points | None) -> tuple[Soup, Reconstruction | Non
     """Vertices and faces, and how they were made of points."""
     if is_cloud(path):
         surface, made = reconstruct(read_cloud(path), points or Points())
-        return (surface.vertices, surface.faces), made
+        return Soup(surface.vertices, surface.faces), made
     return _reader(path)(path), None
 
 
 def _reader(path: Path) -> Callable[[Path], Soup]:
     suffix = path.suffix.lower()
-    if path.is_dir():
-        raise InputError("this is a folder; give one file")
     if suffix not in READERS:
         raise InputError(
             f"unknown kind of file {suffix!r}; can read {', '.join(KNOWN)} and example:NAME"
@@ -144,17 +140,9 @@ def _reader(path: Path) -> Callable[[Path], Soup]:
     return READERS[suffix]
 
 
-def _read_trimesh(path: Path) -> Soup:
-    import trimesh
-
-    data = path.read_bytes()
-    if not data:
-        raise InputError("the file is empty")
-    try:
-        mesh = trimesh.load_mesh(path, process=False)
-    except Exception as error:  # parsers of other packages raise various errors
-        raise InputError(f"not a readable {path.suffix} file: {brief(error)}") from error
-    return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+def _read_glb(path: Path) -> Soup:
+    found = parsed(path, "trimesh")
+    return Soup(found["vertices"], found["faces"])
 
 
 def _read_fbx(path: Path) -> Soup:
@@ -163,15 +151,15 @@ def _read_fbx(path: Path) -> Soup:
         raise without_open3d("FBX needs", found["missing"])
     if not len(found["faces"]):
         raise InputError("not a complete FBX file, or a file without triangles")
-    return found["vertices"], found["faces"]
+    return Soup(found["vertices"], found["faces"])
 
 
 READERS: dict[str, Callable[[Path], Soup]] = {
     ".stl": read_stl,
     ".obj": read_obj,
-    ".ply": _read_trimesh,
-    ".off": _read_trimesh,
-    ".glb": _read_trimesh,
+    ".ply": read_ply,
+    ".off": read_off,
+    ".glb": _read_glb,
     ".fbx": _read_fbx,
 }
-KNOWN = (*dict.fromkeys((*READERS, *reading.READERS)), *SUFFIXES)  # suffixes of readable files
+KNOWN = (*dict.fromkeys((*READERS, *clouds.READERS)), *SUFFIXES)  # suffixes of readable files

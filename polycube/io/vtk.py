@@ -138,11 +138,14 @@ def write_cells(
 def set_arrays(hexes: HexMesh) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Arrays of the named sets of the boundary, except patches.
 
-    Returns (V,) 1 on the quads of the set, and (H,) the sum of 1, 2, 4, 8, 16, 32 for the faces -xi
-    +xi -eta +eta -zeta +zeta of each hex in the set; uint8.
+    Returns (V,) 1 on the quads of the set or on the named edge, and (H,) the sum of 1, 2, 4, 8, 16,
+    32 for the faces -xi +xi -eta +eta -zeta +zeta of each hex in the set; uint8.
     """
     owner, side = quad_sides(hexes)
     at_vertices, at_hexes = {}, {}
+    for name, nodes in hexes.node_sets.items():
+        at_vertices[name] = np.zeros(len(hexes.vertices), np.uint8)
+        at_vertices[name][nodes] = 1
     for name, quads in hexes.sets.items():
         if not name.startswith("patch_"):
             at_vertices[name] = np.zeros(len(hexes.vertices), np.uint8)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.hexmesh.cad_sets import cad_sets, face_set
 from polycube.io.stl import write_stl
 from polycube.io.surfaces import read_repaired
 from polycube.io.vtk import write_named_vtp
@@ -25,7 +26,8 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
     read = clock.run(
         "read", lambda: read_repaired(path, settings.cad, settings.repair, settings.points)
     )
-    warnings = (*read.warnings, *(f"{path}: {sentence}" for sentence in sharp_places(read.surface)))
+    notes = [*cad_sets(read.surface).renamed(), *sharp_places(read.surface)]
+    warnings = (*read.warnings, *(f"{path}: {sentence}" for sentence in notes))
     return RunState(
         read.surface,
         path=path,
@@ -43,7 +45,7 @@ def sharp_places(surface: TriMesh) -> list[str]:
     counts = [(kind, sum(each.kind == kind for each in found)) for kind in ("edge", "corner")]
     named = " and ".join(f"{n} {kind}{'s' * (n > 1)}" for kind, n in counts if n)
     least = found[0]
-    faces = " and ".join(f"cad_face_{face}" for face in least.faces if face)
+    faces = " and ".join(face_set(surface, face) for face in least.faces if face)
     where = f"{faces} at " if faces else "at "
     place = ", ".join(f"{value:.4g}" for value in least.place)
     return [

@@ -5,7 +5,6 @@ The results that depend on the place are computed again: named sets, acceptance,
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -15,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from polycube.io.access.stored import read_json
 from polycube.io.solids.motions import Motion
+from polycube.io.step.text import STEP
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.resume.results import StageResults, has_stage
 from polycube.pipeline.run import Run
@@ -40,7 +41,17 @@ class Placement(Run):
         super().__init__(settings, read_part, interrupt)
         loaded = (*self.preparation, *(stage.kind for stage in self.meshing))
         self.results = StageResults(source, loaded, partial(moved, motion=motion))
-        self.report = json.loads((source / "report.json").read_text(encoding="utf-8"))
+        self.report = read_json(source / "report.json")
+
+    def load_input(self) -> RunState:
+        """The moved surface, with the names that this solid has in a STEP file."""
+        state = super().load_input()
+        if Path(str(self.settings.mesh)).suffix.lower() not in STEP:
+            return state
+        own = read_part(self.settings, self.clock).surface
+        names = ("name", "region_names", "region_groups", "region_edges")
+        named = {name: getattr(own, name) for name in names}
+        return replace(state, surface=replace(state.surface, **named))
 
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary and judge the mesh, with the failure of the other run."""

@@ -74,8 +74,7 @@ class Run:
         self.meshing = meshing_stages(self.bundle, self.start_fields)
         variants = [self.bundle.get(name) for name in VARIANTS]
         check_options(self.meshing, [each for several in variants for each in several or ()])
-        wanted = [kind for kind in ("spline", "analysis") if kind in settings.order]
-        self.solving = build_stages(wanted, settings.composed)
+        self.solving = self._solving()
         self.primitives = voxels(settings.primitives["use"])
         ranking = build("ranking", settings.ranking)
         self.proposals = Proposals(settings, self.primitives, ranking, self.clock)
@@ -90,6 +89,11 @@ class Run:
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)
         self.chain = Chain(self.clock, self.deadline)
         self.history: History | None = None
+
+    def _solving(self) -> list[Stage]:
+        """The stages after meshing."""
+        wanted = [kind for kind in ("spline", "analysis") if kind in self.settings.order]
+        return build_stages(wanted, self.settings.composed)
 
     @property
     def bundle(self) -> Node:
@@ -117,6 +121,8 @@ class Run:
             state = self._read(self.settings, self.clock)
         for warning in state.warnings:
             logger.warning("warning: %s", warning)
+        self.settings = self.settings.in_unit(state.surface.unit)
+        self.solving = self._solving()
         check_requests(state.surface, self.requests)
         return self.propose(state)
 
@@ -252,7 +258,8 @@ class Run:
 
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary, label the surface and judge the mesh."""
-        hexes = with_sets(_hexes(state), state.surface)
+        unit = self.settings.unit(state.surface.unit)
+        hexes = replace(with_sets(_hexes(state), state.surface), unit=unit)
         labels = state.labels
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)

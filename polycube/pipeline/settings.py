@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from polycube.io.cad import Cad
 from polycube.pipeline.files import Files
 from polycube.surface.clouds.options import Points
 from polycube.surface.repair.repair import LEVELS
+from polycube.units import AUTO, resolved
 
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
@@ -92,6 +93,18 @@ class Settings:
             composed=composed,
             **groups,
         )
+
+    def unit(self, of_file: str) -> str:
+        """Length unit of the results; empty if neither analysis nor file has one."""
+        given = self.analysis.get("units")
+        return resolved(given, of_file) if given else of_file
+
+    def in_unit(self, of_file: str) -> Settings:
+        """The settings with the unit of the file in place of `analysis.units=auto`."""
+        if self.analysis.get("units") != AUTO or not of_file:
+            return self
+        analysis = {**self.analysis, "units": of_file}
+        return replace(self, analysis=analysis, composed={**self.composed, "analysis": analysis})
 
 
 def _check(name: str, value: object, is_valid: bool, what: str) -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.errors import InputError
 from polycube.hexmesh.inspection import inspect
 from polycube.io import manifest
 from polycube.kinds import Export
@@ -22,7 +21,7 @@ from polycube.pipeline.settings import Settings
 from polycube.registry import provide
 from polycube.report.numbers import quality
 from polycube.state import RunState
-from polycube.types import HexMesh, Json, Polycube, Spline, TriMesh
+from polycube.types import HexMesh, Polycube, Spline, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -174,7 +173,9 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
     if 2 in versions:
         write_bext2(folder / "spline.bxt", spline)
     included = "spline.bext" if 1 in versions else "spline.bxt"
-    write_modal_deck(folder / "modal.k", included, **settings_of(settings.analysis))
+    write_modal_deck(
+        folder / "modal.k", included, **settings_of(settings.analysis, state.surface.unit)
+    )
     bounds = {"scaled_det_j": scaled_bounds(spline)}
     bezier.write_bezier_vtu(folder / "spline.vtu", spline, cell_data=bounds)
     matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}
@@ -188,11 +189,3 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:
     path.write_text(json.dumps(value, indent=1), encoding="utf-8")
-
-
-def read_json(path: Path) -> Json:
-    """Read a file written by `write_results`; raises InputError if it does not exist."""
-    if not path.is_file():
-        raise InputError("there is no such file", str(path), "name the folder of a run")
-    found: Json = json.loads(path.read_text(encoding="utf-8"))
-    return found

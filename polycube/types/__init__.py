@@ -5,7 +5,7 @@ float64 or int64. Equal letters in shapes mean equal lengths. Coordinates are in
 and placement, except on the polycube, where a grid cell has edges of length 1.
 """
 
-from polycube.types.checks import freeze
+from polycube.types.checks import check_values, freeze
 from polycube.types.goal import Goal
 from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Tier, Verdict
 from polycube.types.plain import Json
@@ -44,5 +44,6 @@ __all__ = [
     "Tier",
     "TriMesh",
     "Verdict",
+    "check_values",
     "freeze",
 ]

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
+
+Bound = int | str | tuple[int | str, ...]  # a number, a field with that many rows; of each column
+PLAIN: dict[str, type | tuple[type, ...]] = {"int": int, "float": (int, float), "str": str}
 
 
 def freeze(obj: object, **specs: tuple[str, type]) -> None:
@@ -23,3 +30,41 @@ def freeze(obj: object, **specs: tuple[str, type]) -> None:
                 raise ValueError(f"{wanted}{same}; got {array.shape}")
         array.flags.writeable = False
         object.__setattr__(obj, name, array)
+
+
+def check_values(obj: Any) -> None:
+    """Check the values of a dataclass that was read from a file.
+
+    Its class may have `bounds`: the number of different values of an array of numbers from 0, or
+    the name of the field with that many rows; for several columns, one for each.
+
+    Raises
+    ------
+    ValueError
+        For numbers that are not finite, numbers out of range, and values of another type.
+    """
+    bounds: Mapping[str, Bound] = getattr(obj, "bounds", {})
+    for each in fields(obj):
+        name, value = f"{type(obj).__name__}.{each.name}", getattr(obj, each.name)
+        kind = PLAIN.get(str(each.type), object)
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            raise ValueError(f"{name} must be of the type {each.type}; got {value!r:.40}")
+        many = value if isinstance(value, Mapping) else {"": value}
+        for key, array in many.items():
+            _check_array(f"{name}[{key!r}]" if key else name, array, obj, bounds.get(each.name))
+
+
+def _check_array(name: str, array: Any, obj: Any, bound: Bound | None) -> None:
+    if bound is not None and not isinstance(array, np.ndarray):
+        raise ValueError(f"{name} must be an array")
+    array = getattr(array, "data", array) if hasattr(array, "indptr") else array  # sparse
+    if not isinstance(array, np.ndarray) or not array.size:
+        return
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        raise ValueError(f"{name} has values that are not finite")
+    if bound is None:
+        return
+    each = bound if isinstance(bound, tuple) else (bound,)
+    sizes = [getattr(obj, one).shape[0] if isinstance(one, str) else one for one in each]
+    if array.dtype.kind not in "iu" or (array < 0).any() or (array >= sizes).any():
+        raise ValueError(f"{name} must have numbers from 0 to {max(sizes) - 1}")

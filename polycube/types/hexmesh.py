@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import ClassVar
 
 import numpy as np
 
@@ -37,6 +38,11 @@ class HexMesh:
     sets : named boundary sets, (N,) numbers of quads (`hexmesh.named_sets.boundary_sets`)
     paths : (N,) vertices on each curve of the surface, in order, by the number of the curve; later
         stages keep them on the curve
+    cad_face : (Q,) number of the CAD face of each quad; empty without CAD faces
+    cad_names : name in the CAD file of each set that has one
+    node_sets : vertices (N,) on each named edge of the CAD file
+    name : name of the solid in the CAD file
+    unit : length unit of the coordinates, such as mm; empty if it is not known
     """
 
     vertices: np.ndarray
@@ -48,6 +54,13 @@ class HexMesh:
     warnings: tuple[str, ...] = ()
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     paths: Mapping[str, np.ndarray] = field(default_factory=dict)
+    cad_face: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    cad_names: Mapping[str, str] = field(default_factory=dict)
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    name: str = ""
+    unit: str = ""
+
+    bounds: ClassVar = dict.fromkeys(("hexes", "quads", "paths"), "vertices") | {"sets": "quads"}
 
     def __post_init__(self) -> None:
         freeze(
@@ -57,6 +70,7 @@ class HexMesh:
             quads=("Q 4", np.int64),
             patch=("Q", np.int64),
             cell=("H", np.int64),
+            cad_face=("Q" if len(self.cad_face) else "0", np.int64),
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -93,6 +94,8 @@ class Labels:
 
     axis: np.ndarray
     patch: np.ndarray
+
+    bounds: ClassVar = {"axis": 6}
 
     def __post_init__(self) -> None:
         freeze(self, axis=("F", np.int64), patch=("F", np.int64))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -46,6 +46,8 @@ class Spline:
     extraordinary_edges: int = 0
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)
 
+    bounds: ClassVar = {"nodes": "extraction", "sides": ("nodes", 6), "sets": "sides"}
+
     def __post_init__(self) -> None:
         freeze(
             self,
@@ -56,6 +58,8 @@ class Spline:
             sides=("Q 2", np.int64),
             patch=("Q", np.int64),
         )
+        if self.extraction.shape[1:] != (len(self.control),):
+            raise ValueError(f"Spline.extraction must have {len(self.control)} columns")
 
     def element_functions(self, elements: slice = slice(None)) -> ElementFunctions:
         """Extraction operators of elements, without functions that vanish there."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,6 +22,10 @@ class TriMesh:
     region : (F,) number of the CAD face of each triangle, starting at 1; empty without CAD faces
     region_names : names of the CAD faces; an empty string if a face has no name
     region_shapes : shapes of the CAD faces, such as plane, cylinder, cone, sphere
+    region_groups : numbers of the CAD faces of each named group of the file
+    region_edges : pairs of CAD faces between which each named edge of the file lies
+    name : name of the solid; empty if there is none
+    unit : length unit of the coordinates, such as mm; empty if the input states none
     """
 
     vertices: np.ndarray
@@ -27,6 +33,12 @@ class TriMesh:
     region: np.ndarray = field(default_factory=lambda: np.zeros(0))
     region_names: tuple[str, ...] = ()
     region_shapes: tuple[str, ...] = ()
+    region_groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    region_edges: Mapping[str, tuple[tuple[int, ...], ...]] = field(default_factory=dict)
+    name: str = ""
+    unit: str = ""
+
+    bounds: ClassVar = {"faces": "vertices"}
 
     def __post_init__(self) -> None:
         freeze(

@@ -26,11 +26,13 @@ def block(low, counts, seed=0):
     hexes = number[np.ravel_multi_index(np.moveaxis(corners, 2, 0), size)]
     mesh = hex_mesh(vertices, rng.permutation(hexes))
     middle = mesh.vertices[mesh.quads].mean(axis=1) - low
-    sets = {}
+    sets, cad_face = {}, np.zeros(len(mesh.quads), int)
     for axis in range(3):
         for side, place in enumerate((0, counts[axis])):
-            sets[f"cad_face_{2 * axis + side + 1}"] = np.flatnonzero(middle[:, axis] == place)
-    return replace(mesh, sets=sets)
+            number = 2 * axis + side + 1
+            sets[f"cad_face_{number}"] = np.flatnonzero(middle[:, axis] == place)
+            cad_face[middle[:, axis] == place] = number
+    return replace(mesh, sets=sets, cad_face=cad_face)
 
 
 def meet(first, second, area, f=2, g=1):
@@ -112,3 +114,19 @@ def test_solids_that_are_apart_and_one_without_a_mesh_keep_their_numbers():
     np.testing.assert_array_equal(mesh.cell, [0, 2, 2])
     np.testing.assert_array_equal(mesh.vertices, np.vstack([first.vertices, second.vertices]))
     assert len(mesh.quads) == 6 + 10
+
+
+def test_names_of_solids_and_sets_never_become_one_set():
+    """Solid `a` with `b_x` and solid `a_b` with `x`, and a set of nodes of each."""
+    first, second = block([0, 0, 0], (1, 1, 1)), block([5, 0, 0], (1, 1, 1))
+    sides = first.sets["cad_face_1"], second.sets["cad_face_2"]
+    first = replace(first, sets={"b_x": sides[0]}, cad_names={"b_x": "b x"}, unit="in")
+    second = replace(second, sets={"x": sides[1]}, node_sets={"edge_e": second.hexes[0, :2]})
+    mesh = combined({0: first, 1: second}, ["a", "a_b"], [])
+    assert list(mesh.sets) == ["a_b_x", "a_b_x__2"] and mesh.cad_names == {"a_b_x": "b x"}
+    assert [mesh.vertices[mesh.quads[own], 0].mean() for own in mesh.sets.values()] == [0, 6]
+    [nodes] = mesh.node_sets.values()
+    np.testing.assert_array_equal(
+        mesh.vertices[nodes], second.vertices[np.sort(second.hexes[0, :2])]
+    )
+    assert mesh.unit == "in"

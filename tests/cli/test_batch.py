@@ -11,6 +11,7 @@ import pytest
 from polycube import HOME
 from polycube.cli.batch import ROW, expanded, part_name, run_job, summarized
 from polycube.errors import InputError
+from polycube.io import manifest
 
 QUICK = ["order=[]", "structure=slices"]
 
@@ -111,9 +112,11 @@ def test_the_table_has_successes_and_failures(tmp_path):
         "good<1>": {"exit": 0, "result": "valid", "hexes": 7, "says": ""},
         "bad": {"exit": 2, "result": "refused", "says": "not closed"},
     }.items():
-        (tmp_path / name).mkdir()
-        (tmp_path / name / ROW).write_text(json.dumps({"part": name, "identity": "", **more}))
+        with manifest.writing(tmp_path / name) as scratch:
+            (scratch / ROW).write_text(json.dumps({"part": name, "identity": "", **more}))
     (tmp_path / "good<1>" / "report.html").touch()
+    (tmp_path / "foreign").mkdir()  # a file of another program is no row
+    (tmp_path / "foreign" / ROW).write_text(json.dumps({"part": "foreign", "exit": 5}))
     assert [row["part"] for row in summarized(tmp_path)] == ["bad", "good<1>"]
     rows = list(csv.DictReader((tmp_path / "summary.csv").open()))
     assert [row["result"] for row in rows] == ["refused", "valid"]
@@ -124,8 +127,41 @@ def test_the_table_has_successes_and_failures(tmp_path):
     assert "not closed" in page and "2 parts" in page
 
 
+def test_tables_hold_no_formulas_and_no_control_characters(tmp_path):
+    names = ["=1+1", "+a", "-b", "@c", "d\x1b[31m", "e\nf", "g\udcff", "plain"]
+    for k, name in enumerate(names):
+        with manifest.writing(tmp_path / f"{k}{name}") as scratch:
+            row = {"part": name, "exit": 0, "result": "valid", "hexes": -7}
+            (scratch / ROW).write_text(json.dumps(row))
+    summarized(tmp_path)
+    rows = list(csv.DictReader((tmp_path / "summary.csv").open(encoding="utf-8")))
+    shown = ["'=1+1", "'+a", "'-b", "'@c", r"d\x1b[31m", r"e\nf", r"g\udcff", "plain"]
+    assert [row["part"] for row in rows] == shown
+    assert {row["hexes"] for row in rows} == {"-7"}
+    assert "plain" in (tmp_path / "summary.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_any_file_name_has_a_row_and_a_folder_in_that_of_the_batch(parts, monkeypatch):
+    monkeypatch.setenv("SECRET", "hidden")
+    for path in parts.iterdir():
+        path.unlink()
+    for name in (b"...stl", b"${oc.env:SECRET}.stl", b"\xff\xfe.stl", b"=a\x1b[31m\nb.stl"):
+        with open(os.fsencode(parts) + b"/" + name, "wb") as file:
+            file.write(b"solid\nendsolid\n")
+    ended = batch(parts.parent, "mesh=parts", "output_dir=out")
+    assert ended.returncode == 2 and "4 refused" in ended.stderr
+    assert "\x1b" not in ended.stderr and "hidden" not in ended.stderr
+    folders = {path.name for path in (parts.parent / "out").iterdir() if path.is_dir()}
+    assert folders == {"part__", "_{oc.env:SECRET}", os.fsdecode(b"\xff\xfe"), "=a\x1b[31m\nb"}
+    assert {path.name for path in parts.parent.iterdir()} == {"parts", "out"}
+    with (parts.parent / "out" / "summary.csv").open(encoding="utf-8") as file:
+        assert len(list(csv.DictReader(file))) == 4
+
+
 def test_names_of_parts():
     assert [part_name(p) for p in ("a/b.c.stl", "example:rod", "x")] == ["b.c", "rod", "x"]
+    assert [part_name(p) for p in ("a/...stl", "..", "${x}.stl")] == ["part__", "part__", "_{x}"]
 
 
 def batch(folder, *words):

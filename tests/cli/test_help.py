@@ -88,7 +88,7 @@ def test_a_choice_has_a_help_of_its_own(capsys, monkeypatch) -> None:
     assert "meshing.subdivide.size=3%" in text and "meshing.map.level=3" in text
     assert "improve." not in text
     text = help_of("infer", capsys, monkeypatch, "export=[abaqus,gmsh]")
-    assert "export.abaqus.element=C3D8I\n" in text and "export.gmsh.version=2.2\n" in text
+    assert "export.abaqus.element=C3D8I\n" in text and "export.gmsh.version=4.1\n" in text
 
 
 def test_help_of_an_unknown_choice_is_refused(capsys, monkeypatch) -> None:

@@ -128,3 +128,23 @@ def test_weights_that_name_the_order_of_points_still_load(config: dict) -> None:
     make_denoiser(config | {"options": config["options"] | {"order": "x"}}, build)
     with pytest.raises(InputError, match="ordered by hilbert are no longer supported, only by x"):
         make_denoiser(config | {"options": config["options"] | {"order": "hilbert"}}, build)
+
+
+def test_values_that_are_not_finite_are_refused(
+    denoiser: Denoiser, config: dict, tmp_path: Path
+) -> None:
+    with torch.no_grad():
+        next(denoiser.parameters()).flatten()[0] = torch.nan
+    path = save_denoiser(denoiser, config, {}, tmp_path)
+    with pytest.raises(InputError, match="values that are not finite"):
+        load_denoiser(build, path)
+
+
+def test_a_recipe_of_a_huge_network_takes_no_memory(
+    denoiser: Denoiser, config: dict, tmp_path: Path
+) -> None:
+    path = save_denoiser(denoiser, config, {}, tmp_path)
+    huge = {**config, "model": {"plugin": "unet", "width": 2**14}}
+    path.with_suffix(".yaml").write_text(yaml.safe_dump(huge))
+    with pytest.raises(InputError, match="other names or shapes"):
+        load_denoiser(build, path)

@@ -13,7 +13,7 @@ from polycube.errors import InputError
 from polycube.io.cad import Cad
 from polycube.io.cad_worker import _names
 from polycube.io.solids.listing import read_solids
-from polycube.io.step import face_names, file_unit
+from polycube.io.step.faces import named_faces
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import genus, volume
 
@@ -108,23 +108,24 @@ def test_names_of_faces_are_those_of_the_file(tmp_path, step):
             axis, place = name.split()
             assert points[:, "xyz".index(axis)] == pytest.approx(float(place))
     corner = np.array([[5.0, -7, 3], [1, 2, 3]])  # no face has these
-    assert face_names(path, ["Plane", "Plane"], [corner, corner[:0]]) == ("", "")
+    assert named_faces(path, ["Plane", "Plane"], [corner, corner[:0]]).faces == ("", "")
 
 
 @pytest.mark.parametrize(
-    ("names", "colours", "expected"),
+    ("groups", "expected"),
     [
-        (["Shapes/part/top", ""], [(1, 2, 3, 255)] * 2, ["top", ""]),
-        (["", ""], [(1, 2, 3, 255)] * 2, ["", ""]),
-        (["", ""], [(255, 0, 0, 255), (0, 0, 255, 0)], ["colour_ff0000", ""]),
+        ("name", ["top", ""]),
+        ("colour", ["colour_ff0000", ""]),
+        ("layer", ["", ""]),
+        ("none", ["", ""]),
     ],
-    ids=["named", "one colour", "one of two coloured"],
 )
-def test_names_or_else_colours_of_gmsh(names, colours, expected):
+def test_names_or_colours_of_gmsh(groups, expected):
+    names, colours = ["Shapes/part/top", ""], [(255, 0, 0, 255), (0, 0, 255, 0)]
     model = SimpleNamespace(
         getEntityName=lambda _, side: names[side], getColor=lambda _, side: colours[side]
     )
-    assert _names(SimpleNamespace(model=model), [0, 1]) == expected
+    assert _names(SimpleNamespace(model=model), [0, 1], groups) == expected
 
 
 def test_more_segments_are_nearer_to_the_solid(step):
@@ -141,26 +142,21 @@ def test_coordinates_are_in_the_unit_of_the_file(tmp_path, step):
     metres.write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
     surface, warnings = read_surface(metres, Cad(units="mm"))
     np.testing.assert_allclose(np.ptp(surface.vertices, axis=0), [100, 60, 40], rtol=1e-6)
-    assert warnings == ["the file's lengths are in m, but analysis.units=mm; use analysis.units=m"]
-    assert read_surface(metres, Cad(units="m"))[1] == []
+    assert warnings == [
+        "the file's lengths are in m, but analysis.units=mm; use analysis.units=auto"
+    ]
+    assert surface.unit == "m"
+    assert all(read_surface(metres, Cad(units=units))[1] == [] for units in ("m", "auto"))
 
 
-@pytest.mark.parametrize(
-    ("unit", "name"),
-    [
-        ("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.CENTI.,.METRE.))", "cm"),
-        ("( CONVERSION_BASED_UNIT('INCH',#7) LENGTH_UNIT()\n NAMED_UNIT(#9))", "in"),
-        ("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))", "mm"),
-    ],
-)
-def test_units_that_step_files_declare(tmp_path, unit, name):
-    path = tmp_path / "a.stp"
-    path.write_text(
-        f"#5={unit};\n#7=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#8);\n"
-        "#8=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n#6=(PLANE_ANGLE_UNIT());\n"
-        "#4=(GLOBAL_UNIT_ASSIGNED_CONTEXT((#6,#5))REPRESENTATION_CONTEXT('',''));\n"
-    )
-    assert file_unit(path) == name
+def test_lengths_of_iges_are_in_its_unit(tmp_path):
+    path = part(tmp_path, "igs")
+    text = path.read_text()
+    assert text.count("2,2HMM") == 1 and read_surface(path)[0].unit == "mm"
+    path.write_text(text.replace("2,2HMM", "1,2HIN"))
+    surface, _ = read_surface(path)
+    assert surface.unit == "in"
+    np.testing.assert_allclose(np.ptp(surface.vertices, axis=0), [100, 60, 40], rtol=1e-6)
 
 
 def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
@@ -214,6 +210,7 @@ def test_without_gmsh_cascadio_reads_step(tmp_path, step, monkeypatch):
         ({"segments": None}, "cad.segments .* got None"),
         ({"solid": 0}, "cad.solid must be a whole number, 1 or more, or all; got 0"),
         ({"solid": "all"}, "only by the command line, infer.py; give the number of one"),
+        ({"groups": "face"}, "cad.groups must be one of name, colour, layer, none; got 'face'"),
         ({"solid": "a"}, "cad.solid .* got 'a'"),
     ],
 )
@@ -246,4 +243,17 @@ def test_names_of_faces_in_a_damaged_file_are_left_out(tmp_path, step, old, new)
     assert changed
     path = tmp_path / "damaged.step"
     path.write_text(damaged)
-    assert face_names(path, ["Plane"], [np.eye(3)]) == ("",)
+    assert named_faces(path, ["Plane"], [np.eye(3)]).faces == ("",)
+
+
+@pytest.mark.parametrize("rest", [b"x\n", b"#1=", b"'", b"("])
+def test_what_follows_the_end_of_a_step_file_is_not_read(tmp_path, step, rest):
+    path = tmp_path / "part.step"
+    path.write_bytes(step.read_bytes() + rest * (100_000 // len(rest)))
+    surface, warnings = read_surface(path)
+    assert warnings == [] and volume(surface) == pytest.approx(BORED, rel=2e-3)
+
+
+def test_units_that_refer_to_each_other_are_refused(testdata):
+    with pytest.raises(InputError, match="is defined by itself"):
+        read_surface(testdata / "cases3" / "unitcycle.step")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from polycube.errors import InputError
 from polycube.io import manifest
-from polycube.io.manifest import append_to, check, files, remove, writing
+from polycube.io.manifest import NAME, append_to, check, files, remove, writing
 
 NAMES = ("hex.vtu", "stages/read.npz", "report.json")
 
@@ -244,3 +244,36 @@ def test_a_scratch_folder_of_a_killed_process_is_removed_by_the_next_one(tmp_pat
         (tmp_path / name / "half").write_text("half")
     write(tmp_path, a="1")
     assert {p.name for p in tmp_path.iterdir()} == {"a", manifest.NAME, own, *others}
+
+
+def test_links_out_of_the_folder_are_not_followed(tmp_path):
+    """A linked `stages`: its files are neither removed nor replaced, also if they are equal."""
+    run, outside = tmp_path / "run", tmp_path / "outside"
+    with writing(run) as scratch:
+        (scratch / "stages").mkdir()
+        (scratch / "stages" / "a.npz").write_text("same")
+    outside.mkdir()
+    (outside / "a.npz").write_text("same")
+    (run / "stages" / "a.npz").unlink()
+    (run / "stages").rmdir()
+    (run / "stages").symlink_to(outside)
+    remove(run, ["stages/a.npz"])
+    with pytest.raises(InputError, match="stages is a link out of"):
+        check(run, ["stages/a.npz"])
+    with pytest.raises(InputError, match="is a link out of"), writing(run) as scratch:
+        (scratch / "stages").mkdir()
+        (scratch / "stages" / "a.npz").write_text("new")
+    assert (outside / "a.npz").read_text() == "same"
+
+
+def test_only_a_log_may_have_any_content(tmp_path):
+    (tmp_path / "hex.vtu").write_text("mine")
+    (tmp_path / NAME).write_text(json.dumps({"files": {"hex.vtu": []}}))
+    with pytest.raises(InputError, match="would be overwritten"):
+        check(tmp_path, ["hex.vtu"])
+
+
+def test_a_manifest_without_end_is_refused(tmp_path):
+    (tmp_path / NAME).write_text('{"files":' + 100_000 * "[")
+    with pytest.raises(InputError, match="is not a list of results"):
+        files(tmp_path)

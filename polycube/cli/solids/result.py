@@ -17,10 +17,12 @@ from polycube.assembly.combined import Joint, combined
 from polycube.assembly.contacts import NEAR, Contact, contacts
 from polycube.cli.batch import ROW, VERDICT
 from polycube.hexmesh.cad_faces import with_sets
+from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.metrics import metrics
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
+from polycube.io.access.stored import read_json
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.resume.results import has_stage, load_stage
@@ -91,10 +93,10 @@ def _part(folder: Path, solid: Solid, code: int, cfg: Json) -> _Part:
     run = folder / solid.name
     row: dict[str, Any] = {"exit": code, "result": VERDICT.get(code, "failed"), "says": ""}
     if (run / ROW).is_file():
-        row |= json.loads((run / ROW).read_text(encoding="utf-8"))
+        row |= read_json(run / ROW)
     if code not in MADE or not (run / "report.json").is_file():
         return _Part(solid, row, {}, None, None)
-    report = json.loads((run / "report.json").read_text(encoding="utf-8"))
+    report = read_json(run / "report.json")
     surface = load_stage(run, "read")[0]
     if "hex" not in report:
         return _Part(solid, row, report, surface, None)
@@ -122,7 +124,7 @@ def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | Non
     faces = [(first, contact.first), (second, contact.second)]
     found: dict[str, Any] = {
         "solids": [part.solid.name for part, _ in faces],
-        "faces": [f"cad_face_{face}" for _, face in faces],
+        "faces": [face_set(part.surface, face) for part, face in faces if part.surface is not None],
         "names": [
             part.surface.region_names[face - 1] if part.surface.region_names else ""
             for part, face in faces
@@ -160,6 +162,7 @@ def _report(
     if mesh is not None:
         report["hex"] = _numbers(parts, mesh)
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        report["input"]["unit"] = mesh.unit or None
         report["input"]["bbox"] = [low.tolist(), high.tolist()]
     bad = [part.solid.name for part in parts if part.row["exit"] != 0]
     if bad:

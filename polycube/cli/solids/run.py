@@ -6,7 +6,6 @@ move their meshes.
 
 from __future__ import annotations
 
-import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -18,8 +17,10 @@ from polycube.cli import cluster
 from polycube.cli.batch import ROW, run_job
 from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.result import MADE, PAGE, write_assembly
-from polycube.errors import InputError
+from polycube.errors import InputError, printable
 from polycube.io import manifest
+from polycube.io.access.lock import locked
+from polycube.io.access.stored import read_json
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad
@@ -58,7 +59,7 @@ def solids_of(cfg: Json) -> list[Solid]:
     if len(solids) > 1:
         return solids
     why = "contains one solid" if solids else "is not a CAD file"
-    sys.stderr.write(f"{path} {why}: it is meshed without cad.solid={ALL}\n")
+    sys.stderr.write(f"{printable(str(path))} {why}: it is meshed without cad.solid={ALL}\n")
     return []
 
 
@@ -128,9 +129,10 @@ def run_solids(
             moved.append((solid, partial(_placed, attempt, source, cfg["meshing"]["order"])))
         else:
             alone.append((solid, attempt))
-    codes = _done(cfg, folder, alone) | _done(cfg, folder, moved)
-    report = write_assembly(folder, cfg, solids, codes, exports)
-    sys.stderr.write(f"{summary(report)}: {folder / PAGE[0]}\n")
+    with locked(folder):
+        codes = _done(cfg, folder, alone) | _done(cfg, folder, moved)
+        report = write_assembly(folder, cfg, solids, codes, exports)
+    sys.stderr.write(f"{printable(f'{summary(report)}: {folder / PAGE[0]}')}\n")
     return max(codes.values()) or (0 if report["valid"] else 3), report.get("failure", "")
 
 
@@ -155,7 +157,7 @@ def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dic
 def _placed(attempt: Attempt, source: Placed, order: Sequence[str], cfg: Json) -> tuple[int, str]:
     """Exit code, and reason if it is not 0, of a solid identical to that of another run."""
     folder, _ = source
-    row = json.loads((folder / ROW).read_text(encoding="utf-8")) if (folder / ROW).is_file() else {}
+    row = read_json(folder / ROW) if (folder / ROW).is_file() else {}
     code = row.get("exit", 1)
     if code in MADE and is_meshed(folder, order):
         return attempt(cfg, placed=source)

@@ -18,6 +18,7 @@ from polycube.surface.clouds.points import Cloud
 
 PLACE = ("x", "y", "z")
 NORMAL = ("normal_x", "normal_y", "normal_z")
+RATIO = 88  # largest ratio of compression by LZF: 3 bytes for 264
 KINDS = {"F": "f", "I": "i", "U": "u"}
 
 
@@ -35,7 +36,7 @@ def read_pcd(path: Path) -> Cloud:
         points = np.stack([columns[name] for name in PLACE], axis=1)
     except KeyError as error:
         raise InputError(f"not a readable PCD file: its header has no {error.args[0]}") from None
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, ArithmeticError) as error:
         raise InputError(f"not a readable PCD file: {brief(error)}") from error
     return Cloud(points, np.stack(normals, axis=1) if len(normals) == 3 else np.zeros((0, 3)))
 
@@ -66,7 +67,9 @@ def _columns(data: bytes) -> Mapping[str, np.ndarray]:
 def _text(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
     """Values of fields in text."""
     width = sum(record[name].shape[0] for name in record.names or ())
-    rows = np.loadtxt(body.decode("latin-1").splitlines(), ndmin=2).reshape(-1, width)
+    rows = np.zeros((0, width))
+    if body.strip():
+        rows = np.loadtxt(body.decode("latin-1").splitlines(), ndmin=2).reshape(-1, width)
     if len(rows) != number:
         raise ValueError(f"it holds {len(rows)} of {number} points")
     ends = np.cumsum([record[name].shape[0] for name in record.names or ()])
@@ -86,6 +89,7 @@ def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.n
     """Values of fields that are stored one after the other, compressed by LZF."""
     packed, size = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
     is_complete = size == number * record.itemsize and 8 + packed <= len(body)
+    is_complete &= size <= RATIO * packed
     values = _unpacked(np.frombuffer(body[8 : 8 + packed], np.uint8), size * is_complete)
     if not is_complete or len(values) != size:
         raise ValueError(f"its {len(body)} bytes do not hold {number} points")

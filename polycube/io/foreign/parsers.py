@@ -50,8 +50,10 @@ def by_meshio(path: str) -> Arrays:
         "number": np.array([len(block.data) for block in mesh.cells], np.int64),
     }
     for i, block in enumerate(mesh.cells):
-        if block.type == "hexahedron" and len(block.data):
-            found[f"hexes {i}"] = np.asarray(block.data)
+        if block.type.lower().removeprefix("vtk_lagrange_").startswith("hexahedron") and len(
+            block.data
+        ):
+            found[f"hexes {i}"] = np.asarray(block.data)[..., :8]  # corners are first
             if i < len(cells):
                 found[f"cell {i}"] = np.asarray(cells[i]).ravel()
     return found
@@ -73,7 +75,27 @@ def by_open3d(path: str) -> Arrays:
     }
 
 
-PARSERS: dict[str, Callable[[str], Arrays]] = {"meshio": by_meshio, "open3d": by_open3d}
+def by_trimesh(path: str) -> Arrays:
+    """Vertices and triangles of a GLB file."""
+    import trimesh
+
+    data = Path(path).read_bytes()
+    size = int.from_bytes(data[12:16], "little")
+    accessors = json.loads(data[20 : 20 + size]).get("accessors", [])
+    if sum(each["count"] for each in accessors) > len(data):
+        raise ValueError("its accessors have more elements than the file has bytes")
+    mesh = trimesh.load_mesh(path, process=False)
+    return {
+        "vertices": np.asarray(mesh.vertices, dtype=np.float64),
+        "faces": np.asarray(mesh.faces, dtype=np.int64),
+    }
+
+
+PARSERS: dict[str, Callable[[str], Arrays]] = {
+    "meshio": by_meshio,
+    "open3d": by_open3d,
+    "trimesh": by_trimesh,
+}
 
 if __name__ == "__main__":
     main()

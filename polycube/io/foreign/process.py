@@ -28,6 +28,22 @@ MEMORY = 4  # limit of address space in GB; each MB of the file adds 0.2 GB
 PARSERS = "polycube.io.foreign.parsers"
 
 
+class Late(InputError):
+    """A reader did not finish in time.
+
+    Parameters
+    ----------
+    seconds : limit
+    errors : standard error of its process
+    """
+
+    def __init__(self, seconds: int, errors: str) -> None:
+        self.seconds, self.errors = seconds, errors
+        super().__init__(
+            f"reading it did not finish in {seconds} s; the file is damaged or incomplete"
+        )
+
+
 def read_separately(
     worker: str, path: Path, options: Mapping[str, object], effort: float = 1.0
 ) -> tuple[bytes | None, str]:
@@ -52,7 +68,7 @@ def read_separately(
 
     Raises
     ------
-    InputError
+    Late
         If the time limit is reached.
     OSError
         If the file cannot be opened.
@@ -77,18 +93,12 @@ def read_separately(
                 errors="replace",
                 timeout=PATIENCE * seconds,
             )
-        except subprocess.TimeoutExpired:
-            raise _late(seconds) from None
+        except subprocess.TimeoutExpired as error:
+            raise Late(seconds, (error.stderr or b"").decode(errors="replace")) from None
         if resource is not None and done.returncode == -signal.SIGXCPU:
-            raise _late(seconds)
+            raise Late(seconds, done.stderr)
         is_written = done.returncode == 0 and output.is_file()
         return (output.read_bytes() if is_written else None), done.stderr
-
-
-def _late(seconds: int) -> InputError:
-    return InputError(
-        f"reading it did not finish in {seconds} s; the file is damaged or incomplete"
-    )
 
 
 def limit(request: Mapping[str, Any]) -> None:

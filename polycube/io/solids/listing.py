@@ -12,13 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
+from polycube.io.access.reading import reading
 from polycube.io.cad import INSTALL, check_complete
+from polycube.io.file_units import file_unit
 from polycube.io.foreign.process import read_separately, unreadable
 from polycube.io.solids.motions import Motion
-from polycube.io.step import MILLIMETRES, file_unit
+from polycube.names import in_ascii
+from polycube.units import MILLIMETRES, resolved
 
 EFFORT = 5  # time limit, relative to that of one solid
-NO_NAME = "Open CASCADE STEP translator"  # entry of Open CASCADE for a missing name
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +50,9 @@ def read_solids(path: Path) -> list[Solid]:
     ------
     InputError : the file has no solid, or cannot be read
     """
-    try:
+    with reading(path):
         check_complete(path)
         output, errors = read_separately("polycube.io.solids.worker", path, {}, EFFORT)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if output is None and "import gmsh" in errors:
         raise InputError(f"cad.solid needs gmsh; {INSTALL}")
     if output is None:
@@ -64,7 +62,7 @@ def read_solids(path: Path) -> list[Solid]:
         raise InputError(
             f"{path}: the file contains no solid; export the part as a closed solid body"
         )
-    unit = MILLIMETRES[file_unit(path)]
+    unit = MILLIMETRES[resolved(None, file_unit(path))]
     names = names_of([row["name"] for row in rows])
     return [
         Solid(number, name, row["volume"] / unit**3, row.get("same_as", number), _motion(row, unit))
@@ -86,8 +84,7 @@ def names_of(given: Sequence[str]) -> list[str]:
     given : names in the file; a repeated name gets the number of the solid, a missing name becomes
         `solid` and the number
     """
-    plain = ["" if name.startswith(NO_NAME) else name for name in given]
-    plain = [re.sub(r"[^0-9A-Za-z-]+", "_", name).strip("_-") or "solid" for name in plain]
+    plain = [re.sub("_+", "_", in_ascii(name)).strip("_-") or "solid" for name in given]
     count = Counter(name.lower() for name in plain)
     names = []
     for number, name in enumerate(plain, start=1):

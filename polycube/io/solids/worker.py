@@ -13,7 +13,7 @@ from types import ModuleType
 
 import numpy as np
 
-from polycube.io.cad_worker import opened
+from polycube.io.cad_worker import name_of, opened
 from polycube.io.solids.motions import (
     EDGE,
     FACE,
@@ -48,13 +48,13 @@ class _Solid:
 def main() -> None:
     """Names, volumes and boxes in millimetres; first identical solid of each."""
     request = json.load(sys.stdin)
-    gmsh = opened(request)
+    gmsh, _ = opened(request)
     distinct: list[tuple[int, _Solid]] = []
     rows = []
     for number, (_, tag) in enumerate(gmsh.model.getEntities(3), start=1):
         solid = _solid(gmsh, tag)
         row = {
-            "name": gmsh.model.getEntityName(3, tag).rpartition("/")[2],
+            "name": name_of(gmsh, 3, tag),
             "volume": gmsh.model.occ.getMass(3, tag),
             "box": list(gmsh.model.getBoundingBox(3, tag)),
         }

@@ -3,12 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from polycube.errors import InputError, brief
 from polycube.io import artifacts, manifest
+from polycube.kinds import KINDS
+from polycube.types import (
+    Deformation,
+    HexMesh,
+    Labels,
+    Modes,
+    Parametrization,
+    Potential,
+    Ranked,
+    Spline,
+    TriMesh,
+)
+
+TYPES: dict[str, Any] = {  # of a field of the state that a stage gives
+    "hexes": HexMesh,
+    "labels": Labels,
+    "parametrization": Parametrization,
+    "spline": Spline,
+    "solution": (Modes, Deformation, Potential),
+}
+SIZES: dict[type, Callable[[Any], dict[str, int]]] = {  # numbers that equal those of other results
+    TriMesh: lambda part: {"triangles": len(part.faces), "corners": len(part.vertices)},
+    Labels: lambda labels: {"triangles": len(labels.axis)},
+    Parametrization: lambda own: {"corners": len(own.positions)},
+    Spline: lambda own: {"functions": len(own.control), "Bezier nodes": own.extraction.shape[0]},
+    Modes: lambda modes: {"functions": modes.shapes.shape[1]},
+    Deformation: lambda own: {"functions": len(own.displacement), "Bezier nodes": len(own.stress)},
+    Potential: lambda own: {"functions": len(own.values), "Bezier nodes": len(own.flux)},
+}
+PARTS = {"read": (TriMesh, str, list), "structure": (list, int), "given": (HexMesh, str)}
 
 
 @dataclass
@@ -27,6 +57,7 @@ class StageResults:
     loaded: Collection[str] = ()
     change: Callable[[Any], Any] = lambda value: value
     folder: Path | None = None
+    _sizes: dict[str, int] = field(default_factory=dict)
 
     def is_loaded(self, kind: str) -> bool:
         """Whether the result of this stage is loaded from the earlier run."""
@@ -35,7 +66,20 @@ class StageResults:
     def load(self, kind: str) -> Any:
         """Load the result of a stage of the earlier run."""
         assert self.source is not None
-        return self.change(load_stage(self.source, kind))
+        value = load_stage(self.source, kind)
+        for one in value if isinstance(value, list) else [value]:
+            self._check_together(kind, one)
+        return self.change(value)
+
+    def _check_together(self, kind: str, value: object) -> None:
+        """Raise InputError if a result does not fit those that were loaded before."""
+        for what, number in SIZES[type(value)](value).items() if type(value) in SIZES else ():
+            if self._sizes.setdefault(what, number) != number:
+                raise InputError(
+                    f"the stored result has {number} {what}, not {self._sizes[what]}",
+                    stage_name(kind),
+                    "resume from an earlier stage",
+                )
 
     def store(self, kind: str, value: object) -> None:
         """Store the result of a stage in the folder of this run, if it has one."""
@@ -59,10 +103,29 @@ def load_stage(folder: Path, kind: str) -> Any:
             f"{folder} contains no result of stage {kind!r}; it contains {have or 'none'}"
         )
     try:
-        return artifacts.load(path)
+        value = artifacts.load(path)
+        if not _is_of(kind, value):
+            raise ValueError(f"it is no result of stage {kind!r}")
+        return value
     except Exception as error:  # zip, zlib, numpy and JSON raise different errors
         what = f"the stored result is damaged ({brief(error)})"
         raise InputError(what, str(path), "resume from an earlier stage") from error
+
+
+def _is_of(kind: str, value: Any) -> bool:
+    """Whether a value can be the result of a stage."""
+    if kind not in PARTS:
+        return kind not in KINDS or isinstance(value, TYPES.get(KINDS[kind].gives, object))
+    parts = PARTS[kind]
+    if not isinstance(value, list | tuple) or len(value) < len(parts):
+        return False
+    if kind == "structure" and not (
+        isinstance(value[1], int)
+        and 0 <= value[1] < len(value[0])
+        and all(isinstance(each, Ranked) for each in value[0])
+    ):
+        return False
+    return all(isinstance(part, own) for part, own in zip(value, parts, strict=False))
 
 
 def has_stage(folder: Path, kind: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
@@ -10,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from polycube.config import compose
-from polycube.errors import InputError, brief
+from polycube.errors import InputError
+from polycube.io.access.stored import read_json
 from polycube.pipeline.settings import Node, Settings
 from polycube.registry import classes, options
 
@@ -57,15 +57,7 @@ def with_earlier_settings(settings: Settings) -> Settings:
 
 
 def _read(path: Path) -> Node:
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(
-            f"is damaged ({brief(error)})", str(path), "run the part again without resume="
-        ) from error
-    if not isinstance(found, dict):
-        raise InputError("is damaged", str(path), "run the part again without resume=")
-    return found
+    return read_json(path, "run the part again without resume=")
 
 
 def _changed(now: Node, earlier: Node) -> list[str]:

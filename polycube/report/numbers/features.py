@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.inspection import inspect
 from polycube.surface.curves.acute import acute
@@ -37,7 +38,7 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
             {
                 "kind": each.kind,
                 "shape": each.shape,
-                "faces": [f"cad_face_{face}" for face in each.faces],
+                "faces": [face_set(surface, face) for face in each.faces],
                 "names": [_name(surface, face) for face in each.faces],
                 "at": list(each.place),
                 "distance": each.distance,
@@ -48,7 +49,7 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
         "acute": [
             {
                 "kind": each.kind,
-                "faces": [f"cad_face_{face}" for face in each.faces],
+                "faces": [face_set(surface, face) for face in each.faces],
                 "names": [_name(surface, face) for face in each.faces],
                 "at": list(each.place),
                 "degrees": np.degrees(each.angle),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from polycube.hexmesh.cad_sets import cad_sets
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.hex_counts import around, through
@@ -40,7 +41,7 @@ def numbers(mesh: HexMesh, surface: TriMesh, meshing: Json) -> dict[str, object]
         for request, has in zip(requests, reached(mesh, surface, requests), strict=True)
     ]
     count = through(mesh)[0]
-    faces = [name for name in mesh.sets if name.removeprefix("cad_face_").isdigit()]
+    faces = [name for name in cad_sets(surface).alone.values() if name in mesh.sets]
     faces = faces or [name for name in mesh.sets if kind_of(name) == "patch"]
     walls = {name: float(np.median(count[mesh.sets[name]])) for name in faces}
     holes = {n: float(around(mesh, q)) for n, q in mesh.sets.items() if kind_of(n) == "hole"}

@@ -78,7 +78,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
     return {
         **numbers,
         "deviation": {
-            "unit": "model units",
+            "unit": surface.unit or "model units",
             "diagonal": diagonal,
             **lengths,
             "mesh_to_surface_max_at": mesh.vertices[
@@ -97,6 +97,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "certificate": certificate(mesh),
         "features": features.numbers(mesh, surface),
         "sets": sets.numbers(mesh, surface),
+        "node_sets": {name: len(nodes) for name, nodes in mesh.node_sets.items()},
         "faces_without_quads": list(inspect(mesh, surface).lost_faces),
     }
 

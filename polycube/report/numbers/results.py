@@ -115,6 +115,8 @@ def _input(state: RunState) -> Numbers:
     surface = state.surface
     return {
         "path": state.path,
+        "unit": surface.unit or None,
+        "name": surface.name or None,
         "vertices": len(surface.vertices),
         "faces": len(surface.faces),
         "genus": measures.genus(surface),

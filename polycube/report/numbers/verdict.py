@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.io.step import STEP
 from polycube.report.numbers import solutions
 from polycube.report.numbers.formatting import sentence, text
 from polycube.report.numbers.quality import SPLINE_LIMIT
 from polycube.types import Json
+from polycube.units import described, resolved
 
 GOOD, WARNING, BAD, PLAIN = "good", "warning", "bad", ""
 CALM = "calm"  # mark of a sentence without a sign
@@ -175,12 +175,13 @@ def tiles(report: Json) -> list[Tile]:
 
 
 def length_unit(report: Json) -> str:
-    """Length unit of the coordinates from the analysis, else "model units"."""
+    """Length unit of the coordinates from the analysis, else of the file, else "model units"."""
     for name in ("modes", "static", "poisson"):
         unit = report.get(name, {}).get("units", {}).get("length")
         if unit:
             return str(unit)
-    return str((report.get("config", {}).get("analysis") or {}).get("units") or UNKNOWN)
+    given, of_file = _units(report)
+    return resolved(given, of_file) if given or of_file else UNKNOWN
 
 
 def about(report: Json) -> dict[str, str | None]:
@@ -212,7 +213,10 @@ def _size(box: list[list[float]] | None, unit: str) -> str | None:
 
 def _unit(report: Json) -> str:
     """The length unit, and where it comes from."""
-    unit, path = length_unit(report), str(report.get("input", {}).get("path", ""))
-    if unit == UNKNOWN:
-        return "unknown"
-    return unit if path.lower().endswith(STEP) else f"{unit}, by analysis.units, not by the file"
+    return "unknown" if length_unit(report) == UNKNOWN else described(*_units(report))
+
+
+def _units(report: Json) -> tuple[str | None, str]:
+    """The unit given by the analysis, and that of the file."""
+    given = (report.get("config", {}).get("analysis") or {}).get("units")
+    return given, report.get("input", {}).get("unit") or ""

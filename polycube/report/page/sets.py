@@ -35,6 +35,7 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
             f"area, {unit}²": own["area"],
             "centre": point(own["centroid"], digits),
             "mean normal": _direction(own["normal"]),
+            **({"name in the file": own.get("name")} if state.hexes.cad_names else {}),
         }
         for name, own in numbers.items()
     }
@@ -56,11 +57,8 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
 
 def cad_faces(mesh: HexMesh) -> dict[str, str]:
     """The numbers of the CAD faces in which each set lies; empty for other parts."""
-    number = np.zeros(len(mesh.quads), np.int64)
-    for name, own in mesh.sets.items():
-        if name.removeprefix("cad_face_").isdigit():
-            number[own] = int(name.removeprefix("cad_face_"))
-    if not number.any():
+    number = mesh.cad_face
+    if not len(number):
         return {}
     return {name: _ranges(np.unique(number[own])) for name, own in mesh.sets.items()}
 

@@ -84,6 +84,13 @@ def test_bytes_that_repeat_are_unpacked(tmp_path):
         (HEADER.format("ascii").encode() + b"1 2 3\n4 five 6\n", "not a readable PCD"),
         (HEADER.format("binary_compressed").encode() + bytes(8), "do not hold 2 points"),
         (HEADER.format("zipped").encode(), "unknown form of data"),
+        (
+            HEADER.replace("POINTS 2", "POINTS 300000000").format("binary_compressed").encode()
+            + np.array([8, 12 * 300_000_000], "<u4").tobytes()
+            + bytes(8),
+            "do not hold 300000000 points",
+        ),
+        (HEADER.replace("1 1 1", "0 0 0").format("binary").encode(), "not a readable PCD"),
         (HEADER.replace("x y z", "a b c").format("binary").encode() + bytes(24), "has no x"),
         (b"not a cloud at all", "has no"),
     ],

@@ -68,7 +68,7 @@ def test_points_off_a_face_refute_a_motion():
     [
         (["plate", "Pin"], ["plate", "Pin"]),
         (["pin", "PIN", "bolt M6x1.5/a"], ["pin_1", "PIN_2", "bolt_M6x1_5_a"]),
-        (["", "Open CASCADE STEP translator 7.8 1.2", "äö"], ["solid_1", "solid_2", "solid_3"]),
+        (["", "Größe", "面; a", "\u00e9"], ["solid_1", "Grosse", "u9762_a", "e"]),
         (["pin", "pin", "pin_2"], ["pin_1", "pin_2_", "pin_2"]),
     ],
 )

@@ -1,12 +1,14 @@
 """The input deck of a problem: its lines, and the forces at its nodes."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from polycube.analysis.boundary_sets import quads_of
 from polycube.errors import InputError
+from polycube.hexmesh.named_sets import boundary_sets
 from polycube.registry import build, provide
 from polycube.spline.second_order import hex_elements
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder
@@ -167,3 +169,16 @@ def test_a_missing_place_is_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="no boundary set 'hole_1'"):
         deck(BOX, tmp_path, {"plugin": "modal", "fixed": ["hole_1"]})
     assert not list(tmp_path.iterdir())
+
+
+def test_places_have_the_names_of_the_file(tmp_path) -> None:
+    """A set of the problem whose name is transliterated, and one that gets a number."""
+    sides = boundary_sets(BOX)
+    sets = {"cad_固定面": sides["x_min"], "cad_é": sides["z_max"], "cad_e": sides["z_min"]}
+    load = {"at": "cad_e", "pressure": 1e6}
+    analysis = {"plugin": "static", "fixed": ["cad_固定面"], "loads": [load]}
+    text = deck(replace(BOX, sets=sets), tmp_path, analysis)
+    assert after(text, "*BOUNDARY")[0] == "cad_u56fau5b9au9762, 1, 1, 0."
+    assert after(text, "*DSLOAD") == ["cad_e__2, P, 1."]
+    nodes = [int(n) for row in after(text, "*NSET, NSET=cad_e__2") for n in row.split(", ")]
+    assert nodes == (np.unique(BOX.quads[sets["cad_e"]]) + 1).tolist()

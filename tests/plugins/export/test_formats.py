@@ -8,7 +8,7 @@ import pytest
 from polycube.registry import build, names
 from tests.fixtures.exports import ENDS, export, read
 
-PLUGINS = [(name, {}) for name in names("export")] + [("gmsh", {"version": "4.1"})]
+PLUGINS = [(name, {}) for name in names("export")] + [("gmsh", {"version": "2.2"})]
 
 
 @pytest.mark.parametrize(("name", "options"), PLUGINS)

@@ -1,16 +1,10 @@
 """LS-DYNA keywords, read by columns."""
 
 import re
-from itertools import pairwise
 
 import numpy as np
 
-from tests.fixtures.exports import export, nodes_of
-
-
-def fields(line: str, *widths: int) -> list[str]:
-    ends = np.cumsum((0, *widths))
-    return [line[a:b].strip() for a, b in pairwise(ends)]
+from tests.fixtures.exports import export, fields, nodes_of
 
 
 def test_lsdyna_columns(mesh, tmp_path):

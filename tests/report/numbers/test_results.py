@@ -33,8 +33,8 @@ def test_the_report_says_when_and_where_it_was_made(run):
     found = about({"made": {"date": "2026-01-31T12:34:56+01:00"}, "input": {"path": "a.stl"}})
     assert found["date"] == "2026-01-31 12:34 +01:00" and found["length unit"] == "unknown"
     config = {"analysis": {"units": "cm"}}
-    box = {"path": "a.STEP", "bbox": [[0, 0, 1], [2, 3, 5]]}
+    box = {"path": "a.STEP", "unit": "cm", "bbox": [[0, 0, 1], [2, 3, 5]]}
     assert about({"config": config, "input": box})["size"] == "2 × 3 × 4 cm"
-    assert about({"config": config, "input": box})["length unit"] == "cm"
+    assert about({"config": config, "input": box})["length unit"] == "cm, by the file"
     found = about({"config": config, "input": {"path": "a.stl"}})["length unit"]
-    assert found == "cm, by analysis.units, not by the file"
+    assert found == "cm, by analysis.units; the file is without a unit"

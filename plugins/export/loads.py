@@ -1,0 +1,154 @@
+"""A problem in the numbers of a consistent system: the length unit L of the part, N and s.
+
+A stress is in N/L^2, a mass in N s^2/L (tonnes if L is mm) and a power in N L/s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from polycube.analysis.boundary_sets import quads_of
+from polycube.analysis.problem import NOTHING, Applied, Conduction, Problem, Statics, Vibration
+from polycube.hexmesh.named_sets import set_name
+from polycube.spline.second_order import HexElements
+from polycube.types import HexMesh
+from polycube.units import METRES
+
+from .nodal_forces import shares
+
+MASSES = {"mm": "t", "m": "kg"}  # name of N s^2/L
+STRESSES = {"mm": "MPa", "m": "Pa"}  # name of N/L^2
+
+
+class Support(NamedTuple):
+    """The nodes at which one component has a prescribed value."""
+
+    place: str | None  # the set of the mesh that has exactly these nodes
+    label: str  # a name for them in any case
+    component: int
+    value: float
+    nodes: np.ndarray
+
+
+class Pressure(NamedTuple):
+    """A pressure on the faces of a place."""
+
+    place: str | None  # the set of the mesh, if it has a name
+    label: str
+    quads: np.ndarray
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Material, supports and loads of a problem on the elements of a mesh.
+
+    Raises InputError if a place does not exist on the boundary of the mesh.
+    """
+
+    problem: Problem
+    mesh: HexMesh
+    elements: HexElements
+
+    @property
+    def units(self) -> str:
+        """One line that describes the units."""
+        unit = self.problem.units
+        mass, stress = MASSES.get(unit, f"N s^2/{unit}"), STRESSES.get(unit, f"N/{unit}^2")
+        heat = isinstance(self.problem, Conduction)
+        power = f", power N {unit}/s, temperature K" if heat else ""
+        return f"length {unit}, force N, time s, mass {mass}, stress {stress}{power}"
+
+    @property
+    def _metre(self) -> float:
+        """Length unit in metres."""
+        return METRES[self.problem.units]
+
+    @property
+    def elastic(self) -> tuple[float, ...]:
+        """Young's modulus, Poisson's ratio and density; empty for conduction."""
+        if not isinstance(self.problem, Statics | Vibration):
+            return ()
+        own = self.problem.material
+        return own.young * self._metre**2, own.poisson, own.density * self._metre**4
+
+    @cached_property
+    def supports(self) -> list[Support]:
+        """The supports; the last one of a node has precedence."""
+        given = self.problem.supports
+        nodes = [np.unique(self.elements.quads[self._quads(each.place)]) for each in given]
+        ruler = np.full((len(self.elements.points), 3), -1)
+        for k, support in enumerate(given):
+            for component in support.components:
+                ruler[nodes[k], component] = k
+        found = []
+        for k, support in enumerate(given):
+            for component, value in zip(support.components, support.values, strict=True):
+                own = nodes[k][ruler[nodes[k], component] == k]
+                is_set = not isinstance(support.place, Mapping) and len(own) == len(nodes[k])
+                place = set_name(support.place) if is_set else None
+                label = f"fixed_{k + 1}_{component + 1}"
+                if len(own):
+                    found.append(Support(place, label, component, value, own))
+        return found
+
+    @cached_property
+    def pressures(self) -> list[Pressure]:
+        """The pressures of all loads that have one."""
+        return [
+            Pressure(
+                None if isinstance(load.place, Mapping) else set_name(load.place),
+                f"load_{k}",
+                self._quads(load.place),
+                load.pressure * self._metre**2,
+            )
+            for k, load in enumerate(self._applied, start=1)
+            if load.pressure
+        ]
+
+    @cached_property
+    def forces(self) -> np.ndarray:
+        """(N, 3) forces at the nodes: integrals of their functions over the faces."""
+        at_nodes = np.zeros_like(self.elements.points)
+        for load in self._applied:
+            faces = self.elements.quads[self._quads(load.place)]
+            areas = shares(self.elements.points[faces])
+            traction = np.array(load.traction) * self._metre**2 + np.array(load.force) / areas.sum()
+            np.add.at(at_nodes, faces, areas[..., None] * traction)
+        return at_nodes
+
+    @property
+    def _applied(self) -> tuple[Applied, ...]:
+        return self.problem.loads if isinstance(self.problem, Statics) else ()
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """(3,) acceleration."""
+        own = self.problem.acceleration if isinstance(self.problem, Statics) else NOTHING
+        return np.array(own) / self._metre
+
+    @property
+    def has_step(self) -> bool:
+        """Whether there is something to compute."""
+        acting = bool(self.pressures) or self.forces.any() or self.gravity.any()
+        moves = any(support.value for support in self.supports)
+        return bool(acting or moves) or not isinstance(self.problem, Statics)
+
+    @property
+    def fluxes(self) -> list[tuple[np.ndarray, float]]:
+        """Quads, and the flux of heat into the solid through them."""
+        flows = self.problem.flows if isinstance(self.problem, Conduction) else ()
+        return [(self._quads(flow.place), flow.flux * self._metre) for flow in flows]
+
+    @property
+    def source(self) -> float:
+        """Heat source in the whole part."""
+        return self.problem.source * self._metre**2 if isinstance(self.problem, Conduction) else 0.0
+
+    def _quads(self, place: object) -> np.ndarray:
+        return np.unique(quads_of(self.mesh, place))

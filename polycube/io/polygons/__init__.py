@@ -1,0 +1,1 @@
+"""Readers of meshes of polygons: PLY, OFF and OBJ."""

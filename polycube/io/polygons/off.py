@@ -1,0 +1,42 @@
+"""Read the vertices and faces of OFF files in text; colours, normals and edges are ignored."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from polycube.errors import InputError, brief
+from polycube.io.polygons.division import Soup, triangulated
+
+HEAD = re.compile(r"\s*(?:ST)?C?N?OFF\b(?!\s*BINARY)")  # with colours, normals, texture
+
+
+def read_off(path: Path) -> Soup:
+    """Vertices and faces, polygons divided; raises InputError with one sentence."""
+    text = path.read_text(encoding="latin-1")
+    head = HEAD.match(text)
+    if not head:
+        raise InputError("not an OFF file in text: it does not begin with OFF")
+    rows = [line.partition("#")[0].split() for line in text[head.end() :].splitlines()]
+    rows = [row for row in rows if row]
+    try:
+        n_vertices, n_faces = map(int, rows[0][:2])
+        if min(n_vertices, n_faces) < 0 or len(rows) <= n_vertices + n_faces:
+            raise InputError(
+                f"not a complete OFF file: {n_vertices} vertices and {n_faces} faces are in its "
+                f"first line, but {len(rows) - 1} lines follow"
+            )
+        vertices = np.array([row[:3] for row in rows[1 : n_vertices + 1]], np.float64)
+        faces = rows[n_vertices + 1 : n_vertices + n_faces + 1]
+        sizes = np.array([int(row[0]) for row in faces], np.int64)
+        own = [row[1 : max(0, size) + 1] for row, size in zip(faces, sizes.tolist(), strict=True)]
+        if any(len(row) != size for row, size in zip(own, sizes.tolist(), strict=True)):
+            raise ValueError("a line of a face has fewer corners than it says")
+        corners = np.array([int(corner) for row in own for corner in row], np.int64)
+        return triangulated(vertices.reshape(-1, 3), corners, sizes)
+    except (LookupError, ValueError, OverflowError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"not a readable OFF file: {brief(error)}") from None

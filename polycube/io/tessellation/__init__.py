@@ -1,0 +1,1 @@
+"""Parts of the worker process that tessellates CAD files with gmsh."""

@@ -1,0 +1,68 @@
+"""Bound the number of triangles on small fillets, in the worker process of gmsh.
+
+Triangles of gmsh have equal sides, so a fillet with a radius much smaller than its length would
+take tens of thousands for the requested number round a full turn.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+
+MOST = 2000  # triangles on a fillet, unless they leave it too far
+SAGITTA = 5e-4  # of the diagonal: largest distance of larger triangles from a fillet
+TURN = 2.0  # largest angle between the ends of a fillet, in radians; rounder faces are not changed
+SAMPLES = (np.arange(4) + 0.5) / 4  # parameters where curvatures are measured
+
+
+def bound_sizes(
+    gmsh: ModuleType, faces: list[int], size: float, segments: int, coarse: float
+) -> None:
+    """Set larger sizes on fillets that would get more than `MOST` triangles.
+
+    Parameters
+    ----------
+    faces
+        Tags of all faces of the solid.
+    size
+        Diagonal of the solid.
+    segments
+        Requested number of edges on a full turn.
+    coarse
+        Largest edge of a triangle.
+    """
+    wanted: dict[int, float] = {}
+    larger: dict[int, float] = {}
+    edges: dict[int, list[int]] = {}  # faces at each edge
+    for face in faces:
+        own = [tag for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False)]
+        for edge in own:
+            edges.setdefault(edge, []).append(face)
+        bend = _curvature(gmsh, 2, face)
+        wanted[face] = min(coarse, 2 * np.pi / (segments * max(bend, 1e-300)))
+        area = gmsh.model.occ.getMass(2, face)
+        around = sum(gmsh.model.occ.getMass(1, edge) for edge in own)
+        number = 4 / np.sqrt(3) * area / wanted[face] ** 2
+        if number > MOST and bend * area < TURN * around / 2:
+            limit = min(coarse, np.sqrt(8 * SAGITTA * size / bend))
+            larger[face] = max(wanted[face], min(limit, wanted[face] * np.sqrt(number / MOST)))
+    if not larger:
+        return
+    least = {(2, face): value for face, value in larger.items()}
+    for edge, own in edges.items():
+        if larger.keys() & set(own):
+            bend = max(_curvature(gmsh, 1, edge), 1e-300)
+            sizes = [larger.get(face, wanted[face]) for face in own]
+            least[1, edge] = min(*sizes, 2 * np.pi / (segments * bend))
+    gmsh.model.mesh.setSizeCallback(
+        lambda dim, tag, x, y, z, found: max(found, least.get((dim, tag), 0.0))
+    )
+
+
+def _curvature(gmsh: ModuleType, dim: int, tag: int) -> float:
+    """Largest curvature at points of an edge or a face."""
+    low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(dim, tag))
+    grids = np.meshgrid(*(a + (b - a) * SAMPLES for a, b in zip(low, high, strict=True)))
+    places = np.stack(grids, axis=-1).ravel()
+    return float(np.abs(gmsh.model.getCurvature(dim, tag, places)).max(initial=0))
