@@ -71,7 +71,7 @@ def test_a_planar_part_is_exact():
     apart = deviation(h2s()(surface, mesh), surface)
     assert max(apart.to_surface.largest, apart.to_spline.largest) < 1e-9
     unnamed = replace(surface, region=np.zeros(0, np.int64))
-    plain = deviation(h2s()(unnamed, replace(mesh, sets={})), unnamed)
+    plain = deviation(h2s()(unnamed, replace(mesh, sets={}, cad_face=np.zeros(0))), unnamed)
     assert plain.to_spline.largest > 1e-3
 
 
