@@ -10,6 +10,7 @@ import numpy as np
 
 Bound = int | str | tuple[int | str, ...]  # a number, a field with that many rows; of each column
 PLAIN: dict[str, type | tuple[type, ...]] = {"int": int, "float": (int, float), "str": str}
+PLAIN |= {"Mapping[str, str]": Mapping, "tuple[str, ...]": tuple}
 
 
 def freeze(obj: object, **specs: tuple[str, type]) -> None:
@@ -55,6 +56,8 @@ def check_values(obj: Any) -> None:
 
 
 def _check_array(name: str, array: Any, obj: Any, bound: Bound | None) -> None:
+    if bound is not None and isinstance(array, tuple):
+        array = np.array(array)
     if bound is not None and not isinstance(array, np.ndarray):
         raise ValueError(f"{name} must be an array")
     array = getattr(array, "data", array) if hasattr(array, "indptr") else array  # sparse
@@ -66,5 +69,7 @@ def _check_array(name: str, array: Any, obj: Any, bound: Bound | None) -> None:
         return
     each = bound if isinstance(bound, tuple) else (bound,)
     sizes = [getattr(obj, one).shape[0] if isinstance(one, str) else one for one in each]
+    if array.ndim < len(each):
+        raise ValueError(f"{name} must have rows of {len(each)} numbers")
     if array.dtype.kind not in "iu" or (array < 0).any() or (array >= sizes).any():
         raise ValueError(f"{name} must have numbers from 0 to {max(sizes) - 1}")

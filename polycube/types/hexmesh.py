@@ -11,6 +11,7 @@ import numpy as np
 
 from polycube.types.checks import freeze
 from polycube.types.polycube import Polycube, RoughMap
+from polycube.types.surface import MOST_CAD_FACES
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,11 @@ class HexMesh:
     name: str = ""
     unit: str = ""
 
-    bounds: ClassVar = dict.fromkeys(("hexes", "quads", "paths"), "vertices") | {"sets": "quads"}
+    bounds: ClassVar = {
+        **dict.fromkeys(("hexes", "quads", "paths", "node_sets"), "vertices"),
+        "sets": "quads",
+        "cad_face": MOST_CAD_FACES,
+    }
 
     def __post_init__(self) -> None:
         freeze(

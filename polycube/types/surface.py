@@ -10,6 +10,8 @@ import numpy as np
 
 from polycube.types.checks import freeze
 
+MOST_CAD_FACES = 10**6  # of a file; larger numbers are refused
+
 
 @dataclass(frozen=True, eq=False)
 class TriMesh:
@@ -38,7 +40,12 @@ class TriMesh:
     name: str = ""
     unit: str = ""
 
-    bounds: ClassVar = {"faces": "vertices"}
+    bounds: ClassVar = {
+        "faces": "vertices",
+        "region": MOST_CAD_FACES,
+        "region_groups": MOST_CAD_FACES,
+        "region_edges": (MOST_CAD_FACES, MOST_CAD_FACES),
+    }
 
     def __post_init__(self) -> None:
         freeze(
