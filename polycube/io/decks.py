@@ -28,8 +28,7 @@ def read_deck(path: Path) -> Arrays:
 
     Raises
     ------
-    InputError
-        If the file is damaged, or has several parts with the same node numbers.
+    InputError : if the file is damaged, or has several parts with the same node numbers
     """
     text = path.read_text(encoding="latin-1")
     try:

@@ -149,13 +149,15 @@ def test_coordinates_are_in_the_unit_of_the_file(tmp_path, step):
     assert all(read_surface(metres, Cad(units=units))[1] == [] for units in ("m", "auto"))
 
 
-def test_lengths_of_iges_are_in_its_unit(tmp_path):
+@pytest.mark.parametrize(("flag", "unit"), [("1,2HIN", "in"), ("4,2HFT", "ft"), ("6,2H M", "m")])
+def test_lengths_of_iges_are_in_its_unit(tmp_path, flag, unit):
+    """The faces of a part of 100 m are sewn to a solid as well as those of one of 100 mm."""
     path = part(tmp_path, "igs")
     text = path.read_text()
     assert text.count("2,2HMM") == 1 and read_surface(path)[0].unit == "mm"
-    path.write_text(text.replace("2,2HMM", "1,2HIN"))
-    surface, _ = read_surface(path)
-    assert surface.unit == "in"
+    path.write_text(text.replace("2,2HMM", flag))
+    surface, warnings = read_surface(path)
+    assert surface.unit == unit and warnings == []
     np.testing.assert_allclose(np.ptp(surface.vertices, axis=0), [100, 60, 40], rtol=1e-6)
 
 

@@ -28,8 +28,7 @@ def locked(folder: Path) -> Iterator[None]:
 
     Raises
     ------
-    InputError
-        If another run has the folder; it names the process, the machine and the time.
+    InputError : if another run has the folder; it names the process, the machine and the time
     """
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     file = _taken(folder) if fcntl is not None else None

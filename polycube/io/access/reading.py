@@ -20,9 +20,8 @@ def reading(path: Path) -> Iterator[None]:
 
     Raises
     ------
-    InputError
-        If it is not a regular file, if it has holes, or if the block raises InputError, OSError or
-        RecursionError.
+    InputError : if it is not a regular file, if it has holes, or if the block raises InputError,
+        OSError or RecursionError
     """
     try:
         if os.path.exists(path):

@@ -14,8 +14,7 @@ def read_json(path: Path, remedy: str = "name the folder of a run") -> Json:
 
     Raises
     ------
-    InputError
-        If there is no such file, or if it is damaged.
+    InputError : if there is no such file, or if it is damaged
     """
     if not path.is_file():
         raise InputError("there is no such file", str(path), remedy)

@@ -51,27 +51,20 @@ def read_separately(
 
     Parameters
     ----------
-    worker
-        Name of the module. It reads a request, as JSON, from its standard input, calls `limit` and
-        writes to `output`.
-    options
-        Content of the request in addition to `path`, `output`, `seconds` and `gigabytes`.
-    effort
-        Factor of the time limit.
+    worker : name of the module. It reads a request, as JSON, from its standard input, calls `limit`
+        and writes to `output`.
+    options : content of the request in addition to `path`, `output`, `seconds` and `gigabytes`
+    effort : factor of the time limit
 
     Returns
     -------
-    output
-        What the module wrote; None if it wrote nothing or failed.
-    errors
-        Its standard error.
+    output : what the module wrote; None if it wrote nothing or failed
+    errors : its standard error
 
     Raises
     ------
-    Late
-        If the time limit is reached.
-    OSError
-        If the file cannot be opened.
+    Late : if the time limit is reached
+    OSError : if the file cannot be opened
     """
     path.open("rb").close()
     megabytes = path.stat().st_size / 1e6
@@ -121,8 +114,7 @@ def parsed(path: Path, library: str) -> dict[str, np.ndarray]:
 
     Raises
     ------
-    InputError
-        If the library cannot read the file or does not finish in time.
+    InputError : if the library cannot read the file or does not finish in time
     """
     output, errors = read_separately(PARSERS, path, {"library": library})
     if output is None:

@@ -26,17 +26,13 @@ def triangulated(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -
 
     Parameters
     ----------
-    vertices
-        (V, 3) coordinates.
-    corners
-        (N,) vertex numbers of all polygons in sequence.
-    sizes
-        (P,) number of corners of each polygon.
+    vertices : (V, 3) coordinates
+    corners : (N,) vertex numbers of all polygons in sequence
+    sizes : (P,) number of corners of each polygon
 
     Raises
     ------
-    InputError
-        For fewer than three corners, unknown vertices, and polygons that cross themselves.
+    InputError : for fewer than three corners, unknown vertices, and polygons that cross themselves
     """
     if (sizes < 3).any():
         raise InputError(f"face {np.argmin(sizes) + 1} has {sizes.min()} corners, not three")

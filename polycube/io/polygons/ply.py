@@ -60,8 +60,7 @@ def read_columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndar
 
     Raises
     ------
-    InputError
-        If the file is damaged, or has no coordinates.
+    InputError : if the file is damaged, or has no coordinates
     """
     data = path.read_bytes()
     if not data:

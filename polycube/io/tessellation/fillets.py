@@ -23,14 +23,10 @@ def bound_sizes(
 
     Parameters
     ----------
-    faces
-        Tags of all faces of the solid.
-    size
-        Diagonal of the solid.
-    segments
-        Requested number of edges on a full turn.
-    coarse
-        Largest edge of a triangle.
+    faces : tags of all faces of the solid
+    size : diagonal of the solid
+    segments : requested number of edges on a full turn
+    coarse : largest edge of a triangle
     """
     wanted: dict[int, float] = {}
     larger: dict[int, float] = {}
