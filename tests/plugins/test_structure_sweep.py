@@ -36,7 +36,7 @@ from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
 
-SLOWER = ("boxes", "diffusion", "bricks", "labels", "overlay")
+SLOWER = ("diffusion", "bricks", "labels", "overlay")
 TURN = Rotation.random(random_state=3).as_matrix()
 
 
