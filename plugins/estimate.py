@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FEW = 1.0  # work to mesh any structure
 EACH = 0.8  # work to mesh a thousand hexes
-EACH_CURE = 0.05  # work to improve one poor hex
+EACH_CURE = 0.02  # work to improve one poor hex
 # work to propose the structures of a tier, with their ranking
 PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0, Tier.LAST: 1.0}
 # probability that a structure of a tier is the one to mesh

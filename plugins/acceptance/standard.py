@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from polycube.hexmesh.generation.sizing import check_length
 from polycube.hexmesh.settings import MeshingSettings, creases_of
 from polycube.kinds import Acceptance
 from polycube.registry import register, setting
@@ -55,6 +56,9 @@ class Standard(Goal, Acceptance):
     def __post_init__(self) -> None:
         if self.certify not in CERTIFY:
             raise ValueError(f"certify must be {' or '.join(CERTIFY)}; got {self.certify!r}")
+        for name in ("creases", "deviation"):
+            if getattr(self, name) not in (None, "auto"):
+                check_length(name, getattr(self, name))
         if not 0 <= self.least_jacobian <= 1:
             raise ValueError(f"least_jacobian must be from 0 to 1; got {self.least_jacobian}")
 
@@ -104,9 +108,11 @@ class Standard(Goal, Acceptance):
         if not len(found.surface.region):
             return 0.25 * min(1.0, max(0.0, found.creases / self.features - 1))
         excess = sum(min(1.0, each.excess(self) - 1) for each in self._off(found))
-        excess += len(found.lost_faces)
-        share = excess / max(1, len(found.features))
-        return 0.0 if share <= self.margin else SOME_LOST + ALL_LOST * share / (share + HALF_LOST)
+        number, without = max(1, len(found.features)), len(found.lost_faces)
+        if excess + without <= self.margin * number:
+            return 0.0
+        share = ((excess + len(self._off(found))) / 2 + without) / number
+        return SOME_LOST + ALL_LOST * share / (share + HALF_LOST)
 
     def _wishes(self, found: Inspection) -> float:
         """How many wishes of `meshing.at` are missed, and by how much `meshing.deviation` is."""

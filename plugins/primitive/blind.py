@@ -23,43 +23,8 @@ class Blind:
         return voxels
 
 
-@register("primitive", "blind_px")
-class BlindPX(Blind):
-    """A cell with a square blind hole, open towards +x."""
-
-    face = 0
-
-
-@register("primitive", "blind_nx")
-class BlindNX(Blind):
-    """A cell with a square blind hole, open towards -x."""
-
-    face = 1
-
-
-@register("primitive", "blind_py")
-class BlindPY(Blind):
-    """A cell with a square blind hole, open towards +y."""
-
-    face = 2
-
-
-@register("primitive", "blind_ny")
-class BlindNY(Blind):
-    """A cell with a square blind hole, open towards -y."""
-
-    face = 3
-
-
-@register("primitive", "blind_pz")
-class BlindPZ(Blind):
-    """A cell with a square blind hole, open towards +z."""
-
-    face = 4
-
-
-@register("primitive", "blind_nz")
-class BlindNZ(Blind):
-    """A cell with a square blind hole, open towards -z."""
-
-    face = 5
+for number, side in enumerate(("+x", "-x", "+y", "-y", "+z", "-z")):
+    text = f"A cell with a square blind hole, open towards {side}."
+    name = f"{'np'[side[0] == '+']}{side[1]}"
+    cell = type(f"Blind{name.upper()}", (Blind,), {"face": number, "__doc__": text})
+    register("primitive", f"blind_{name}")(cell)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,43 +15,32 @@ from polycube.registry import register
 class Cube:
     """A full cell."""
 
+    axes: ClassVar[tuple[int, ...]] = ()  # of the through holes
+
     def __call__(self) -> np.ndarray:
         """(3, 3, 3) bool voxels."""
-        return np.ones((3, 3, 3), bool)
-
-
-def _hole(axis: int) -> np.ndarray:
-    """(3, 3, 3) bool voxels without the central row along one axis."""
-    voxels = np.ones((3, 3, 3), bool)
-    np.moveaxis(voxels, axis, 2)[1, 1] = False
-    return voxels
+        voxels = np.ones((3, 3, 3), bool)
+        for axis in self.axes:
+            np.moveaxis(voxels, axis, 2)[1, 1] = False
+        return voxels
 
 
 @register("primitive", "hole_x")
-@dataclass(frozen=True)
-class HoleX:
+class HoleX(Cube):
     """A cell with a square through hole along x."""
 
-    def __call__(self) -> np.ndarray:
-        """(3, 3, 3) bool voxels."""
-        return _hole(0)
+    axes = (0,)
 
 
 @register("primitive", "hole_y")
-@dataclass(frozen=True)
-class HoleY:
+class HoleY(Cube):
     """A cell with a square through hole along y."""
 
-    def __call__(self) -> np.ndarray:
-        """(3, 3, 3) bool voxels."""
-        return _hole(1)
+    axes = (1,)
 
 
 @register("primitive", "hole_z")
-@dataclass(frozen=True)
-class HoleZ:
+class HoleZ(Cube):
     """A cell with a square through hole along z."""
 
-    def __call__(self) -> np.ndarray:
-        """(3, 3, 3) bool voxels."""
-        return _hole(2)
+    axes = (2,)

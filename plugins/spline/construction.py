@@ -68,8 +68,8 @@ def _best_trial(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Tri
     Tried are splines with all creases, with the harmless ones, and with all creases and straight
     hexes; each is only made if the earlier ones are not good.
     """
-    creases, on = _creases(options, hexes, surface), unique_cad_faces(hexes, surface)
-    harmless = _sharp(options, hexes, creases)
+    creases, on = creases_of(options, hexes, surface), unique_cad_faces(hexes, surface)
+    harmless = sharp_features(options, hexes, creases)
 
     def trial(name: str, sharp: Sharp) -> Trial:
         spline = _solid(options, surface, hexes, sharp, on)
@@ -102,18 +102,11 @@ def _solid(
     return fit_to_surface(options.fit, plain, surface, cad_face[quads_of_spline(plain, hexes)])
 
 
-def sharpened(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None = None) -> Sharp:
-    """Sharp edges and corners; of the creases, the harmless ones.
-
-    surface : surface of a CAD model, which defines the creases; None: creases by angle
+def sharp_features(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:
+    """The sharp features of the options, among the given creases; of these, the harmless ones.
 
     Raises InputError if given edges are not on the boundary.
     """
-    return _sharp(options, hexes, _creases(options, hexes, surface))
-
-
-def _sharp(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:
-    """The sharp features of the options, among the given creases."""
     if options.sharp == "auto":
         return found.harmless()
     sharp = union(found.forced, found.borders)
@@ -123,7 +116,8 @@ def _sharp(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:
     return Sharp(sharp, union(found.folds(sharp), found.kinks(sharp)))
 
 
-def _creases(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) -> Creases:
+def creases_of(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) -> Creases:
+    """The creases of a surface of a CAD model, or, without one, those of the hexes by angle."""
     forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
     supported = (border(hexes, quads_of(hexes, place_of(item))) for item in options.held)
     borders = union(NO_EDGES, *supported)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.sparse import bsr_matrix, csr_matrix
 
 from polycube.errors import MeshingError
 from polycube.numerics.element_matrices import add_elements, elastic
@@ -66,14 +65,6 @@ class Elements:
         return cls(spline.element_functions(), points, spline.nodes, len(spline.control))
 
 
-def assemble(
-    spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
-) -> tuple[bsr_matrix, csr_matrix]:
-    """Stiffness and mass as in `assemble_lower`, with both triangles."""
-    stiffness, mass = assemble_lower(Elements.of(spline), young, poisson, density, n_gauss)
-    return stiffness.full(), mass.full().tocsr()
-
-
 def assemble_lower(
     elements: Elements, young: float, poisson: float, density: float, n_gauss: int = 4
 ) -> tuple[Symmetric, Symmetric]:
@@ -88,12 +79,6 @@ def assemble_lower(
     cuts = parts(len(stiffness.blocks), PAIRS)
     side_by_side([partial(elastic, stiffness.blocks[cut], lame, shear) for cut in cuts])
     return stiffness, mass
-
-
-def assemble_scalar(spline: Spline, n_gauss: int = 4) -> tuple[csr_matrix, csr_matrix]:
-    """Stiffness and mass as in `assemble_scalar_lower`, with both triangles."""
-    laplace, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
-    return laplace.full().tocsr(), mass.full().tocsr()
 
 
 def assemble_scalar_lower(elements: Elements, n_gauss: int = 4) -> tuple[Symmetric, Symmetric]:

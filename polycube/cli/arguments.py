@@ -2,36 +2,20 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from os.path import (  # unlike those of Path, they accept names that are too long
     isdir,
     isfile,
     lexists,
 )
 
+from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
 from polycube.config import SHORT, quote
 
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
-SWITCHES = (  # documented flags of Hydra without a value
-    ("--help", "-h"),
-    ("--hydra-help",),
-    ("--version",),
-    ("--resolve",),
-    ("--run", "-r"),
-    ("--multirun", "-m"),
-    ("--shell-completion", "-sc"),
-)
-VALUED = (  # and those with a value
-    ("--cfg", "-c"),
-    ("--package", "-p"),
-    ("--config-path", "-cp"),
-    ("--config-name", "-cn"),
-    ("--config-dir", "-cd"),
-    ("--experimental-rerun",),
-)
 
 
 def split(arguments: list[str]) -> tuple[Namespace, list[str]]:
@@ -41,14 +25,7 @@ def split(arguments: list[str]) -> tuple[Namespace, list[str]]:
     ----------
     arguments : of the command line, without the name of the program
     """
-    parser = ArgumentParser(add_help=False)
-    parser.add_argument("overrides", nargs="*")
-    for names in SWITCHES:
-        parser.add_argument(*names, action="store_true")
-    for names in VALUED:
-        parser.add_argument(*names)
-    parser.add_argument("--info", "-i", const="all", nargs="?")
-    return parser.parse_known_args(arguments)
+    return get_args_parser().parse_known_args(arguments)
 
 
 def with_input(arguments: list[str]) -> list[str]:

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-STAGES = ("polycube.pipeline", "polycube.cli")  # loggers with a line per stage
+# loggers with a line per stage
+STAGES = ("polycube.pipeline", "polycube.search.loop", "polycube.stages", "polycube.cli")
 QUIET, PLAIN, VERBOSE = logging.WARNING, logging.INFO, logging.DEBUG
 
 

@@ -2,7 +2,7 @@
 
 Sample points in the learning frame are sorted and fill a 3-channel image row by row. In the
 learning frame a geometry is centred and the longest edge of its bounding box is 2; a polycube is
-centred on its grid with cell edge 1. `order` reverts the sorting, `frame` the normalisation.
+centred on its grid with cell edge 1.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from polycube.types import Frame, PointImage
+from polycube.types import Frame
 
 POINTS_PER_CELL = 512
 
@@ -82,19 +82,3 @@ def to_points(pixels: np.ndarray, order: np.ndarray) -> np.ndarray:
     points = np.empty((*order.shape, flat.shape[-1]), pixels.dtype)
     np.put_along_axis(points, order[..., None], flat[..., : order.shape[-1], :], axis=-2)
     return points
-
-
-def encode(
-    points: np.ndarray, context: np.ndarray, frame: Frame, size: tuple[int, int]
-) -> PointImage:
-    """Image of points (N, 3) of a model, transformed to the learning frame and sorted by x."""
-    normalised = frame.apply(points)
-    order = x_order(normalised)
-    pixels = to_pixels(normalised, order, size)
-    padded = np.append(order, np.full(size[0] * size[1] - len(order), -1))
-    return PointImage(pixels, padded, context, frame)
-
-
-def decode(image: PointImage) -> np.ndarray:
-    """(N, 3) points of the model from the image made by `encode`, in single precision."""
-    return image.frame.invert(to_points(image.pixels, image.order[image.order >= 0]))

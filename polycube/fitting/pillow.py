@@ -11,11 +11,10 @@ import logging
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Matching, chains, match, on_crease
+from polycube.fitting.creases.constraints import Matching, chains, on_crease
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges
 from polycube.hexmesh.generation.sheets import label_of, middles
-from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
@@ -63,14 +62,6 @@ def smooth_regions(
         taken |= np.isin(region, mixed)
 
 
-def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndarray:
-    """Patches of a fitted mesh of which a part has a border that is smooth on the surface."""
-    problem = FitProblem(mesh, target, samples=1)
-    x = target.to_unit(mesh.vertices)
-    _, taken = smooth_regions(problem, x, match(problem, x), least)
-    return np.unique(mesh.patch[taken])
-
-
 def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.ndarray:
     """(E,) whether each hex at a boundary edge has an angle above FLAT there.
 
@@ -94,11 +85,6 @@ def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     facing = problem.target.normals[face][problem.side_quads]  # (E, 2, 3)
     across = middle[problem.side_quads[:, 1]] - middle[problem.side_quads[:, 0]]
     return np.einsum("ed,ed->e", facing[:, 1] - facing[:, 0], across) < 0
-
-
-def insert(mesh: HexMesh, patches: np.ndarray, depth: float = 0.5) -> HexMesh:
-    """The mesh with an additional layer of hexes under the given patches; see `layer`."""
-    return layer(mesh, mesh.patch, np.isin(mesh.patch, patches), depth)
 
 
 def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0.5) -> HexMesh:

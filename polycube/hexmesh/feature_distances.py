@@ -36,8 +36,8 @@ class Feature:
     faces : the CAD face, or the adjacent CAD faces
     place : a point of the feature, in model units
     distance : distance not exceeded by 95 % of its samples, as a fraction of the diagonal
-    size : radius of a circle, extent of another curve, root of the area of a face; for a point,
-        the size of its smallest curve, as a fraction of the diagonal
+    size : half radius of a circle, extent of another curve, root of the area of a face; for a
+        point, the size of its smallest curve, as a fraction of the diagonal
     """
 
     kind: str
@@ -106,17 +106,17 @@ def feature_sizes(goal: Target) -> tuple[list[float], list[float], list[float]]:
 
 
 def curve_size(crease: Crease) -> float:
-    """Size of a curve: the radius of a circle, else the extent."""
+    """Size of a curve: half the radius of a circle, else the extent."""
     places = curve_samples(crease)
     extent = float(np.linalg.norm(places[:, None] - places, axis=2).max())
     if crease.shape != "circle":
         return extent
     if crease.is_loop:
-        return extent / 2
+        return extent / 4
     chord = float(np.linalg.norm(places[-1] - places[0]))
     height = float(np.linalg.norm(places[len(places) // 2] - (places[0] + places[-1]) / 2))
     radius = height / 2 + chord**2 / (8 * height) if height > 0 else extent
-    return min(radius, extent)
+    return min(radius / 2, extent)
 
 
 def points_of(features: Features) -> dict[int, list[int]]:

@@ -152,12 +152,6 @@ class Inspection:
         return tuple(unique.get(number, face_set(self.surface, number)) for number in self._lost)
 
     @cached_property
-    def lost_area(self) -> float:
-        """Area of the CAD faces without a boundary quad, as a fraction of the surface area."""
-        areas = measures.face_areas(self.surface)
-        return float(areas[np.isin(self.surface.region, self._lost)].sum() / areas.sum())
-
-    @cached_property
     def _lost(self) -> list[int]:
         if not len(self.surface.region):
             return []

@@ -11,14 +11,13 @@ batches of `CHUNK`, so the memory does not grow with the file.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain, islice, pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.io.atomic import atomic_write
-from polycube.spline.element_faces import unshared_faces
 from polycube.types import Spline
 from polycube.types.spline import ElementFunctions
 
@@ -72,91 +71,3 @@ def _rows(coefficients: csr_matrix) -> list[str]:
                 row[index[i]] = text[i]
             lines.append(f"d {' '.join(row)}")
     return lines
-
-
-def read_bext(path: Path) -> Spline:
-    """Read the spline of a cubic BEXT v1 file; Bezier nodes with equal rows are merged.
-
-    Element e is hex e, and faces of only one element are the boundary. Raises ValueError for
-    another format or degree and for an incomplete file.
-    """
-    tokens = iter(Path(path).read_text().split())
-    try:
-        _expect(tokens, "B E X T type hex nodeN")
-        n_nodes = int(_take(tokens, 1)[0])
-        _expect(tokens, "elemN")
-        n_elements = int(_take(tokens, 1)[0])
-        control = np.array([_node(tokens) for _ in range(n_nodes)])
-        rows = [row for e in range(n_elements) for row in _element(tokens, 64 * e, n_nodes)]
-    except EOFError:
-        raise ValueError(f"{path} ends too early") from None
-    except ValueError as error:
-        raise ValueError(f"{path} is not a cubic BEXT v1 file: {error}") from None
-    node, function, value = np.concatenate(rows, axis=1)
-    extraction = csr_matrix(
-        (value, (node.astype(int), function.astype(int))), (64 * n_elements, n_nodes)
-    )
-    distinct, nodes = share(extraction)
-    nodes = nodes.reshape(-1, 64)
-    sides = unshared_faces(nodes)
-    hexes = np.arange(n_elements)
-    return Spline(control, distinct, nodes, hexes, 0 * hexes, sides, np.zeros(len(sides)))
-
-
-def _take(tokens: Iterator[str], count: int) -> list[str]:
-    taken = list(islice(tokens, count))
-    if len(taken) < count:
-        raise EOFError
-    return taken
-
-
-def _expect(tokens: Iterator[str], wanted: str) -> None:
-    for want in wanted.split():
-        (token,) = _take(tokens, 1)
-        if token != want:
-            raise ValueError(f"expected {want!r}, found {token!r}")
-
-
-def _node(tokens: Iterator[str]) -> list[float]:
-    _expect(tokens, "gnode")
-    *point, weight = map(float, _take(tokens, 4))
-    if weight != 1:
-        raise ValueError(f"expected weight 1, found {weight}")
-    return point
-
-
-def _element(tokens: Iterator[str], first: int, n_nodes: int) -> Iterator[np.ndarray]:
-    """Arrays (3, n) of Bezier node, function and coefficient; nodes are numbered from `first`."""
-    _expect(tokens, "belem")
-    count = int(_take(tokens, 1)[0])
-    _expect(tokens, "3 3 3")
-    functions = map(int, _take(tokens, count))
-    for function in functions:
-        if _take(tokens, 1) == ["d"]:
-            index, values = list(range(64)), _take(tokens, 64)
-        else:
-            pairs = _take(tokens, 2 * int(_take(tokens, 1)[0]))
-            index, values = [int(token) for token in pairs[::2]], pairs[1::2]
-        row = [(i, function, float(c)) for i, c in zip(index, values, strict=True) if float(c)]
-        entries = _checked(np.array(row).reshape(-1, 3).T, n_nodes)
-        entries[0] += first
-        yield entries
-
-
-def _checked(row: np.ndarray, n_nodes: int) -> np.ndarray:
-    """The row (3, n) of Bezier indices, functions and coefficients; ValueError if out of range."""
-    for name, numbers, size in (("Bezier index", row[0], 64), ("function", row[1], n_nodes)):
-        if not ((numbers >= 0) & (numbers < size)).all():
-            raise ValueError(f"{name} {numbers.max():.0f} is not in 0 to {size - 1}")
-    return row
-
-
-def share(rows: csr_matrix) -> tuple[csr_matrix, np.ndarray]:
-    """The distinct rows in order of appearance, and the index of each row among them."""
-    rows.sort_indices()
-    ends = pairwise(rows.indptr)
-    contents = [(rows.indices[a:b].tobytes(), rows.data[a:b].tobytes()) for a, b in ends]
-    place: dict[tuple[bytes, bytes], int] = {}
-    nodes = np.array([place.setdefault(row, len(place)) for row in contents])
-    _, first = np.unique(nodes, return_index=True)
-    return rows[first], nodes

@@ -18,11 +18,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from polycube.io.atomic import atomic_write
-from polycube.io.bext import chunks, share
-from polycube.spline.element_faces import unshared_faces
+from polycube.io.bext import chunks
 from polycube.types import Spline
 
 
@@ -60,65 +58,6 @@ def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
         for vector in place:
             file.writelines(_floats(np.frombuffer(vector)))
     return Path(path)
-
-
-def read_bext2(path: Path) -> Spline:
-    """Read the spline of a cubic BEXT v2 file; Bezier nodes with equal rows are merged.
-
-    Element e is hex e, and faces of only one element are the boundary. Raises ValueError for
-    another format, degree or weight and for an incomplete file.
-    """
-    header, *lines = Path(path).read_text(encoding="ascii").splitlines()
-    if header.split() != "B E X T 2.0".split():
-        raise ValueError(f"{path} is not a BEXT v2 file: it begins {header!r}")
-    text = " ".join(line for line in lines if not line.startswith("$#"))
-    numbers = _Numbers(np.array(text.split(), np.float64), path)
-    _, n_nodes, _, n_vectors, _ = numbers.integers(5)
-    nodes = numbers.take(4 * n_nodes).reshape(-1, 4)
-    blocks = numbers.integers(7 * numbers.integers(1)[0]).reshape(-1, 7)
-    if (blocks[:, 4:] != 3).any() or (nodes[:, 3] != 1).any():
-        raise ValueError(f"{path} is not a cubic BEXT v2 file with weights 1")
-    functions, vectors = [], []
-    for _, count, size, *_ in blocks:
-        table = numbers.integers(2 * count * size).reshape(-1, 2, size) - 1
-        functions.append(table[:, 0].ravel())
-        vectors.append(table[:, 1].ravel())
-    numbers.integers(4)
-    return _spline(nodes[:, :3], blocks, functions, vectors, numbers.take(64 * n_vectors))
-
-
-class _Numbers:
-    """All numbers of a file, read in sequence."""
-
-    def __init__(self, values: np.ndarray, path: Path) -> None:
-        self.values, self.path = values, path
-
-    def take(self, count: int) -> np.ndarray:
-        if len(self.values) < count:
-            raise ValueError(f"{self.path} ends too early")
-        taken, self.values = self.values[:count], self.values[count:]
-        return taken
-
-    def integers(self, count: int) -> np.ndarray:
-        return self.take(count).astype(np.int64)
-
-
-def _spline(
-    control: np.ndarray,
-    blocks: np.ndarray,
-    functions: list[np.ndarray],
-    vectors: list[np.ndarray],
-    coefficients: np.ndarray,
-) -> Spline:
-    element = np.repeat(np.arange(blocks[:, 1].sum()), np.repeat(blocks[:, 2], blocks[:, 1]))
-    rows = csr_matrix(coefficients.reshape(-1, 64))[np.concatenate(vectors)].tocoo()
-    function = np.concatenate(functions)[rows.row]
-    shape = (64 * (element[-1] + 1), len(control))
-    entries = (rows.data, (64 * element[rows.row] + rows.col, function))
-    extraction, nodes = share(csr_matrix(entries, shape))
-    nodes = nodes.reshape(-1, 64)
-    sides, hexes = unshared_faces(nodes), np.arange(len(nodes))
-    return Spline(control, extraction, nodes, hexes, 0 * hexes, sides, np.zeros(len(sides)))
 
 
 def _integers(values: np.ndarray | list[int]) -> Iterator[str]:

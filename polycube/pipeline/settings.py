@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -62,24 +62,36 @@ class Settings:
         InputError
             If a setting of the whole run is invalid; plugins check their own options.
         """
-        read = _Reader(composed)
-        mesh = composed["mesh"]
+        own = [f.name for f in fields(cls) if "Node" in str(f.type) and f.name != "composed"]
+        groups = {name: _group(composed, name) for name in ("cad", "points", "files", *own)}
+        mesh, context, seed, seconds, strict = (
+            composed[name] for name in ("mesh", "context", "seed", "seconds", "strict")
+        )
+        cad = Cad(**groups.pop("cad"), units=groups["analysis"].get("units"))
+        points, files = Points(**groups.pop("points")), Files(**groups.pop("files"))
+        repair, order = _repair(composed), _order(composed)
+        is_list = context is None or isinstance(context, list | tuple)
+        _check("context", context, is_list, "a list of primitives, such as [cube]")
+        _check("seed", seed, type(seed) is int and seed >= 0, "a whole number, 0 or more")
+        is_time = type(seconds) in (int, float) and 0 < seconds < math.inf
+        _check("seconds", seconds, seconds is None or is_time, "null or a positive number")
+        _check("strict", strict, isinstance(strict, bool), "true or false")
         return cls(
             mesh=None if mesh in (None, "", "???") else str(mesh),
             hex=str(composed["hex"]) if composed["hex"] else None,
-            cad=Cad(**read.node("cad"), units=read.node("analysis").get("units")),
-            points=Points(**read.node("points")),
-            files=Files(**read.node("files")),
-            repair=read.repair(),
-            order=read.order(),
-            context=read.context(),
-            seed=read.integer("seed", 0),
-            seconds=read.seconds(),
-            strict=read.boolean("strict"),
+            cad=cad,
+            points=points,
+            files=files,
+            repair=repair,
+            order=order,
+            context=context or None,
+            seed=seed,
+            seconds=None if seconds is None else float(seconds),
+            strict=strict,
             resume=Path(str(composed["resume"])) if composed["resume"] else None,
             start=str(composed["from"]) if composed["from"] else None,
             composed=composed,
-            **{name: read.node(name) for name in GROUPS},
+            **groups,
         )
 
     def unit(self, of_file: str) -> str:
@@ -95,83 +107,35 @@ class Settings:
         return replace(self, analysis=analysis, composed={**self.composed, "analysis": analysis})
 
 
-GROUPS = (
-    "grid",
-    "primitives",
-    "structure",
-    "context_structure",
-    "ranking",
-    "meshing",
-    "improve",
-    "acceptance",
-    "policy",
-    "spline",
-    "analysis",
-    "export",
-)
+def _check(name: str, value: object, is_valid: bool, what: str) -> None:
+    if not is_valid:
+        raise InputError(f"{name} must be {what}; got {value!r}")
 
 
-@dataclass(frozen=True)
-class _Reader:
-    """Typed values of a composed configuration."""
+def _group(composed: Node, name: str) -> dict[str, Any]:
+    value = composed.get(name, {})  # there is no group without exports
+    _check(name, value, isinstance(value, Mapping), "a group of settings")
+    return dict(value)
 
-    composed: Node
 
-    def node(self, name: str) -> dict[str, Any]:
-        value = self.composed.get(name, {})  # there is no group without exports
-        if not isinstance(value, Mapping):
-            raise InputError(f"{name} must be a group of settings; got {value!r}")
-        return dict(value)
+def _order(composed: Node) -> tuple[str, ...]:
+    """The phases of the run, without those that are switched off, as by `spline=none`."""
+    value = composed["order"]
+    value = [value] if isinstance(value, str) else value
+    chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
+    if chain != list(PHASES[: len(chain)]):
+        raise InputError(
+            f"order must be a list of the first of [{', '.join(PHASES)}], and report for the "
+            f"page; got {value}"
+        )
+    off = [phase for phase in chain if _group(composed, phase).get("plugin", phase) is None]
+    left_out = chain[chain.index(off[0]) :] if off else []
+    return tuple(phase for phase in value if phase not in left_out)
 
-    def integer(self, name: str, least: int) -> int:
-        value = self.composed[name]
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f"{name} must be a whole number, {least} or more; got {value!r}")
-        return value
 
-    def boolean(self, name: str) -> bool:
-        value = self.composed[name]
-        if not isinstance(value, bool):
-            raise InputError(f"{name} must be true or false; got {value!r}")
-        return value
-
-    def seconds(self) -> float | None:
-        value = self.composed["seconds"]
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if value is None:
-            return None
-        if not is_number or not 0 < value < math.inf:
-            raise InputError(f"seconds must be null or a positive number; got {value!r}")
-        return float(value)
-
-    def order(self) -> tuple[str, ...]:
-        value = self.composed["order"]
-        value = [value] if isinstance(value, str) else value
-        chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
-        if chain != list(PHASES[: len(chain)]):
-            raise InputError(
-                f"order must be a list of the first of [{', '.join(PHASES)}], and report for the "
-                f"page; got {value}"
-            )
-        last = next((i for i, phase in enumerate(chain) if self.is_none(phase)), len(chain))
-        return tuple(phase for phase in value if phase not in chain[last:])
-
-    def is_none(self, phase: str) -> bool:
-        """Whether a phase is switched off, as by `spline=none`."""
-        return self.node(phase).get("plugin", phase) is None
-
-    def context(self) -> Sequence[str | None] | None:
-        value = self.composed["context"]
-        if value is not None and not isinstance(value, list | tuple):
-            raise InputError(f"context must be a list of primitives, such as [cube]; got {value!r}")
-        return value or None
-
-    def repair(self) -> str:
-        value = self.composed["repair"] or LEVELS[0]  # YAML may read off as false
-        if value not in LEVELS:
-            raise InputError(f"repair must be {', '.join(LEVELS)}; got {value!r}")
-        if self.composed["hex"] and value != LEVELS[0]:
-            raise InputError(
-                "repair works on the surface of mesh=, it cannot be combined with hex="
-            )
-        return str(value)
+def _repair(composed: Node) -> str:
+    value = composed["repair"] or LEVELS[0]  # YAML may read off as false
+    _check("repair", value, value in LEVELS, ", ".join(LEVELS))
+    if composed["hex"] and value != LEVELS[0]:
+        raise InputError("repair works on the surface of mesh=, it cannot be combined with hex=")
+    return str(value)

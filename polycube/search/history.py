@@ -174,10 +174,6 @@ class History:
             self._starts[structure] = choose(state, structure, self.task.primitives)
         return self._starts[structure]
 
-    def entry(self, outcome: Outcome) -> Ranked | None:
-        """The structure of an outcome; None for a given hex mesh."""
-        return self.ranked[outcome.state.chosen] if self.ranked else None
-
     def of_structure(self, structure: int) -> list[Outcome]:
         """The outcomes on a structure."""
         return [each for each in self.outcomes if each.state.chosen == structure]

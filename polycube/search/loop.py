@@ -39,7 +39,7 @@ def search(history: History, policy: Policy) -> str | None:
 def make(history: History, move: Move, expected: Expected) -> None:
     """Make a move, log it, and append it to the table."""
     name, before, begin = move.describe(history), history.shortfall, time.perf_counter()
-    logger.info("%s: expected gain %.3f for %.1f", name, *expected)
+    logger.debug("%s: expected gain %.3f for %.1f", name, *expected)
     history.moves.append(move)
     history.task.chain.latest = None
     with counted() as effort:

@@ -19,7 +19,7 @@ from polycube.types.polycube import (
 )
 from polycube.types.solution import Deformation, Modes, Peak, Potential, Solution
 from polycube.types.spline import ElementFunctions, Spline
-from polycube.types.surface import Frame, PointImage, TriMesh
+from polycube.types.surface import Frame, TriMesh
 
 __all__ = [
     "AXES",
@@ -35,7 +35,6 @@ __all__ = [
     "Parametrization",
     "Peak",
     "PerAxis",
-    "PointImage",
     "Polycube",
     "Potential",
     "Ranked",

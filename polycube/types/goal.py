@@ -22,7 +22,8 @@ class Goal:
     features : largest distance of a CAD point, curve or face from mesh vertices, edges and quads
         (the 95th percentile of its samples); without CAD faces, of all sharp edges
     feature_share : the same limit as a share of the size of the feature, if that is smaller: of the
-        radius of a circle, the extent of another curve, or the square root of the area of a face
+        half radius of a circle, the extent of another curve, or the square root of the area of a
+        face
     margin : share of the features that may exceed their limit in a mesh that ends the search,
         weighted by the relative excess
     distance : limit of the 99th percentile of the distance in both directions
@@ -43,7 +44,7 @@ class Goal:
     poor_jacobian: float = 0.2
     least_jacobian: float = 0.02
     features: float = 0.003
-    feature_share: float = 0.1
+    feature_share: float = 0.2
     margin: float = 0.001
     distance: float = 0.01
     distance_limit: float = 0.05

@@ -81,29 +81,3 @@ class Frame:
     def invert(self, points: np.ndarray) -> np.ndarray:
         """(N, 3) points of the frame, in model units and placement."""
         return points @ self.rotation * self.scale + self.center
-
-
-@dataclass(frozen=True, eq=False)
-class PointImage:
-    """N = height * width sample points of a surface as an image (paper, section 3.2).
-
-    Parameters
-    ----------
-    pixels : (3, height, width) float32 coordinates in the learning frame
-    order : (N,) number of the sample at each pixel, row by row; -1 for padding
-    context : (K,) float32 context vector, K = 29 for a 2x1 grid with four primitives
-    frame : the learning frame
-    """
-
-    pixels: np.ndarray
-    order: np.ndarray
-    context: np.ndarray
-    frame: Frame
-
-    def __post_init__(self) -> None:
-        freeze(
-            self,
-            pixels=("3 H W", np.float32),
-            order=("N", np.int64),
-            context=("K", np.float32),
-        )

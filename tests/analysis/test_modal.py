@@ -7,7 +7,6 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import eye, kron
 
-from polycube.analysis.assembly import assemble
 from polycube.analysis.material import MATERIALS, Material
 from polycube.analysis.modal import free_modes, lowest
 from polycube.hexmesh.connectivity import hex_mesh
@@ -15,6 +14,7 @@ from polycube.spline.bezier import bezier_points, min_detj
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import edges_between, single_hex_edges
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
+from tests.oracles.matrices import assemble
 
 
 def box_spline(counts, high):

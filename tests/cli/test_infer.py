@@ -166,7 +166,7 @@ def test_a_given_context_is_used(tmp_path):
         (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
         (["mesh=example:rod", "order=mesh"], "order must be a list"),
         (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
-        (["mesh=example:ring", "structure=midpoint"], "verbose=true shows the reasons"),
+        (["mesh=example:ring", "structure=sweep"], "verbose=true shows the reasons"),
         (["mesh=example:rod", "effort=some"], "effort must be first, normal, thorough; got 'some'"),
         (["mesh=example:rod", "seed=x"], "seed must be a whole number, 0 or more; got 'x'"),
         (["mesh=example:rod", "quiet=maybe"], "quiet must be true or false; got 'maybe'"),

@@ -8,13 +8,13 @@ import trimesh
 
 from polycube.fitting.creases.constraints import match
 from polycube.fitting.creases.paths import Route
-from polycube.fitting.pillow import insert, layer, regions, smooth_patches, smooth_regions
+from polycube.fitting.pillow import layer, regions, smooth_regions
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import register_mesh
 from polycube.hexmesh import connectivity as hexes
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.surface.fit_target import target
+from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, Polycube, TriMesh
 from tests.fixtures.polycubes import cut, ring
 
@@ -23,6 +23,19 @@ def cube() -> HexMesh:
     """Unit cube of 4 x 4 x 4 hexes; patches +x, -x, +y, -y, +z, -z."""
     solid = Polycube(np.ones((1, 1, 1)), [0, 1], [0, 1], [0, 1], (1, 1, 1), ("cube",))
     return cut(solid, 0.25)
+
+
+def smooth_patches(mesh: HexMesh, target: Target, least: float = 0.6) -> np.ndarray:
+    """Patches of a fitted mesh of which a part has a border that is smooth on the surface."""
+    problem = FitProblem(mesh, target, samples=1)
+    x = target.to_unit(mesh.vertices)
+    _, taken = smooth_regions(problem, x, match(problem, x), least)
+    return np.unique(mesh.patch[taken])
+
+
+def insert(mesh: HexMesh, patches: np.ndarray, depth: float = 0.5) -> HexMesh:
+    """The mesh with an additional layer of hexes under the given patches; see `layer`."""
+    return layer(mesh, mesh.patch, np.isin(mesh.patch, patches), depth)
 
 
 def test_layer_under_the_whole_boundary():

@@ -6,7 +6,7 @@ import trimesh
 
 from polycube.fitting import polish as module
 from polycube.fitting.creases.constraints import goals, no_features
-from polycube.fitting.pillow import insert
+from polycube.fitting.pillow import layer
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import register_mesh
@@ -31,7 +31,7 @@ def test_a_pillowed_ball():
     start = hex_mesh(start.vertices * 3 + 7, start.hexes)
     start = register_mesh(start, target(ball))
     layered = register_mesh(
-        insert(start, np.array([0])), target(ball), rounds=4, alpha=(0.04, 0.04)
+        layer(start, start.patch, start.patch == 0), target(ball), rounds=4, alpha=(0.04, 0.04)
     )
     mesh = polish(layered, target(ball), soft_rounds=10, hard_rounds=10)
     assert worst(mesh) > max(0.6, worst(layered))

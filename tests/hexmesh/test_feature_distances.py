@@ -47,16 +47,16 @@ def test_a_round_hole_is_lost_by_its_own_size(n, is_lost):
     height = 2 * (1 - np.cos(np.pi / n))
     unit = diagonal(drilled_plate_surface())
     for rim in rims:
-        assert rim.size * unit == pytest.approx(2, rel=0.01)
+        assert rim.size * unit == pytest.approx(1, rel=0.01)  # half the radius
         assert rim.distance * unit == pytest.approx(height, rel=0.05)
         assert rim.distance < Goal.features
-        assert rim.excess(Goal()) == pytest.approx(height / (0.1 * 2), rel=0.05)
+        assert rim.excess(Goal()) == pytest.approx(height / (0.2 * 1), rel=0.05)
     assert not any(each.is_lost for each in found if each not in rims)
 
 
 def test_the_limit_is_the_smaller_one():
     rim = Feature("curve", "circle", (1, 2), (0, 0, 0), distance=0.004, size=0.01)
-    assert rim.excess(Goal()) == pytest.approx(0.004 / 0.001)
+    assert rim.excess(Goal()) == pytest.approx(0.004 / 0.002)
     large = Feature("curve", "circle", (1, 2), (0, 0, 0), distance=0.004, size=1.0)
     assert large.excess(Goal()) == pytest.approx(0.004 / 0.003)
     assert large.is_lost and large.excess(Goal(features=0.01)) < 1
@@ -70,12 +70,12 @@ def polyline(points: np.ndarray) -> Crease:
 
 
 @pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75])
-def test_the_size_of_an_arc_is_its_radius_but_not_more_than_its_extent(share):
+def test_the_size_of_an_arc_is_half_its_radius_but_not_more_than_its_extent(share):
     angle = 2 * np.pi * share * np.linspace(0, 1, 101)
     arc = polyline(3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
     assert arc.shape == "circle"
     extent = 6 * np.sin(np.pi * min(share, 0.5))
-    assert curve_size(arc) == pytest.approx(min(3, extent), rel=0.01)
+    assert curve_size(arc) == pytest.approx(min(1.5, extent), rel=0.01)
 
 
 def test_the_size_of_another_curve_is_its_extent():
@@ -86,7 +86,7 @@ def test_the_size_of_another_curve_is_its_extent():
     assert wave.shape == "curve"
     extent = np.linalg.norm(wave.points[:, None] - wave.points, axis=2).max()
     assert curve_size(wave) == pytest.approx(extent, rel=0.01)
-    assert curve_size(circle()) == pytest.approx(1, rel=0.01)
+    assert curve_size(circle()) == pytest.approx(0.5, rel=0.01)
 
 
 def test_without_cad_faces_there_are_no_features():

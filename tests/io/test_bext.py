@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 
 from polycube.io import bext
-from polycube.io.bext import read_bext, write_bext
+from polycube.io.bext import write_bext
 from polycube.io.bext2 import write_bext2
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import single_hex_edges
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
+from tests.oracles.bext import read_bext
 
 
 def spline_of(mesh):

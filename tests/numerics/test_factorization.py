@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, diags, eye, kron, random
 
-from polycube.analysis.assembly import assemble
 from polycube.numerics.dissection import LEAF, dissect
 from polycube.numerics.factorization import factorize
 from tests.fixtures.hexmeshes import hex_cylinder
 from tests.fixtures.splines import box, spline_of
+from tests.oracles.matrices import assemble
 
 
 def elastic(spline):

@@ -70,7 +70,7 @@ def test_counts_steps_and_evaluations():
     with counted() as both:
         with counted() as first:
             descend(square, np.ones(1), 1)
-        assert first == {"steps": 1, "evaluations": 2}
+        assert first == {"steps": 1, "evaluations": 2, "work": 2}
         descend(square, np.ones(1), 50)
     assert first["evaluations"] == 2
     assert both["evaluations"] == len(calls)

@@ -32,11 +32,11 @@ def proposed(run: Run) -> tuple[Candidate, ...]:
 
 
 @pytest.mark.slow
-def test_auto_finds_the_grid_of_an_l():
-    others = ("drawn", "labels", "midpoint", "sweep")  # that need no grid
+def test_an_l_is_found_although_no_row_of_cells_has_its_shape():
+    others = ("drawn", "labels", "sweep")
     state = run("grid=auto", *(f"~structure.proposals.{name}" for name in others)).begin()
     best, ranked = state.polycube, state.ranked
-    assert best.grid == (2, 2, 1) and best.context == L
+    assert sorted(best.grid) == [1, 2, 2] and best.occupancy.sum() == 3
     rows = [entry.score for entry in ranked if entry.candidate.polycube.grid[1:] == (1, 1)]
     assert ranked[0].score < 0.7 < 1.5 < min(rows)
 

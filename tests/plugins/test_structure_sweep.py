@@ -36,7 +36,7 @@ from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
 
-SLOWER = ("boxes", "diffusion", "bricks", "labels", "midpoint", "overlay")
+SLOWER = ("diffusion", "bricks", "labels", "overlay")
 TURN = Rotation.random(random_state=3).as_matrix()
 
 
@@ -261,11 +261,12 @@ def test_without_gmsh_it_is_refused_if_requested_else_omitted(tmp_path, monkeypa
     (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
 
-    def proposed(*overrides: str) -> tuple[Candidate, ...]:
+    def proposed(*overrides: str) -> list[Candidate]:
         settings = Settings.of(compose("infer", ["mesh=example:rod", *overrides]))
-        return Proposals(settings, PRIMITIVES, Registration(), Clock()).propose(box())
+        proposals = Proposals(settings, PRIMITIVES, Registration(), Clock())
+        return [each.candidate for tier in proposals.tiers for each in proposals(box(), tier)]
 
     with pytest.raises(InputError, match=r"structure=sweep .* gmsh, which does not load; pip"):
         proposed("structure=sweep")
     assert proposed(*(f"~structure.proposals.{name}" for name in SLOWER))
-    assert "sweep: nothing is proposed, because quads are made by gmsh" in caplog.text
+    assert "structure=sweep proposes nothing: quads are made by gmsh" in caplog.text

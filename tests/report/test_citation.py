@@ -51,7 +51,7 @@ def test_methods_that_made_the_result_are_cited_and_no_others() -> None:
     mesh = ["garanzha2021foldover", "mitchell1995pillowing", "hu2020wild"]
     assert keys({}) == always
     assert keys({"hex": {}}) == always + mesh
-    assert keys(proposed("midpoint"))[2:] == ["li1995midpoint"]
+    assert keys(proposed("sweep"))[2:] == ["remacle2012blossom", "geuzaine2009gmsh"]
     assert keys({"hex": {}, **proposed("diffusion")})[2:] == ["ho2020ddpm", *mesh]
     report = {"hex": {}, "spline": {}, "modes": {}}
     assert keys(report)[5:] == [
@@ -70,10 +70,10 @@ def test_a_plugin_of_another_package_brings_its_own_entry(monkeypatch) -> None:
 
     @dataclass(frozen=True)
     class Mine:
-        references: ClassVar[tuple[str, ...]] = (entry, "li1995midpoint")
+        references: ClassVar[tuple[str, ...]] = (entry, "ho2020ddpm")
 
     monkeypatch.setitem(classes(), ("structure", "mine"), Mine)
-    assert keys(proposed("mine"))[2:] == ["mine", "li1995midpoint"]
+    assert keys(proposed("mine"))[2:] == ["mine", "ho2020ddpm"]
 
 
 @pytest.mark.slow

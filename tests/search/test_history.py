@@ -65,10 +65,7 @@ def test_outcomes_belong_to_structures():
         found.add(Given(), replace(found.start(number), hexes=cube()), {}, {}) for number in (1, 0)
     )
     assert found.of_structure(1) == [one] and found.of_structure(0) == [other]
-    assert found.entry(one) is found.ranked[1]
     assert found.start(1) is found.start(1) and found.start(1).rough_map.positions.max() == 4
-    given = history(STAGES)
-    assert given.entry(add(given, 1.0)) is None
 
 
 def test_the_only_structure_starts_from_the_task():

@@ -14,6 +14,7 @@ from polycube.spline.boundary import corner_nodes
 from polycube.spline.deviation import deviation
 from polycube.surface.measures import face_normals
 from tests.fixtures.hexmeshes import hex_box
+from tests.fixtures.hierarchies import sharpened
 
 COUNTS = (6, 4, 4)
 HIGH = (1.5, 1.0, 1.0)
@@ -59,10 +60,10 @@ def on_ridge(mesh, edges):
 @pytest.mark.parametrize(("rise", "creased"), [(0.2, True), (0.02, False)])
 def test_a_curve_between_cad_faces_is_a_crease_above_ten_degrees(rise, creased):
     mesh, surface = roof(rise)  # turns by 2 atan(rise / .75): 30 and 3 degrees
-    assert on_ridge(mesh, h2s().sharpened(mesh, surface).edges).sum() == creased * COUNTS[1]
-    assert not on_ridge(mesh, h2s().sharpened(mesh).edges).any()
+    assert on_ridge(mesh, sharpened(h2s(), mesh, surface).edges).sum() == creased * COUNTS[1]
+    assert not on_ridge(mesh, sharpened(h2s(), mesh).edges).any()
     flat = h2s(cad_angle=45)
-    assert not on_ridge(mesh, flat.sharpened(mesh, surface).edges).any()
+    assert not on_ridge(mesh, sharpened(flat, mesh, surface).edges).any()
 
 
 def test_a_planar_part_is_exact():
@@ -70,7 +71,7 @@ def test_a_planar_part_is_exact():
     apart = deviation(h2s()(surface, mesh), surface)
     assert max(apart.to_surface.largest, apart.to_spline.largest) < 1e-9
     unnamed = replace(surface, region=np.zeros(0, np.int64))
-    plain = deviation(h2s()(unnamed, replace(mesh, sets={})), unnamed)
+    plain = deviation(h2s()(unnamed, replace(mesh, sets={}, cad_face=np.zeros(0))), unnamed)
     assert plain.to_spline.largest > 1e-3
 
 

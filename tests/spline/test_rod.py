@@ -5,13 +5,14 @@ import numpy as np
 import pytest
 from scipy.sparse import diags, eye, kron
 
-from polycube.analysis.assembly import assemble
 from polycube.analysis.modal import lowest
 from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
+from tests.fixtures.hierarchies import sharpened
+from tests.oracles.matrices import assemble
 
 EIGOUT = [
     *(0.2022243, 0.2529111, 0.7143972, 0.7263861, 0.7695793, 0.8427821, 0.8701956),
@@ -34,7 +35,7 @@ def rod(folder, elements=()):
     """The space of the published mesh with its sharp edges, refined, without other changes."""
     mesh, _ = read_hexes(folder / "rod_hex_paper_used.vtk")
     maker = build("spline", {"plugin": "h2s", "sharp": str(folder / "sharp.txt")} | PUBLISHED)
-    space = maker.space(mesh, maker.sharpened(mesh))
+    space = maker.space(mesh, sharpened(maker, mesh))
     return space, refined_spline(space, Refinement(elements=elements), boundary(mesh))
 
 

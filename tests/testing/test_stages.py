@@ -175,7 +175,6 @@ def test_spline() -> None:
 
     assert_refused("spline", lambda surface, hexes: hexes, "Spline; got HexMesh")
     assert_refused("spline", changed(extraction=lambda s: 0.9 * s.extraction), "partition of unity")
-    assert_refused("spline", changed(control=lambda s: s.control[1:]), "the extraction is")
     assert_refused("spline", changed(nodes=lambda s: s.nodes + 10**7), "nodes number")
     assert_refused(
         "spline", changed(element_hex=lambda s: 0 * s.element_hex), "every hex has an element"

@@ -31,6 +31,8 @@ def reading(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: {error}") from error.__cause__
     except RecursionError:
         raise InputError(f"{path}: its entries refer to each other without end") from None
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 

@@ -17,19 +17,11 @@ from polycube.registry import classes, options
 logger = logging.getLogger(__name__)
 
 STAGES = {  # stages in order, with the settings that no later stage uses
-    "read": ("mesh", "hex", "cad", "points", "repair"),
-    "structure": (
-        "grid",
-        "primitives",
-        "structure",
-        "context",
-        "ckpt",
-        "context_structure",
-        "ranking",
-    ),
-    "meshing": ("meshing", "improve", "effort", "seconds", "seed"),
-    "spline": ("spline",),
-    "analysis": (),
+    "read": "mesh hex cad points repair".split(),
+    "structure": "grid primitives structure context ckpt context_structure ranking".split(),
+    "meshing": "meshing improve effort seconds seed".split(),
+    "spline": ["spline"],
+    "analysis": [],
 }
 ADVICE = "meshing.otherwise"  # a text that is printed only
 

@@ -5,10 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polycube.errors import MeshingError
 from polycube.hexmesh.connectivity import check_conforming, hex_mesh
 from polycube.hexmesh.generation import blocks
 from polycube.hexmesh.quality import volume
+from polycube.plugins.ranking.registration import Registration
+from polycube.registry import build
+from polycube.types import HexMesh, Tier
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder
+from tests.fixtures.surfaces import box
 
 
 def test_a_box_is_cut_into_parts_of_the_size():
@@ -71,3 +76,33 @@ def test_the_division_does_not_depend_on_the_position():
     here = blocks.cut(tube, parts)
     far = blocks.cut(hex_mesh(tube.vertices * 1e-3 + 5, tube.hexes), parts)
     np.testing.assert_array_equal(here.hexes, far.hexes)
+
+
+def test_blocks_use_size_and_max_hexes_and_warn_about_regions():
+    surface, given = box(), hex_box((2, 2, 2))
+    candidate = blocks.candidate(given, surface, "cube", "mine")
+    assert (candidate.tier, candidate.variants) == (Tier.COARSE, "blocks")
+
+    def hexes(**options) -> HexMesh:
+        plugin = build("meshing/subdivide", {"plugin": "template", **options})
+        return plugin(surface, candidate.polycube, candidate.rough_map, candidate.blocks)
+
+    assert [len(hexes(size=size).hexes) for size in (10.0, 0.25, 0.125)] == [8, 64, 512]
+    assert len(hexes(size=0.25, finer=2.0).hexes) == 512
+    assert len(hexes(size=10.0, across_wall=5).hexes) == 8 * 3**3
+    assert len(hexes(level=1).hexes) == 64
+    regions = [{"box": [0, 0, 0, 1, 1, 1], "size": 0.1}]
+    assert "regions has no effect" in " ".join(hexes(regions=regions).warnings)
+    with pytest.raises(MeshingError, match=r"more than max_hexes 100; size .* is possible"):
+        hexes(size=0.1, max_hexes=100)
+
+
+def test_blocks_are_ranked_by_their_own_hexes_and_placed_on_the_unit_cube():
+    surface = box()
+    exact = blocks.candidate(hex_box((2, 2, 2)), surface, "cube", "mine")
+    small = blocks.candidate(hex_box((2, 2, 2), (1.0, 1.0, 0.5)), surface, "cube", "other")
+    ranked = Registration()(surface, [small, exact])
+    assert ranked[0].candidate is exact
+    outer = np.unique(ranked[0].hexes.quads)
+    off = abs(2 * ranked[0].positions[outer] - 1).max(axis=1)
+    assert off == pytest.approx(np.ones(len(outer)))

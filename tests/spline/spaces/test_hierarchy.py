@@ -8,7 +8,6 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import eye, kron
 
-from polycube.analysis.assembly import assemble
 from polycube.hexmesh.octree import split
 from polycube.io.hex_meshes import boundary
 from polycube.registry import build
@@ -24,7 +23,15 @@ from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from polycube.spline.spaces.subdivision import CASTELJAU
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
-from tests.fixtures.hierarchies import MESHES, SPACES, at_the_finest, levels_of, space_of
+from tests.fixtures.hierarchies import (
+    MESHES,
+    SPACES,
+    at_the_finest,
+    levels_of,
+    sharpened,
+    space_of,
+)
+from tests.oracles.matrices import assemble
 
 
 @pytest.mark.parametrize("plugin", ["h2s", "optimal"])
@@ -84,7 +91,7 @@ def test_h2s_levels_are_nearly_nested(mesh):
 def test_one_level_is_the_spline_itself():
     mesh = MESHES["cylinder"]
     maker = build("spline", {"plugin": "h2s"})
-    plain = volumetric_spline(mesh, *maker.sharpened(mesh))
+    plain = volumetric_spline(mesh, *sharpened(maker, mesh))
     spline = hierarchical_spline([coarsest(space_of(mesh))])
     assert abs(spline.extraction - plain.extraction).max() == 0
     for name in ("control", "nodes", "sides", "patch", "element_hex", "level"):

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-from polycube.analysis.assembly import assemble_scalar
 from polycube.registry import build
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder, pillowed_cube
+from tests.fixtures.hierarchies import sharpened
+from tests.oracles.matrices import assemble_scalar
 
 SOLIDS = {
     "box": hex_box((3, 1, 4)),
@@ -22,7 +23,7 @@ SOLIDS = {
 
 def space_of(mesh, kind="optimal", **options):
     plugin = build("spline", {"plugin": kind, **options})
-    return plugin.space(mesh, plugin.sharpened(mesh))
+    return plugin.space(mesh, sharpened(plugin, mesh))
 
 
 def poisson_errors(mesh, kind, levels, exact):

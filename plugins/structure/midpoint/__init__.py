@@ -1,1 +1,0 @@
-"""Midpoint subdivision of polyhedra."""
