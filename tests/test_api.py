@@ -85,7 +85,7 @@ def test_the_mesh_and_the_solution_as_grids_of_pyvista(tmp_path):
 @pytest.mark.parametrize(
     ("source", "options", "sentence"),
     [
-        ("none.stl", {"seed": 1}, "none.stl: cannot be read"),
+        ("none.stl", {"seed": 1}, "none.stl: there is no such file"),
         ("example:dice", {"seed": -1}, "seed must be a whole number"),
         ("example:dice", {"nothing": 1}, "nothing"),
         ("example:dice", {"structure": "magic"}, "magic"),

@@ -91,4 +91,4 @@ def test_a_file_name_is_no_interpolation(monkeypatch: pytest.MonkeyPatch) -> Non
     assert compose("infer", [f"mesh={quote(name)}"])["mesh"] == name
     with pytest.raises(InputError) as refused:
         polycube.mesh(name)
-    assert str(refused.value).startswith(f"{name}: cannot be read")
+    assert str(refused.value).startswith(f"{name}: there is no such file")

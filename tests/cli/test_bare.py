@@ -55,7 +55,7 @@ def test_a_missing_file_is_refused_in_one_sentence() -> None:
     command = [sys.executable, HOME / "infer.py", "nowhere.step"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert done.stderr.splitlines()[-1].startswith("error: nowhere.step: cannot be read")
+    assert done.stderr.splitlines()[-1].startswith("error: nowhere.step: there is no such file")
 
 
 def test_short_names_stand_for_options() -> None:

@@ -208,7 +208,7 @@ def test_files_that_are_no_hex_mesh_are_refused_in_one_sentence(tmp_path, capfd)
         mixed: "8 hexahedron, 1 wedge",
         tmp_path / "broken.vtu": "not a readable .vtu file",
         tmp_path / "broken.msh": "not a readable .msh file",
-        tmp_path / "nowhere.vtk": "No such file",
+        tmp_path / "nowhere.vtk": "there is no such file",
         tmp_path / "part.stl": "unknown kind of hex mesh '.stl'",
     }.items():
         with pytest.raises(InputError, match=message) as caught:

@@ -121,12 +121,12 @@ def test_broken_obj(tmp_path, text, sentence):
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("none.step", "cannot be read"),
-        ("none.IGS", "cannot be read"),
+        ("none.step", "there is no such file"),
+        ("none.IGS", "there is no such file"),
         ("part.docx", ".glb, .fbx, .pcd, .xyz, .step, .stp, .iges, .igs, .brep and example:NAME"),
         ("part", "unknown kind"),
-        ("none.stl", "cannot be read"),
-        ("none.fbx", "cannot be read"),
+        ("none.stl", "there is no such file"),
+        ("none.fbx", "there is no such file"),
     ],
 )
 def test_names_that_can_not_be_read(tmp_path, name, sentence):
