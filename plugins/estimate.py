@@ -15,8 +15,9 @@ from polycube.registry import register
 from polycube.types import Goal, Tier
 
 if TYPE_CHECKING:
+    from polycube.search.again import Again
     from polycube.search.history import History
-    from polycube.search.moves import Again, Cure, FitPartly, MeshStructure, Propose
+    from polycube.search.moves import Cure, FitPartly, MeshStructure, Propose
 
 FEW = 1.0  # work to mesh any structure
 EACH = 0.8  # work to mesh a thousand hexes
@@ -133,9 +134,8 @@ def cure(move: Cure, history: History) -> Expected:
 def again(move: Again, history: History) -> Expected:
     """Smaller hexes, for what the leading mesh missed."""
     outcome = history.outcomes[move.of]
-    missed = {"Finer": "features"}.get(type(move).__name__, "wishes")
     thousands = len(outcome.state.hexes.hexes) / 1000 if outcome.state.hexes else COARSE_HEXES
-    gain = AGAIN * outcome.verdict.shortfall.get(missed, 0.0)
+    gain = AGAIN * outcome.verdict.shortfall.get(move.misses, 0.0)
     return Expected(gain, SMALLER * (FEW + EACH * thousands))
 
 

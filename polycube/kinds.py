@@ -252,7 +252,7 @@ class Kind:
     ----------
     protocol : interface of the plugins
     takes, gives : inputs and output, fields of `polycube.state.RunState`
-    cures : whether the stage, and those after it, run on the leading mesh of the search only
+    cures : whether the stage, and those after it, run only on meshes that are expected to lead then
     once : whether the stage runs only once, on the best mesh of the search
     fits : whether the boundary of the resulting hexes is on the surface
     """

@@ -80,7 +80,7 @@ class Standard(Goal, Acceptance):
         merits = merit(found) - DOUBLED * float(np.log2(len(hexes.hexes)))
         key = -float(is_bad), -sum(shortfall.values()), merits
         lost = self._lost(found) if len(surface.region) else 0
-        return Verdict(failures, warnings, key, shortfall, lost)
+        return Verdict(failures, warnings, key, shortfall, lost, self)
 
     def _shortfall(self, found: Inspection, is_bad: int, n_warnings: int) -> dict[str, float]:
         """How far a mesh is from the goal, by criterion; met criteria are left out."""
@@ -195,6 +195,8 @@ class Standard(Goal, Acceptance):
 
     def _warnings(self, found: Inspection) -> Iterator[str]:
         """Warnings about a valid mesh."""
+        from polycube.hexmesh.cad_sets import face_set
+
         apart, p99 = found.deviation, found.deviation.p99
         if found.scaled_jacobian < self.poor_jacobian:
             yield (
@@ -229,8 +231,6 @@ class Standard(Goal, Acceptance):
                     f"the largest distance, {found.largest:.2%} of the diagonal at {place}, is far "
                     f"above that of 99 % of the points, {p99:.2%}: something may be missing there"
                 )
-        from polycube.hexmesh.cad_sets import face_set
-
         lost = self._off(found)
         if lost:
             worst = max(lost, key=lambda each: each.excess(self))
@@ -254,7 +254,7 @@ class Standard(Goal, Acceptance):
 
     def _off(self, found: Inspection) -> list[Feature]:
         """Points, curves and faces of a CAD part with a distance above the limit."""
-        return [each for each in found.features if each.excess(self) > 1]
+        return [each for each in found.features if each.exceeds(self)]
 
     def _is_far(self, found: Inspection) -> bool:
         """Whether distances or volume exceed their limits."""

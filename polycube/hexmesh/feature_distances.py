@@ -47,14 +47,22 @@ class Feature:
     distance: float
     size: float
 
+    def limit(self, goal: Goal) -> float:
+        """Largest distance that a goal permits, as a fraction of the diagonal."""
+        return min(goal.features, goal.feature_share * self.size)
+
     def excess(self, goal: Goal) -> float:
         """Distance relative to the permitted one; the feature is lost if it is larger than 1."""
-        return self.distance / min(goal.features, goal.feature_share * self.size)
+        return self.distance / self.limit(goal)
+
+    def exceeds(self, goal: Goal) -> bool:
+        """Whether the feature is lost."""
+        return self.excess(goal) > 1
 
     @property
     def is_lost(self) -> bool:
-        """Whether the distance is larger than a goal with default values permits."""
-        return self.excess(Goal()) > 1
+        """Whether the feature is lost by the default limits."""
+        return self.exceeds(Goal())
 
 
 def feature_distances(

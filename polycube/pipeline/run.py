@@ -24,7 +24,7 @@ from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.resume.settings import warn_of_changed_settings
 from polycube.pipeline.settings import Node, Settings
 from polycube.registry import build
-from polycube.search.chain import Chain, check_options
+from polycube.search.chain import Chain, check_options, variants_of
 from polycube.search.deadline import Deadline, TimeIsUp
 from polycube.search.history import History, Task
 from polycube.search.loop import make, search
@@ -37,8 +37,6 @@ from polycube.structure.labels import nearest_labels
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
-
-VARIANTS = ("portfolio", "blocks", "sweep", "overlay")  # lists of variants of a bundle
 
 Read = Callable[[Settings, Clock], RunState]
 
@@ -72,8 +70,7 @@ class Run:
             raise InputError(str(error), "meshing.at") from None
         self.policy: Policy = build("policy", settings.policy)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
-        variants = [self.bundle.get(name) for name in VARIANTS]
-        check_options(self.meshing, [each for several in variants for each in several or ()])
+        check_options(self.meshing, variants_of(self.bundle))
         self.solving = self._solving()
         self.primitives = voxels(settings.primitives["use"])
         ranking = build("ranking", settings.ranking)

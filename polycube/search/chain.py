@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from polycube.errors import InputError, MeshingError
-from polycube.hexmesh.crossings import crossings
-from polycube.kinds import KINDS
+from polycube.hexmesh.inspection import inspect
+from polycube.kinds import KINDS, STAGES
 from polycube.search.deadline import Deadline
 from polycube.stages import Clock, Stage
 from polycube.state import RunState
@@ -70,7 +70,7 @@ class Chain:
                 is_fitted = KINDS[stage.kind].fits
                 put = stage.put(state, value)
                 self.latest = replace(put, unfitted=None if is_fitted else NOT_FITTED)
-                number = len(crossings(value)) if is_fitted else 0
+                number = len(inspect(value, state.surface).crossings) if is_fitted else 0
                 if number > max(self.most_crossings, HOPELESS_SHARE * len(value.hexes)):
                     raise MeshingError(
                         f"hopeless: {number} pairs of quads cross after {stage.kind}"
@@ -93,6 +93,13 @@ def with_options(stages: Sequence[Stage], options: Options) -> list[Stage]:
 def merged(one: Options, other: Options) -> dict[str, dict[str, object]]:
     """Options of both, with precedence for the second."""
     return {kind: {**one.get(kind, {}), **other.get(kind, {})} for kind in {**one, **other}}
+
+
+def variants_of(bundle: Mapping[str, Any]) -> list[Options]:
+    """The variants of all lists of a meshing bundle: sets of options by stage."""
+    lists = [value for value in bundle.values() if isinstance(value, Sequence)]
+    sets = [each for value in lists for each in value if isinstance(each, Mapping)]
+    return [each for each in sets if all(kind in STAGES for kind in each)]
 
 
 def check_options(stages: Sequence[Stage], options: Iterable[Options]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from polycube.errors import MeshingError
-from polycube.fitting.partial import is_sound
+from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import Acceptance, Expected
 from polycube.search.chain import Chain, Options, Results
@@ -47,7 +47,7 @@ class Task:
     ----------
     start : state with the surface; with hexes if there are no structures or a run is resumed
     fit : stages that make and fit a mesh
-    cure : stages that are run on the leading mesh only
+    cure : stages that are run only on meshes that are expected to lead then
     bundle : meshing bundle with the variants
     acceptance : judges meshes
     chain : runs stages
@@ -184,9 +184,10 @@ class History:
         verdict = self.task.acceptance(state.hexes, state.surface)
         if state.unfitted:
             verdict = replace(verdict, failures=(state.unfitted, *verdict.failures), warnings=())
-        quality = scaled_jacobian(state.hexes.vertices, state.hexes.hexes)
-        key = float(is_sound(state.hexes)), *verdict.key, float(quality.mean())
-        number, worst = len(self.outcomes), float(quality.min())
+        found, number = inspect(state.hexes, state.surface), len(self.outcomes)
+        is_sound = found.scaled_jacobian > 0 and not len(found.crossings)
+        mean = float(scaled_jacobian(state.hexes.vertices, state.hexes.hexes).mean())
+        key, worst = (float(is_sound), *verdict.key, mean), found.scaled_jacobian
         outcome = Outcome(number, move, state, results, options, verdict, key, worst)
         self.outcomes.append(outcome)
         if self.leader is None or outcome.key > self.leader.key:

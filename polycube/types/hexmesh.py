@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from polycube.types.checks import freeze
+from polycube.types.goal import Goal
 from polycube.types.polycube import Polycube, RoughMap
 from polycube.types.surface import MOST_CAD_FACES
 
@@ -152,6 +153,7 @@ class Verdict:
     key : of two meshes, the one with the larger key is better
     shortfall : how far the mesh is from the goal, by criterion; a criterion is absent if it is met
     lost : number of points, curves and faces of a CAD part that are not on the mesh
+    goal : limits by which the mesh was judged
     """
 
     failures: tuple[str, ...]
@@ -159,6 +161,7 @@ class Verdict:
     key: tuple[float, ...]
     shortfall: Mapping[str, float] = field(default_factory=dict)
     lost: int = 0
+    goal: Goal = field(default_factory=Goal)
 
     @property
     def is_valid(self) -> bool:

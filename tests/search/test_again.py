@@ -11,19 +11,9 @@ from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.inspection import inspect
 from polycube.plugins.meshing.subdivide import Template
 from polycube.registry import build
+from polycube.search.again import AGAIN, MARGIN, STEP, Again, AlongCreases, Closer, Finer, MoreParts
 from polycube.search.history import History
-from polycube.search.moves import (
-    AGAIN,
-    MARGIN,
-    STEP,
-    Again,
-    AlongCreases,
-    Closer,
-    Finer,
-    MeshStructure,
-    MoreParts,
-    possible,
-)
+from polycube.search.moves import MeshStructure, possible
 from polycube.stages import Stage
 from polycube.state import RunState
 from polycube.structure.rough_map import identity_map

@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.crossings import crossings
-from polycube.search.chain import NOT_FITTED, Chain, check_options, merged, with_options
+from polycube.search.chain import (
+    NOT_FITTED,
+    Chain,
+    check_options,
+    merged,
+    variants_of,
+    with_options,
+)
 from polycube.search.deadline import Deadline
 from polycube.stages import Stage
 from polycube.state import RunState
@@ -142,3 +149,15 @@ def test_variants_of_another_plugin_are_refused():
     with pytest.raises(InputError, match=r"sets features of meshing/optimize, which Scale does"):
         check_options(stages, [{}, odd])
     check_options(stages, [{OPTIMIZE: {"factor": 2.0}}, {"meshing/cure": {"of": "another"}}])
+
+
+def test_every_list_of_options_by_stage_is_a_list_of_variants():
+    more, fewer = {OPTIMIZE: {"factor": 2.0}}, {"meshing/pillow": {"patches": "all"}}
+    bundle = {
+        "size": "5%",
+        "order": [OPTIMIZE],
+        "at": [{"at": "hole_1", "around": 16}],
+        "portfolio": [{}, more],
+        "of_a_stranger": [fewer],
+    }
+    assert variants_of(bundle) == [{}, more, fewer]

@@ -18,7 +18,6 @@ from polycube.assembly.contacts import NEAR, Contact, contacts
 from polycube.cli.batch import ROW, VERDICT
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.cad_sets import face_set
-from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.metrics import metrics
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
@@ -29,7 +28,7 @@ from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.report.numbers.features import KINDS
 from polycube.report.page.assembly import assembly_page
 from polycube.surface.measures import diagonal
-from polycube.types import HexMesh, Json, TriMesh
+from polycube.types import Goal, HexMesh, Json, TriMesh
 
 MADE = (0, 3)  # exit codes of runs with results; other runs leave those of an earlier run
 PAGE = ("report.html", "report.json", "hex.vtu")
@@ -202,6 +201,7 @@ def _numbers(parts: Sequence[_Part], mesh: HexMesh) -> dict[str, Any]:
     """The measures of the combined mesh."""
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     features = _counts([part.report.get("hex", {}).get("features") for part in parts])
+    limits = {"tolerance": Goal.features, "share": Goal.feature_share}
     meshed = sum(len(part.mesh.vertices) for part in parts if part.mesh is not None)
     return {
         "hexes": len(mesh.hexes),
@@ -209,7 +209,7 @@ def _numbers(parts: Sequence[_Part], mesh: HexMesh) -> dict[str, Any]:
         "merged_vertices": meshed - len(mesh.vertices),
         "min_scaled_jacobian": float(quality.min()),
         "mean_scaled_jacobian": float(quality.mean()),
-        "features": features and {"tolerance": TOLERANCE, **features},
+        "features": features and {**limits, **features},
     }
 
 

@@ -5,28 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.hexmesh.cad_sets import face_set
-from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.inspection import inspect
 from polycube.surface.curves.acute import acute
 from polycube.surface.measures import diagonal
-from polycube.types import HexMesh, Json, TriMesh
+from polycube.types import Goal, HexMesh, Json, TriMesh
 
 KINDS = ("point", "curve", "face")
 
 
-def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
+def numbers(mesh: HexMesh, surface: TriMesh, goal: Goal | None = None) -> Json | None:
     """The features in `report.json`; None if the part is not a CAD model.
 
-    `lost` has those farther away than the tolerance, the farthest first; distances are fractions of
-    the diagonal. `acute` has the angles that are too small for a hex, the smallest first.
+    `lost` has those farther away than their limit, the farthest first. Distances are fractions of
+    the diagonal, and `share` is the limit as a share of the size of a feature. `acute` has the
+    angles that are too small for a hex, the smallest first.
     """
     found = inspect(mesh, surface).features
     if not found:
         return None
-    lost = sorted((each for each in found if each.is_lost), key=lambda each: -each.distance)
+    goal = goal or Goal()
+    lost = sorted((each for each in found if each.exceeds(goal)), key=lambda each: -each.distance)
     size = diagonal(surface)
     return {
-        "tolerance": TOLERANCE,
+        "tolerance": goal.features,
+        "share": goal.feature_share,
         **{
             f"{kind}s": {
                 "all": sum(each.kind == kind for each in found),
@@ -42,6 +44,7 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
                 "names": [_name(surface, face) for face in each.faces],
                 "at": list(each.place),
                 "distance": each.distance,
+                "limit": each.limit(goal),
                 "length": each.distance * size,
             }
             for each in lost
@@ -57,6 +60,12 @@ def numbers(mesh: HexMesh, surface: TriMesh) -> Json | None:
             for each in acute(surface)
         ],
     }
+
+
+def limit(numbers: Json) -> str:
+    """The limit of the distance of features in words, from their numbers in `report.json`."""
+    of_size = f" and {100 * numbers['share']:g} % of their size" if "share" in numbers else ""
+    return f"{100 * numbers['tolerance']:g} % of the diagonal{of_size}"
 
 
 def _name(surface: TriMesh, face: int) -> str:

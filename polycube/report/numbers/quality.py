@@ -16,7 +16,7 @@ from polycube.report.numbers import features, sets
 from polycube.surface import closest
 from polycube.surface import measures as topology
 from polycube.surface.fit_target import target
-from polycube.types import HexMesh, Json, TriMesh
+from polycube.types import Goal, HexMesh, Json, TriMesh
 
 N_WORST = 5  # number of the worst hexes by scaled Jacobian, and one by each other measure
 # columns of the table of the worst hexes
@@ -66,10 +66,16 @@ def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
     }
 
 
-def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) -> dict[str, object]:
+def full(
+    mesh: HexMesh,
+    surface: TriMesh,
+    context: Sequence[str | None] = (),
+    goal: Goal | None = None,
+) -> dict[str, object]:
     """The numbers of a hex mesh in `report.json`.
 
     context : primitive per grid cell; empty if it is unknown
+    goal : limits of features; None: the default ones
     """
     numbers: Json = short(mesh, surface)
     found = measured(mesh)
@@ -95,7 +101,7 @@ def full(mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = ()) ->
         "histograms": {name: histogram(name, values) for name, values in found.items()},
         "worst": worst_hexes(mesh, context),
         "certificate": certificate(mesh),
-        "features": features.numbers(mesh, surface),
+        "features": features.numbers(mesh, surface, goal),
         "sets": sets.numbers(mesh, surface),
         "node_sets": {name: len(nodes) for name, nodes in mesh.node_sets.items()},
         "faces_without_quads": list(inspect(mesh, surface).lost_faces),

@@ -51,8 +51,9 @@ def summarize(
         ]
     if state.hexes is not None:
         context = state.polycube.context if state.polycube else ()
+        goal = state.verdict.goal if state.verdict else None
         report["hex"] = {
-            **quality.full(state.hexes, state.surface, context),
+            **quality.full(state.hexes, state.surface, context, goal),
             "counts": hex_counts.numbers(state.hexes, state.surface, config.get("meshing") or {}),
         }
     if state.spline is not None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from polycube.report.numbers import solutions
+from polycube.report.numbers import features, solutions
 from polycube.report.numbers.formatting import sentence, text
 from polycube.report.numbers.quality import SPLINE_LIMIT
-from polycube.types import Json
+from polycube.types import Goal, Json
 from polycube.units import described, resolved
 
 GOOD, WARNING, BAD, PLAIN = "good", "warning", "bad", ""
@@ -20,7 +20,7 @@ SIGNS = {GOOD: "✓ ", WARNING: "! ", BAD: "✗ ", PLAIN: ""}
 UNKNOWN = "model units"  # length unit of a part without analysis
 
 # limits for reports without those of the acceptance
-LIMITS = {"poor_jacobian": 0.2, "distance_limit": 0.05, "far_volume": 0.04}
+LIMITS = {name: getattr(Goal, name) for name in ("poor_jacobian", "distance_limit", "far_volume")}
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ def _features(report: Json) -> list[Tile]:
     preserved = {kind: each["all"] - each["lost"] for kind, each in counts.items()}
     total = sum(each["all"] for each in counts.values())
     note = ", ".join(f"{preserved[kind]} of {each['all']} {kind}" for kind, each in counts.items())
-    limit = f"within {100 * found['tolerance']:g} % of the diagonal"
+    limit = f"within {features.limit(found)}"
     mark = GOOD if sum(preserved.values()) == total else WARNING
     value = f"{sum(preserved.values())} of {total}"
     return [Tile(value, "CAD features preserved", f"{note}; {limit}", mark)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from polycube.report.numbers.features import KINDS
+from polycube.report.numbers.features import KINDS, limit
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page.templates import NOTHING, Pictures, Row, point, render, show
 from polycube.types import Json
@@ -31,7 +31,7 @@ def features(report: Json, pictures: Pictures) -> Markup:
     return render(
         "features.html",
         counts=counts,
-        limit=f"{100 * found['tolerance']:g} %",
+        limit=limit(found),
         picture=pictures.get("features"),
         lost=_lost(found["lost"], length_unit(report)),
         acute=_acute(found.get("acute", [])),

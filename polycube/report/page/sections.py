@@ -18,7 +18,7 @@ from polycube.report.pictures import proposals
 from polycube.report.pictures.colours import AXIS_COLOURS
 from polycube.state import RunState
 from polycube.structure.lattice import NAMED
-from polycube.types import AXES, Json
+from polycube.types import AXES, Goal, Json
 
 N_CANDIDATES = 12  # largest number in the table
 STRUCTURE = {  # names of numbers of the structure in report.json, and on the page
@@ -61,7 +61,8 @@ def view(state: RunState, report: Json) -> Markup:
     context = state.polycube.context if state.polycube is not None else ()
     spline, solution, unit = state.spline, state.solution, length_unit(report)
     solved = None if spline is None or solution is None else (spline, solution)
-    shown = viewer(state.hexes, state.surface, context, unit=unit, solved=solved)
+    goal = state.verdict.goal if state.verdict else Goal()
+    shown = viewer(state.hexes, state.surface, context, unit=unit, solved=solved, goal=goal)
     return element(TEMPLATE, "view", shown) if shown else NOTHING
 
 

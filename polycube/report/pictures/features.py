@@ -10,20 +10,21 @@ from polycube.report.pictures.colours import LOST, LOST_FACE, PRESERVED, SURFACE
 from polycube.report.pictures.render import Layer, Scene, from_both_sides, view
 from polycube.surface import measures
 from polycube.surface.fit_target import target
-from polycube.types import HexMesh, TriMesh
+from polycube.types import Goal, HexMesh, TriMesh
 
+DEFAULT = Goal()  # limits of features
 WIDTH = 8  # width of the lines in pixels
 CROSS = 0.012  # of the diagonal: half the size of the mark at a lost point
 
 
-def lost_features(mesh: HexMesh, surface: TriMesh) -> Scene:
+def lost_features(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> Scene:
     """The model from both sides, with lost faces, curves and points marked."""
-    lost = [each for each in inspect(mesh, surface).features if each.is_lost]
+    lost = [each for each in inspect(mesh, surface).features if each.exceeds(goal)]
     faces = [each.faces[0] for each in lost if each.kind == "face"]
     is_lost_face = np.isin(surface.region, faces).astype(int)
     colours = rgb((SURFACE, LOST_FACE))[is_lost_face]
     scene = [Layer(surface.vertices, surface.faces, colours, smooth=True)]
-    for chains, colour in zip(_chains(mesh, surface), (PRESERVED, WORST), strict=True):
+    for chains, colour in zip(_chains(mesh, surface, goal), (PRESERVED, WORST), strict=True):
         if chains:
             scene.append(_lines(chains, colour))
     return from_both_sides(scene)
@@ -39,7 +40,7 @@ def lost_on_mesh(mesh: HexMesh, surface: TriMesh) -> Scene:
     return scene
 
 
-def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+def lost_segments(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> np.ndarray:
     """(N, 2, 3) lines along lost curves and around lost faces, and crosses at lost points.
 
     Empty without CAD faces.
@@ -47,32 +48,34 @@ def lost_segments(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     if not len(surface.region):
         return np.zeros((0, 2, 3))
     found = inspect(mesh, surface).features
-    faces = {each.faces[0] for each in found if each.kind == "face" and each.is_lost}
-    goal = target(surface)
+    faces = {each.faces[0] for each in found if each.kind == "face" and each.exceeds(goal)}
+    on = target(surface)
     round_faces = [
-        goal.to_model(crease.points)
-        for crease in goal.features.creases
+        on.to_model(crease.points)
+        for crease in on.features.creases
         if faces.intersection(crease.faces)
     ]
-    chains = [*_chains(mesh, surface)[1], *round_faces]
+    chains = [*_chains(mesh, surface, goal)[1], *round_faces]
     pairs = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains]
     return np.concatenate([np.zeros((0, 2, 3)), *pairs])
 
 
-def _chains(mesh: HexMesh, surface: TriMesh) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def _chains(
+    mesh: HexMesh, surface: TriMesh, goal: Goal
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Points (N, 3) along each preserved curve, and along each lost one or at lost points.
 
     The curves of `Inspection.features` are the creases of the target, in the same order.
     """
     found = inspect(mesh, surface).features
-    goal = target(surface)
+    on = target(surface)
     curves = [each for each in found if each.kind == "curve"]
     preserved: list[np.ndarray] = []
     lost: list[np.ndarray] = []
-    for crease, each in zip(goal.features.creases, curves, strict=True):
-        (lost if each.is_lost else preserved).append(goal.to_model(crease.points))
-    points = [each for each in found if each.kind == "point" and each.is_lost]
-    return preserved, lost + [_cross(each, goal.scale) for each in points]
+    for crease, each in zip(on.features.creases, curves, strict=True):
+        (lost if each.exceeds(goal) else preserved).append(on.to_model(crease.points))
+    points = [each for each in found if each.kind == "point" and each.exceeds(goal)]
+    return preserved, lost + [_cross(each, on.scale) for each in points]
 
 
 def _lines(chains: list[np.ndarray], colour: str) -> Layer:

@@ -31,6 +31,7 @@ from polycube.report.pictures import (
 )
 from polycube.report.pictures.render import Picture
 from polycube.state import RunState
+from polycube.types import Goal
 
 logger = logging.getLogger(__name__)
 
@@ -60,7 +61,8 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
         found["worst"] = partial(scenes.worst_hex, mesh)
         found["deviation"] = lambda: scenes.deviation(mesh, quad_deviation(mesh, surface))
         if len(surface.region):
-            found["features"] = partial(features.lost_features, mesh, surface)
+            goal = state.verdict.goal if state.verdict else Goal()
+            found["features"] = partial(features.lost_features, mesh, surface, goal)
         if mesh.sets:
             found["sets"] = partial(named_sets.both_sides, mesh)
         if np.ptp(mesh.cell):  # a single primitive is not divided

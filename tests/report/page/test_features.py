@@ -13,6 +13,7 @@ from polycube.report.pictures.features import lost_features, lost_on_mesh, lost_
 from polycube.report.pictures.pictures import draw, makers
 from polycube.report.pictures.render import view
 from polycube.state import RunState
+from polycube.types import Goal
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
 from tests.fixtures.surfaces import wedge
@@ -42,6 +43,17 @@ def test_the_top_of_a_cube_is_lost_with_its_edges(found):
     assert corner["at"][2] == 1 and len(corner["faces"]) == 3 and "cad_face_6" in corner["faces"]
     far = [each["distance"] for each in found["lost"]]
     assert far == sorted(far, reverse=True) and len(far) == 17
+
+
+def test_the_report_uses_the_limits_by_which_the_mesh_was_judged(cut, found):
+    """The mesh is 0.1 / sqrt(3) of the diagonal too low."""
+    goal = Goal(features=0.06, feature_share=0.2)
+    numbers = numbers_of.numbers(cut.hexes, cut.surface, goal)
+    assert numbers["lost"] == [] and len(lost_segments(cut.hexes, cut.surface, goal)) == 0
+    assert numbers_of.limit(numbers) == "6 % of the diagonal and 20 % of their size"
+    edge = 0.2 / np.sqrt(3)  # the limit of an edge of the cube, as a share of the diagonal
+    assert {each["limit"] for each in found["lost"]} == {Goal.features} and edge > Goal.features
+    assert len(lost_segments(cut.hexes, cut.surface)) > 0
 
 
 def test_a_mesh_that_fits_loses_nothing(cut):

@@ -16,11 +16,11 @@ from polycube.report.numbers.verdict import UNKNOWN
 from polycube.report.page.templates import NOTHING, render, show
 from polycube.report.page.views.overlays import results, simplified
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
-from polycube.report.pictures.features import lost_segments
+from polycube.report.pictures.features import DEFAULT, lost_segments
 from polycube.report.pictures.fields import AMPLITUDE
 from polycube.report.pictures.named_sets import memberships, quad_colours, set_colours
 from polycube.report.pictures.render import view
-from polycube.types import HexMesh, Json, Solution, Spline, TriMesh
+from polycube.types import Goal, HexMesh, Json, Solution, Spline, TriMesh
 
 # number of hexes up to which all are shown; above, only those on the boundary and the worst
 ALL_SHOWN = 60_000
@@ -38,6 +38,7 @@ def viewer(
     filled: str = PRIMITIVE,
     unit: str = UNKNOWN,
     solved: tuple[Spline, Solution] | None = None,
+    goal: Goal = DEFAULT,
 ) -> Markup:
     """Markup of the 3D view; empty if more than `MOST` hexes would be shown.
 
@@ -49,6 +50,7 @@ def viewer(
     filled : description of the cells if they are not primitives; they are not coloured then
     unit : length unit
     solved : spline and solution of the analysis, for the colours by results
+    goal : limits of the features that are marked
     """
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     shown = _shown(mesh, quality)
@@ -71,7 +73,7 @@ def viewer(
         on_faces(mesh, number)[shown].astype("<i4"),
         _steps(shown),
     )
-    segments = np.zeros((0, 2, 3)) if surface is None else lost_segments(mesh, surface)
+    segments = np.zeros((0, 2, 3)) if surface is None else lost_segments(mesh, surface, goal)
     lost = (segments - (low + high) / 2) / size
     drawn = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
     if surface is not None:

@@ -1,0 +1,147 @@
+"""Moves that repeat the leading mesh with other options of the subdivision."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from polycube.hexmesh.generation import sizing
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import missing
+from polycube.hexmesh.inspection import Inspection, inspect
+from polycube.hexmesh.settings import creases_of
+from polycube.kinds import CountsHexes, FollowsCreases, Subdivide
+from polycube.search.chain import merged, with_options
+from polycube.search.history import History, Move, Outcome
+from polycube.surface.measures import diagonal
+
+SUBDIVIDE = "meshing/subdivide"
+FINEST = 1.9  # largest factor on the size; beyond it, refinement needs about as many hexes
+STEP = 1.4  # largest factor in one step
+MARGIN = 1.05  # additional factor to the prediction that distances are of order h^2
+AGAIN = 2  # number of times that a mesh is repeated with other options for one reason
+
+
+@dataclass(frozen=True)
+class Again(Move):
+    """Repeat the leading mesh with other options of the subdivision, for one reason."""
+
+    of: int
+    reason: ClassVar[str]
+    misses: ClassVar[str] = "wishes"  # part of the shortfall that it reduces
+
+    @classmethod
+    def possible(cls, history: History) -> Iterator[Move]:
+        """The leading mesh, if there are such options, and if it is not the last of many."""
+        leader = history.leader
+        if leader is None or leader.state.unfitted:
+            return
+        before, number = leader.move, 0
+        while (of := getattr(before, "of", None)) is not None:  # the mesh that it changed
+            number += type(before) is cls
+            before = history.outcomes[of].move
+        options = cls(leader.number).options(history) if number < AGAIN else None
+        if options and merged(leader.options, {SUBDIVIDE: options}) != leader.options:
+            yield cls(leader.number)
+
+    @abstractmethod
+    def options(self, history: History) -> Mapping[str, object] | None:
+        """Options of the subdivision; None if there is no reason, or if they are not supported."""
+
+    def __call__(self, history: History) -> Outcome:
+        """Run the stages that made the mesh with these options."""
+        outcome, task = history.outcomes[self.of], history.task
+        options = merged(outcome.options, {SUBDIVIDE: self.options(history) or {}})
+        start = history.start(outcome.state.chosen) if history.ranked else task.start
+        is_cured = {stage.kind for stage in task.cure} & set(outcome.results)
+        stages = [*task.fit, *(task.cure if is_cured else ())]
+        state, results = task.chain.run(stages, start, options)
+        return history.add(self, state, results, options)
+
+    def describe(self, history: History) -> str:
+        """The number of the mesh and the reason."""
+        return f"mesh {self.of} {self.reason}"
+
+    def subdivision(self, history: History) -> object | None:
+        """The plugin that made the hexes."""
+        options, stages = history.outcomes[self.of].options, history.task.fit
+        plugins = {s.kind: s.plugin for s in with_options(stages, options)}
+        return plugins.get(SUBDIVIDE)
+
+    def inspection(self, history: History) -> Inspection:
+        """Measurements of the mesh."""
+        state = history.outcomes[self.of].state
+        assert state.hexes is not None
+        return inspect(state.hexes, state.surface)
+
+
+class Finer(Again):
+    """Make hexes smaller for lost features: distances are of order h^2."""
+
+    reason = "with smaller hexes, for lost features"
+    misses = "features"
+
+    def options(self, history: History) -> Mapping[str, object] | None:
+        """Options for the predicted size, at most `STEP` times smaller."""
+        subdivide = self.subdivision(history)
+        verdict = history.outcomes[self.of].verdict
+        if not verdict.lost or not isinstance(subdivide, Subdivide):
+            return None
+        features = self.inspection(history).features
+        farthest = max((each.excess(verdict.goal) for each in features), default=np.inf)
+        return subdivide.finer_options(float(np.clip(MARGIN * farthest**0.5, MARGIN, STEP)))
+
+
+class Closer(Again):
+    """Make hexes smaller for the distance `meshing.deviation`, where refinement needs more."""
+
+    reason = "with smaller hexes, for meshing.deviation"
+
+    def options(self, history: History) -> Mapping[str, object] | None:
+        """Options for the predicted size."""
+        wanted, subdivide = history.task.bundle.get("deviation"), self.subdivision(history)
+        if wanted is None or not isinstance(subdivide, Subdivide):
+            return None
+        found = self.inspection(history)
+        unit = diagonal(found.surface)
+        times = MARGIN * (found.deviation.p99 * unit / sizing.length(wanted, unit)) ** 0.5
+        return subdivide.finer_options(times) if MARGIN < times <= FINEST else None
+
+
+class AlongCreases(Again):
+    """Make hexes smaller along the sharp edges of a surface: mesh edges are chords of curves."""
+
+    reason = "with smaller hexes along sharp edges"
+
+    def options(self, history: History) -> Mapping[str, object] | None:
+        """Options for the distance `meshing.creases`."""
+        found, subdivide = self.inspection(history), self.subdivision(history)
+        requested = creases_of(history.task.bundle.get("creases"), found.surface)
+        if requested is None or not isinstance(subdivide, FollowsCreases):
+            return None
+        unit = diagonal(found.surface)
+        wanted = sizing.length(requested, unit) / unit
+        return subdivide.crease_options(wanted) if found.creases > wanted else None
+
+
+class MoreParts(Again):
+    """Change the numbers of parts, for the numbers of hexes in `meshing.at`.
+
+    Layers under the boundary are added after the lattice is divided, and count as hexes through a
+    wall, so the numbers of parts are known only from the mesh.
+    """
+
+    reason = "with other numbers of parts, for meshing.at"
+
+    def options(self, history: History) -> Mapping[str, object] | None:
+        """Options for as many parts as hexes are missing, fewer for superfluous ones."""
+        subdivide = self.subdivision(history)
+        if not isinstance(subdivide, CountsHexes) or not subdivide.at:
+            return None
+        found = self.inspection(history)
+        off = missing(found.mesh, found.surface, requests_of(subdivide.at))
+        return subdivide.count_options(off) if any(off) else None
