@@ -161,8 +161,8 @@ class Standard(Goal, Acceptance):
         """Smallest scaled Jacobian of a valid mesh, less where an angle of the part forces it."""
         from polycube.surface.curves.acute import acute
 
-        forced = min((float(np.sin(each.angle)) for each in acute(surface)), default=1.0)
-        return min(self.least_jacobian, FORCED * forced)
+        forced = (FORCED * float(np.sin(each.angle)) for each in acute(surface))
+        return min([self.least_jacobian, *forced])
 
     def _failures(self, found: Inspection, open_ones: np.ndarray) -> Iterator[str]:
         """Reasons why the mesh is not valid."""

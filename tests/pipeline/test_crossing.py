@@ -10,13 +10,7 @@ from tests.fixtures.runs import config, run, tree
 @pytest.mark.parametrize(("name", "pairs"), [("rod", 9), ("ring", 26), ("cup", 196)])
 def test_a_part_that_crosses_itself_is_meshed_with_a_warning(name, pairs, testdata, tmp_path):
     path = testdata / "bad" / f"real_{name}_ddpm.obj"
-    report = run(
-        f"mesh={path}",
-        f"output_dir={tmp_path}",
-        "order=[meshing]",
-        "structure=slices",
-        "effort=first",
-    )
+    report = run(f"mesh={path}", f"output_dir={tmp_path}", "order=[meshing]", "structure=slices")
     assert report["valid"] and report["hex"]["inverted"] == 0
     assert report["hex"]["min_scaled_jacobian"] > 0.3  # measured .63, .34 and .47
     assert report["hex"]["vertex_off_surface_max"] < 0.005

@@ -29,6 +29,8 @@ def result(folder: Path, n_cores: int, order: str, structure: str) -> tuple[dict
     assert done.returncode == 0, done.stderr
     report = json.loads((folder / "report.json").read_text())
     del report["seconds"], report["made"]
+    for row in report["search"]:
+        del row["seconds"]
     files = HEXES if order == "[meshing]" else ALL
     return report, [(folder / name).read_bytes() for name in files]
 
