@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from mapbox_earcut import triangulate_float64
+from numba import njit
 
 from polycube.errors import InputError
 
 FAN = 6  # polygons with more corners are cut ear by ear, also if they are convex
-SAME = 1e-9  # relative difference of areas
+MOST = 10**9  # largest product of the numbers of corners and of reflex corners of a polygon
 
 
 class Soup(NamedTuple):
@@ -83,9 +83,61 @@ def _cut(vertices: np.ndarray, ring: np.ndarray) -> np.ndarray:
     across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     across /= np.linalg.norm(across)
     flat = points @ np.stack([across, np.cross(normal / size, across)], axis=1)
-    found = triangulate_float64(flat, np.array([len(ring)], np.uint32)).reshape(-1, 3).astype(int)
-    a, b, c = np.moveaxis(flat[found], 1, 0)
-    areas = np.abs(np.cross(b - a, c - a)).sum() if len(found) else 0.0
-    if len(found) < len(ring) - 2 or abs(areas - size) > SAME * size:
+    back, ahead = flat - np.roll(flat, 1, axis=0), np.roll(flat, -1, axis=0) - flat
+    is_reflex = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0] < 0
+    if len(ring) * is_reflex.sum() > MOST:
+        raise InputError(f"the polygon of {len(ring)} corners at {place} has too many; split it up")
+    found = _ears(flat, np.flatnonzero(is_reflex))
+    if len(found) < len(ring) - 2:
         raise InputError(f"the polygon of {len(ring)} corners at {place} crosses itself")
     return ring[found]
+
+
+@njit(cache=True)
+def _ears(points: np.ndarray, reflex: np.ndarray) -> np.ndarray:
+    """Cut ears from a counter-clockwise polygon (n, 2); fewer than n - 2 if there are no more.
+
+    An ear is a corner that is not reflex, whose triangle contains no other corner. Only reflex
+    corners can be in it.
+    """
+    n = len(points)
+    before, after = np.arange(n) - 1, np.arange(n) + 1
+    before[0], after[n - 1] = n - 1, 0
+    found = np.zeros((n - 2, 3), np.int64)
+    is_left = np.ones(n, np.bool_)
+    count = tried = 0
+    i = 0
+    while count < n - 2 and tried <= n - count:
+        a, c = before[i], after[i]
+        pa, pb, pc = points[a], points[i], points[c]
+        area = (pb[0] - pa[0]) * (pc[1] - pb[1]) - (pb[1] - pa[1]) * (pc[0] - pb[0])
+        is_ear = area >= 0
+        for k in range(len(reflex)) if is_ear and n - count > 3 else range(0):
+            j = reflex[k]
+            if not is_left[j] or j == a or j == i or j == c:
+                continue
+            p = points[j]
+            ab = (pb[0] - pa[0]) * (p[1] - pa[1]) - (pb[1] - pa[1]) * (p[0] - pa[0])
+            bc = (pc[0] - pb[0]) * (p[1] - pb[1]) - (pc[1] - pb[1]) * (p[0] - pb[0])
+            ca = (pa[0] - pc[0]) * (p[1] - pc[1]) - (pa[1] - pc[1]) * (p[0] - pc[0])
+            if ab >= 0 and bc >= 0 and ca >= 0 and _is_apart(p, pa) and _is_apart(p, pb):
+                if _is_apart(p, pc):
+                    is_ear = False
+                    break
+        if is_ear:
+            found[count] = a, i, c
+            count += 1
+            is_left[i] = False
+            after[a], before[c] = c, a
+            tried = 0
+            i = after[c]  # not the next corner, for triangles of similar angles
+        else:
+            tried += 1
+            i = c
+    return found[:count]
+
+
+@njit(cache=True)
+def _is_apart(p: np.ndarray, q: np.ndarray) -> bool:
+    """Whether two corners differ in place; a polygon with a hole passes some places twice."""
+    return bool(p[0] != q[0] or p[1] != q[1])
