@@ -97,8 +97,8 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     if not meshed:
         success = _success(history, move.structure) * AFTER_FAILURE**move.variant
         return Expected(success * _left(history, thousands), work)
-    if any(each.verdict.shortfall.get("validity", 0.0) > 2 for each in meshed):
-        return Expected(0.0, work)  # inverted hexes, crossings, or far from the part
+    if any(each.verdict.shortfall.get("validity", 0.0) > max(VALID) for each in meshed):
+        return Expected(0.0, work)  # inverted hexes or crossings
     best = min(meshed, key=lambda each: each.shortfall)
     is_cad = len(best.state.surface.region) > 0
     shares = {**VARIANT, "scaled_jacobian": JACOBIAN[is_cad]}

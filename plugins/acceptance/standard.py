@@ -34,11 +34,11 @@ class Standard(Goal, Acceptance):
     A mesh that is not valid is worst if it has inverted hexes, then if it crosses itself. The
     distance of a valid mesh from the goal is a sum: of the share of lost features of a CAD part,
     each weighted by its excess over the permitted distance (without CAD faces, of the distance of
-    sharp edges); of the relative distance of the worst hex from the wanted scaled Jacobian; of
-    distances and other warnings; of wishes (`meshing.at`, `meshing.deviation`, `meshing.creases`)
-    that are not met; and of doublings of the number of hexes. Of meshes that are equally far, the
-    one with the larger merit of the fitting stages (`polycube.fitting.merit`) is better, reduced
-    for each doubling of the number of hexes.
+    sharp edges); of the relative distance of the worst hex from the wanted scaled Jacobian (squared
+    for a CAD part, whose features are more important); of distances and other warnings; of wishes
+    (`meshing.at`, `meshing.deviation`, `meshing.creases`) that are not met; and of doublings of the
+    number of hexes. Of meshes that are equally far, the one with the larger merit of the fitting
+    stages (`polycube.fitting.merit`) is better, reduced for each doubling of the number of hexes.
 
     The limits are those of `polycube.types.Goal`.
 
@@ -87,12 +87,12 @@ class Standard(Goal, Acceptance):
         if is_bad:
             return {"validity": 3.0 if is_bad >= 4 else 2.5 if is_bad >= 2 else 2.0}
         is_cad = len(found.surface.region) > 0
-        wanted = self.scaled_jacobian if is_cad else self.smooth_jacobian
+        wanted, power = (self.scaled_jacobian, 2) if is_cad else (self.smooth_jacobian, 1)
         n_known = bool(self._lost(found)) + (found.scaled_jacobian < self.poor_jacobian)
         parts = {
             "features": self._lost_share(found),
             "distances": 0.5 * self._is_far(found),
-            "scaled_jacobian": max(0.0, 1 - found.scaled_jacobian / wanted),
+            "scaled_jacobian": max(0.0, 1 - found.scaled_jacobian / wanted) ** power,
             "warnings": 0.25 * (n_warnings > n_known),
             "wishes": min(0.5, 0.25 * self._wishes(found) + 0.1 * self._off_creases(found)),
             "hexes": self.many * max(0.0, float(np.log2(len(found.mesh.hexes) / self.hexes))),
