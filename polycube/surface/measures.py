@@ -99,9 +99,10 @@ def nonmanifold_vertices(faces: np.ndarray) -> np.ndarray:
 
 
 def fans(faces: np.ndarray) -> np.ndarray:
-    """(3 F,) number of the fan at its vertex, 0, 1, ..., to which each corner belongs."""
+    """(K F,) number of the fan at its vertex, 0, 1, ..., to which each corner belongs."""
     first, second = twins(faces)
-    start, after = faces.ravel(), _next(np.arange(faces.size))
+    corner = np.arange(faces.size).reshape(faces.shape)
+    start, after = faces.ravel(), np.roll(corner, -1, axis=1).ravel()
     same_way = start[first] == start[second]
     left = np.where(same_way, second, after[second])  # corner of the twin at the start of `first`
     right = np.where(same_way, after[second], second)
@@ -132,10 +133,6 @@ def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     order = np.argsort(edge, kind="stable")
     same = edge[order][1:] == edge[order][:-1]
     return order[:-1][same], order[1:][same]
-
-
-def _next(half_edge: np.ndarray) -> np.ndarray:
-    return half_edge - half_edge % 3 + (half_edge + 1) % 3
 
 
 def connected(first: np.ndarray, second: np.ndarray, size: int) -> np.ndarray:
