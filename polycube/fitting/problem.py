@@ -30,7 +30,7 @@ from polycube.numerics.lbfgs import descend
 from polycube.numerics.threads import parts, side_by_side
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, unit
 from polycube.types import HexMesh
 
 
@@ -88,7 +88,7 @@ class FitProblem:
         """Unit normals of the vertices (V, 3) and of the boundary quads (Q, 3)."""
         a, b, c, d = np.moveaxis(x[self.quads], 1, 0)
         by_quad = np.cross(c - a, d - b)
-        return _unit(self._at_vertex @ by_quad), _unit(by_quad)
+        return unit(self._at_vertex @ by_quad), unit(by_quad)
 
     def size(self, x: np.ndarray) -> np.ndarray:
         """(V,) mean length of the boundary edges at a vertex, at least 0.3 of the median."""
@@ -231,10 +231,6 @@ def _edge_lengths(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
                 total += np.sqrt(square)
             result[h, k] = total / 4
     return result
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30)
 
 
 def _incidence(cells: np.ndarray, n: int) -> csr_matrix:

@@ -11,10 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from polycube.structure.neighbourhoods import euler_number, solid_genus
+from polycube.surface.measures import connected, half_edges
 from polycube.types import Polycube, freeze
 
 NAMED = 8  # largest number of cells whose primitives are listed one by one
@@ -129,22 +128,16 @@ def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
     inside = start[:, None] + np.arange(4) < np.append(start[1:], len(quad))[:, None]
     a, b = quad[rank[:, i]].ravel(), quad[rank[:, j]].ravel()
     same = (inside[:, i] & inside[:, j]).ravel() & (axis[a] == axis[b])
-    return _components(a[same], b[same], len(quads))
+    return connected(a[same], b[same], len(quads))
 
 
 def _sorted_edges(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges of quads, sorted: (4Q, 2) vertices, (4Q,) quad, (E,) first index of equal edges."""
-    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    edges = np.sort(half_edges(quads), axis=1)
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     edges = edges[order]
     start = np.flatnonzero(np.append(True, (edges[1:] != edges[:-1]).any(axis=1)))
     return edges, order // 4, start
-
-
-def _components(a: np.ndarray, b: np.ndarray, n: int) -> np.ndarray:
-    """(n,) connected component of each node, numbered by first appearance."""
-    graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n))
-    return connected_components(graph, directed=False)[1]
 
 
 def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
@@ -165,7 +158,7 @@ def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
     ends, owners = [], []
     for owner in np.unique(patches, axis=0):
         pieces = pairs[(patches == owner).all(axis=1)]
-        chain = _components(pieces[:, 0], pieces[:, 1], len(surface.vertices))
+        chain = connected(pieces[:, 0], pieces[:, 1], len(surface.vertices))
         for label in np.unique(chain[pieces[:, 0]]):
             vertex, count = np.unique(pieces[chain[pieces[:, 0]] == label], return_counts=True)
             ends.append(vertex[count == 1])

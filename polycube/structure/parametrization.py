@@ -6,6 +6,7 @@ import numpy as np
 
 from polycube.surface import closest
 from polycube.surface.fit_target import target
+from polycube.surface.measures import unit
 from polycube.types import HexMesh, Parametrization, TriMesh
 
 
@@ -28,6 +29,4 @@ def pull_back(
 
 def unit_normals(corners: np.ndarray) -> np.ndarray:
     """(T, 3) unit normals of triangles (T, 3, 3); zero for a triangle without area."""
-    vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    return unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))

@@ -47,9 +47,10 @@ class Forest(NamedTuple):
     some: np.ndarray  # (G,) one triangle of each group
 
 
-def tree(corners: np.ndarray, normals: np.ndarray) -> Tree:
-    """Build a box tree of triangles (T, 3, 3) with normals (T, 3)."""
+def tree(corners: np.ndarray, normals: np.ndarray | None = None) -> Tree:
+    """Build a box tree of triangles (T, 3, 3), with normals (T, 3) if they are searched for."""
     corners = np.ascontiguousarray(corners, np.float64)
+    normals = np.zeros((len(corners), 3)) if normals is None else normals
     normals = np.ascontiguousarray(normals, np.float64)
     split = _build(corners, normals)
     return Tree(corners, normals, *split, _boxes(corners, normals, *split))

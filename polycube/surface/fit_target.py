@@ -15,7 +15,7 @@ from polycube.surface.curves.creases import features
 from polycube.surface.curves.cusps import without_cusps
 from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
-from polycube.surface.measures import diagonal, face_areas, face_normals
+from polycube.surface.measures import diagonal, face_areas, face_normals, unit
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
@@ -76,18 +76,19 @@ def target(surface: TriMesh) -> Target:
     """Prepare a surface; the result is cached for each surface object."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     center, scale = (low + high) / 2, diagonal(surface)
-    unit = TriMesh((surface.vertices - center) / scale, surface.faces, surface.region)
-    normals = face_normals(unit)
-    graph = features(unit, normals)
-    normals = steady_normals(unit, normals, graph.noise, STEADY)
-    by_vertex = np.zeros_like(unit.vertices)
-    weighted = normals * face_areas(unit)[:, None]
+    small = TriMesh((surface.vertices - center) / scale, surface.faces, surface.region)
+    normals = face_normals(small)
+    graph = features(small, normals)
+    normals = steady_normals(small, normals, graph.noise, STEADY)
+    by_vertex = np.zeros_like(small.vertices)
+    weighted = normals * face_areas(small)[:, None]
     for k in range(3):
-        np.add.at(by_vertex, unit.faces[:, k], weighted)
-    by_vertex /= np.maximum(np.linalg.norm(by_vertex, axis=1, keepdims=True), 1e-30)
-    region = unit.region if len(unit.region) else np.zeros(len(unit.faces), np.int64)
-    trees = closest.forest(unit.vertices[unit.faces], normals, region)
-    return Target(center, scale, unit, normals, by_vertex, trees, graph, without_cusps(graph))
+        np.add.at(by_vertex, small.faces[:, k], weighted)
+    region = small.region if len(small.region) else np.zeros(len(small.faces), np.int64)
+    trees = closest.forest(small.vertices[small.faces], normals, region)
+    return Target(
+        center, scale, small, normals, unit(by_vertex), trees, graph, without_cusps(graph)
+    )
 
 
 @lru_cache(maxsize=16)

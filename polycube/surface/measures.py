@@ -28,9 +28,12 @@ def face_areas(surface: TriMesh) -> np.ndarray:
 
 def face_normals(surface: TriMesh) -> np.ndarray:
     """(F, 3) outward unit normals; zero for a face without area."""
-    vectors = area_vectors(surface)
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
+    return unit(area_vectors(surface))
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (..., D) divided by their lengths; zero for a vector without length."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
 def corner_angles(surface: TriMesh) -> np.ndarray:

@@ -25,6 +25,7 @@ from polycube.hexmesh.hex_counts import rims, through
 from polycube.hexmesh.named_sets import kind_of
 from polycube.hexmesh.settings import edges_around
 from polycube.structure.rough_map import identity_map
+from polycube.surface.measures import half_edges
 from polycube.types import HexMesh, Polycube, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -172,9 +173,7 @@ class Lattice:
 
     def along(self, quads: np.ndarray, size: float) -> list[Demand]:
         """Demand for a length of the edges of some quads."""
-        corners = self.near.quads[quads]
-        sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-        total = self._demand(sides, 0.0)
+        total = self._demand(half_edges(self.near.quads[quads]), 0.0)
         eye = np.eye(len(self.parts))
         return [
             Demand(eye[i], total.length, np.ceil(total.length[i] / size - SHORT), is_count=False)

@@ -23,8 +23,7 @@ RIM = 0.5  # distance at which the rim of a region is removed, as a share of `po
 def supported(surface: TriMesh, cloud: Cloud) -> TriMesh:
     """The components of the surface that have at least a share `PIECE` of the points."""
     piece = components(surface.faces)
-    corners = surface.vertices[surface.faces]
-    nearest = closest(tree(corners, np.zeros((len(corners), 3))), cloud.points)[1]
+    nearest = closest(tree(surface.vertices[surface.faces]), cloud.points)[1]
     number = np.bincount(piece[nearest], minlength=piece.max() + 1)
     is_supported = (number > PIECE * len(cloud.points))[piece]
     used, faces = np.unique(surface.faces[is_supported], return_inverse=True)

@@ -14,7 +14,7 @@ from scipy.sparse import coo_array
 from polycube.errors import InputError
 from polycube.surface.closest import Tree, closest, tree
 from polycube.surface.intersections import self_intersections
-from polycube.surface.measures import face_normals, half_edges
+from polycube.surface.measures import face_normals, half_edges, unit
 from polycube.surface.tangent_planes import towards_planes
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
@@ -54,8 +54,7 @@ def _signed(soup: TriMesh, cell: float) -> tuple[np.ndarray, np.ndarray, float]:
     level = winding_numbers(soup, nodes) - 0.5
     near = _beside_a_change((level > 0).reshape(shape)).ravel()
     value = np.where(level > 0, cell, -cell)
-    corners = soup.vertices[soup.faces]
-    feet = closest(tree(corners, np.zeros((len(corners), 3))), nodes[near])[0]
+    feet = closest(tree(soup.vertices[soup.faces]), nodes[near])[0]
     away = np.linalg.norm(feet - nodes[near], axis=1)
     most = np.minimum(away, 2 * cell * np.abs(level[near]))  # in a hole, from the winding number
     value[near] = np.sign(value[near]) * np.clip(most, 0.05 * cell, cell)
@@ -95,7 +94,7 @@ def _normals(surface: TriMesh) -> np.ndarray:
     normals = np.zeros_like(surface.vertices)
     for corner in surface.faces.T:
         np.add.at(normals, corner, face_normals(surface))
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return unit(normals)
 
 
 def _slide(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:

@@ -165,5 +165,4 @@ def _farthest(one: TriMesh, other: TriMesh, skin: float | None = None) -> float:
         points = points[sides[0] != sides[1]]
     if not len(points):
         return 0.0
-    triangles = other.vertices[other.faces]
-    return float(distance(tree(triangles, np.zeros((len(triangles), 3))), points).max())
+    return float(distance(tree(other.vertices[other.faces]), points).max())
