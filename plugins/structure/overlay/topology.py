@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import binary_dilation, label
 
-from polycube.structure.windows import TABLE, flip, windows
+from polycube.structure.neighbourhoods import TABLE, codes, flip
 
 ROUNDS = 20
 THIN = 0.15  # smallest share of a cell in a wall that fills cells
@@ -30,7 +30,7 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
     for _ in range(ROUNDS):
         # first the pinched points, so that blocks that touch along an edge are connected
         solid, weight = np.pad(full, 1), np.pad(np.abs(share - least), 1, constant_values=2.0)
-        _repair(solid, windows(solid), weight, TABLE)
+        _repair(solid, codes(solid), weight, TABLE)
         inner = solid[1:-1, 1:-1, 1:-1]
         full = _without_voids(_largest(inner))
         if (full == inner).all():
