@@ -24,6 +24,7 @@ SHARES = np.concatenate(
         np.eye(4),
     ]
 )
+STEP = 0.004  # spacing of the samples on creases, in diagonals
 
 
 @dataclass(frozen=True)
@@ -119,16 +120,13 @@ def surface_samples(mesh: HexMesh, surface: TriMesh, number: int) -> Samples:
     return Samples(points, feet, np.linalg.norm(points - feet, axis=1), face // 4)
 
 
-def off_creases(goal: Target, edges: np.ndarray, step: float = 0.004) -> float:
-    """Distance from edges (N, 2, 3) exceeded by 5 % of the creases of the surface; unit scale.
-
-    step : spacing of the samples on the creases
-    """
+def off_creases(goal: Target, edges: np.ndarray) -> float:
+    """Distance from edges (N, 2, 3) exceeded by 5 % of the creases of the surface; unit scale."""
     if not goal.features.creases:
         return 0.0
     tree = closest.tree(edges[:, [0, 1, 1]])
     points = [
-        crease.at(np.linspace(0, crease.length, 2 + int(crease.length / step)))[0]
+        crease.at(np.linspace(0, crease.length, 2 + int(crease.length / STEP)))[0]
         for crease in goal.features.creases
     ]
     return float(np.percentile(closest.distance(tree, np.concatenate(points)), 95))
