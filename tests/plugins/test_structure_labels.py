@@ -12,11 +12,11 @@ from polycube.plugins.structure.labels.inverse import CONTROLS, controls
 from polycube.plugins.structure.labels.order import pairs, spaced
 from polycube.plugins.structure.labels.pieces import DIRECTIONS, pieces
 from polycube.plugins.structure.labels.rays import first_hit, strips
-from polycube.plugins.structure.labels.refinement import cut, refined
 from polycube.registry import build
 from polycube.structure.lattice import boundary, corners, genus, is_manifold
 from polycube.structure.rough_map import evaluate
 from polycube.surface import measures
+from polycube.surface.edge_splits import cut, refined
 from polycube.types import Candidate, TriMesh
 from tests.fixtures.machined import (
     BLOCK,

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.surface.edge_splits import cut, refined
 from polycube.surface.measures import connected, face_areas, face_normals, twins
 from polycube.types import TriMesh
-
-from .refinement import cut, refined
 
 FLAT = np.cos(np.radians(1))  # for two normals in one plane
 BENT = np.cos(np.radians(3))  # for a normal and the mean normal of a plane
