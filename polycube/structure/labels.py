@@ -36,9 +36,7 @@ def nearest_labels(
     normals = unit_normals(placed)
     _, nearest, _ = closest.closest(tree, placed.mean(axis=1), normals, alpha)
     patch = majority(outside.patch[nearest // 2], surface.faces, rounds)
-    axis = np.zeros(outside.patch.max() + 1, np.int64)
-    axis[outside.patch] = outside.axis
-    n_used = len(np.unique(patch))
+    n_used, axis = len(np.unique(patch)), outside.patch_axis
     logger.info("labels: %d of %d polycube faces on the surface", n_used, len(axis))
     return Labels(axis[patch], patch)
 

@@ -49,6 +49,11 @@ class Boundary:
             box=("Q", np.int64),
         )
 
+    @property
+    def patch_axis(self) -> np.ndarray:
+        """(P,) axis label of each patch."""
+        return self.axis[np.unique(self.patch, return_index=True)[1]]
+
 
 def lattice(
     grid: Sequence[int], context: Sequence[str | None], primitives: Mapping[str, np.ndarray]
