@@ -31,14 +31,9 @@ class Target:
     surface: TriMesh  # at unit scale
     normals: np.ndarray  # (F, 3)
     vertex_normals: np.ndarray  # (V, 3)
-    trees: closest.Forest  # of the surface and of its CAD faces
+    tree: closest.Tree  # of the surface, with its CAD faces as groups
     features: Features
     followed: Features  # curves for mesh edges to follow, see `without_cusps`
-
-    @property
-    def tree(self) -> closest.Tree:
-        """Box tree of the whole surface."""
-        return self.trees.tree
 
     def to_unit(self, points: np.ndarray) -> np.ndarray:
         """Transform points of the model to unit scale."""
@@ -61,10 +56,7 @@ class Target:
 
         cad_face : (N,) CAD face on which each closest point must lie; 0 for any face
         """
-        how = points, normals, alpha, guess, free
-        if cad_face is None:
-            return closest.closest(self.tree, *how)[:2]
-        return closest.closest_in(self.trees, cad_face, *how)[:2]
+        return closest.closest(self.tree, points, normals, alpha, guess, free, cad_face)[:2]
 
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """About `number` evenly spread points (N, 3), their normals (N, 3) and CAD faces (N,)."""
@@ -84,11 +76,9 @@ def target(surface: TriMesh) -> Target:
     weighted = normals * face_areas(small)[:, None]
     for k in range(3):
         np.add.at(by_vertex, small.faces[:, k], weighted)
-    region = small.region if len(small.region) else np.zeros(len(small.faces), np.int64)
-    trees = closest.forest(small.vertices[small.faces], normals, region)
-    return Target(
-        center, scale, small, normals, unit(by_vertex), trees, graph, without_cusps(graph)
-    )
+    region = small.region if len(small.region) else None
+    tree = closest.tree(small.vertices[small.faces], normals, region)
+    return Target(center, scale, small, normals, unit(by_vertex), tree, graph, without_cusps(graph))
 
 
 @lru_cache(maxsize=16)
