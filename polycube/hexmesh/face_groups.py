@@ -19,9 +19,8 @@ from polycube.types import TriMesh
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that divides a label
-LARGE_SHARE = (
-    0.5  # of the area of its segment: smaller pieces may end in the middle of a smooth face
-)
+# of the area of its segment: smaller pieces may end in the middle of a smooth face
+LARGE_SHARE = 0.5
 FLAT, PART = 0.95, 0.2  # least mean normal of a smaller piece, and its least share of its segment
 ROUND = 0.4  # smallest length of the mean normal towards an end, for a CAD face that is not flat
 OUTERMOST = 0.05  # of the diagonal: largest distance of an end from the bounding box

@@ -78,6 +78,13 @@ def lattice(
     return Polycube(occupancy, x, y, z, (i, j, k), tuple(context))
 
 
+def of_bricks(full: np.ndarray, brick: str) -> Polycube:
+    """Polycube of bricks (X, Y, Z), each full one a cell with the primitive `brick`."""
+    x, y, z = (np.arange(n + 1.0) for n in full.shape)
+    context = tuple(brick if is_full else None for is_full in full.ravel().tolist())
+    return Polycube(full, x, y, z, full.shape, context)
+
+
 def describe(polycube: Polycube) -> str:
     """Describe a polycube: the primitives of its cells, or the shape of a large lattice."""
     if len(polycube.context) <= NAMED:
@@ -154,10 +161,8 @@ def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
     patches : (E, 2) the adjacent patches, the smaller number first
     """
     pairs, quad, start = _sorted_edges(surface.quads)
-    pairs, patches = (
-        pairs[start],
-        np.sort(surface.patch[np.stack([quad[start], quad[start + 1]])].T),
-    )
+    pairs = pairs[start]
+    patches = np.sort(surface.patch[np.stack([quad[start], quad[start + 1]])].T)
     between = patches[:, 0] != patches[:, 1]
     pairs, patches = pairs[between], patches[between]
     ends, owners = [], []

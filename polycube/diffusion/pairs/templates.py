@@ -17,17 +17,8 @@ Context = tuple[str | None, ...]
 
 ENUMERATED = 5000  # largest number of contexts that are enumerated; above, some are drawn at random
 STEPS_PER_VOXEL = 4
-SMOOTHING = (
-    0.0,
-    0.5,
-    1.0,
-    2.0,
-    4.0,
-    8.0,
-    16.0,
-    32.0,
-    64.0,
-)  # backward Euler steps of the Laplacian
+# backward Euler steps of the Laplacian
+SMOOTHING = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 
 @dataclass(frozen=True, eq=False)
