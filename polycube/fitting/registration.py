@@ -101,11 +101,10 @@ def short_quality(mesh: HexMesh, target: Target) -> ShortQuality:
     normals, quad_normals = problem.normals(x)
     foot, _ = problem.feet(x, normals, 0.04)
     springs = problem.cover(x, quad_normals, 0.0, np.ones(len(x)), 0.0)
-    reached = np.einsum("sk,skd->sd", springs.share, x[springs.vertex])
     jacobian = problem.scaled_jacobian(x)
     return ShortQuality(
         to_surface=_per_cent(x[problem.outer] - foot),
-        to_mesh=_per_cent(reached - springs.goal),
+        to_mesh=_per_cent(springs.gaps(x)),
         bad=float((jacobian < 0.1).mean()),
         mean_jacobian=float(jacobian.mean()),
         min_jacobian=float(jacobian.min()),

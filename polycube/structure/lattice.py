@@ -27,6 +27,7 @@ CORNERS = np.array(  # corners of a box for each outward axis label, counter-clo
         [[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0]],  # -z
     ]
 )
+OUTWARD = np.kron(np.eye(3, dtype=int), [[1], [-1]])  # (6, 3) direction of each axis label
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,9 +116,7 @@ def boundary(polycube: Polycube) -> Boundary:
     padded = np.pad(occupancy, 1)
     axes, exposed = [], []
     for label in range(6):
-        step = np.zeros(3, int)
-        step[label // 2] = 1 - 2 * (label % 2)
-        exposed.append(np.flatnonzero(~padded[tuple((boxes + 1 + step).T)]))
+        exposed.append(np.flatnonzero(~padded[tuple((boxes + 1 + OUTWARD[label]).T)]))
         axes.append(np.full(len(exposed[-1]), label))
     axis, box = np.concatenate(axes), np.concatenate(exposed)
     corners = boxes[box][:, None] + CORNERS[axis]  # (Q, 4, 3) lattice indices
@@ -218,8 +217,7 @@ def cell_and_wall(polycube: Polycube, surface: Boundary) -> np.ndarray:
         if step == 0 or not np.array_equal(knots[::step], np.arange(n_cells + 1)):
             raise ValueError(f"cells of a collapsed polycube are not known; knots {knots}")
     inside = np.argwhere(polycube.occupancy)[surface.box]  # (Q, 3)
-    outward = np.concatenate([np.eye(3, dtype=int), -np.eye(3, dtype=int)])
-    outside = inside + outward[surface.axis % 2 * 3 + surface.axis // 2]
+    outside = inside + OUTWARD[surface.axis]
     filled = np.array([name is not None for name in polycube.context]).reshape(grid)
     into = np.pad(filled, 1)[tuple((outside // size + 1).T)]
     return np.stack([np.ravel_multi_index((inside // size).T, grid), into])

@@ -17,7 +17,12 @@ from polycube.types import TriMesh
 
 def area_vectors(surface: TriMesh) -> np.ndarray:
     """(F, 3) normals with the area of the face as length."""
-    a, b, c = np.moveaxis(surface.vertices[surface.faces], 1, 0)
+    return triangle_vectors(surface.vertices[surface.faces])
+
+
+def triangle_vectors(corners: np.ndarray) -> np.ndarray:
+    """(F, 3) normals of triangles (F, 3, 3) with their areas as lengths."""
+    a, b, c = np.moveaxis(corners, 1, 0)
     return np.cross(b - a, c - a) / 2
 
 

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from polycube.structure.lattice import OUTWARD
 from polycube.surface.measures import face_areas, face_normals
 
 from .arcs import Arcs
-from .pieces import DIRECTIONS, Pieces
+from .pieces import Pieces
 
 FAULT = 0.03  # cost of a fault
 OPPOSITE = 0.1  # cost of a label whose direction is opposite to a piece
@@ -50,7 +51,7 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
     """The energy of labels, with a cost per length of border."""
     areas = face_areas(pieces.surface)
     areas = areas / areas.sum()
-    lean = 1 - face_normals(pieces.surface) @ DIRECTIONS.T
+    lean = 1 - face_normals(pieces.surface) @ OUTWARD.T
     misfit = np.zeros((len(pieces.face), 6))
     np.add.at(misfit, pieces.piece, areas[:, None] * lean)
     share = np.bincount(pieces.piece, areas)[:, None]

@@ -18,12 +18,12 @@ from polycube.diffusion.pairs.pairs import Points, sampled
 from polycube.diffusion.pairs.smoothing import smoothed
 from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
 from polycube.diffusion.pairs.widths import random_knots
+from polycube.structure.lattice import OUTWARD
 from polycube.surface.frames import rotations, turn
 from polycube.types import Polycube
 
 STYLES = ("cad", "organic", "both")
 UNKNOWN_GENUS = 0.1  # share of pairs without a genus, which is unknown for a noisy scan
-OUTWARD = np.kron(np.eye(3), [[1], [-1]])  # (6, 3) by axis label
 CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # corners of the box of the learning frame
 
 
