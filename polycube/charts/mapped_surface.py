@@ -26,13 +26,7 @@ class Sheet:
     tag: np.ndarray  # (F,) a number that a face passes to its parts
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            vertices=("V 3", np.float64),
-            places=("V 3", np.float64),
-            faces=("F 3", np.int64),
-            tag=("F", np.int64),
-        )
+        freeze(self, vertices="V 3", places="V 3", faces="F 3 int", tag="F int")
 
 
 @dataclass(frozen=True, eq=False)

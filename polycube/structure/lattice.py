@@ -41,14 +41,7 @@ class Boundary:
     box: np.ndarray  # (Q,) indices of the occupied boxes, in the order of np.argwhere(occupancy)
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            vertices=("V 3", np.float64),
-            quads=("Q 4", np.int64),
-            axis=("Q", np.int64),
-            patch=("Q", np.int64),
-            box=("Q", np.int64),
-        )
+        freeze(self, vertices="V 3", quads="Q 4 int", axis="Q int", patch="Q int", box="Q int")
 
     @property
     def patch_axis(self) -> np.ndarray:

@@ -29,13 +29,7 @@ class Points:
     labels: np.ndarray  # (N, L) labels of the polycube face, see `conditions`
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            geometry=("N 3", np.float64),
-            normals=("N 3", np.float64),
-            polycube=("N 3", np.float64),
-            labels=("N L", np.int64),
-        )
+        freeze(self, geometry="N 3", normals="N 3", polycube="N 3", labels="N L int")
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,12 +36,12 @@ class Template:
     def __post_init__(self) -> None:
         freeze(
             self,
-            vertices=("V 3", np.float64),
-            faces=("F 3", np.int64),
-            rounded=("L V 3", np.float32),
-            axis=("F", np.int64),
-            cell=("F", np.int64),
-            wall=("F", np.int64),
+            vertices="V 3",
+            faces="F 3 int",
+            rounded="L V 3 float32",
+            axis="F int",
+            cell="F int",
+            wall="F int",
         )
 
 
