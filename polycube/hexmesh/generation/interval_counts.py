@@ -50,18 +50,12 @@ class Demand:
 
 
 def demands(
-    polycube: Polycube,
-    near: HexMesh,
-    counts: Counts,
-    surface: TriMesh,
-    requests: Sequence[Request],
-    more: Sequence[int] = (),
+    lattice: Lattice, surface: TriMesh, requests: Sequence[Request], more: Sequence[int] = ()
 ) -> list[Demand]:
     """Numbers of parts required by the requests.
 
     Parameters
     ----------
-    near : registered mesh of `template.mesh` with the given parts of each interval
     more : additional parts for each request, negative for fewer; none: the requested numbers
 
     Raises
@@ -70,8 +64,7 @@ def demands(
         If the surface does not have a requested name.
     """
     check_requests(surface, requests)
-    lattice = Lattice(polycube, near, counts)
-    quads, on_model = quads_of_sets(near, surface), model_sets(surface)
+    quads, on_model = quads_of_sets(lattice.near, surface), model_sets(surface)
     found: list[Demand] = []
     for request, extra in zip(requests, more or [0] * len(requests), strict=True):
         own, wanted = quads[wall_of(on_model, request)], request.wanted(surface)
@@ -87,9 +80,7 @@ def demands(
 
 
 def least_demands(
-    polycube: Polycube,
-    near: HexMesh,
-    counts: Counts,
+    lattice: Lattice,
     surface: TriMesh,
     across_wall: float,
     around_hole: Callable[[float], float],
@@ -100,9 +91,8 @@ def least_demands(
     around_hole : number of edges round a hole of a circumference
     requested : demands of requests, which take precedence if they give a number
     """
-    lattice = Lattice(polycube, near, counts)
     walls = lattice.through_all(across_wall)
-    sets = quads_of_sets(near, surface)
+    sets = quads_of_sets(lattice.near, surface)
     holes = [own for name, own in sets.items() if kind_of(name) == "hole" and len(own)]
     found = walls + [each for own in holes for each in lattice.round_rims(own, around_hole)]
     is_set = (
@@ -155,7 +145,7 @@ class Lattice:
     """
 
     def __init__(self, polycube: Polycube, near: HexMesh, counts: Counts) -> None:
-        self.knots, self.near = polycube.knots, near
+        self.polycube, self.knots, self.near = polycube, polycube.knots, near
         self.where = mesh(polycube, identity_map(polycube), counts).vertices
         self.parts = np.concatenate(counts)
         self.first = np.cumsum([0, *(len(number) for number in counts)])
