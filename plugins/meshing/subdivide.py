@@ -25,6 +25,7 @@ from polycube.registry import register, setting
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 
 if TYPE_CHECKING:
+    from polycube.hexmesh.generation.interval_counts import Lattice
     from polycube.surface.fit_target import Target
 
 logger = logging.getLogger(__name__)
@@ -102,6 +103,7 @@ class Template:
         from polycube.fitting.cascade import cascade, registered_map
         from polycube.fitting.creases.chord_counts import finer_along
         from polycube.fitting.registration import register_mesh
+        from polycube.hexmesh.generation.interval_counts import Lattice
         from polycube.hexmesh.generation.template import mesh, mesh_between
         from polycube.surface.fit_target import target
         from polycube.surface.measures import diagonal
@@ -139,12 +141,12 @@ class Template:
             )
             if is_curved:
                 parts = self._curved(polycube, target(surface), parts, near, few, exact)
+            lattice = Lattice(polycube, near, few)
             if self._has_requests:
-                parts = self._demanded(surface, polycube, parts, near, few)
+                parts = self._demanded(surface, lattice, parts)
             if is_followed:
                 chord = sizing.length(self.creases, unit) / unit
-                lattice = polycube, parts, near, few, target(surface)
-                parts = finer_along(*lattice, chord, self.max_hexes)
+                parts = finer_along(lattice, parts, target(surface), chord, self.max_hexes)
         if not self.regions:
             return mesh(polycube, placed, parts)
         boxes = [sizing.box_of(region, unit) for region in self.regions]
@@ -181,23 +183,16 @@ class Template:
         is_more = self.across_wall > self.least or least_around(self.around_hole) >= 4 * self.least
         return self.level != 0 and (bool(self.at) or is_more)
 
-    def _demanded(
-        self,
-        surface: TriMesh,
-        polycube: Polycube,
-        parts: sizing.Counts,
-        near: HexMesh,
-        few: sizing.Counts,
-    ) -> sizing.Counts:
+    def _demanded(self, surface: TriMesh, lattice: Lattice, parts: sizing.Counts) -> sizing.Counts:
         """Parts for the requested numbers of hexes, within max_hexes."""
         from polycube.hexmesh.generation import interval_counts as counts
         from polycube.surface.measures import diagonal
 
-        lattice, most = (polycube, near, few, surface), self.max_hexes
-        requested = counts.demands(*lattice, requests_of(self.at), self.more)
+        polycube, most = lattice.polycube, self.max_hexes
+        requested = counts.demands(lattice, surface, requests_of(self.at), self.more)
         size = sizing.length(self.size, diagonal(surface))
         around = partial(edges_around, self.around_hole, size=size)
-        least = counts.least_demands(*lattice, self.across_wall, around, requested)
+        least = counts.least_demands(lattice, surface, self.across_wall, around, requested)
         parts = counts.with_demands(polycube, parts, requested, most)
         return counts.raised(polycube, parts, least, most)
 

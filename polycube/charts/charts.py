@@ -38,8 +38,7 @@ def flatten(segmentation: Segmentation) -> Sheet:
     for number, arc in enumerate(segmentation.net.arcs):
         stops = settle(drawing, number, outside.vertices[list(arc.vertices)])
         at |= dict(zip(arc.vertices, stops.tolist(), strict=True))
-    for patch in range(outside.patch.max() + 1):
-        axis = int(outside.axis[(outside.patch == patch).argmax()])
+    for patch, axis in enumerate(outside.patch_axis.tolist()):
         folds = _map_patch(drawing, patch, axis)
         if folds == 0:
             continue

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.surface import edge_splits
 from polycube.surface.measures import edges, face_normals
 from polycube.types import TriMesh, freeze
 
@@ -25,13 +26,7 @@ class Sheet:
     tag: np.ndarray  # (F,) a number that a face passes to its parts
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            vertices=("V 3", np.float64),
-            places=("V 3", np.float64),
-            faces=("F 3", np.int64),
-            tag=("F", np.int64),
-        )
+        freeze(self, vertices="V 3", places="V 3", faces="F 3 int", tag="F int")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,37 +62,10 @@ def split(sheet: Sheet, sides: Sides, marked: np.ndarray) -> Sheet:
 
     The midpoint of the n-th marked edge becomes the n-th new vertex.
     """
-    ends = sides.ends
-    number = np.where(marked, len(sheet.vertices) + np.cumsum(marked) - 1, -1)
-    middle = number[sides.of_face]  # of the half-edges 0-1, 1-2, 2-0
-    n_marked = (middle >= 0).sum(axis=1)
-    # rotate each face so that a single mark is on its first side, a single unmarked one on its last
-    first = np.where(n_marked == 1, (middle >= 0).argmax(axis=1), (middle < 0).argmax(axis=1) + 1)
-    turn = (np.where(n_marked % 3 == 0, 0, first)[:, None] + np.arange(3)) % 3
-    a, b, c = np.take_along_axis(sheet.faces, turn, axis=1).T
-    ab, bc, ca = np.take_along_axis(middle, turn, axis=1).T
-    points = np.vstack([sheet.vertices, sheet.vertices[ends[marked]].mean(axis=1)])
-    across = np.linalg.norm(points[ab] - points[c], axis=1)
-    short = across < np.linalg.norm(points[a] - points[bc], axis=1)
-    one, two, all_ = n_marked == 1, n_marked == 2, n_marked == 3
-    pieces = [
-        (n_marked == 0, (a, b, c)),
-        (one, (a, ab, c)),
-        (one, (ab, b, c)),
-        (two, (ab, b, bc)),
-        (two & short, (a, ab, c)),
-        (two & short, (ab, bc, c)),
-        (two & ~short, (a, ab, bc)),
-        (two & ~short, (a, bc, c)),
-        (all_, (a, ab, ca)),
-        (all_, (ab, b, bc)),
-        (all_, (ca, bc, c)),
-        (all_, (ab, bc, ca)),
-    ]
-    faces = np.concatenate([np.stack(corners, axis=1)[where] for where, corners in pieces])
-    tag = np.concatenate([sheet.tag[where] for where, _ in pieces])
-    places = np.vstack([sheet.places, sheet.places[ends[marked]].mean(axis=1)])
-    return Sheet(points, places, faces, tag)
+    share = np.where(marked, 0.5, np.nan)
+    vertices, faces, parent = edge_splits.split(sheet.vertices, sheet.faces, share)
+    places = np.vstack([sheet.places, sheet.places[sides.ends[marked]].mean(axis=1)])
+    return Sheet(vertices, places, faces, sheet.tag[parent])
 
 
 def refine(sheet: Sheet, longest: float) -> Sheet:

@@ -47,9 +47,7 @@ class Segmentation:
             self.parent * n_patches + sheet.tag, area, len(surface.faces) * n_patches
         )
         patch = shares.reshape(-1, n_patches).argmax(axis=1)
-        axis = np.zeros(n_patches, np.int64)
-        axis[self.outside.patch] = self.outside.axis
-        return Labels(axis[patch], patch)
+        return Labels(self.outside.patch_axis[patch], patch)
 
     def describe(self, patch: int) -> str:
         """Describe a patch by number, direction and grid cell."""

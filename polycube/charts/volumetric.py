@@ -12,9 +12,9 @@ from scipy.sparse import csr_matrix
 from polycube.charts.harmonic import extend
 from polycube.charts.mapped_surface import Sheet
 from polycube.hexmesh.connectivity import PLACES
-from polycube.hexmesh.generation.template import grid_lines, interval_lengths, mesh
+from polycube.hexmesh.generation.template import interval_lengths, map_through, mesh
 from polycube.structure.lattice import Boundary
-from polycube.structure.rough_map import evaluate, identity_map
+from polycube.structure.rough_map import identity_map
 from polycube.surface import closest
 from polycube.types import HexMesh, PerAxis, Polycube, RoughMap
 
@@ -37,15 +37,7 @@ def chart_map(
     outer = np.isin(np.arange(len(hexes.vertices)), hexes.quads)
     weights = lattice_weights(np.stack(scaled, axis=1), hexes.hexes)
     positions = extend(weights, positions, outer)
-    lines = grid_lines(polycube, parts)
-    lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
-    found = evaluate(rough_map, lattice.reshape(-1, 3)).reshape(lattice.shape)
-    index = [
-        np.searchsorted(line, hexes.vertices[:, axis] - 1e-9) for axis, line in enumerate(lines)
-    ]
-    found[tuple(index)] = positions
-    x, y, z = lines
-    return RoughMap(x, y, z, found)
+    return map_through(polycube, rough_map, parts, positions)
 
 
 def on_surface(hexes: HexMesh, outside: Boundary, sheet: Sheet) -> np.ndarray:
@@ -56,7 +48,7 @@ def on_surface(hexes: HexMesh, outside: Boundary, sheet: Sheet) -> np.ndarray:
         a, b, c = np.moveaxis(sheet.places[faces], 1, 0)
         # without faces that are collapsed to a point
         faces = faces[np.abs(np.cross(b - a, c - a)).sum(axis=1) > 1e-15]
-        chart = closest.tree(sheet.places[faces], np.zeros((len(faces), 3)))
+        chart = closest.tree(sheet.places[faces])
         wanted = np.unique(hexes.quads[hexes.patch == patch])
         _, face, weight = closest.closest(chart, hexes.vertices[wanted])
         found[wanted] = np.einsum("nk,nkd->nd", weight, sheet.vertices[faces[face]])

@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.fitting.registration import register_mesh
-from polycube.hexmesh.generation.template import counts, grid_lines, mesh
-from polycube.structure.rough_map import evaluate, identity_map
+from polycube.hexmesh.generation.template import counts, map_through, mesh
 from polycube.surface.fit_target import Target
 from polycube.types import PerAxis, Polycube, RoughMap
 
@@ -48,11 +47,4 @@ def registered_map(
     """Rough map after a registration of hexes with the given parts per interval."""
     start = mesh(polycube, rough_map, parts)
     coarse = register_mesh(start, target, rounds=15, iterations=15, samples=1500, features=features)
-    places = mesh(polycube, identity_map(polycube), parts).vertices
-    lines = grid_lines(polycube, parts)
-    lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
-    positions = evaluate(rough_map, lattice.reshape(-1, 3)).reshape(lattice.shape)  # also in holes
-    index = [np.searchsorted(line, places[:, axis] - 1e-9) for axis, line in enumerate(lines)]
-    positions[tuple(index)] = coarse.vertices
-    x, y, z = lines
-    return RoughMap(x, y, z, positions)
+    return map_through(polycube, rough_map, parts, coarse.vertices)

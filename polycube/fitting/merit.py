@@ -10,9 +10,8 @@ from polycube.types import Goal
 
 FULL = Goal.smooth_jacobian  # the scaled Jacobian counts in full up to this value
 BEYOND = 0.25  # weight of the scaled Jacobian above it
-CREASES = (
-    Goal.features
-)  # of the diagonal: distance from mesh edges that 5 % of the creases may exceed
+# of the diagonal: distance from mesh edges that 5 % of the creases may exceed
+CREASES = Goal.features
 INVALID = 1e6  # penalty of an inverted hex: any valid mesh is better
 LEAST = 0.41  # smallest scaled Jacobian of a refined mesh
 # smallest share of the scaled Jacobian of the coarse mesh, if that is less than LEAST

@@ -31,16 +31,13 @@ def is_sound(mesh: HexMesh) -> bool:
     return scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0 and not len(crossings(mesh))
 
 
-def partly_fitted(
-    mesh: HexMesh, fitted: np.ndarray, least: float = LEAST
-) -> tuple[HexMesh, np.ndarray]:
+def partly_fitted(mesh: HexMesh, fitted: np.ndarray) -> tuple[HexMesh, np.ndarray]:
     """Move the vertices of a sound mesh towards their fitted positions while it stays sound.
 
     Parameters
     ----------
     mesh : hex mesh with positive scaled Jacobians and without crossings of the boundary
     fitted : (V, 3) fitted positions of its vertices, in model units
-    least : smallest scaled Jacobian of each hex, or its value in `mesh` if that is smaller
 
     Returns
     -------
@@ -56,7 +53,7 @@ def partly_fitted(
         raise ValueError(f"fitted must be finite of shape {mesh.vertices.shape}")
     if not is_sound(mesh):
         raise ValueError("the mesh to fit must have positive hexes and no crossing")
-    floor = np.minimum(least, ROUNDING * scaled_jacobian(mesh.vertices, mesh.hexes))
+    floor = np.minimum(LEAST, ROUNDING * scaled_jacobian(mesh.vertices, mesh.hexes))
     share = _advanced(mesh, fitted, floor, _backed_off(mesh, fitted, floor))
     return _moved(mesh, fitted, share), share
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, chains, on_crease
 from polycube.fitting.problem import FitProblem
-from polycube.hexmesh.connectivity import exposed, hex_mesh, quad_edges
-from polycube.hexmesh.generation.sheets import label_of, middles
+from polycube.hexmesh.connectivity import exposed, hex_mesh, label_of, quad_edges
+from polycube.hexmesh.generation.sheets import middles
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)

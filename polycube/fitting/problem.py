@@ -30,7 +30,7 @@ from polycube.numerics.lbfgs import descend
 from polycube.numerics.threads import parts, side_by_side
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, unit
 from polycube.types import HexMesh
 
 
@@ -59,7 +59,7 @@ class FitProblem:
         self.vertex_face = np.zeros(len(self.outer), np.int64)  # the same for the outer vertices
         self._face = np.zeros(len(self.outer), np.int64)
         self._triangle = np.zeros(len(self.points), np.int64)
-        self._trees: closest.Forest | None = None  # trees of the quads at their last positions
+        self._tree: closest.Tree | None = None  # tree of the quads at their last positions
         # arguments of the last closest-point query, positions and normals (B, 6), and the results
         self._last: tuple[tuple[float, float], np.ndarray, np.ndarray] | None = None
 
@@ -71,7 +71,7 @@ class FitProblem:
         np.minimum.at(low, corner, own)
         np.maximum.at(high, corner, own)
         self.vertex_face = np.where(low == high, low, 0)[self.outer].astype(np.int64)
-        self._trees = self._last = None
+        self._tree = self._last = None
 
     @cached_property
     def _direction_mean(self) -> csr_matrix:
@@ -88,7 +88,7 @@ class FitProblem:
         """Unit normals of the vertices (V, 3) and of the boundary quads (Q, 3)."""
         a, b, c, d = np.moveaxis(x[self.quads], 1, 0)
         by_quad = np.cross(c - a, d - b)
-        return _unit(self._at_vertex @ by_quad), _unit(by_quad)
+        return unit(self._at_vertex @ by_quad), unit(by_quad)
 
     def size(self, x: np.ndarray) -> np.ndarray:
         """(V,) mean length of the boundary edges at a vertex, at least 0.3 of the median."""
@@ -169,13 +169,13 @@ class FitProblem:
         Points of a CAD face are matched with its own quads if it has any.
         """
         normals = np.repeat(quad_normals, 4, axis=0)
-        if self._trees is None:
-            self._trees = closest.forest(corners, normals, np.repeat(self.cad_face, 4))
+        if self._tree is None:
+            self._tree = closest.tree(corners, normals, np.repeat(self.cad_face, 4))
         else:
-            self._trees = closest.moved(self._trees, corners, normals)
+            self._tree = closest.moved(self._tree, corners, normals)
         wanted = np.where(np.isin(self.point_face, self.cad_face), self.point_face, 0)
-        _, self._triangle, share = closest.closest_in(
-            self._trees, wanted, self.points, self.point_normals, alpha, self._triangle
+        _, self._triangle, share = closest.closest(
+            self._tree, self.points, self.point_normals, alpha, self._triangle, group=wanted
         )
         return share
 
@@ -231,10 +231,6 @@ def _edge_lengths(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
                 total += np.sqrt(square)
             result[h, k] = total / 4
     return result
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30)
 
 
 def _incidence(cells: np.ndarray, n: int) -> csr_matrix:

@@ -127,9 +127,8 @@ def _candidates(
     raised = polish(
         fitted, goal, features=use, exact=exact, soft_rounds=0, hard_rounds=10, samples=samples
     )
-    x = advance(
-        problem, x, goal.to_unit(raised.vertices), least
-    )  # it may lose quality to get closer
+    # it may lose quality to get closer
+    x = advance(problem, x, goal.to_unit(raised.vertices), least)
     yield f"{recipe.name}, raised", replace(fine, vertices=goal.to_model(x))
 
 
@@ -188,9 +187,8 @@ def harmonic(problem: FitProblem, x: np.ndarray, shift: np.ndarray) -> np.ndarra
     moved[problem.outer] = shift[problem.outer]
     matrix, right = diags(total[free]) - graph[free][:, free], graph[free] @ moved
     for d in range(3):
-        moved[free, d] = cg(matrix, right[:, d], rtol=1e-4, maxiter=500, M=diags(1 / total[free]))[
-            0
-        ]
+        scale = diags(1 / total[free])
+        moved[free, d], _ = cg(matrix, right[:, d], rtol=1e-4, maxiter=500, M=scale)
     return moved
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from polycube.fitting.creases.constraints import along_curves, match, no_features
 from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
-from polycube.fitting.springs import Springs, pull
+from polycube.fitting.springs import pull
 from polycube.hexmesh.quality import volume
 from polycube.surface import measures as surfaces
 from polycube.surface.fit_target import Target
@@ -73,9 +73,12 @@ def register_mesh(
     for step in np.linspace(0, 1, rounds):
         turn, pulling, loose = (_between(r, step) for r in (alpha, weight, slack))
         normals, quad_normals = problem.normals(x)
+        foot, facing = problem.feet(x, normals, turn)
+        strength = pulling * trust / problem.size(x) ** 2
+        on = strength[problem.outer]
         springs = [
-            surface_springs(problem, x, normals, turn, pulling * trust, loose),
-            *along_curves(x, matching, pulling * trust / problem.size(x) ** 2),
+            pull(problem.outer, foot, facing, on, loose * on),
+            *along_curves(x, matching, strength),
             problem.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
         ]
         x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), springs, iterations)
@@ -91,20 +94,6 @@ def matched_curves(mesh: HexMesh, target: Target) -> int:
     return len(match(FitProblem(mesh, target, 1), target.to_unit(mesh.vertices)).routes)
 
 
-def surface_springs(
-    problem: FitProblem,
-    x: np.ndarray,
-    normals: np.ndarray,
-    alpha: float,
-    weight: np.ndarray,
-    slack: float,
-) -> Springs:
-    """Springs from the boundary vertices to closest points; weight (V,) per square of the size."""
-    foot, facing = problem.feet(x, normals, alpha)
-    strength = (weight / problem.size(x) ** 2)[problem.outer]
-    return pull(problem.outer, foot, facing, strength, slack * strength)
-
-
 def short_quality(mesh: HexMesh, target: Target) -> ShortQuality:
     """Measure a mesh after a short registration."""
     problem = FitProblem(mesh, target, 2500)
@@ -112,11 +101,10 @@ def short_quality(mesh: HexMesh, target: Target) -> ShortQuality:
     normals, quad_normals = problem.normals(x)
     foot, _ = problem.feet(x, normals, 0.04)
     springs = problem.cover(x, quad_normals, 0.0, np.ones(len(x)), 0.0)
-    reached = np.einsum("sk,skd->sd", springs.share, x[springs.vertex])
     jacobian = problem.scaled_jacobian(x)
     return ShortQuality(
         to_surface=_per_cent(x[problem.outer] - foot),
-        to_mesh=_per_cent(reached - springs.goal),
+        to_mesh=_per_cent(springs.gaps(x)),
         bad=float((jacobian < 0.1).mean()),
         mean_jacobian=float(jacobian.mean()),
         min_jacobian=float(jacobian.min()),

@@ -89,5 +89,4 @@ def cover_of(problem: FitProblem, state: State, strength: float) -> tuple[Spring
     """Springs of the surface on the quads, and the distance that 1 % of its points exceed."""
     weight = np.full(len(state.x), strength * (COVER if state.jacobian < GOOD else 1.0))
     springs = problem.cover(state.x, problem.normals(state.x)[1], 0.03, weight, 0.0)
-    reached = np.einsum("sk,skd->sd", springs.share, state.x[springs.vertex])
-    return springs, float(np.percentile(np.linalg.norm(reached - springs.goal, axis=1), 99))
+    return springs, float(np.percentile(np.linalg.norm(springs.gaps(state.x), axis=1), 99))

@@ -18,6 +18,10 @@ class Springs(NamedTuple):
     along: np.ndarray  # (S,)
     every: np.ndarray  # (S,)
 
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """(S, 3) vectors r for points x (V, 3)."""
+        return np.einsum("sk,skd->sd", self.share, x[self.vertex]) - self.goal
+
 
 def pull(
     vertex: np.ndarray,

@@ -21,7 +21,7 @@ from polycube.hexmesh.face_groups import ends_and_holes
 from polycube.hexmesh.named_sets import boundary_sets, cad_faces, patch_sets
 from polycube.surface.curves.cad_curves import bounded_faces
 from polycube.surface.fit_target import target
-from polycube.surface.measures import twins
+from polycube.surface.measures import twins, unit
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -149,7 +149,7 @@ def _ninths(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 9)
     points = np.einsum("kg,qkd->qgd", shape, corners).reshape(-1, 3)
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return points, normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-300)
+    return points, unit(normals)
 
 
 def _with_short_borders(

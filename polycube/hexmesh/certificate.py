@@ -55,7 +55,7 @@ def certify(vertices: np.ndarray, hexes: np.ndarray) -> Certificate:
 def coefficients(corners: np.ndarray) -> np.ndarray:
     """(H, 27) Bernstein coefficients of det J on the unit cube, zeta fastest; corners (H, 8, 3)."""
     values = np.linalg.det(np.einsum("qac,hcd->hqad", _gradients(_GRID), corners, optimize=True))
-    return _along_axes(values, (_TO_BERNSTEIN,) * 3)
+    return along_axes(values, (_TO_BERNSTEIN,) * 3)
 
 
 def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,7 +75,7 @@ def signed_bounds(boxes: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarra
     boxes : (H, (degree + 1)^3) Bernstein coefficients on the unit cube, for the given degree in
         each variable; a box is only halved while the sign is undecided
     """
-    halves, ends = _halves(degree)
+    octants, ends = halves(degree)
     owner = np.arange(len(boxes))
     least = boxes[:, ends].min(axis=1)
     settled = np.full(len(boxes), np.inf)
@@ -89,12 +89,12 @@ def signed_bounds(boxes: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarra
         if not is_open.any():
             return least, settled
         owner = np.tile(owner[is_open], 8)
-        boxes = np.concatenate([_along_axes(boxes[is_open], each) for each in halves])
+        boxes = np.concatenate([along_axes(boxes[is_open], each) for each in octants])
     raise AssertionError("the last level returns")
 
 
 @lru_cache
-def _halves(degree: int) -> tuple[list[tuple[np.ndarray, ...]], np.ndarray]:
+def halves(degree: int) -> tuple[list[tuple[np.ndarray, ...]], np.ndarray]:
     """Matrices along the axes for each of the eight halves of a box, and which coefficients are
     values.
 
@@ -106,7 +106,7 @@ def _halves(degree: int) -> tuple[list[tuple[np.ndarray, ...]], np.ndarray]:
     return list(product((low, low[::-1, ::-1]), repeat=3)), ends
 
 
-def _along_axes(values: np.ndarray, matrices: tuple[np.ndarray, ...]) -> np.ndarray:
+def along_axes(values: np.ndarray, matrices: tuple[np.ndarray, ...]) -> np.ndarray:
     """Apply an (m, m) matrix along each axis of tensors (n, m^3)."""
     x, y, z = matrices
     cube = values.reshape(-1, len(x), len(x), len(x))

@@ -9,10 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from polycube.surface.measures import components, euler
+from polycube.surface.measures import components, euler, fans, half_edges
 from polycube.types import HexMesh
 
 # position of each corner in the unit cube (xi, eta, zeta)
@@ -20,42 +18,17 @@ PLACES = np.reshape(
     [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1], (8, 3)
 )
 # each corner and the ends of its three edges, right-handed
-CORNERS = np.reshape(
+CORNERS = np.array(
     [
-        0,
-        1,
-        3,
-        4,
-        1,
-        2,
-        0,
-        5,
-        2,
-        3,
-        1,
-        6,
-        3,
-        0,
-        2,
-        7,
-        4,
-        7,
-        5,
-        0,
-        5,
-        4,
-        6,
-        1,
-        6,
-        5,
-        7,
-        2,
-        7,
-        6,
-        4,
-        3,
-    ],
-    (8, 4),
+        [0, 1, 3, 4],
+        [1, 2, 0, 5],
+        [2, 3, 1, 6],
+        [3, 0, 2, 7],
+        [4, 7, 5, 0],
+        [5, 4, 6, 1],
+        [6, 5, 7, 2],
+        [7, 6, 4, 3],
+    ]
 )
 # -xi, +xi, -eta, +eta, -zeta, +zeta, counter-clockwise from outside
 FACES = np.array(
@@ -102,11 +75,15 @@ def exposed(hexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     """The hex of each boundary quad (Q,), and its number in FACES (Q,)."""
     faces = mesh.hexes[:, FACES].reshape(-1, 4)
-    rows = np.sort(np.concatenate([faces, mesh.quads]), axis=1)
-    _, inverse, _ = unique_rows(rows)
-    where = np.zeros(inverse.max() + 1, np.int64)
-    where[inverse[: len(faces)]] = np.arange(len(faces))
-    return np.divmod(where[inverse[len(faces) :]], 6)
+    return np.divmod(label_of(mesh.quads, faces, np.arange(len(faces))), 6)
+
+
+def label_of(rows: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
+    """(N,) label of the known row with the same vertices in any order; 0 if there is none."""
+    _, number, _ = unique_rows(np.sort(np.concatenate([known, rows]), axis=1))
+    table = np.zeros(number.max() + 1, np.int64)
+    table[number[: len(known)]] = label
+    return table[number[len(known) :]]
 
 
 def part(mesh: HexMesh, elements: np.ndarray, sides: np.ndarray) -> tuple[HexMesh, np.ndarray]:
@@ -164,8 +141,7 @@ def quad_edges(quads: np.ndarray, is_closed: bool = True) -> tuple[np.ndarray, n
     is_closed : True: raise ValueError unless every edge has exactly two quads. False: an edge of
         the border has its quad twice; an edge with more than two quads has the first and the last
     """
-    sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    found, inverse, count = unique_rows(sides)
+    found, inverse, count = unique_rows(np.sort(half_edges(quads), axis=1))
     if is_closed and (count != 2).any():
         worst = found[np.argmax(count != 2)]
         raise ValueError(
@@ -219,18 +195,8 @@ def check_conforming(mesh: HexMesh) -> None:
 
 def _check_fans(quads: np.ndarray) -> None:
     """Raise ValueError if the quads around a vertex form more than one fan."""
-    _, pairs = quad_edges(quads)
-    ends, _ = quad_edges(quads)
-    corner = {(q, v): 4 * q + k for q, row in enumerate(quads.tolist()) for k, v in enumerate(row)}
-    links = [
-        (corner[a, v], corner[b, v])
-        for (a, b), end in zip(pairs.tolist(), ends.tolist(), strict=True)
-        for v in end
-    ]
-    graph = coo_matrix((np.ones(len(links)), np.transpose(links)), shape=(4 * len(quads),) * 2)
-    fans = connected_components(graph, directed=False)[1]
-    fan_of = np.unique(np.stack([quads.ravel(), fans], axis=1), axis=0)
-    vertex, count = np.unique(fan_of[:, 0], return_counts=True)
+    _, corner = np.unique(fans(quads), return_index=True)
+    vertex, count = np.unique(quads.ravel()[corner], return_counts=True)
     if (count > 1).any():
         raise ValueError(
             f"boundary is not a manifold at vertex {vertex[np.argmax(count > 1)]}: "

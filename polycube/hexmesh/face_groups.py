@@ -14,14 +14,13 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_matrix
 
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, half_edges
 from polycube.types import TriMesh
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 SHARP = np.cos(np.radians(50))  # between the normals of faces at an edge that divides a label
-LARGE_SHARE = (
-    0.5  # of the area of its segment: smaller pieces may end in the middle of a smooth face
-)
+# of the area of its segment: smaller pieces may end in the middle of a smooth face
+LARGE_SHARE = 0.5
 FLAT, PART = 0.95, 0.2  # least mean normal of a smaller piece, and its least share of its segment
 ROUND = 0.4  # smallest length of the mean normal towards an end, for a CAD face that is not flat
 OUTERMOST = 0.05  # of the diagonal: largest distance of an end from the bounding box
@@ -203,7 +202,7 @@ def _farthest(faces: Faces, own: np.ndarray, end: int, size: float) -> np.ndarra
 
 def _borders(faces: np.ndarray, measured: Faces) -> _Borders:
     n = faces.shape[1]
-    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    edges = np.sort(half_edges(faces), axis=1)
     order = np.lexsort(edges.T)
     edges, face = edges[order], order // n
     same = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))

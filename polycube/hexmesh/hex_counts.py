@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from polycube.hexmesh.connectivity import neighbours, quad_sides
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, half_edges
 from polycube.types import HexMesh
 
 RIM = 0.5  # of the longest border curve: shorter curves do not count
@@ -49,7 +49,7 @@ def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
     -------
     (E, 2) edges of each curve, unordered; none if the faces have no border
     """
-    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    edges = half_edges(faces)
     n = len(points)
     border = edges[~np.isin(edges @ [n, 1], edges @ [1, n])]
     group = connected(border[:, 0], border[:, 1], n)[border[:, 0]]

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import PLACES, unique_rows
+from polycube.hexmesh.connectivity import PLACES, label_of, unique_rows
+from polycube.surface.measures import half_edges
 from polycube.types import HexMesh
 
 _GRID = np.stack(np.meshgrid(*[range(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)  # (27, 3)
@@ -47,15 +48,11 @@ def split(mesh: HexMesh) -> HexMesh:
 
 def _split_quads(quads: np.ndarray, middles: dict[int, tuple[np.ndarray, int]]) -> np.ndarray:
     """(4 Q, 4) children of the boundary quads, with the same orientation."""
-    sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
-    middle = _number_of(sides, *middles[2]).reshape(-1, 4)
+    middle = _number_of(half_edges(quads), *middles[2]).reshape(-1, 4)
     centre = np.repeat(_number_of(quads, *middles[4])[:, None], 4, axis=1)
     return np.stack([quads, middle, centre, np.roll(middle, 1, axis=1)], axis=-1).reshape(-1, 4)
 
 
 def _number_of(rows: np.ndarray, known: np.ndarray, start: int) -> np.ndarray:
-    """Vertex at the centre of each row of corners; `known` are the sorted distinct rows."""
-    _, inverse, _ = unique_rows(np.vstack([known, np.sort(rows, axis=1)]))
-    place = np.zeros(len(known), np.int64)
-    place[inverse[: len(known)]] = np.arange(len(known))
-    return start + place[inverse[len(known) :]]
+    """Vertex at the centre of each row of corners; `known` are the distinct rows."""
+    return start + label_of(rows, known, np.arange(len(known)))

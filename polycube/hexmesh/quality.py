@@ -13,6 +13,7 @@ import numpy as np
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import closest
 from polycube.surface.fit_target import Target, target
+from polycube.surface.measures import half_edges
 from polycube.types import HexMesh, TriMesh
 
 _GRID = np.array([1, 3, 5]) / 6
@@ -23,6 +24,7 @@ SHARES = np.concatenate(
         np.eye(4),
     ]
 )
+STEP = 0.004  # spacing of the samples on creases, in diagonals
 
 
 @dataclass(frozen=True)
@@ -112,22 +114,19 @@ def surface_samples(mesh: HexMesh, surface: TriMesh, number: int) -> Samples:
     """`number` points of the surface and its vertices, with the closest points of the boundary."""
     goal = target(surface)
     faces = triangles(goal.to_unit(mesh.vertices), mesh.quads)
-    tree = closest.tree(faces, np.zeros((len(faces), 3)))
+    tree = closest.tree(faces)
     points = np.concatenate([goal.samples(number)[0], goal.surface.vertices])
     feet, face, _ = closest.closest(tree, points)
     return Samples(points, feet, np.linalg.norm(points - feet, axis=1), face // 4)
 
 
-def off_creases(goal: Target, edges: np.ndarray, step: float = 0.004) -> float:
-    """Distance from edges (N, 2, 3) exceeded by 5 % of the creases of the surface; unit scale.
-
-    step : spacing of the samples on the creases
-    """
+def off_creases(goal: Target, edges: np.ndarray) -> float:
+    """Distance from edges (N, 2, 3) exceeded by 5 % of the creases of the surface; unit scale."""
     if not goal.features.creases:
         return 0.0
-    tree = closest.tree(edges[:, [0, 1, 1]], np.zeros((len(edges), 3)))
+    tree = closest.tree(edges[:, [0, 1, 1]])
     points = [
-        crease.at(np.linspace(0, crease.length, 2 + int(crease.length / step)))[0]
+        crease.at(np.linspace(0, crease.length, 2 + int(crease.length / STEP)))[0]
         for crease in goal.features.creases
     ]
     return float(np.percentile(closest.distance(tree, np.concatenate(points)), 95))
@@ -144,5 +143,5 @@ def creases_to_edges(mesh: HexMesh, surface: TriMesh) -> float:
 
 def boundary_edges(mesh: HexMesh, goal: Target) -> np.ndarray:
     """(E, 2, 3) ends of the edges of the boundary quads, at unit scale."""
-    sides = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
-    return goal.to_unit(mesh.vertices)[unique_rows(np.sort(sides, axis=1))[0]]
+    sides = unique_rows(np.sort(half_edges(mesh.quads), axis=1))[0]
+    return goal.to_unit(mesh.vertices)[sides]

@@ -55,21 +55,9 @@ class Symmetric:
         kernel = _three if n == 3 else _any
         cuts = parts(size, LEAST)
         sums = np.zeros((len(cuts), *columns.shape), columns.dtype)
-        side_by_side(
-            [
-                partial(
-                    kernel,
-                    self.indptr,
-                    self.indices,
-                    self.blocks,
-                    columns,
-                    cut.start,
-                    cut.stop,
-                    own,
-                )
-                for cut, own in zip(cuts, sums, strict=True)
-            ]
-        )
+        given = partial(kernel, self.indptr, self.indices, self.blocks, columns)
+        pairs = zip(cuts, sums, strict=True)
+        side_by_side([partial(given, cut.start, cut.stop, own) for cut, own in pairs])
         for own in sums[1:]:
             sums[0] += own
         return sums[0].reshape(x.shape)

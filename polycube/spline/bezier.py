@@ -13,12 +13,13 @@ from itertools import product
 
 import numpy as np
 
+from polycube.hexmesh.certificate import along_axes, halves
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.det_kernels import detj, least_detj
 from polycube.types import Spline
 
 DEGREE = 8  # of det J
-CORNERS = np.array([0, 8, 72, 80, 648, 656, 720, 728])  # of a (9, 9, 9) tensor
+OCTANTS, CORNERS = halves(DEGREE)
 # extrema of Chebyshev polynomials: stable interpolation points
 LINE = (1 - np.cos(np.pi * np.arange(9) / 8)) / 2
 TO_BERNSTEIN = np.linalg.inv(bernstein(LINE, DEGREE))  # from values at these points
@@ -94,7 +95,7 @@ def scaled_bounds(spline: Spline) -> np.ndarray:
 
 def _bounds(points: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     values = detj(points, nodes, LINE)
-    boxes = _along_axes(values, TO_BERNSTEIN)
+    boxes = along_axes(values, (TO_BERNSTEIN,) * 3)
     volume = np.maximum(np.abs(boxes.mean(axis=1)), np.finfo(float).tiny)
     least, settled = values.min(axis=1), np.full(len(nodes), np.inf)
     element, origin = np.arange(len(nodes)), np.zeros((len(nodes), 3))
@@ -123,19 +124,12 @@ def _open(
     """
     boxes, elements, settled = [], [], np.inf
     for part in np.array_split(np.arange(len(nodes)), len(nodes) // CHUNK + 1):
-        coefficients = _along_axes(detj(points, nodes[part], LINE), TO_BERNSTEIN)
+        coefficients = along_axes(detj(points, nodes[part], LINE), (TO_BERNSTEIN,) * 3)
         bound = coefficients.min(axis=1)
         settled = min(settled, bound[bound >= limit].min(initial=np.inf))
         boxes.append(coefficients[bound < limit])
         elements.append(part[bound < limit])
     return np.concatenate(boxes), np.concatenate(elements), settled
-
-
-def _along_axes(values: np.ndarray, *matrices: np.ndarray) -> np.ndarray:
-    """Apply a (9, 9) matrix along each axis x, y, z (or one for all) of tensors (n, 729)."""
-    x, y, z = matrices * (3 // len(matrices))
-    cube = values.reshape(-1, 9, 9, 9)
-    return np.einsum("nkji,ck,bj,ai->ncba", cube, z, y, x, optimize=True).reshape(-1, 729)
 
 
 def _descend(
@@ -172,10 +166,7 @@ def _halve(
     boxes: np.ndarray, element: np.ndarray, origin: np.ndarray, level: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The eight halves of each box by de Casteljau's algorithm, with their element and origin."""
-    halves = [bernstein(np.array([0.5]), i)[0] for i in range(DEGREE + 1)]
-    low = np.array([np.pad(row, (0, DEGREE - i)) for i, row in enumerate(halves)])
-    sides = [low, low[::-1, ::-1]]
-    octants = list(product((0, 1), repeat=3))
-    children = [_along_axes(boxes, *(sides[side] for side in octant)) for octant in octants]
-    shift = np.repeat(np.array(octants), len(boxes), axis=0) / 2 ** (level + 1)
+    children = [along_axes(boxes, each) for each in OCTANTS]
+    lower = np.array(list(product((0, 1), repeat=3)))[:, ::-1]  # the order of OCTANTS: z slowest
+    shift = np.repeat(lower, len(boxes), axis=0) / 2 ** (level + 1)
     return np.concatenate(children), np.tile(element, 8), np.tile(origin, (8, 1)) + shift

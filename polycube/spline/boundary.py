@@ -9,6 +9,7 @@ from scipy.sparse import csr_matrix
 
 from polycube.spline.bernstein import bernstein, derivative
 from polycube.spline.element_faces import FACES
+from polycube.surface.measures import unit
 
 
 class Elements(Protocol):
@@ -61,8 +62,7 @@ def sampling(
 
 def normals(du: np.ndarray, dv: np.ndarray) -> np.ndarray:
     """(n, 3) unit normals of tangents (n, 3); zero if these are parallel."""
-    normal = np.cross(du, dv)
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return unit(np.cross(du, dv))
 
 
 def triangles(points: np.ndarray, pieces: int) -> np.ndarray:

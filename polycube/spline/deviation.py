@@ -42,7 +42,7 @@ def deviation(spline: Spline, surface: TriMesh) -> Deviation:
     there = closest.distance(goal.tree, own)
     faces = triangles(own, PIECES)
     others = np.concatenate([goal.samples(SAMPLES)[0], goal.surface.vertices])
-    here = closest.distance(closest.tree(faces, np.zeros((len(faces), 3))), others)
+    here = closest.distance(closest.tree(faces), others)
     both, places = np.concatenate([there, here]), np.concatenate([own, others])
     return Deviation(
         Distances.of(there),

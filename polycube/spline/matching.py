@@ -57,7 +57,7 @@ class Matcher:
         self.rows, self._du, self._dv = (part @ spline.extraction for part in at)
         self._skin = skin @ spline.extraction
         self._own_face: np.ndarray | None = None
-        self._trees: closest.Forest | None = None
+        self._tree: closest.Tree | None = None
         self._points, self._normals, self._on = target.samples(SAMPLES)
         found = set(cad_face.tolist())
         loose = (c for c in target.followed.creases if not found.issuperset(c.faces))
@@ -90,7 +90,7 @@ class Matcher:
         """Matches of the points of the surface with compatible normals, and of close creases."""
         pieces = triangles(self._skin @ control, PIECES)
         facing = normals(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
-        tree = self._moved(pieces, facing).tree
+        tree = self._moved(pieces, facing)
         face, piece, rows = self._place(tree, self._points, self._normals)
         faces_it = np.einsum("nd,nd->n", self._normals, facing[piece]) > 0.3
         faces_it &= (self._cad_face[face] == 0) | (self._cad_face[face] == self._on)
@@ -107,13 +107,13 @@ class Matcher:
         weight = CREASE * STEP / side * share[face] * (length < REACH * side)
         return [cover, Matches(rows, self._creases, gap / (length[:, None] + 1e-12), weight)]
 
-    def _moved(self, pieces: np.ndarray, facing: np.ndarray) -> closest.Forest:
-        """Trees of the parts of the boundary, with the first subdivision."""
-        if self._trees is None:
-            self._trees = closest.forest(pieces, facing, np.zeros(len(pieces), np.int64))
+    def _moved(self, pieces: np.ndarray, facing: np.ndarray) -> closest.Tree:
+        """Tree of the parts of the boundary, with the first subdivision."""
+        if self._tree is None:
+            self._tree = closest.tree(pieces, facing)
         else:
-            self._trees = closest.moved(self._trees, pieces, facing)
-        return self._trees
+            self._tree = closest.moved(self._tree, pieces, facing)
+        return self._tree
 
     def _along(self, control: np.ndarray, share: np.ndarray) -> Matches:
         """Matches of the edges between CAD faces."""

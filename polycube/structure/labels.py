@@ -7,9 +7,8 @@ import logging
 import numpy as np
 
 from polycube.structure.lattice import boundary
-from polycube.structure.parametrization import unit_normals
 from polycube.surface import closest
-from polycube.surface.measures import twins
+from polycube.surface.measures import triangle_vectors, twins, unit
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -31,14 +30,12 @@ def nearest_labels(
     """
     outside = boundary(polycube)
     corners = outside.vertices[outside.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)]
-    tree = closest.tree(corners, unit_normals(corners))
+    tree = closest.tree(corners, unit(triangle_vectors(corners)))
     placed = parametrization.positions[surface.faces]  # (F, 3, 3)
-    normals = unit_normals(placed)
+    normals = unit(triangle_vectors(placed))
     _, nearest, _ = closest.closest(tree, placed.mean(axis=1), normals, alpha)
     patch = majority(outside.patch[nearest // 2], surface.faces, rounds)
-    axis = np.zeros(outside.patch.max() + 1, np.int64)
-    axis[outside.patch] = outside.axis
-    n_used = len(np.unique(patch))
+    n_used, axis = len(np.unique(patch)), outside.patch_axis
     logger.info("labels: %d of %d polycube faces on the surface", n_used, len(axis))
     return Labels(axis[patch], patch)
 

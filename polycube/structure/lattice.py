@@ -11,10 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from polycube.structure.neighbourhoods import euler_number, solid_genus
+from polycube.surface.measures import connected, half_edges
 from polycube.types import Polycube, freeze
 
 NAMED = 8  # largest number of cells whose primitives are listed one by one
@@ -28,6 +27,7 @@ CORNERS = np.array(  # corners of a box for each outward axis label, counter-clo
         [[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0]],  # -z
     ]
 )
+OUTWARD = np.kron(np.eye(3, dtype=int), [[1], [-1]])  # (6, 3) direction of each axis label
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +41,12 @@ class Boundary:
     box: np.ndarray  # (Q,) indices of the occupied boxes, in the order of np.argwhere(occupancy)
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            vertices=("V 3", np.float64),
-            quads=("Q 4", np.int64),
-            axis=("Q", np.int64),
-            patch=("Q", np.int64),
-            box=("Q", np.int64),
-        )
+        freeze(self, vertices="V 3", quads="Q 4 int", axis="Q int", patch="Q int", box="Q int")
+
+    @property
+    def patch_axis(self) -> np.ndarray:
+        """(P,) axis label of each patch."""
+        return self.axis[np.unique(self.patch, return_index=True)[1]]
 
 
 def lattice(
@@ -72,6 +70,13 @@ def lattice(
     x, y, z = (np.arange(3 * n + 1) / 3 for n in (i, j, k))
     occupancy = voxels.reshape(3 * i, 3 * j, 3 * k)
     return Polycube(occupancy, x, y, z, (i, j, k), tuple(context))
+
+
+def of_bricks(full: np.ndarray, brick: str) -> Polycube:
+    """Polycube of bricks (X, Y, Z), each full one a cell with the primitive `brick`."""
+    x, y, z = (np.arange(n + 1.0) for n in full.shape)
+    context = tuple(brick if is_full else None for is_full in full.ravel().tolist())
+    return Polycube(full, x, y, z, full.shape, context)
 
 
 def describe(polycube: Polycube) -> str:
@@ -104,9 +109,7 @@ def boundary(polycube: Polycube) -> Boundary:
     padded = np.pad(occupancy, 1)
     axes, exposed = [], []
     for label in range(6):
-        step = np.zeros(3, int)
-        step[label // 2] = 1 - 2 * (label % 2)
-        exposed.append(np.flatnonzero(~padded[tuple((boxes + 1 + step).T)]))
+        exposed.append(np.flatnonzero(~padded[tuple((boxes + 1 + OUTWARD[label]).T)]))
         axes.append(np.full(len(exposed[-1]), label))
     axis, box = np.concatenate(axes), np.concatenate(exposed)
     corners = boxes[box][:, None] + CORNERS[axis]  # (Q, 4, 3) lattice indices
@@ -129,22 +132,16 @@ def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
     inside = start[:, None] + np.arange(4) < np.append(start[1:], len(quad))[:, None]
     a, b = quad[rank[:, i]].ravel(), quad[rank[:, j]].ravel()
     same = (inside[:, i] & inside[:, j]).ravel() & (axis[a] == axis[b])
-    return _components(a[same], b[same], len(quads))
+    return connected(a[same], b[same], len(quads))
 
 
 def _sorted_edges(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges of quads, sorted: (4Q, 2) vertices, (4Q,) quad, (E,) first index of equal edges."""
-    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    edges = np.sort(half_edges(quads), axis=1)
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     edges = edges[order]
     start = np.flatnonzero(np.append(True, (edges[1:] != edges[:-1]).any(axis=1)))
     return edges, order // 4, start
-
-
-def _components(a: np.ndarray, b: np.ndarray, n: int) -> np.ndarray:
-    """(n,) connected component of each node, numbered by first appearance."""
-    graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n))
-    return connected_components(graph, directed=False)[1]
 
 
 def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
@@ -156,16 +153,14 @@ def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
     patches : (E, 2) the adjacent patches, the smaller number first
     """
     pairs, quad, start = _sorted_edges(surface.quads)
-    pairs, patches = (
-        pairs[start],
-        np.sort(surface.patch[np.stack([quad[start], quad[start + 1]])].T),
-    )
+    pairs = pairs[start]
+    patches = np.sort(surface.patch[np.stack([quad[start], quad[start + 1]])].T)
     between = patches[:, 0] != patches[:, 1]
     pairs, patches = pairs[between], patches[between]
     ends, owners = [], []
     for owner in np.unique(patches, axis=0):
         pieces = pairs[(patches == owner).all(axis=1)]
-        chain = _components(pieces[:, 0], pieces[:, 1], len(surface.vertices))
+        chain = connected(pieces[:, 0], pieces[:, 1], len(surface.vertices))
         for label in np.unique(chain[pieces[:, 0]]):
             vertex, count = np.unique(pieces[chain[pieces[:, 0]] == label], return_counts=True)
             ends.append(vertex[count == 1])
@@ -215,8 +210,7 @@ def cell_and_wall(polycube: Polycube, surface: Boundary) -> np.ndarray:
         if step == 0 or not np.array_equal(knots[::step], np.arange(n_cells + 1)):
             raise ValueError(f"cells of a collapsed polycube are not known; knots {knots}")
     inside = np.argwhere(polycube.occupancy)[surface.box]  # (Q, 3)
-    outward = np.concatenate([np.eye(3, dtype=int), -np.eye(3, dtype=int)])
-    outside = inside + outward[surface.axis % 2 * 3 + surface.axis // 2]
+    outside = inside + OUTWARD[surface.axis]
     filled = np.array([name is not None for name in polycube.context]).reshape(grid)
     into = np.pad(filled, 1)[tuple((outside // size + 1).T)]
     return np.stack([np.ravel_multi_index((inside // size).T, grid), into])

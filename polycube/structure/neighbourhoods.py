@@ -1,4 +1,4 @@
-"""Manifold test and genus of boxes, from the 2 x 2 x 2 boxes around each lattice vertex.
+"""Topology of a solid of lattice cells, from the 2 x 2 x 2 cells around each lattice vertex.
 
 The contribution of a vertex is looked up for the 256 states of its neighbourhood, which is faster
 than a walk over the faces of the boundary.
@@ -7,6 +7,7 @@ than a walk over the faces of the boundary.
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from scipy.ndimage import label
 
 
@@ -14,16 +15,14 @@ def solid_genus(occupancy: np.ndarray) -> int | None:
     """Genus of the union of boxes (X, Y, Z); None unless it is one manifold without voids."""
     full = _padded(occupancy)
     around = codes(full)
-    if not _IS_MANIFOLD[around].all():
+    if TABLE[around, 1].any() or label(full)[1] != 1 or label(~full)[1] != 1:
         return None
-    if label(full)[1] != 1 or label(~full)[1] != 1:
-        return None
-    return 1 - round(_EULER[around].sum())
+    return 1 - int(TABLE[around, 0].sum()) // 8
 
 
 def euler_number(occupancy: np.ndarray) -> int:
     """V - E + F - C of the union of boxes (X, Y, Z)."""
-    return round(_EULER[codes(_padded(occupancy))].sum())
+    return int(TABLE[codes(_padded(occupancy)), 0].sum()) // 8
 
 
 def _padded(occupancy: np.ndarray) -> np.ndarray:
@@ -44,24 +43,43 @@ def codes(full: np.ndarray) -> np.ndarray:
     return along_y[..., :-1] | along_y[..., 1:] << 1
 
 
-def _is_manifold(full: np.ndarray) -> bool:
-    """Whether the boundary of (2, 2, 2) boxes at their common vertex is one disc or empty."""
-    return label(full)[1] <= 1 and label(~full)[1] <= 1
+@njit(cache=True)
+def flip(
+    solid: np.ndarray, around: np.ndarray, i: int, j: int, k: int, table: np.ndarray
+) -> tuple[int, int]:
+    """Flip a cell and update the codes in place; returns the changes of the sums of the table.
+
+    solid : cells with an empty layer around them
+    around : their codes, see `codes`
+    table : `TABLE`
+    """
+    solid[i, j, k] = not solid[i, j, k]
+    total, bad = 0, 0
+    for bit in range(8):
+        a, b, c = i - (bit >> 2), j - (bit >> 1 & 1), k - (bit & 1)
+        code = around[a, b, c]
+        new = code ^ (1 << bit)
+        around[a, b, c] = new
+        total += table[new, 0] - table[code, 0]
+        bad += table[new, 1] - table[code, 1]
+    return total, bad
 
 
-def _euler(full: np.ndarray) -> float:
-    """Contribution of the vertex to V - E + F - C: half of an edge, a quarter of a face, etc."""
-    total = 0.0
-    for spans in np.ndindex(2, 2, 2):  # axes along which an element at the vertex has an extent
-        elements = full
-        for axis, has_extent in enumerate(spans):
-            if not has_extent:
-                elements = np.logical_or.reduce(elements, axis=axis, keepdims=True)
-        total += (-0.5) ** sum(spans) * elements.sum()
-    return total
+def _table() -> np.ndarray:
+    """(256, 3) table for the codes of 2 x 2 x 2 cells.
+
+    The columns are 8 times the contribution to the Euler number; 1 for a pinched point; 1 for a
+    corner of the boundary, i.e. if the cells are not symmetric along any axis.
+    """
+    table = np.zeros((256, 3), np.int64)
+    for code in range(256):
+        cells = np.array([code >> bit & 1 for bit in range(8)], bool).reshape(2, 2, 2)
+        edges = sum(cells.take(s, axis).any() for axis in range(3) for s in range(2))
+        faces = sum(cells.any(axis=axis).sum() for axis in range(3))
+        table[code, 0] = 8 * cells.any() - 4 * edges + 2 * faces - cells.sum()
+        table[code, 1] = any(label(part)[1] > 1 for part in (cells, ~cells))
+        table[code, 2] = all((cells.take(0, a) != cells.take(1, a)).any() for a in range(3))
+    return table
 
 
-_WAYS = np.unpackbits(np.arange(256, dtype=np.uint8)[:, None], axis=1, bitorder="little")
-_FULL = _WAYS.reshape(-1, 2, 2, 2).astype(bool)
-_IS_MANIFOLD = np.array([_is_manifold(full) for full in _FULL])
-_EULER = np.array([_euler(full) for full in _FULL])
+TABLE = _table()

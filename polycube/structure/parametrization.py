@@ -6,6 +6,7 @@ import numpy as np
 
 from polycube.surface import closest
 from polycube.surface.fit_target import target
+from polycube.surface.measures import triangle_vectors, unit
 from polycube.types import HexMesh, Parametrization, TriMesh
 
 
@@ -21,13 +22,6 @@ def pull_back(
     goal = target(surface)
     triangles = hexes.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     corners = goal.to_unit(hexes.vertices)[triangles]
-    tree = closest.tree(corners, unit_normals(corners))
+    tree = closest.tree(corners, unit(triangle_vectors(corners)))
     _, face, weight = closest.closest(tree, goal.surface.vertices, goal.vertex_normals, alpha)
     return Parametrization(np.einsum("vk,vkd->vd", weight, positions[triangles[face]]))
-
-
-def unit_normals(corners: np.ndarray) -> np.ndarray:
-    """(T, 3) unit normals of triangles (T, 3, 3); zero for a triangle without area."""
-    vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

@@ -14,6 +14,9 @@ from scipy.sparse import csr_matrix
 
 from polycube.types import PerAxis, Polycube, RoughMap
 
+SPACING = 1 / 3  # spacing of the control lattice, in cells
+ROUNDS = 12  # rounds of reweighting
+
 
 def evaluate(rough_map: RoughMap, points: np.ndarray) -> np.ndarray:
     """(N, 3) images in the model of points (N, 3) of the polycube."""
@@ -59,17 +62,13 @@ def fit(
     targets: np.ndarray,
     polycube: Polycube,
     *,
-    spacing: float = 1 / 3,
     smoothness: float = 1e-4,
     outlier: float = 0.1,
-    rounds: int = 12,
 ) -> RoughMap:
     """Rough map from points (N, 3) of the polycube to points (N, 3) of the model.
 
-    spacing : spacing of the control lattice, in cells
     smoothness : weight of the second differences relative to the mean squared distance
     outlier : distance at which the weight of a point is a quarter, as a share of the diagonal
-    rounds : rounds of reweighting
 
     The smoothness is multiplied by ten until the map preserves orientation on its whole lattice.
     """
@@ -79,14 +78,14 @@ def fit(
         )
     low, scale = targets.min(axis=0), float(np.linalg.norm(np.ptp(targets, axis=0)))
     goal = (targets - low) / scale
-    linear, offset = _affine(points, goal, outlier, rounds)
-    x, y, z = (_control(knots, spacing) for knots in polycube.knots)
+    linear, offset = _affine(points, goal, outlier)
+    x, y, z = (_control(knots) for knots in polycube.knots)
     axes = x, y, z
     base = _grid(axes) @ linear.T + offset
     shares, bending = weights(axes, points), _bending(axes)
     residual = goal - points @ linear.T - offset
     for stiffness in smoothness * 10.0 ** np.arange(6):
-        moved = _robust(shares, bending * stiffness, residual, outlier, rounds)
+        moved = _robust(shares, bending * stiffness, residual, outlier)
         positions = base + moved.reshape(base.shape)
         if _keeps_orientation(positions):
             break
@@ -95,16 +94,14 @@ def fit(
     return RoughMap(x, y, z, positions * scale + low)
 
 
-def _affine(
-    points: np.ndarray, goal: np.ndarray, outlier: float, rounds: int
-) -> tuple[np.ndarray, np.ndarray]:
+def _affine(points: np.ndarray, goal: np.ndarray, outlier: float) -> tuple[np.ndarray, np.ndarray]:
     """Robust affine map from points to goal with a positive determinant.
 
     Singular values are at least a quarter of the largest one, so that no direction collapses.
     """
     homogeneous = np.column_stack([points, np.ones(len(points))])
     weight = np.ones(len(points))
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         root = np.sqrt(weight)[:, None]
         solution = np.linalg.lstsq(homogeneous * root, goal * root, rcond=None)[0]
         weight = _trust(goal - homogeneous @ solution, 2 * outlier)
@@ -120,10 +117,10 @@ def _trust(residual: np.ndarray, outlier: float) -> np.ndarray:
     return (1 + (residual**2).sum(axis=1) / outlier**2) ** -2.0
 
 
-def _control(knots: np.ndarray, spacing: float) -> np.ndarray:
-    """Control planes with about the given spacing, from the first knot to the last."""
+def _control(knots: np.ndarray) -> np.ndarray:
+    """Control planes with about the spacing `SPACING`, from the first knot to the last."""
     length = knots[-1] - knots[0]
-    return np.linspace(knots[0], knots[-1], max(1, round(length / spacing)) + 1)
+    return np.linspace(knots[0], knots[-1], max(1, round(length / SPACING)) + 1)
 
 
 def _bending(axes: PerAxis) -> np.ndarray:
@@ -142,12 +139,12 @@ def _bending(axes: PerAxis) -> np.ndarray:
 
 
 def _robust(
-    weights: csr_matrix, energy: np.ndarray, residual: np.ndarray, outlier: float, rounds: int
+    weights: csr_matrix, energy: np.ndarray, residual: np.ndarray, outlier: float
 ) -> np.ndarray:
     """(X*Y*Z, 3) displacement of the control positions that reproduces the residual."""
     moved = np.zeros((weights.shape[1], 3))
-    for step in range(rounds):
-        reach = outlier * max(1.0, 3 - 4 * step / rounds)  # wide in the first steps
+    for step in range(ROUNDS):
+        reach = outlier * max(1.0, 3 - 4 * step / ROUNDS)  # wide in the first steps
         trust = _trust(residual - weights @ moved, reach)
         weighted = weights.multiply((trust / trust.sum())[:, None]).T.tocsr()
         form = (weighted @ weights).toarray() + energy

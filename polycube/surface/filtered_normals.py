@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.surface.measures import face_areas
+from polycube.surface.measures import face_areas, unit
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
@@ -40,7 +40,7 @@ def broad_turns(
 
     def turns(sides: np.ndarray) -> np.ndarray:
         start, end = surface.vertices[sides[:, 0]], surface.vertices[sides[:, 1]]
-        along = _unit(end - start)
+        along = unit(end - start)
         edge, point = _near(tree, (start + end) / 2, width)
         facing = normals[face[point]]
         facing -= np.einsum("nd,nd->n", facing, along[edge])[:, None] * along[edge]
@@ -74,7 +74,7 @@ def steady_normals(
     def means(rough: np.ndarray) -> np.ndarray:
         which, point = _near(tree, surface.vertices[surface.faces[rough]].mean(axis=1), width)
         mean = _sums(which, normals[face[point]], len(rough))
-        return np.where((mean == 0).all(axis=1)[:, None], normals[rough], _unit(mean))
+        return np.where((mean == 0).all(axis=1)[:, None], normals[rough], unit(mean))
 
     steady = normals.copy()
     steady[is_rough] = _in_turn(means, np.flatnonzero(is_rough))
@@ -103,7 +103,3 @@ def _points(surface: TriMesh, width: float) -> tuple[np.ndarray, np.ndarray]:
 def _sums(group: np.ndarray, vectors: np.ndarray, number: int) -> np.ndarray:
     """(number, 3) sums of the vectors of each group."""
     return np.stack([np.bincount(group, column, number) for column in vectors.T], axis=1)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30)

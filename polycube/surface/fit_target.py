@@ -15,7 +15,7 @@ from polycube.surface.curves.creases import features
 from polycube.surface.curves.cusps import without_cusps
 from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
-from polycube.surface.measures import diagonal, face_areas, face_normals
+from polycube.surface.measures import diagonal, face_areas, face_normals, unit
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
@@ -31,14 +31,9 @@ class Target:
     surface: TriMesh  # at unit scale
     normals: np.ndarray  # (F, 3)
     vertex_normals: np.ndarray  # (V, 3)
-    trees: closest.Forest  # of the surface and of its CAD faces
+    tree: closest.Tree  # of the surface, with its CAD faces as groups
     features: Features
     followed: Features  # curves for mesh edges to follow, see `without_cusps`
-
-    @property
-    def tree(self) -> closest.Tree:
-        """Box tree of the whole surface."""
-        return self.trees.tree
 
     def to_unit(self, points: np.ndarray) -> np.ndarray:
         """Transform points of the model to unit scale."""
@@ -61,10 +56,7 @@ class Target:
 
         cad_face : (N,) CAD face on which each closest point must lie; 0 for any face
         """
-        how = points, normals, alpha, guess, free
-        if cad_face is None:
-            return closest.closest(self.tree, *how)[:2]
-        return closest.closest_in(self.trees, cad_face, *how)[:2]
+        return closest.closest(self.tree, points, normals, alpha, guess, free, cad_face)[:2]
 
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """About `number` evenly spread points (N, 3), their normals (N, 3) and CAD faces (N,)."""
@@ -76,18 +68,17 @@ def target(surface: TriMesh) -> Target:
     """Prepare a surface; the result is cached for each surface object."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     center, scale = (low + high) / 2, diagonal(surface)
-    unit = TriMesh((surface.vertices - center) / scale, surface.faces, surface.region)
-    normals = face_normals(unit)
-    graph = features(unit, normals)
-    normals = steady_normals(unit, normals, graph.noise, STEADY)
-    by_vertex = np.zeros_like(unit.vertices)
-    weighted = normals * face_areas(unit)[:, None]
+    small = TriMesh((surface.vertices - center) / scale, surface.faces, surface.region)
+    normals = face_normals(small)
+    graph = features(small, normals)
+    normals = steady_normals(small, normals, graph.noise, STEADY)
+    by_vertex = np.zeros_like(small.vertices)
+    weighted = normals * face_areas(small)[:, None]
     for k in range(3):
-        np.add.at(by_vertex, unit.faces[:, k], weighted)
-    by_vertex /= np.maximum(np.linalg.norm(by_vertex, axis=1, keepdims=True), 1e-30)
-    region = unit.region if len(unit.region) else np.zeros(len(unit.faces), np.int64)
-    trees = closest.forest(unit.vertices[unit.faces], normals, region)
-    return Target(center, scale, unit, normals, by_vertex, trees, graph, without_cusps(graph))
+        np.add.at(by_vertex, small.faces[:, k], weighted)
+    region = small.region if len(small.region) else None
+    tree = closest.tree(small.vertices[small.faces], normals, region)
+    return Target(center, scale, small, normals, unit(by_vertex), tree, graph, without_cusps(graph))
 
 
 @lru_cache(maxsize=16)

@@ -21,7 +21,7 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
     """(N, 2) pairs of faces that cross, ascending; the work grows as F log F."""
     corners = (surface.vertices - surface.vertices.mean(axis=0)) / diagonal(surface)
     triangles = corners[surface.faces]
-    boxes = tree(triangles, np.zeros((len(triangles), 3)))
+    boxes = tree(triangles)
     found = [np.empty((0, 2), dtype=np.int64)]
     for start in range(0, len(triangles), BATCH):
         end = min(start + BATCH, len(triangles))

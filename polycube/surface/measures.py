@@ -17,7 +17,12 @@ from polycube.types import TriMesh
 
 def area_vectors(surface: TriMesh) -> np.ndarray:
     """(F, 3) normals with the area of the face as length."""
-    a, b, c = np.moveaxis(surface.vertices[surface.faces], 1, 0)
+    return triangle_vectors(surface.vertices[surface.faces])
+
+
+def triangle_vectors(corners: np.ndarray) -> np.ndarray:
+    """(F, 3) normals of triangles (F, 3, 3) with their areas as lengths."""
+    a, b, c = np.moveaxis(corners, 1, 0)
     return np.cross(b - a, c - a) / 2
 
 
@@ -28,9 +33,12 @@ def face_areas(surface: TriMesh) -> np.ndarray:
 
 def face_normals(surface: TriMesh) -> np.ndarray:
     """(F, 3) outward unit normals; zero for a face without area."""
-    vectors = area_vectors(surface)
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
+    return unit(area_vectors(surface))
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (..., D) divided by their lengths; zero for a vector without length."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
 def corner_angles(surface: TriMesh) -> np.ndarray:
@@ -99,9 +107,10 @@ def nonmanifold_vertices(faces: np.ndarray) -> np.ndarray:
 
 
 def fans(faces: np.ndarray) -> np.ndarray:
-    """(3 F,) number of the fan at its vertex, 0, 1, ..., to which each corner belongs."""
+    """(K F,) number of the fan at its vertex, 0, 1, ..., to which each corner belongs."""
     first, second = twins(faces)
-    start, after = faces.ravel(), _next(np.arange(faces.size))
+    corner = np.arange(faces.size).reshape(faces.shape)
+    start, after = faces.ravel(), np.roll(corner, -1, axis=1).ravel()
     same_way = start[first] == start[second]
     left = np.where(same_way, second, after[second])  # corner of the twin at the start of `first`
     right = np.where(same_way, after[second], second)
@@ -132,10 +141,6 @@ def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     order = np.argsort(edge, kind="stable")
     same = edge[order][1:] == edge[order][:-1]
     return order[:-1][same], order[1:][same]
-
-
-def _next(half_edge: np.ndarray) -> np.ndarray:
-    return half_edge - half_edge % 3 + (half_edge + 1) % 3
 
 
 def connected(first: np.ndarray, second: np.ndarray, size: int) -> np.ndarray:

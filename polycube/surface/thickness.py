@@ -24,10 +24,8 @@ STEP = 0.5  # of the radius: distance that the centre moves in a step
 STEPS = 100  # three steps at a corner of three faces increase the radius by half
 
 
-def thickness(
-    surface: TriMesh, points: np.ndarray, outside: bool = False, most: float = np.inf
-) -> np.ndarray:
-    """Measure the thickness of a solid, or the free space outside it, at points of its surface.
+def thickness(surface: TriMesh, points: np.ndarray) -> np.ndarray:
+    """Measure the thickness of a solid at points of its surface.
 
     Parameters
     ----------
@@ -35,11 +33,6 @@ def thickness(
         Closed surface of the solid.
     points : (N, 3) array
         Points on or near the surface, in model units.
-    outside : bool
-        True: the sphere grows outside the solid, which gives the width of a slot or the diameter of
-        a hole.
-    most : float
-        Largest diameter of a sphere in model units; larger values are cut off.
 
     Returns
     -------
@@ -48,13 +41,18 @@ def thickness(
         the wall of a tube, the diameter of a ball. At most the diagonal.
     """
     goal = target(surface)
-    return goal.scale * widths(goal, goal.to_unit(points), outside, most / goal.scale)
+    return goal.scale * widths(goal, goal.to_unit(points))
 
 
 def widths(
     goal: Target, points: np.ndarray, outside: bool = False, most: float = np.inf
 ) -> np.ndarray:
-    """Thickness at points of a prepared surface; points and lengths at unit scale."""
+    """Thickness at points of a prepared surface; points and lengths at unit scale.
+
+    outside : the sphere grows outside the solid, which gives the width of a slot or the diameter of
+        a hole
+    most : largest diameter of a sphere; larger values are cut off
+    """
     foot, face = goal.closest(points)
     inside = goal.surface.vertices[goal.surface.faces[face]].mean(axis=1) - foot
     length = np.linalg.norm(inside, axis=1, keepdims=True)

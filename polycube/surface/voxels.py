@@ -20,7 +20,7 @@ class Voxels:
     size: float
 
     def __post_init__(self) -> None:
-        freeze(self, solid=("X Y Z", bool), origin=("3", np.float64))
+        freeze(self, solid="X Y Z bool", origin="3")
 
     def turned(self, rotation: np.ndarray) -> Voxels:
         """The same voxels in axes rotated by one of the 24 rotations of the cube (3, 3)."""

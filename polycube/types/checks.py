@@ -9,19 +9,22 @@ from typing import Any
 import numpy as np
 
 Bound = int | str | tuple[int | str, ...]  # a number, a field with that many rows; of each column
+DTYPES = {"int": np.int64, "bool": np.bool_, "float32": np.float32}
 PLAIN: dict[str, type | tuple[type, ...]] = {"int": int, "float": (int, float), "str": str}
 PLAIN |= {"Mapping[str, str]": Mapping, "tuple[str, ...]": tuple}
 
 
-def freeze(obj: object, **specs: tuple[str, type]) -> None:
+def freeze(obj: object, **specs: str) -> None:
     """Check array fields and make them read-only; equal letters mean equal lengths.
 
-    specs : field name -> (dimensions such as "V 3", dtype); raises ValueError for another shape
+    specs : field name -> dimensions such as "V 3", then the type unless it is float: "F 3 int";
+        raises ValueError for another shape
     """
     sizes: dict[str, int] = {}
-    for name, (dims, dtype) in specs.items():
+    for name, spec in specs.items():
+        letters = [part for part in spec.split() if part not in DTYPES]
+        dtype = DTYPES.get(spec.split()[-1], np.float64)
         array: np.ndarray = np.array(getattr(obj, name), dtype=dtype)  # own copy
-        letters = dims.split()
         wanted = f"{type(obj).__name__}.{name} must have shape ({', '.join(letters)})"
         if array.ndim != len(letters):
             raise ValueError(f"{wanted}; got {array.shape}")

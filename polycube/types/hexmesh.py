@@ -69,14 +69,15 @@ class HexMesh:
     }
 
     def __post_init__(self) -> None:
+        count = "Q" if len(self.cad_face) else "0"
         freeze(
             self,
-            vertices=("V 3", np.float64),
-            hexes=("H 8", np.int64),
-            quads=("Q 4", np.int64),
-            patch=("Q", np.int64),
-            cell=("H", np.int64),
-            cad_face=("Q" if len(self.cad_face) else "0", np.int64),
+            vertices="V 3",
+            hexes="H 8 int",
+            quads="Q 4 int",
+            patch="Q int",
+            cell="H int",
+            cad_face=f"{count} int",
         )
 
 

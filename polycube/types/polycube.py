@@ -40,9 +40,9 @@ class Polycube:
     context: tuple[str | None, ...]
 
     def __post_init__(self) -> None:
-        freeze(self, occupancy=("X Y Z", bool))
+        freeze(self, occupancy="X Y Z bool")
         for name, size in zip("xyz", self.occupancy.shape, strict=True):
-            freeze(self, **{name: (str(size + 1), np.float64)})
+            freeze(self, **{name: str(size + 1)})
             if (np.diff(getattr(self, name)) <= 0).any():
                 raise ValueError(f"Polycube.{name} must ascend; got {getattr(self, name)}")
         if len(self.context) != np.prod(self.grid):
@@ -73,13 +73,7 @@ class RoughMap:
     positions: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            x=("X", np.float64),
-            y=("Y", np.float64),
-            z=("Z", np.float64),
-            positions=("X Y Z 3", np.float64),
-        )
+        freeze(self, x="X", y="Y", z="Z", positions="X Y Z 3")
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +92,7 @@ class Labels:
     bounds: ClassVar = {"axis": 6}
 
     def __post_init__(self) -> None:
-        freeze(self, axis=("F", np.int64), patch=("F", np.int64))
+        freeze(self, axis="F int", patch="F int")
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,4 +107,4 @@ class Parametrization:
     positions: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, positions=("V 3", np.float64))
+        freeze(self, positions="V 3")

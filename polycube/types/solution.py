@@ -29,7 +29,7 @@ class Modes:
     rigid: int = 6
 
     def __post_init__(self) -> None:
-        freeze(self, eigenvalues=("K", np.float64), shapes=("K C 3", np.float64))
+        freeze(self, eigenvalues="K", shapes="K C 3")
 
     @property
     def frequency(self) -> np.ndarray:
@@ -93,14 +93,7 @@ class Deformation:
     stress_error: float | None = None
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            displacement=("C 3", np.float64),
-            stress=("B 6", np.float64),
-            von_mises=("B", np.float64),
-            reactions=("S 3", np.float64),
-            load=("3", np.float64),
-        )
+        freeze(self, displacement="C 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,12 +118,7 @@ class Potential:
     units: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            values=("C", np.float64),
-            flux=("B 3", np.float64),
-            flows=("S", np.float64),
-        )
+        freeze(self, values="C", flux="B 3", flows="S")
 
 
 Solution = Modes | Deformation | Potential  # what an analysis may give

@@ -51,12 +51,12 @@ class Spline:
     def __post_init__(self) -> None:
         freeze(
             self,
-            control=("C 3", np.float64),
-            nodes=("E 64", np.int64),
-            element_hex=("E", np.int64),
-            level=("E", np.int64),
-            sides=("Q 2", np.int64),
-            patch=("Q", np.int64),
+            control="C 3",
+            nodes="E 64 int",
+            element_hex="E int",
+            level="E int",
+            sides="Q 2 int",
+            patch="Q int",
         )
         if self.extraction.shape[1:] != (len(self.control),):
             raise ValueError(f"Spline.extraction must have {len(self.control)} columns")

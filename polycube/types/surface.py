@@ -48,12 +48,8 @@ class TriMesh:
     }
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            vertices=("V 3", np.float64),
-            faces=("F 3", np.int64),
-            region=("F" if len(self.region) else "0", np.int64),
-        )
+        count = "F" if len(self.region) else "0"
+        freeze(self, vertices="V 3", faces="F 3 int", region=f"{count} int")
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +68,7 @@ class Frame:
     scale: float
 
     def __post_init__(self) -> None:
-        freeze(self, rotation=("3 3", np.float64), center=("3", np.float64))
+        freeze(self, rotation="3 3", center="3")
 
     def apply(self, points: np.ndarray) -> np.ndarray:
         """(N, 3) points of the model, in coordinates of the frame."""

@@ -11,10 +11,10 @@ from polycube.cli.pairs import coarse
 from polycube.cli.pairs.make import TABLE, main, make_pairs
 from polycube.cli.train import train
 from polycube.config import compose
-from polycube.diffusion.pairs.any_structure import OUTWARD
 from polycube.diffusion.pairs.part_files import read_part
 from polycube.errors import InputError
 from polycube.io.stl import write_stl
+from polycube.structure.lattice import OUTWARD
 from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
 from tests.fixtures.meshed import TURN, hexes_of, true_knots

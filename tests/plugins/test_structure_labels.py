@@ -10,13 +10,13 @@ from polycube.plugins.structure.labels.energy import energy, problem
 from polycube.plugins.structure.labels.fields import field, stiffness
 from polycube.plugins.structure.labels.inverse import CONTROLS, controls
 from polycube.plugins.structure.labels.order import pairs, spaced
-from polycube.plugins.structure.labels.pieces import DIRECTIONS, pieces
+from polycube.plugins.structure.labels.pieces import pieces
 from polycube.plugins.structure.labels.rays import first_hit, strips
-from polycube.plugins.structure.labels.refinement import cut, refined
 from polycube.registry import build
-from polycube.structure.lattice import boundary, corners, genus, is_manifold
+from polycube.structure.lattice import OUTWARD, boundary, corners, genus, is_manifold
 from polycube.structure.rough_map import evaluate
 from polycube.surface import measures
+from polycube.surface.edge_splits import cut, refined
 from polycube.types import Candidate, TriMesh
 from tests.fixtures.machined import (
     BLOCK,
@@ -50,7 +50,7 @@ def corner_gap(candidate: Candidate, surface: TriMesh) -> float:
 
 
 def nearest(normals: np.ndarray) -> np.ndarray:
-    return (normals @ DIRECTIONS.T).argmax(axis=1)
+    return (normals @ OUTWARD.T).argmax(axis=1)
 
 
 def test_refining_preserves_a_closed_surface_and_its_shape():

@@ -14,7 +14,7 @@ from polycube.plugins.structure.overlay.planes import planes
 from polycube.plugins.structure.overlay.topology import manifold
 from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
-from polycube.structure.windows import TABLE, windows
+from polycube.structure.neighbourhoods import TABLE, codes
 from polycube.surface.measures import diagonal, volume
 from polycube.types import Polycube, Tier, TriMesh
 from tests.fixtures.hexmeshes import hex_box, surface_of
@@ -64,7 +64,7 @@ def test_random_cells_become_one_manifold_solid_without_voids(seed, least):
     assert full.any()
     assert label(full)[1] == 1
     assert label(~np.pad(full, 1))[1] == 1
-    assert not TABLE[windows(np.pad(full, 1)), 1].any()
+    assert not TABLE[codes(np.pad(full, 1)), 1].any()
     assert is_manifold(solid(full))
 
 

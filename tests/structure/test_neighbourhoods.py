@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from polycube.structure.lattice import _components, _sorted_edges, boundary, genus
+from polycube.structure.lattice import _sorted_edges, boundary, genus
 from polycube.structure.neighbourhoods import codes, solid_genus
+from polycube.surface.measures import connected
 from polycube.types import Polycube
 
 
@@ -24,8 +25,8 @@ def is_manifold(solid: Polycube) -> bool:
     owners = quad[start], quad[start + 1]
     ends = pairs[start][:, :, None]  # (E, 2, 1)
     corner = [4 * o[:, None] + (quads[o][:, None] == ends).argmax(axis=2) for o in owners]
-    fans = _components(corner[0].ravel(), corner[1].ravel(), quads.size)
-    pieces = _components(*owners, len(quads))
+    fans = connected(corner[0].ravel(), corner[1].ravel(), quads.size)
+    pieces = connected(*owners, len(quads))
     return pieces.max() == 0 and fans.max() + 1 == len(np.unique(quads))
 
 

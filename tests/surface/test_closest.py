@@ -91,28 +91,28 @@ def grouped(corners, normals, group, wanted, points, facing, alpha) -> np.ndarra
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.2])
-def test_a_forest_looks_in_the_group_of_each_point(alpha):
+def test_a_tree_with_groups_looks_in_the_group_of_each_point(alpha):
     rng = np.random.default_rng(2)
     corners, points = rng.normal(size=(90, 3, 3)), rng.normal(size=(200, 3))
     normals, facing = rng.normal(size=(90, 3)), rng.normal(size=(200, 3))
     group, wanted = np.array([0, 1, 2, 4])[rng.integers(0, 4, 90)], rng.integers(0, 5, 200)
-    trees = closest.forest(corners, normals, group)
+    trees = closest.tree(corners, normals, group)
     guess = rng.integers(0, 90, 200)  # in other groups too
     # then elsewhere, in the trees of the places before
     for places in (corners, corners[::-1] + 0.3 * rng.normal(size=(90, 3, 3))):
         trees = closest.moved(trees, places, normals)
-        found, face, _ = closest.closest_in(trees, wanted, points, facing, alpha, guess)
+        found, face, _ = closest.closest(trees, points, facing, alpha, guess, group=wanted)
         expected = grouped(places, normals, group, wanted, points, facing, alpha)
         assert found == pytest.approx(expected)
         has_own = np.isin(wanted, [1, 2, 4])
         assert (group[face] == wanted)[has_own].all()
 
 
-def test_a_moved_forest_is_that_of_the_new_places():
+def test_a_moved_tree_is_that_of_the_new_places():
     rng = np.random.default_rng(3)
     corners, normals = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 3))
     far = corners + np.array([5.0, 0, 0])
-    trees = closest.moved(closest.forest(corners, normals, np.ones(50, int)), far, normals)
-    rebuilt = closest.forest(far, normals, np.ones(50, int))
-    for one, other in zip(trees.tree, rebuilt.tree, strict=True):
+    trees = closest.moved(closest.tree(corners, normals, np.ones(50, int)), far, normals)
+    rebuilt = closest.tree(far, normals, np.ones(50, int))
+    for one, other in zip(trees, rebuilt, strict=True):
         assert one == pytest.approx(other)

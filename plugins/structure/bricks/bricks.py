@@ -18,7 +18,7 @@ import numpy as np
 from polycube.kinds import Structure
 from polycube.registry import register
 from polycube.structure.primitives import full_cell
-from polycube.types import Candidate, RoughMap, TriMesh
+from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
 from .energies import Knots, energies, filled_and_size, largest_genus
 
@@ -223,18 +223,14 @@ class BrickLattice(Structure):
 
     def _candidate(self, bricks: Bricks, view: View, frame: int, brick: str) -> Candidate:
         """The candidate of bricks in the frame with the given number."""
-        from polycube.structure.lattice import collapse, lattice
+        from polycube.structure.lattice import collapse, of_bricks
 
         from ..slices.candidates import structure_key
 
-        full, knots = bricks.full, list(bricks.knots)
-        for axis in range(3):
-            used = np.flatnonzero(np.moveaxis(full, axis, 0).any(axis=(1, 2)))
-            full = full.take(np.arange(used[0], used[-1] + 1), axis=axis)
-            knots[axis] = knots[axis][used[0] : used[-1] + 2]
-        context = [brick if is_full else None for is_full in full.ravel()]
-        polycube = collapse(lattice(full.shape, context, self.primitives))
-        corners = np.stack(np.meshgrid(*[k + 1 for k in knots], indexing="ij"), axis=-1)
+        x, y, z = bricks.knots
+        solid = collapse(Polycube(bricks.full, x, y, z, (1, 1, 1), ("bricks",)))
+        polycube = of_bricks(solid.occupancy, brick)
+        corners = np.stack(np.meshgrid(*[k + 1 for k in solid.knots], indexing="ij"), axis=-1)
         rough_map = RoughMap(*polycube.knots, view.to_model(corners))
         key = structure_key(polycube, np.eye(3), frame)
         return Candidate("bricks", polycube, rough_map, TRUST * bricks.misfit, key)

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numba import njit
 from scipy import ndimage
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+
+from polycube.surface.measures import connected
 
 from ..slices.sections import PLANE
 
@@ -121,8 +121,7 @@ def _holes(solid: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray
     is_similar = np.maximum(area[before], area[after]) < AREA_RATIO * np.minimum(
         area[before], area[after]
     )
-    links = (np.ones(is_similar.sum()), (before[is_similar], after[is_similar]))
-    hole = connected_components(coo_matrix(links, shape=(number, number)), directed=False)[1]
+    hole = connected(before[is_similar], after[is_similar], number)
     boxes = ndimage.find_objects(regions)
     for members in (np.flatnonzero(hole == h) for h in np.unique(hole[1:])):
         spans = np.array([[(s.start, s.stop) for s in boxes[m - 1]] for m in members])  # (M, 3, 2)

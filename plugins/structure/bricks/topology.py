@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from polycube.structure.windows import TABLE, flip, windows
+from polycube.structure.neighbourhoods import TABLE, codes, flip
 from polycube.types import PerAxis
 
 FLIPS = 400  # largest number of flips
@@ -18,13 +18,13 @@ FLIPS = 400  # largest number of flips
 def defect(full: np.ndarray, genus: int) -> int:
     """Number of defects compared with one manifold solid of a genus; 0 if there are none."""
     solid = np.pad(full, 1)
-    total, bad, _ = TABLE[windows(solid)].sum(axis=(0, 1, 2))
+    total, bad, _ = TABLE[codes(solid)].sum(axis=(0, 1, 2))
     return _defect(solid, genus, total, bad)
 
 
 def corners(full: np.ndarray) -> int:
     """Number of lattice points with at least three faces of the boundary of the bricks."""
-    return int(TABLE[windows(np.pad(full, 1)), 2].sum())
+    return int(TABLE[codes(np.pad(full, 1)), 2].sum())
 
 
 @njit(cache=True)
@@ -62,7 +62,7 @@ def _pieces(solid: np.ndarray, value: bool) -> int:
 def _defect(solid: np.ndarray, genus: int, total: int, bad: int) -> int:
     """Number of pinched points, additional components, voids, and wrong handles.
 
-    total, bad : sums of the first two columns of `polycube.structure.windows.TABLE`
+    total, bad : sums of the first two columns of `polycube.structure.neighbourhoods.TABLE`
     """
     pieces, outside = _pieces(solid, True), _pieces(solid, False)
     if pieces == 0:
@@ -207,5 +207,5 @@ def repaired(
     gain, areas : as for `minimum_cut`; limit : largest energy added by flipping one run of bricks
     """
     solid = np.pad(full, 1)
-    is_right = _repair(solid, gain, areas, genus, limit, windows(solid), TABLE)
+    is_right = _repair(solid, gain, areas, genus, limit, codes(solid), TABLE)
     return solid[1:-1, 1:-1, 1:-1] if is_right else None

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from polycube.structure.lattice import OUTWARD
 from polycube.surface.measures import face_areas, face_normals
 
 from .arcs import Arcs
-from .pieces import DIRECTIONS, Pieces
+from .pieces import Pieces
 
 FAULT = 0.03  # cost of a fault
 OPPOSITE = 0.1  # cost of a label whose direction is opposite to a piece
@@ -50,7 +51,7 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
     """The energy of labels, with a cost per length of border."""
     areas = face_areas(pieces.surface)
     areas = areas / areas.sum()
-    lean = 1 - face_normals(pieces.surface) @ DIRECTIONS.T
+    lean = 1 - face_normals(pieces.surface) @ OUTWARD.T
     misfit = np.zeros((len(pieces.face), 6))
     np.add.at(misfit, pieces.piece, areas[:, None] * lean)
     share = np.bincount(pieces.piece, areas)[:, None]
@@ -111,8 +112,8 @@ def energy(
         inward = 0 if turn > 0 else 1
         outward[2 * a], outward[2 * a + 1] = label[other] ^ inward, label[one] ^ inward
     loop, total = np.arange(len(outward)), np.zeros(len(outward))
-    faults += _turns(p.start, p.arc, p.side, p.pieces, label, outward, loop, total)
-    faults += _loops(p.pieces, outward, chart, loop, total, at_fault)
+    faults += _turns(p, label, outward, loop, total)
+    faults += _loops(p, outward, chart, loop, total, at_fault)
     return cost + FAULT * faults, faults
 
 
@@ -135,20 +136,14 @@ def _join(parent: np.ndarray, a: int, b: int) -> None:
 
 @njit(cache=True)
 def _turns(
-    start: np.ndarray,
-    arc: np.ndarray,
-    side: np.ndarray,
-    pieces: np.ndarray,
-    label: np.ndarray,
-    outward: np.ndarray,
-    loop: np.ndarray,
-    total: np.ndarray,
+    p: Problem, label: np.ndarray, outward: np.ndarray, loop: np.ndarray, total: np.ndarray
 ) -> float:
     """Connect the borders at points and add their turns; faults for reversed directions.
 
     outward : (2 A,) direction, as a label, in which a chart ends at a side of an arc, or -1
     loop, total : (2 A,) changed in place: border of each side of an arc, and its turns
     """
+    start, arc, side = p.start, p.arc, p.side
     faults = 0.0
     for n in range(len(start) - 1):
         first, before = -1, -1
@@ -158,7 +153,7 @@ def _turns(
                 continue
             if before >= 0:
                 leave, enter = 2 * arc[before] + side[before], 2 * arc[at] + 1 - side[at]
-                own = label[pieces[arc[before], side[before]]]
+                own = label[p.pieces[arc[before], side[before]]]
                 turn = _turn(own, outward[enter], outward[leave])
                 if turn == 2:
                     faults += 1.0
@@ -191,7 +186,7 @@ def _turn(own: int, one: int, other: int) -> int:
 
 @njit(cache=True)
 def _loops(
-    pieces: np.ndarray,
+    p: Problem,
     outward: np.ndarray,
     chart: np.ndarray,
     loop: np.ndarray,
@@ -205,7 +200,7 @@ def _loops(
     faults, gain = np.zeros(len(chart)), np.full(len(chart), np.inf)
     for h in range(len(loop)):
         if loop[h] == h and outward[h] >= 0:
-            c = _root(chart, pieces[h // 2, h % 2])
+            c = _root(chart, p.pieces[h // 2, h % 2])
             as_hole, as_outer = abs(summed[h] + 4), abs(summed[h] - 4)
             faults[c] += as_hole
             gain[c] = min(gain[c], as_outer - as_hole)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polycube.types import Candidate, Polycube, TriMesh
+from polycube.structure.lattice import of_bricks
+from polycube.types import Candidate, TriMesh
 
 from ..slices.candidates import structure_key
 from .inverse import fitted
@@ -45,10 +46,7 @@ class OnBricks(NamedTuple):
         self, proposal: str, view: View, smoothness: float, cost: float, brick: str
     ) -> Candidate:
         """The candidate of the bricks, each a primitive with the given name."""
-        full = self.full
-        x, y, z = (np.arange(n + 1.0) for n in full.shape)
-        context = tuple(brick if is_full else None for is_full in full.ravel())
-        polycube = Polycube(full, x, y, z, full.shape, context)
+        polycube = of_bricks(self.full, brick)
         rough_map = fitted(
             self.knots,
             TriMesh(self.placed, self.surface.faces),

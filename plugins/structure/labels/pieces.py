@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.structure.lattice import OUTWARD
+from polycube.surface.edge_splits import cut, refined
 from polycube.surface.measures import connected, face_areas, face_normals, twins
 from polycube.types import TriMesh
-
-from .refinement import cut, refined
 
 FLAT = np.cos(np.radians(1))  # for two normals in one plane
 BENT = np.cos(np.radians(3))  # for a normal and the mean normal of a plane
@@ -20,7 +20,6 @@ SMOOTH = np.cos(np.radians(35))  # for two facets of one bend
 SMALL, LARGE = 1e-3, 0.06  # share of the area of a plane, and of one that may be a facet of a bend
 SHARP = np.cos(np.radians(46))  # larger angles separate two bends
 SLANTED = np.cos(np.radians(8))  # for the normal of a plane and the nearest axis
-DIRECTIONS = np.repeat(np.eye(3), 2, axis=0) * np.tile([1, -1], 3)[:, None]  # (6, 3) by label
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +63,7 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
             is_above = vertices[faces].mean(axis=1) @ direction > middle
             side[part == number, turn] = np.where(is_above[part == number], 1, -1)
     fine = TriMesh(vertices, faces, part)
-    nearest = np.where(is_plane[part], -1, (face_normals(fine) @ DIRECTIONS.T).argmax(axis=1))
+    nearest = np.where(is_plane[part], -1, (face_normals(fine) @ OUTWARD.T).argmax(axis=1))
     keys = np.column_stack([part, side, nearest])
     first, second = twins(faces)
     first, second = first // 3, second // 3

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from polycube.diffusion.encoding import learning_frame
 from polycube.registry import build
 from polycube.structure import rough_map
-from polycube.structure.lattice import boundary, lattice
+from polycube.structure.lattice import OUTWARD, boundary, lattice
 from polycube.structure.projection import project
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
@@ -118,8 +118,7 @@ def _candidate(
     solid = lattice(options.grid, guess.polycube.context, options.primitives)
     regular, axis = project(solid, trajectory[-1].astype(np.float64), log_labels)
     fitted = _fit(regular, points, guess.polycube, *guess.box(surface))
-    outward = np.concatenate([np.eye(3), -np.eye(3)])[axis % 2 * 3 + axis // 2]  # (N, 3)
-    misalignment = 1 - (outward * (normals @ guess.rotation.T)).sum(axis=1).mean()
+    misalignment = 1 - (OUTWARD[axis] * (normals @ guess.rotation.T)).sum(axis=1).mean()
     residual = _miss(guess.polycube, fitted, regular, points) + LOOK * misalignment
     cost = residual - UNLIKELY * guess.log_likelihood
     return Candidate(

@@ -128,7 +128,8 @@ class Drawn(Structure):
         self, denoiser: Denoiser, surface: TriMesh, genus: int
     ) -> tuple[TriMesh, list[Lattice | None]]:
         """The refined surface, and the lattice of each draw; None for a draw without one."""
-        from ..labels.refinement import refined
+        from polycube.surface.edge_splits import refined
+
         from .draws import draw
         from .knots import lattice
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.diffusion.encoding import learning_frame
-from polycube.diffusion.pairs.any_structure import OUTWARD
 from polycube.registry import build
+from polycube.structure.lattice import OUTWARD
 from polycube.surface.frames import rotations
 from polycube.surface.measures import face_areas, face_normals
 from polycube.types import TriMesh

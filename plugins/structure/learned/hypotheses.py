@@ -192,13 +192,8 @@ def _fillings(
     if denoiser.options.classifier:
         log_cells, log_aligned = denoiser.log_cells(normalised, turned)
     else:
-        log_cells = np.zeros(
-            (
-                len(placed),
-                int(np.prod(denoiser.condition.grid)),
-                len(denoiser.condition.primitives) + 1,
-            )
-        )
+        n_cells = int(np.prod(denoiser.condition.grid))
+        log_cells = np.zeros((len(placed), n_cells, len(denoiser.condition.primitives) + 1))
         log_aligned = np.zeros(len(placed))
     cells = np.empty((len(placed), 1, 0), int)
     total = log_aligned[:, None]  # (B, K) of the K most probable contexts of the first cells

@@ -16,7 +16,7 @@ from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import full_cell
-from polycube.types import Candidate, Polycube, RoughMap, Tier, TriMesh
+from polycube.types import Candidate, RoughMap, Tier, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -149,7 +149,7 @@ class Overlay(Structure):
         size : size of the largest hexes into which they may be merged
         """
         from polycube.hexmesh.generation import sizing
-        from polycube.structure.lattice import genus
+        from polycube.structure.lattice import genus, of_bricks
         from polycube.surface import measures
 
         from .planes import planes
@@ -172,7 +172,7 @@ class Overlay(Structure):
             for full in (manifold(share, least) for least in shares):
                 if not full.any():
                     continue
-                polycube = _polycube(full, brick)
+                polycube = of_bricks(full, brick)
                 found, number = genus(polycube), full.sum()
                 logger.info(
                     "overlay: %d full cells of size %.4g, genus %d of %d",
@@ -215,10 +215,3 @@ def _samples(planes: np.ndarray) -> np.ndarray:
     """Evenly spaced samples of every interval."""
     inner = (np.arange(SAMPLES) + 0.5) / SAMPLES
     return (planes[:-1, None] + np.diff(planes)[:, None] * inner).ravel()
-
-
-def _polycube(full: np.ndarray, brick: str) -> Polycube:
-    """Polycube of the full cells, each a grid cell."""
-    x, y, z = (np.arange(n + 1.0) for n in full.shape)
-    context = tuple(brick if is_full else None for is_full in full.ravel().tolist())
-    return Polycube(full, x, y, z, full.shape, context)

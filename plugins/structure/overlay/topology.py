@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from scipy.ndimage import binary_dilation, label
+from scipy.ndimage import binary_dilation, binary_fill_holes, label
 
-from polycube.structure.windows import TABLE, flip, windows
+from polycube.structure.neighbourhoods import TABLE, codes, flip
 
 ROUNDS = 20
 THIN = 0.15  # smallest share of a cell in a wall that fills cells
@@ -30,9 +30,9 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
     for _ in range(ROUNDS):
         # first the pinched points, so that blocks that touch along an edge are connected
         solid, weight = np.pad(full, 1), np.pad(np.abs(share - least), 1, constant_values=2.0)
-        _repair(solid, windows(solid), weight, TABLE)
+        _repair(solid, codes(solid), weight, TABLE)
         inner = solid[1:-1, 1:-1, 1:-1]
-        full = _without_voids(_largest(inner))
+        full = binary_fill_holes(_largest(inner))
         if (full == inner).all():
             break
     return full
@@ -53,11 +53,6 @@ def _with_walls(share: np.ndarray, least: float) -> np.ndarray:
 def _largest(full: np.ndarray) -> np.ndarray:
     piece, number = label(full)
     return full if number < 2 else piece == 1 + np.bincount(piece.ravel())[1:].argmax()
-
-
-def _without_voids(full: np.ndarray) -> np.ndarray:
-    piece, number = label(~np.pad(full, 1))
-    return full if number < 2 else (piece != piece[0, 0, 0])[1:-1, 1:-1, 1:-1]
 
 
 @njit(cache=True)

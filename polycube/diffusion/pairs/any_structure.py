@@ -14,16 +14,16 @@ from polycube.diffusion.encoding import learning_frame
 from polycube.diffusion.pairs.cad_shapes import DISCS, CadShapes
 from polycube.diffusion.pairs.deformation import Deformation
 from polycube.diffusion.pairs.lattices import random_lattice
-from polycube.diffusion.pairs.pairs import sample
+from polycube.diffusion.pairs.pairs import Points, sampled
 from polycube.diffusion.pairs.smoothing import smoothed
 from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
 from polycube.diffusion.pairs.widths import random_knots
+from polycube.structure.lattice import OUTWARD
 from polycube.surface.frames import rotations, turn
-from polycube.types import Polycube, freeze
+from polycube.types import Polycube
 
 STYLES = ("cad", "organic", "both")
 UNKNOWN_GENUS = 0.1  # share of pairs without a genus, which is unknown for a noisy scan
-OUTWARD = np.kron(np.eye(3), [[1], [-1]])  # (6, 3) by axis label
 CUBE = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1  # corners of the box of the learning frame
 
 
@@ -69,24 +69,11 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class LatticePair:
-    """Corresponding points of a geometry and of its polycube, both in the learning frame."""
+class LatticePair(Points):
+    """Points of a lattice; the labels are the outward axis 0..5 and the knot number on it."""
 
-    geometry: np.ndarray  # (N, 3)
-    normals: np.ndarray  # (N, 3) outward unit normals of the geometry
-    polycube: np.ndarray  # (N, 3)
-    labels: np.ndarray  # (N, 2) labels of its face: outward axis 0..5, knot number on that axis
     solid: Polycube  # collapsed
     genus: int | None  # genus as input of the network; None for a share UNKNOWN_GENUS of the pairs
-
-    def __post_init__(self) -> None:
-        freeze(
-            self,
-            geometry=("N 3", np.float64),
-            normals=("N 3", np.float64),
-            polycube=("N 3", np.float64),
-            labels=("N 2", np.int64),
-        )
 
 
 class LatticePairs:
@@ -111,22 +98,11 @@ class LatticePairs:
         part, rng = self._cached[1], np.random.default_rng([self.seed, number, view])
         if view:
             part = turned(part, rotations()[rng.integers(24)])
-        faces = part.surface.faces
-        face, weights = sample(faces, part.geometry, self.n_points, rng)
-        corners = part.geometry[faces[face]]
-        polycube = np.einsum("nk,nkd->nd", weights, part.surface.vertices[faces[face]])
-        geometry = np.einsum("nk,nkd->nd", weights, corners)
-        normals = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-        deformation = self.options.deformation
-        noise, tilt = rng.uniform(0, [deformation.roughness, deformation.tilt])
-        return LatticePair(
-            geometry + rng.normal(0, noise, geometry.shape),
-            _unit(normals + rng.normal(0, tilt, normals.shape)),
-            polycube,
-            np.stack([part.surface.axis[face], part.surface.knot[face]], axis=1),
-            part.polycube,
-            None if rng.random() < UNKNOWN_GENUS else part.genus,
-        )
+        labels = np.stack([part.surface.axis, part.surface.knot], axis=1)
+        surfaces, noise = (part.geometry, part.surface.vertices), self.options.deformation
+        drawn = sampled(part.surface.faces, surfaces, labels, self.n_points, noise, rng)
+        genus = None if rng.random() < UNKNOWN_GENUS else part.genus
+        return LatticePair(*drawn, part.polycube, genus)
 
     def part(self, index: int) -> Part:
         """The surfaces of part number `index`: without other views, of the pair of that number."""
@@ -181,7 +157,3 @@ def turned(part: Part, rotation: np.ndarray) -> Part:
     vertices = surface.vertices @ rotation.T
     surface = surface._replace(vertices=vertices, axis=axis, knot=knot)
     return replace(part, geometry=part.geometry @ rotation.T, surface=surface, polycube=polycube)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

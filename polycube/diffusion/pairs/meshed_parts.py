@@ -16,12 +16,13 @@ from scipy.sparse import csr_matrix
 
 from polycube.charts.harmonic import extend, mean_value
 from polycube.diffusion.encoding import learning_frame
-from polycube.diffusion.pairs.any_structure import OUTWARD, Part
+from polycube.diffusion.pairs.any_structure import Part
 from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.pairs.tessellation import Tessellation, exposed
 from polycube.hexmesh.connectivity import quad_edges
-from polycube.structure.lattice import boundary, collapse, genus
+from polycube.structure.lattice import OUTWARD, boundary, collapse, genus
 from polycube.structure.projection import project_onto
+from polycube.surface.measures import triangle_vectors
 from polycube.types import HexMesh, PerAxis, Polycube
 
 STYLE = "meshed"
@@ -72,7 +73,7 @@ def meshed_part(hexes: HexMesh, polycube: Polycube) -> Part:
 
 def tilted(part: Part, degrees: float = TILTED) -> float:
     """Share of the area of a part whose angle to the axis of its label is larger."""
-    vectors = _area_vectors(part.geometry[part.surface.faces])
+    vectors = triangle_vectors(part.geometry[part.surface.faces])
     area = np.linalg.norm(vectors, axis=1)
     along = np.einsum("fk,fk->f", vectors, OUTWARD[part.surface.axis])
     return float(area[along < np.cos(np.radians(degrees)) * area].sum() / area.sum())
@@ -93,7 +94,7 @@ def _labels(patch: np.ndarray, given: Polycube, solid: Polycube) -> tuple[np.nda
 
 def _rotation(x: np.ndarray, faces: _Faces) -> np.ndarray:
     """(3, 3) rotation that maximises the sum of products of area vectors and axes of labels."""
-    vectors = _area_vectors(x[faces.triangles])
+    vectors = triangle_vectors(x[faces.triangles])
     u, _, vt = np.linalg.svd(OUTWARD[faces.axis.repeat(2)].T @ vectors)
     return u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
 
@@ -101,7 +102,7 @@ def _rotation(x: np.ndarray, faces: _Faces) -> np.ndarray:
 def _knots(x: np.ndarray, faces: _Faces, solid: Polycube) -> PerAxis:
     """Knots of the slabs, centred, the longest edge 2: the means of the planes, made ascending."""
     corners = x[faces.triangles]
-    area = np.linalg.norm(_area_vectors(corners), axis=1)
+    area = np.linalg.norm(triangle_vectors(corners), axis=1)
     axis, knot = faces.axis.repeat(2) // 2, faces.knot.repeat(2)
     found = []
     for a, n in enumerate(solid.occupancy.shape):
@@ -168,7 +169,7 @@ def _on_own_face(
 
 def check_cover(surface: Tessellation, solid: Polycube) -> None:
     """Raise ValueError unless a surface covers every plane of the polycube once."""
-    vectors = _area_vectors(surface.vertices[surface.faces])
+    vectors = triangle_vectors(surface.vertices[surface.faces])
     area = np.einsum("fk,fk->f", vectors, OUTWARD[surface.axis])
     covered, wanted = np.zeros((2, 6, MOST_SLABS + 1))
     np.add.at(covered, (surface.axis, surface.knot), area)
@@ -183,8 +184,3 @@ def check_cover(surface: Tessellation, solid: Polycube) -> None:
     folded = float(-area[area < 0].sum() / wanted.sum())
     if folded > MOST_FOLDED:
         raise ValueError(f"{folded:.1%} of the polycube is covered by folds of the surface")
-
-
-def _area_vectors(corners: np.ndarray) -> np.ndarray:
-    """(F, 3) normals of triangles (F, 3, 3) with the length of their areas."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2

@@ -15,27 +15,28 @@ import numpy as np
 from polycube.diffusion.encoding import POINTS_PER_CELL, learning_frame
 from polycube.diffusion.pairs.deformation import Deformation
 from polycube.diffusion.pairs.templates import Context, template
+from polycube.surface.measures import unit
 from polycube.types import freeze
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class Points:
     """Corresponding points of a geometry and of its polycube, both in the learning frame."""
 
     geometry: np.ndarray  # (N, 3)
     normals: np.ndarray  # (N, 3) outward unit normals of the geometry
     polycube: np.ndarray  # (N, 3)
-    labels: np.ndarray  # (N, 3) labels of the polycube face: outward axis, cell, 1 in a hole
-    context: Context
+    labels: np.ndarray  # (N, L) labels of the polycube face, see `conditions`
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            geometry=("N 3", np.float64),
-            normals=("N 3", np.float64),
-            polycube=("N 3", np.float64),
-            labels=("N 3", np.int64),
-        )
+        freeze(self, geometry="N 3", normals="N 3", polycube="N 3", labels="N L int")
+
+
+@dataclass(frozen=True, eq=False)
+class Pair(Points):
+    """Points of a context; the labels are the outward axis, the cell, and 1 in a hole."""
+
+    context: Context
 
 
 class Pairs:
@@ -61,20 +62,10 @@ class Pairs:
         shape = self._template(context)
         deformed = self.deformation.deform(shape, rng)
         deformed = learning_frame(deformed).apply(deformed)
-        face, weights = sample(shape.faces, deformed, n_sample_points(context, self.pads), rng)
-        geometry, polycube = (
-            np.einsum("nk,nkd->nd", weights, x[shape.faces[face]])
-            for x in (deformed, shape.vertices)
-        )
-        a, b, c = deformed[shape.faces[face]].transpose(1, 0, 2)
-        noise, tilt = rng.uniform(0, [self.deformation.roughness, self.deformation.tilt])
-        return Pair(
-            geometry + rng.normal(0, noise, geometry.shape),
-            _unit(_unit(np.cross(b - a, c - a)) + rng.normal(0, tilt, geometry.shape)),
-            polycube,
-            np.stack([shape.axis, shape.cell, shape.wall], axis=1)[face],
-            context,
-        )
+        labels = np.stack([shape.axis, shape.cell, shape.wall], axis=1)
+        surfaces, number = (deformed, shape.vertices), n_sample_points(context, self.pads)
+        drawn = sampled(shape.faces, surfaces, labels, number, self.deformation, rng)
+        return Pair(*drawn, context)
 
 
 def n_sample_points(context: Context, pads: bool) -> int:
@@ -93,5 +84,23 @@ def sample(
     return face, np.stack([1 - root, root * (1 - v), root * v], axis=1)
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+def sampled(
+    faces: np.ndarray,
+    surfaces: tuple[np.ndarray, np.ndarray],
+    labels: np.ndarray,
+    n_points: int,
+    noise: Deformation,
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The fields of `Points`, with the roughness and the tilt of a deformation.
+
+    surfaces : vertices (V, 3) of the geometry and of the polycube
+    labels : (F, L) of the faces
+    """
+    face, weights = sample(faces, surfaces[0], n_points, rng)
+    geometry, polycube = (np.einsum("nk,nkd->nd", weights, x[faces[face]]) for x in surfaces)
+    a, b, c = surfaces[0][faces[face]].transpose(1, 0, 2)
+    rough, tilt = rng.uniform(0, [noise.roughness, noise.tilt])
+    geometry = geometry + rng.normal(0, rough, geometry.shape)
+    normals = unit(unit(np.cross(b - a, c - a)) + rng.normal(0, tilt, geometry.shape))
+    return geometry, normals, polycube, labels[face]

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.diffusion.pairs.any_structure import OUTWARD, Part
+from polycube.diffusion.pairs.any_structure import Part
 from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.pairs.meshed_parts import STYLE, check_cover
 from polycube.diffusion.pairs.tessellation import Tessellation
 from polycube.errors import InputError
+from polycube.structure.lattice import OUTWARD
 from polycube.structure.neighbourhoods import solid_genus
 from polycube.types import Polycube
 

@@ -17,17 +17,8 @@ Context = tuple[str | None, ...]
 
 ENUMERATED = 5000  # largest number of contexts that are enumerated; above, some are drawn at random
 STEPS_PER_VOXEL = 4
-SMOOTHING = (
-    0.0,
-    0.5,
-    1.0,
-    2.0,
-    4.0,
-    8.0,
-    16.0,
-    32.0,
-    64.0,
-)  # backward Euler steps of the Laplacian
+# backward Euler steps of the Laplacian
+SMOOTHING = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +36,12 @@ class Template:
     def __post_init__(self) -> None:
         freeze(
             self,
-            vertices=("V 3", np.float64),
-            faces=("F 3", np.int64),
-            rounded=("L V 3", np.float32),
-            axis=("F", np.int64),
-            cell=("F", np.int64),
-            wall=("F", np.int64),
+            vertices="V 3",
+            faces="F 3 int",
+            rounded="L V 3 float32",
+            axis="F int",
+            cell="F int",
+            wall="F int",
         )
 
 

@@ -8,12 +8,11 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube.diffusion.training.module import DDPMPolycube
 
+ROWS = 4  # number of pairs in a picture
+
 
 class Pictures(L.Callback):
     """After each validation, three scatter plots of the first few held-out pairs."""
-
-    def __init__(self, rows: int = 4) -> None:
-        self.rows = rows
 
     def on_validation_end(self, trainer: L.Trainer, module: L.LightningModule) -> None:
         """Pass the picture to the logger."""
@@ -22,7 +21,7 @@ class Pictures(L.Callback):
             return
         if trainer.sanity_checking or not trainer.is_global_zero or module.example is None:
             return
-        images = [np.asarray(image[: self.rows]) for image in module.example]
+        images = [np.asarray(image[:ROWS]) for image in module.example]
         picture = scatter(*images)
         logger.experiment.add_image(
             "geometry, x_0, truth", picture, module.global_step, dataformats="HWC"

@@ -15,7 +15,6 @@ from polycube.hexmesh.generation.interval_counts import Demand, Lattice, raised
 from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
 from polycube.surface.curves.chords import chord_error, chords_needed
 from polycube.surface.fit_target import Target
-from polycube.types import HexMesh, Polycube
 
 EDGES = 2  # largest factor for the number of edges of a crease
 HEXES = 1.5  # largest factor for the number of hexes
@@ -23,24 +22,17 @@ RELAX = 1.1  # factor by which the distance is increased until the number of hex
 
 
 def finer_along(
-    polycube: Polycube,
-    counts: Counts,
-    near: HexMesh,
-    measured: Counts,
-    goal: Target,
-    wanted: float,
-    max_hexes: int,
+    lattice: Lattice, counts: Counts, goal: Target, wanted: float, max_hexes: int
 ) -> Counts:
     """Counts with which even chords of each crease are within a distance for 95 % of its length.
 
     Parameters
     ----------
-    near : registered mesh of `template.mesh` with the parts `measured`
     wanted : distance in diagonals; it is increased until the number of hexes grows by at most a
         half, and is at most `max_hexes`
     """
+    polycube, near, parts = lattice.polycube, lattice.near, np.concatenate(counts)
     routes = match(FitProblem(near, goal, samples=1), goal.to_unit(near.vertices)).routes
-    lattice, parts = Lattice(polycube, near, measured), np.concatenate(counts)
     along = [(route.crease, lattice.along_path(route.sides)) for route in routes]
     errors = [cache(partial(chord_error, crease)) for crease, _ in along]
     before = number_of_hexes(polycube, counts)

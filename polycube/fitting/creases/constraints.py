@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from polycube.fitting.creases.faces import quad_faces
 from polycube.fitting.creases.paths import Route, find_routes
@@ -19,6 +17,7 @@ from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
+from polycube.surface.measures import connected
 
 # weight of the difference of unit normals, a length in diagonals, for vertices close by
 NEAR = 0.04
@@ -115,8 +114,7 @@ def chains(problem: FitProblem, patch: np.ndarray | None = None) -> Chains:
     ends = problem.sides[side] + len(problem.mesh.vertices) * pair[:, None]
     nodes, node = np.unique(ends, return_inverse=True)
     node = node.reshape(-1, 2)
-    graph = coo_matrix((np.ones(len(node)), tuple(node.T)), shape=(len(nodes),) * 2)
-    number = connected_components(graph, directed=False)[1][node[:, 0]]
+    number = connected(node[:, 0], node[:, 1], len(nodes))[node[:, 0]]
     first = np.unique(number, return_index=True)[1]
     return Chains(side, number, patches[side][first])
 

@@ -222,18 +222,10 @@ def _is_good(crease: Crease, path: np.ndarray, cost: float, x: np.ndarray, mesh:
     closed = np.append(path, path[:1]) if crease.is_loop else path
     step = np.diff(x[closed], axis=0)
     length = np.linalg.norm(step, axis=1)
-    arc, gap = crease.nearest(x[closed], expected_arc(crease, x, closed))
+    expected = sliding.expected(crease.points, crease.arc, crease.is_loop, x[closed])
+    arc, gap = crease.nearest(x[closed], expected)
     _, direction, _ = crease.at((arc[1:] + arc[:-1]) / 2)
     along = np.einsum("nd,nd->n", step, direction).sum() / length.sum()
     near = (gap / mesh.size[closed]).mean() < MEAN_REACH
     skip = np.abs(np.diff(arc)) < length + GAP * mesh.size[closed[1:]]
     return bool(near and along > ALONG and skip.all())
-
-
-def expected_arc(crease: Crease, x: np.ndarray, closed: np.ndarray) -> np.ndarray:
-    """(N,) arc lengths of the vertices of a path that is stretched evenly.
-
-    closed : (N,) vertices; the end of a loop is its first vertex again, with the arc length of the
-        whole crease
-    """
-    return sliding.expected(crease.points, crease.arc, crease.is_loop, x[closed])

@@ -12,6 +12,7 @@ from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
 from polycube.hexmesh.generation.template import mesh
 from polycube.structure.rough_map import identity_map
 from polycube.surface.fit_target import Target
+from polycube.surface.measures import half_edges
 from polycube.types import HexMesh, PerAxis, Polycube
 
 SHARE = 75  # per cent of the edges of a polycube face in an interval that must be close
@@ -29,7 +30,7 @@ def gaps(polycube: Polycube, hexes: HexMesh, counts: Counts, goal: Target) -> Pe
     exceed, so that a small hole is resolved in an otherwise flat slab. The distance of the end
     points is subtracted.
     """
-    ends = np.stack([hexes.quads, np.roll(hexes.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
+    ends = half_edges(hexes.quads)
     patch = np.repeat(hexes.patch, 4)
     places = goal.to_unit(hexes.vertices)
     middle = places[ends].mean(axis=1)

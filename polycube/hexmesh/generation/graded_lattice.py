@@ -18,7 +18,7 @@ from scipy.ndimage import binary_dilation, binary_erosion, label
 
 from polycube.hexmesh.connectivity import PLACES, hex_mesh
 from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
-from polycube.structure.windows import TABLE, windows
+from polycube.structure.neighbourhoods import TABLE, codes
 from polycube.types import HexMesh
 
 AROUND = np.ones((3, 3, 3), bool)
@@ -112,7 +112,7 @@ def _topology_defects(cells: np.ndarray) -> np.ndarray:
 def _pinched(cells: np.ndarray) -> np.ndarray:
     """(X, Y, Z) cells around edges and corners at which occupied cells meet alone."""
     found = np.zeros(cells.shape, bool)
-    pinched = TABLE[windows(np.pad(cells, 1)), 1] > 0
+    pinched = TABLE[codes(np.pad(cells, 1)), 1] > 0
     for a, b, c in np.ndindex(2, 2, 2):
         nx, ny, nz = cells.shape
         found |= pinched[a : nx + a, b : ny + b, c : nz + c]

@@ -17,6 +17,7 @@ from polycube.structure import lattice
 from polycube.structure.rough_map import evaluate
 from polycube.surface.feature_size import small_details
 from polycube.surface.fit_target import Target
+from polycube.surface.measures import unit
 from polycube.types import HexMesh, Polycube, RoughMap
 
 logger = logging.getLogger(__name__)
@@ -95,6 +96,4 @@ def _named(mesh: HexMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
 def _places(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
     """(Q, 6) centres and normals of quads, to find close ones with the same orientation."""
     a, b, c, d = np.moveaxis(vertices[quads], 1, 0)
-    normal = np.cross(c - a, d - b)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    return np.hstack([(a + b + c + d) / 4, 4 * normal])
+    return np.hstack([(a + b + c + d) / 4, 4 * unit(np.cross(c - a, d - b))])

@@ -25,6 +25,7 @@ from polycube.hexmesh.hex_counts import rims, through
 from polycube.hexmesh.named_sets import kind_of
 from polycube.hexmesh.settings import edges_around
 from polycube.structure.rough_map import identity_map
+from polycube.surface.measures import half_edges
 from polycube.types import HexMesh, Polycube, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -49,18 +50,12 @@ class Demand:
 
 
 def demands(
-    polycube: Polycube,
-    near: HexMesh,
-    counts: Counts,
-    surface: TriMesh,
-    requests: Sequence[Request],
-    more: Sequence[int] = (),
+    lattice: Lattice, surface: TriMesh, requests: Sequence[Request], more: Sequence[int] = ()
 ) -> list[Demand]:
     """Numbers of parts required by the requests.
 
     Parameters
     ----------
-    near : registered mesh of `template.mesh` with the given parts of each interval
     more : additional parts for each request, negative for fewer; none: the requested numbers
 
     Raises
@@ -69,8 +64,7 @@ def demands(
         If the surface does not have a requested name.
     """
     check_requests(surface, requests)
-    lattice = Lattice(polycube, near, counts)
-    quads, on_model = quads_of_sets(near, surface), model_sets(surface)
+    quads, on_model = quads_of_sets(lattice.near, surface), model_sets(surface)
     found: list[Demand] = []
     for request, extra in zip(requests, more or [0] * len(requests), strict=True):
         own, wanted = quads[wall_of(on_model, request)], request.wanted(surface)
@@ -86,9 +80,7 @@ def demands(
 
 
 def least_demands(
-    polycube: Polycube,
-    near: HexMesh,
-    counts: Counts,
+    lattice: Lattice,
     surface: TriMesh,
     across_wall: float,
     around_hole: Callable[[float], float],
@@ -99,9 +91,8 @@ def least_demands(
     around_hole : number of edges round a hole of a circumference
     requested : demands of requests, which take precedence if they give a number
     """
-    lattice = Lattice(polycube, near, counts)
     walls = lattice.through_all(across_wall)
-    sets = quads_of_sets(near, surface)
+    sets = quads_of_sets(lattice.near, surface)
     holes = [own for name, own in sets.items() if kind_of(name) == "hole" and len(own)]
     found = walls + [each for own in holes for each in lattice.round_rims(own, around_hole)]
     is_set = (
@@ -154,7 +145,7 @@ class Lattice:
     """
 
     def __init__(self, polycube: Polycube, near: HexMesh, counts: Counts) -> None:
-        self.knots, self.near = polycube.knots, near
+        self.polycube, self.knots, self.near = polycube, polycube.knots, near
         self.where = mesh(polycube, identity_map(polycube), counts).vertices
         self.parts = np.concatenate(counts)
         self.first = np.cumsum([0, *(len(number) for number in counts)])
@@ -172,9 +163,7 @@ class Lattice:
 
     def along(self, quads: np.ndarray, size: float) -> list[Demand]:
         """Demand for a length of the edges of some quads."""
-        corners = self.near.quads[quads]
-        sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-        total = self._demand(sides, 0.0)
+        total = self._demand(half_edges(self.near.quads[quads]), 0.0)
         eye = np.eye(len(self.parts))
         return [
             Demand(eye[i], total.length, np.ceil(total.length[i] / size - SHORT), is_count=False)

@@ -14,12 +14,13 @@ from polycube.hexmesh.connectivity import (
     FACES,
     exposed,
     hex_mesh,
+    label_of,
     neighbours,
     quad_edges,
     quad_sides,
     unique_rows,
 )
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, half_edges
 from polycube.types import HexMesh
 
 
@@ -30,8 +31,7 @@ def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
         return False
     # corners of faces, connected across the sides that two faces share
     corner = np.arange(faces.size).reshape(-1, 4)
-    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    at = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2)
+    ends, at = half_edges(faces), half_edges(corner)
     order = np.argsort(ends, axis=1)
     _, side, count = unique_rows(np.take_along_axis(ends, order, axis=1))
     if (count > 2).any():
@@ -95,14 +95,6 @@ def _faces_between(mesh: HexMesh, inside: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=1)  # many sets of one mesh are tested
 def _neighbours(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     return neighbours(mesh.hexes)
-
-
-def label_of(quads: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
-    """(Q,) label of the known quad with the same vertices; 0 if there is none."""
-    _, number, _ = unique_rows(np.sort(np.vstack([known, quads]), axis=1))
-    table = np.zeros(number.max() + 1, np.int64)
-    table[number[: len(known)]] = label
-    return table[number[len(known) :]]
 
 
 def middles(cells: np.ndarray, vertices: np.ndarray) -> np.ndarray:

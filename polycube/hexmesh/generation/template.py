@@ -10,7 +10,7 @@ import numpy as np
 
 from polycube.hexmesh.connectivity import FACES, PLACES, exposed, hex_mesh
 from polycube.structure.lattice import boundary, cell_at
-from polycube.structure.rough_map import evaluate
+from polycube.structure.rough_map import evaluate, identity_map
 from polycube.types import HexMesh, PerAxis, Polycube, RoughMap
 
 _AXIS_OF_FACE = np.array([1, 0, 3, 2, 5, 4])  # axis label of each local face of a hex
@@ -95,6 +95,22 @@ def grid_lines(polycube: Polycube, counts: PerAxis) -> PerAxis:
 
     x, y, z = map(line, counts, polycube.knots)
     return x, y, z
+
+
+def map_through(
+    polycube: Polycube, rough_map: RoughMap, counts: PerAxis, positions: np.ndarray
+) -> RoughMap:
+    """Trilinear map between the mesh lines; `rough_map` outside the solid and in its holes.
+
+    positions : (V, 3) of the vertices of `mesh` with the same number of parts
+    """
+    lines = grid_lines(polycube, counts)
+    lattice = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+    found = evaluate(rough_map, lattice.reshape(-1, 3)).reshape(lattice.shape)
+    places = mesh(polycube, identity_map(polycube), counts).vertices
+    index = [np.searchsorted(line, places[:, axis] - 1e-9) for axis, line in enumerate(lines)]
+    found[tuple(index)] = positions
+    return RoughMap(*lines, found)
 
 
 def _patch_of(

@@ -12,11 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from polycube.hexmesh.connectivity import PLACES, neighbours
 from polycube.spline.spaces.extraction import NO_INDICES, TENSOR
+from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
 SIDES = np.array(
@@ -53,11 +52,8 @@ class HalfEdges:
     def classes(self, linked: np.ndarray) -> np.ndarray:
         """(N,) smallest half-edge of the class of each, across the given pairs (P,) of faces."""
         links = self.across[linked].reshape(-1, 2)
-        size = len(self.vertex)
-        graph = coo_matrix((np.ones(len(links)), tuple(links.T)), shape=(size, size))
-        _, least, label = np.unique(
-            connected_components(graph, directed=False)[1], return_index=True, return_inverse=True
-        )
+        group = connected(links[:, 0], links[:, 1], len(self.vertex))
+        _, least, label = np.unique(group, return_index=True, return_inverse=True)
         return least[label]
 
 

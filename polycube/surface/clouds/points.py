@@ -30,7 +30,7 @@ class Cloud:
 
     def __post_init__(self) -> None:
         count = "N" if len(self.normals) else "0"
-        freeze(self, points=("N 3", np.float64), normals=(f"{count} 3", np.float64))
+        freeze(self, points="N 3", normals=f"{count} 3")
 
     def taken(self, chosen: np.ndarray) -> Cloud:
         """The points that are selected by indices or by a mask."""

@@ -114,8 +114,7 @@ def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]
         )
     if volume(surface) < 0:
         surface = TriMesh(surface.vertices, surface.faces[:, ::-1])
-    corners = surface.vertices[surface.faces]
-    away = distance(tree(corners, np.zeros((len(corners), 3))), cloud.points)
+    away = distance(tree(surface.vertices[surface.faces]), cloud.points)
     return surface, Reconstruction(
         given=len(given.points),
         dropped=len(given.points) - len(distinct.points),

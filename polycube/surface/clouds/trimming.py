@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from polycube.surface.closest import closest, tree
 from polycube.surface.clouds.points import Cloud, spacings
 from polycube.surface.measures import components, face_areas, face_normals
+from polycube.surface.repair.clean import compact
 from polycube.surface.repair.holes import MAX_LOOP, filling, loops
 from polycube.surface.samples import spread
 from polycube.types import TriMesh
@@ -23,12 +24,10 @@ RIM = 0.5  # distance at which the rim of a region is removed, as a share of `po
 def supported(surface: TriMesh, cloud: Cloud) -> TriMesh:
     """The components of the surface that have at least a share `PIECE` of the points."""
     piece = components(surface.faces)
-    corners = surface.vertices[surface.faces]
-    nearest = closest(tree(corners, np.zeros((len(corners), 3))), cloud.points)[1]
+    nearest = closest(tree(surface.vertices[surface.faces]), cloud.points)[1]
     number = np.bincount(piece[nearest], minlength=piece.max() + 1)
     is_supported = (number > PIECE * len(cloud.points))[piece]
-    used, faces = np.unique(surface.faces[is_supported], return_inverse=True)
-    return TriMesh(surface.vertices[used], faces.reshape(-1, 3))
+    return compact(surface.vertices, surface.faces[is_supported])
 
 
 def fillings(surface: TriMesh, cloud: Cloud, spacing: float, trim: float) -> tuple[Cloud, float]:

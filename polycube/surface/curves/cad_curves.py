@@ -12,7 +12,7 @@ import numpy as np
 
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import half_edges, twins
+from polycube.surface.measures import half_edges, twins, unit
 
 # positions along a side that are compared with the curve
 SHARES = np.array([0, 1 / 6, 1 / 2, 5 / 6, 1])
@@ -45,7 +45,7 @@ def bounded_faces(
     if not len(curves):
         return np.zeros(corners.shape[:2], np.int64)
     segments = goal.surface.vertices[curves]
-    direction = _unit(segments[:, 1] - segments[:, 0])
+    direction = unit(segments[:, 1] - segments[:, 0])
     tree = closest.tree(segments[:, [0, 1, 1]], direction)
     start, along = corners.reshape(-1, 3), (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
     reach = OFF * np.linalg.norm(along, axis=1)[:, None]  # (4 Q, 5)
@@ -57,7 +57,7 @@ def bounded_faces(
         is_near = (off <= reach[side][:, places]).all(axis=1)
         side, curve = side[is_near], curve.reshape(off.shape)[is_near]
     curve = curve[:, INNER]
-    cosine = np.einsum("nd,nsd->ns", _unit(along[side]), direction[curve])
+    cosine = np.einsum("nd,nsd->ns", unit(along[side]), direction[curve])
     # triangle on the quad's side of the curve
     own = np.where(cosine > 0, pair[curve, 0], pair[curve, 1])
     face, beyond = region[own], np.where(cosine > 0, region[pair[curve, 1]], region[pair[curve, 0]])
@@ -74,7 +74,3 @@ def _curves(goal: Target, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     pair = np.stack([first, second], axis=1) // 3
     between = region[pair[:, 0]] != region[pair[:, 1]]
     return half_edges(goal.surface.faces)[first[between]], pair[between]
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

@@ -19,13 +19,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from polycube.surface.curves.features import Crease, Features
 from polycube.surface.curves.plane_edges import between_planes
 from polycube.surface.filtered_normals import broad_turns
-from polycube.surface.measures import half_edges, twins
+from polycube.surface.measures import connected, half_edges, twins
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(46)  # smallest angle between the normals at a sharp edge
@@ -115,8 +113,7 @@ def _without_noise(
     while len(left):
         own, broad = sides[left], is_broad[left]
         length = np.linalg.norm(points[own[:, 0]] - points[own[:, 1]], axis=1)
-        graph = coo_matrix((np.ones(len(own)), tuple(own.T)), shape=(len(points),) * 2)
-        piece = connected_components(graph, directed=False)[1][own[:, 0]]
+        piece = connected(own[:, 0], own[:, 1], len(points))[own[:, 0]]
         keep = np.bincount(piece, length)[piece] >= SHORT
         degree = np.bincount(own.ravel(), minlength=len(points))
         for chain in _chains(own):

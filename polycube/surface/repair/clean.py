@@ -39,7 +39,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray) -> Step:
     """Surface of one solid, and one sentence for each change or warning."""
     surface, notes = checked(vertices, faces)
     for step in (weld_equal, weld_near, drop_repeated, drop_flat):
-        if is_closed(surface.faces) and (face_areas(surface) > _flat(surface)).all():
+        if is_closed(surface.faces) and not are_flat(surface).any():
             break
         surface, done = step(surface)
         notes += done
@@ -62,8 +62,7 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
             f"coordinates must be finite numbers: {len(strange)} of {len(vertices)} vertices are "
             f"not, the first is number {strange[0] + 1}, {tuple(vertices[strange[0]].tolist())}"
         )
-    used, faces = np.unique(faces, return_inverse=True)
-    surface = TriMesh(vertices[used], faces.reshape(-1, 3))
+    surface = compact(vertices, faces)
     size = diagonal(surface)
     if size == 0:
         raise InputError(
@@ -72,9 +71,8 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
         )
     if not DIAGONALS[0] < size < DIAGONALS[1]:
         raise InputError(f"its diagonal of {size:.3g} is out of range; scale it to about 1")
-    if len(used) == len(vertices):
-        return surface, []
-    return surface, [f"removed vertices that no face uses: {len(vertices) - len(used)}"]
+    unused = len(vertices) - len(surface.vertices)
+    return surface, [f"removed vertices that no face uses: {unused}"] * (unused > 0)
 
 
 def weld_equal(surface: TriMesh) -> Step:
@@ -112,25 +110,39 @@ def _merge(surface: TriMesh, group: np.ndarray) -> Step:
 
 def drop_repeated(surface: TriMesh) -> Step:
     """Keep one of several faces with the same corners."""
-    _, first = np.unique(np.sort(surface.faces, axis=1), axis=0, return_index=True)
-    extra = np.ones(len(surface.faces), dtype=bool)
-    extra[first] = False
-    cleaned = TriMesh(surface.vertices, surface.faces[~extra])
-    return cleaned, left_out(surface, extra, "given twice")
+    return without(surface, are_repeated(surface.faces), "given twice")
 
 
 def drop_flat(surface: TriMesh) -> Step:
     """Remove faces without area that share an edge with more than one other face."""
     if is_closed(surface.faces):
         return surface, []
-    flat = face_areas(surface) <= _flat(surface)
-    used, faces = np.unique(surface.faces[~flat], return_inverse=True)
-    cleaned = TriMesh(surface.vertices[used], faces.reshape(-1, 3))
-    return cleaned, left_out(surface, flat, "of no area")
+    return without(surface, are_flat(surface), "of no area")
 
 
-def _flat(surface: TriMesh) -> float:
-    return FLAT * diagonal(surface) ** 2
+def are_flat(surface: TriMesh) -> np.ndarray:
+    """(F,) whether a face counts as flat."""
+    return face_areas(surface) <= FLAT * diagonal(surface) ** 2
+
+
+def are_repeated(faces: np.ndarray) -> np.ndarray:
+    """(F,) whether an earlier face has the same corners."""
+    extra = np.ones(len(faces), dtype=bool)
+    extra[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = False
+    return extra
+
+
+def compact(vertices: np.ndarray, faces: np.ndarray) -> TriMesh:
+    """The surface of some faces, without the vertices that they do not use."""
+    used, faces = np.unique(faces, return_inverse=True)
+    return TriMesh(vertices[used], faces.reshape(-1, 3))
+
+
+def without(surface: TriMesh, faces: np.ndarray, why: str) -> Step:
+    """The surface without some faces (F,), and a sentence about them."""
+    if not faces.any():
+        return surface, []
+    return compact(surface.vertices, surface.faces[~faces]), left_out(surface, faces, why)
 
 
 def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
@@ -174,7 +186,7 @@ def orient(surface: TriMesh) -> Step:
 
 def flip_flat(surface: TriMesh) -> Step:
     """Give faces without area a part of a neighbour's area, by flipping their longest edges."""
-    flat = face_areas(surface) <= _flat(surface)
+    flat = are_flat(surface)
     if not flat.any():
         return surface, []
     faces = surface.faces.copy()
@@ -192,7 +204,7 @@ def flip_flat(surface: TriMesh) -> Step:
             faces[f] = triangle
             owner |= {(p, q): f for p, q in half_edges(faces[f : f + 1]).tolist()}
     flipped = TriMesh(surface.vertices, faces)
-    if (face_areas(flipped) <= _flat(flipped)).any():
+    if are_flat(flipped).any():
         raise InputError(f"{flat.sum()} adjacent faces have no area; remove them")
     return flipped, [f"flipped the longest edges of faces without area: {flat.sum()}"]
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from polycube.surface import measures as topology
 from polycube.surface.intersections import self_intersections
+from polycube.surface.repair.clean import are_flat, are_repeated
 from polycube.types import TriMesh
 
-FLAT = 1e-12  # of the diagonal squared: a face with a smaller area counts as flat
 THIN = 0.02  # height over longest edge: about one degree at the sharpest corner
 
 
@@ -26,7 +26,7 @@ class Defect:
 def find_defects(surface: TriMesh) -> list[Defect]:
     """Defects of a surface after welding equal corners, in order of importance."""
     faces = surface.faces
-    flat = _flat_faces(surface)
+    flat = are_flat(surface)
     found = [
         Defect("open edges", topology.open_edges(faces)),
         Defect("edges of more than two faces", topology.nonmanifold_edges(faces)),
@@ -35,7 +35,7 @@ def find_defects(surface: TriMesh) -> list[Defect]:
         _inside_out(surface),
         _pieces(surface),
         Defect("faces that intersect others", faces[np.unique(self_intersections(surface))]),
-        Defect("faces given twice", faces[_repeated(faces)]),
+        Defect("faces given twice", faces[are_repeated(faces)]),
         Defect("faces without area", faces[flat]),
         Defect("thin faces", faces[_thin_faces(surface) & ~flat], f"height below {THIN:g} of edge"),
     ]
@@ -65,17 +65,6 @@ def spans_of(surface: TriMesh, piece: np.ndarray) -> np.ndarray:
         np.minimum.at(low, piece, surface.vertices[corner])
         np.maximum.at(high, piece, surface.vertices[corner])
     return np.linalg.norm(high - low, axis=1)
-
-
-def _repeated(faces: np.ndarray) -> np.ndarray:
-    """(F,) whether an earlier face has the same corners."""
-    extra = np.ones(len(faces), dtype=bool)
-    extra[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = False
-    return extra
-
-
-def _flat_faces(surface: TriMesh) -> np.ndarray:
-    return topology.face_areas(surface) <= FLAT * topology.diagonal(surface) ** 2
 
 
 def _thin_faces(surface: TriMesh) -> np.ndarray:

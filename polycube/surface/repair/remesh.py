@@ -9,12 +9,13 @@ become thin are moved back, partly or completely. Details thinner than a cell ar
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.sparse import coo_array
 
 from polycube.errors import InputError
 from polycube.surface.closest import Tree, closest, tree
 from polycube.surface.intersections import self_intersections
-from polycube.surface.measures import face_normals, half_edges
+from polycube.surface.measures import face_normals, half_edges, unit
 from polycube.surface.tangent_planes import towards_planes
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
@@ -52,26 +53,15 @@ def _signed(soup: TriMesh, cell: float) -> tuple[np.ndarray, np.ndarray, float]:
     origin = (low + high) / 2 - cell * (shape - 1) / 2 + 1e-4 * cell
     nodes = origin + cell * np.moveaxis(np.indices(shape), 0, -1).reshape(-1, 3)
     level = winding_numbers(soup, nodes) - 0.5
-    near = _beside_a_change((level > 0).reshape(shape)).ravel()
+    inside = (level > 0).reshape(shape)
+    # grid points with a neighbour on the other side
+    near = (binary_dilation(inside) != binary_erosion(inside, border_value=1)).ravel()
     value = np.where(level > 0, cell, -cell)
-    corners = soup.vertices[soup.faces]
-    feet = closest(tree(corners, np.zeros((len(corners), 3))), nodes[near])[0]
+    feet = closest(tree(soup.vertices[soup.faces]), nodes[near])[0]
     away = np.linalg.norm(feet - nodes[near], axis=1)
     most = np.minimum(away, 2 * cell * np.abs(level[near]))  # in a hole, from the winding number
     value[near] = np.sign(value[near]) * np.clip(most, 0.05 * cell, cell)
     return value.reshape(shape), origin, cell
-
-
-def _beside_a_change(inside: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) whether a grid point has a neighbour with the other state."""
-    near = np.zeros(inside.shape, dtype=bool)
-    for axis in range(3):
-        change = np.diff(inside, axis=axis)
-        for end in ((0, 1), (1, 0)):
-            pad = [(0, 0)] * 3
-            pad[axis] = end
-            near |= np.pad(change, pad)
-    return near
 
 
 def _marching_cubes(value: np.ndarray, origin: np.ndarray, cell: float) -> TriMesh:
@@ -95,7 +85,7 @@ def _normals(surface: TriMesh) -> np.ndarray:
     normals = np.zeros_like(surface.vertices)
     for corner in surface.faces.T:
         np.add.at(normals, corner, face_normals(surface))
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return unit(normals)
 
 
 def _slide(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:

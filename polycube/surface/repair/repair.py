@@ -101,8 +101,7 @@ def finite(vertices: np.ndarray, faces: np.ndarray) -> clean.Step:
         strange = ~np.isfinite(vertices).all(axis=1)
         hit = strange[faces].any(axis=1)
         if strange.any() and not hit.all():
-            faces = faces[~hit]
-            used, faces = np.unique(faces, return_inverse=True)
+            used, faces = np.unique(faces[~hit], return_inverse=True)
             vertices, faces = vertices[used], faces.reshape(-1, 3)
             notes = [
                 f"removed vertices that are not finite: {strange.sum()}, with {hit.sum()} faces"
@@ -165,5 +164,4 @@ def _farthest(one: TriMesh, other: TriMesh, skin: float | None = None) -> float:
         points = points[sides[0] != sides[1]]
     if not len(points):
         return 0.0
-    triangles = other.vertices[other.faces]
-    return float(distance(tree(triangles, np.zeros((len(triangles), 3))), points).max())
+    return float(distance(tree(other.vertices[other.faces]), points).max())

@@ -31,22 +31,14 @@ def drop_fins(surface: TriMesh) -> clean.Step:
         if not fin.any():
             break
         remains[np.flatnonzero(remains)[fin]] = False
-    return _without(surface, ~remains, "that are attached to only one edge")
+    return clean.without(surface, ~remains, "that are attached to only one edge")
 
 
 def drop_debris(surface: TriMesh) -> clean.Step:
     """Remove components that are tiny compared with the largest one."""
     piece = topology.components(surface.faces)
     spans = spans_of(surface, piece)
-    return _without(surface, (spans < DEBRIS * spans.max())[piece], "of debris")
-
-
-def _without(surface: TriMesh, faces: np.ndarray, why: str) -> clean.Step:
-    if not faces.any():
-        return surface, []
-    used, corners = np.unique(surface.faces[~faces], return_inverse=True)
-    left = TriMesh(surface.vertices[used], corners.reshape(-1, 3))
-    return left, clean.left_out(surface, faces, why)
+    return clean.without(surface, (spans < DEBRIS * spans.max())[piece], "of debris")
 
 
 def part_touching(surface: TriMesh) -> clean.Step:
@@ -114,7 +106,7 @@ def fill_voids(surface: TriMesh, largest: float) -> clean.Step:
         if shell is not outer and size <= largest:
             gone[p] = (np.abs(winding_numbers(outer, probes)) > 0.5).all()
             sizes += [size] * int(gone[p])
-    left, notes = _without(surface, gone[piece], "of inner voids")
+    left, notes = clean.without(surface, gone[piece], "of inner voids")
     share = 100 * sum(sizes)
     return left, [f"{note}; {len(sizes)} filled, {share:.2g} % of the volume" for note in notes]
 

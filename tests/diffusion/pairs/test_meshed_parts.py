@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.any_structure import OUTWARD, Part
+from polycube.diffusion.pairs.any_structure import Part
 from polycube.diffusion.pairs.meshed_parts import NARROWEST, meshed_part, tilted
-from polycube.structure.lattice import boundary, is_manifold
+from polycube.structure.lattice import OUTWARD, boundary, is_manifold
 from polycube.structure.projection import project_onto
 from polycube.surface.measures import face_normals, volume
 from polycube.types import HexMesh, Polycube, TriMesh

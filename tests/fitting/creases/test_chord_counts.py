@@ -7,6 +7,7 @@ import pytest
 
 from polycube.fitting.creases import chord_counts
 from polycube.fitting.creases.chord_counts import finer_along
+from polycube.hexmesh.generation.interval_counts import Lattice
 from polycube.hexmesh.generation.sizing import number_of_hexes
 from polycube.hexmesh.generation.template import mesh
 from polycube.structure.rough_map import affine_map
@@ -40,7 +41,8 @@ def found_by(wanted, bulge=0.2, most=PLENTY, counts=None):
     few = parts_of([3, 3], 3, 3)
     counts = few if counts is None else counts
     goal = target(surface(bulge))
-    found = finer_along(BLOCK, counts, block(few, bulge), few, goal, wanted, most)
+    lattice = Lattice(BLOCK, block(few, bulge), few)
+    found = finer_along(lattice, counts, goal, wanted, most)
     return [number.tolist() for number in found]
 
 

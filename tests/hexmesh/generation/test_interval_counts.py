@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.generation.interval_counts import (
+    Lattice,
     demands,
     least_demands,
     raised,
@@ -38,7 +39,7 @@ def placed(polycube, scale=1.0):
 def parts_of(polycube, *requests, more=(), most=PLENTY, scale=1.0):
     """Parts for some requests, and the numbers that the mesh has."""
     where, few, near, surface = placed(polycube, scale)
-    found = demands(polycube, near, few, surface, requests, more)
+    found = demands(Lattice(polycube, near, few), surface, requests, more)
     parts = with_demands(polycube, few, found, most)
     has = reached(mesh(polycube, where, parts), surface, requests)
     return [number.tolist() for number in parts], has
@@ -127,7 +128,7 @@ def test_max_hexes_limits_the_requested_numbers():
 )
 def test_all_walls_and_holes_get_the_smallest_numbers(polycube, expected):
     _, few, near, surface = placed(polycube)
-    requested = least_demands(polycube, near, few, surface, 3, lambda length: 24)
+    requested = least_demands(Lattice(polycube, near, few), surface, 3, lambda length: 24)
     parts = raised(polycube, few, requested, PLENTY)
     assert [number.tolist() for number in parts] == expected
 
@@ -137,9 +138,10 @@ def test_a_number_at_a_face_has_precedence_but_a_length_has_not():
     _, few, near, surface = placed(beam)
     web, side = face(beam, (2, 2.5, 4)), face(beam, (5, 0.5, 4))
     requests = [Request(web, "through", 1), Request(side, "size", 1.0)]
-    requested = demands(beam, near, few, surface, requests)
+    lattice = Lattice(beam, near, few)
+    requested = demands(lattice, surface, requests)
     parts = with_demands(beam, few, requested, PLENTY)
     assert [number.tolist() for number in parts] == [[2, 1, 2], [1, 2, 2], [8]]
-    least = least_demands(beam, near, few, surface, 2, 8, requested)
+    least = least_demands(lattice, surface, 2, 8, requested)
     parts = raised(beam, parts, least, PLENTY)
     assert [number.tolist() for number in parts] == [[2, 1, 2], [2, 2, 2], [8]]

@@ -57,7 +57,14 @@ def split(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Insert a vertex on some edges, at a share of the way from the first end to the second.
 
+    The n-th of these edges gets the n-th new vertex. Of two split edges of a face, the shorter
+    diagonal between them is used.
+
     share : (E,) as numbered by `edges`; nan for an edge that is not split
+
+    Returns
+    -------
+    vertices, faces, and the old face of each new one
     """
     ends, _, edge = edges(faces)
     is_split = np.isfinite(share)
@@ -67,41 +74,25 @@ def split(
     vertices = np.concatenate([vertices, start + share[is_split, None] * (end - start)])
     middle = middle[edge].reshape(-1, 3)
     count = (middle >= 0).sum(axis=1)
-    parts = [faces[count == 0]]
-    parents = [np.flatnonzero(count == 0)]
-    for number, cutter in ((1, _one), (2, _two), (3, _three)):
-        rows = np.flatnonzero(count == number)
-        first = (middle[rows] >= 0).argmax(axis=1) if number == 1 else middle[rows].argmin(axis=1)
-        turn = (first[:, None] + np.arange(3)) % 3
-        corner = np.take_along_axis(faces[rows], turn, axis=1)
-        made = cutter(vertices, corner, np.take_along_axis(middle[rows], turn, axis=1))
-        parts += made
-        parents += [rows] * len(made)
-    return vertices, np.concatenate(parts), np.concatenate(parents)
-
-
-def _faces(*corners: np.ndarray) -> np.ndarray:
-    return np.stack(corners, axis=1)
-
-
-def _one(vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray) -> list[np.ndarray]:
-    """Faces a, b, c with a split edge between a and b."""
-    (a, b, c), m = corner.T, middle[:, 0]
-    return [_faces(a, m, c), _faces(m, b, c)]
-
-
-def _two(vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray) -> list[np.ndarray]:
-    """Faces a, b, c with split edges except between a and b; shorter diagonal of the quad."""
-    (a, b, c), (_, p, q) = corner.T, middle.T
-    to_p = np.linalg.norm(vertices[a] - vertices[p], axis=1)
-    to_q = np.linalg.norm(vertices[b] - vertices[q], axis=1)
-    short = to_p < to_q
-    lower = _faces(a, b, np.where(short, p, q))
-    upper = _faces(np.where(short, a, b), p, q)
-    return [lower, upper, _faces(q, p, c)]
-
-
-def _three(vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray) -> list[np.ndarray]:
-    """Faces with three split edges."""
-    (a, b, c), (m, n, o) = corner.T, middle.T
-    return [_faces(a, m, o), _faces(m, b, n), _faces(o, n, c), _faces(m, n, o)]
+    # rotate each face so that a single split edge, or a single one that is not split, is first
+    first = np.where(count == 1, (middle >= 0).argmax(axis=1), middle.argmin(axis=1))
+    turn = (first[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(faces, turn, axis=1).T
+    m, n, o = np.take_along_axis(middle, turn, axis=1).T
+    to_n = np.linalg.norm(vertices[a] - vertices[n], axis=1)
+    is_short = to_n < np.linalg.norm(vertices[b] - vertices[o], axis=1)  # diagonal of two splits
+    pieces = [
+        (0, (a, b, c)),
+        (1, (a, m, c)),
+        (1, (m, b, c)),
+        (2, (a, b, np.where(is_short, n, o))),
+        (2, (np.where(is_short, a, b), n, o)),
+        (2, (o, n, c)),
+        (3, (a, m, o)),
+        (3, (m, b, n)),
+        (3, (o, n, c)),
+        (3, (m, n, o)),
+    ]
+    made = [np.stack(corners, axis=1)[count == number] for number, corners in pieces]
+    parents = [np.flatnonzero(count == number) for number, _ in pieces]
+    return vertices, np.concatenate(made), np.concatenate(parents)
