@@ -46,7 +46,7 @@ EXAMPLES := example:dice,example:ring,example:rod,example:lantern
 EXAMPLES := $(EXAMPLES),example:eight,example:key,example:barrel,example:cup
 gallery: $(READY)
 	$(RUN) infer.py -m mesh=$(EXAMPLES) output_dir=outputs/gallery
-	$(RUN) -m polycube.cli.gallery docs outputs/gallery/*
+	$(RUN) -m docs.generators.gallery docs outputs/gallery/*
 
 # a folder per commit; what is not committed counts by its difference from the commit
 CHANGES = $(shell git diff --quiet HEAD || git diff HEAD | git hash-object --stdin | cut -c 1-7)

@@ -9,8 +9,8 @@ from dataclasses import Field
 
 from hydra.types import RunMode
 
+from docs.generators.reference.markdown import MADE, sentence, table
 from polycube.cli.help import described, settings, summary
-from polycube.cli.reference.markdown import MADE, sentence, table
 from polycube.config import SEVERAL, SHARED, loader, options_of
 from polycube.kinds import KINDS
 from polycube.registry import classes, default, options
