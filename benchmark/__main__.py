@@ -1,6 +1,6 @@
 """A page that compares the results of a folder of CAD parts with published and earlier ones:
 
-    python -m polycube.cli.benchmark outputs/bench/NEW outputs/bench/OLD --parts PARTS --subset 24
+    python -m benchmark outputs/bench/NEW outputs/bench/OLD --parts PARTS --subset 24
 
 meshes the parts as a batch (`batch`), except those with results, then writes `benchmark.html` to
 the first folder. The second folder, of an earlier batch, is optional; without `--parts` the page
@@ -16,6 +16,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmark.numbers import ROW, results
+from benchmark.page import benchmark_page
 from polycube.cli import infer
 from polycube.cli.arguments import quote
 from polycube.cli.batch import check_names
@@ -26,8 +28,6 @@ from polycube.io import manifest
 from polycube.io.cad import SUFFIXES
 from polycube.io.surfaces import is_cad
 from polycube.pipeline.resume.results import has_stage, load_stage
-from polycube.report.numbers.benchmark import ROW, results
-from polycube.report.page.benchmark import benchmark_page
 from polycube.report.pictures import scenes
 from polycube.report.pictures.features import lost_on_mesh
 from polycube.report.pictures.pictures import draw
@@ -157,7 +157,7 @@ def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -
 
 def main() -> None:
     """Command line: exit code 2 and one sentence for an invalid argument."""
-    parser = argparse.ArgumentParser(prog="python -m polycube.cli.benchmark")
+    parser = argparse.ArgumentParser(prog="python -m benchmark")
     parser.add_argument(
         "folder", type=Path, help="folder of the batch, in which the page is written"
     )
