@@ -28,8 +28,8 @@ SHADES = 64  # colours of a strip; limits eight strips to a few hundred kilobyte
 HEAD = """# Gallery
 
 Each row of pictures shows the input surface, the polycube, the hex mesh, a cut through it, and the
-spline in its first elastic mode, with automatic settings. The parts are examples that the program
-makes itself. `make gallery` runs all steps on them and writes this page and its pictures;
+spline in its first elastic mode, with automatic settings. The parts are the examples of the
+program. `make gallery` runs all steps on them and writes this page and its pictures;
 `python -m docs.generators.gallery` writes such a page for any finished runs. Results on the parts
 of other authors are in [results.md](notes/results.md).
 
