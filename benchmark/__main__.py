@@ -29,9 +29,12 @@ from polycube.io.cad import SUFFIXES
 from polycube.io.surfaces import is_cad
 from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.report.pictures import scenes
-from polycube.report.pictures.features import lost_on_mesh
+from polycube.report.pictures.colours import LOST, SURFACE, rgb
+from polycube.report.pictures.features import lines, lost_segments
 from polycube.report.pictures.pictures import draw
-from polycube.report.pictures.render import Scene
+from polycube.report.pictures.render import Layer, Scene, view
+from polycube.surface.measures import diagonal
+from polycube.types import HexMesh, TriMesh
 
 PAGE, PICTURE = "benchmark.html", "benchmark.png"  # of the batch, and of each part
 TILE = (560, 420)  # largest size of a picture in pixels
@@ -103,6 +106,16 @@ def pictured(run: Path) -> Scene:
         if has_stage(run, stage):
             return lost_on_mesh(load_stage(run, stage), surface)
     return scenes.input_surface(surface)
+
+
+def lost_on_mesh(mesh: HexMesh, surface: TriMesh) -> Scene:
+    """The boundary of the hex mesh, with the lost features of the model in red in front of it."""
+    scene = [Layer(mesh.vertices, mesh.quads, rgb((SURFACE,) * len(mesh.quads)), outlined=True)]
+    segments = lost_segments(mesh, surface)
+    if len(segments):
+        before = diagonal(surface) * view()[2]  # closer to the eye than the mesh
+        scene.append(lines(list(segments + before), LOST))
+    return scene
 
 
 def _small(image: bytes) -> bytes:
