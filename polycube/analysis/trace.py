@@ -35,11 +35,11 @@ class Trace:
         return self.shape.T @ (area * density)
 
 
-def trace(spline: Spline, faces: np.ndarray, n_gauss: int = N_GAUSS) -> Trace:
-    """n_gauss^2 Gauss points on each of `spline.sides[faces]`."""
-    t, w = gauss(n_gauss)
+def trace(spline: Spline, faces: np.ndarray) -> Trace:
+    """N_GAUSS^2 Gauss points on each of `spline.sides[faces]`."""
+    t, w = gauss(N_GAUSS)
     u, v = (np.tile(each, len(faces)) for each in grid(t))
-    at, du, dv = sampling(spline, u, v, np.repeat(faces, n_gauss**2))
+    at, du, dv = sampling(spline, u, v, np.repeat(faces, N_GAUSS**2))
     nodes = spline.extraction @ spline.control
     normal = np.cross(du @ nodes, dv @ nodes)
     length = np.linalg.norm(normal, axis=1)
