@@ -23,7 +23,7 @@ RUN := .venv/bin/python
 PIP := $(RUN) -m pip install
 READY := .venv/ready
 TORCH := $(shell grep -o 'torch==[0-9.]*' pyproject.toml)
-CODE := polycube plugins tests docs train.py infer.py
+CODE := polycube plugins benchmark tests docs train.py infer.py
 
 export MPLBACKEND := Agg
 export OPENBLAS_NUM_THREADS := 1
@@ -46,14 +46,14 @@ EXAMPLES := example:dice,example:ring,example:rod,example:lantern
 EXAMPLES := $(EXAMPLES),example:eight,example:key,example:barrel,example:cup
 gallery: $(READY)
 	$(RUN) infer.py -m mesh=$(EXAMPLES) output_dir=outputs/gallery
-	$(RUN) -m polycube.cli.gallery docs outputs/gallery/*
+	$(RUN) -m docs.generators.gallery docs outputs/gallery/*
 
 # a folder per commit; what is not committed counts by its difference from the commit
 CHANGES = $(shell git diff --quiet HEAD || git diff HEAD | git hash-object --stdin | cut -c 1-7)
 BENCH = outputs/bench/$(shell git rev-parse --short HEAD)$(addprefix -dirty-,$(CHANGES))
 bench: $(READY)
 	@if [ -d "$(PARTS)" ]; then \
-		$(RUN) -m polycube.cli.benchmark $(BENCH) $(if $(BEFORE),"$(BEFORE)") --parts "$(PARTS)" \
+		$(RUN) -m benchmark $(BENCH) $(if $(BEFORE),"$(BEFORE)") --parts "$(PARTS)" \
 			$(addprefix --subset ,$(SUBSET)) --settings $(ARGS); \
 	else \
 		echo "PARTS names no folder of CAD parts, so the benchmark is skipped"; \

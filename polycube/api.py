@@ -21,7 +21,7 @@ from polycube.io.access.lock import locked
 from polycube.io.access.stored import read_json
 from polycube.io.hex_meshes import FORMATS, boundary
 from polycube.io.solids.motions import Motion
-from polycube.kinds import Export, StatesProblem
+from polycube.kinds import Export
 from polycube.pipeline.improvement import Improvement, is_improvement, read_given
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.placement import Placement
@@ -31,6 +31,7 @@ from polycube.pipeline.settings import Settings
 from polycube.registry import build, provide
 from polycube.report.citation import bibtex
 from polycube.report.files import check_folder, start_folder, write_results
+from polycube.report.numbers.problem import problem_of
 from polycube.report.numbers.results import summarize
 from polycube.result import Result
 from polycube.state import RunState
@@ -131,7 +132,7 @@ def execute(
             check_folder(folder, settings, run.names, built)
         state = run.begin()
         settings = run.settings
-        problem = _problem(settings)
+        problem = problem_of(settings.composed)
         exports = [provide(each, problem=problem) for each in built]
         if folder is not None:
             start_folder(folder, settings, state)
@@ -144,13 +145,6 @@ def execute(
         if folder is not None:
             write_results(folder, state, report, exports, settings)
     return _result(state, report, problem, settings)
-
-
-def _problem(settings: Settings) -> Problem | None:
-    if settings.analysis["plugin"] is None:
-        return None
-    plugin = build("analysis", settings.analysis)
-    return plugin.problem if isinstance(plugin, StatesProblem) else None
 
 
 def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:

@@ -264,11 +264,6 @@ class Kind:
     once: bool = False
     fits: bool = True
 
-    @property
-    def does(self) -> str:
-        """The kind in one line."""
-        return (self.protocol.__doc__ or "").partition("\n")[0].rstrip(".")
-
 
 _MESH = ("surface", "hexes")
 

@@ -49,4 +49,5 @@ def test_a_stage_whose_output_nobody_takes_is_refused() -> None:
 
 def test_a_kind_says_in_one_line_what_it_is() -> None:
     for name, kind in KINDS.items():
-        assert kind.does and not kind.does.endswith("."), name
+        does = (kind.protocol.__doc__ or "").partition("\n")[0]
+        assert does.rstrip(".") and does.endswith("."), name

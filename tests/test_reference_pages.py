@@ -2,8 +2,8 @@
 
 import pytest
 
-from polycube.cli.reference.__main__ import PAGES, write
-from polycube.cli.reference.markdown import docstring, signature
+from docs.generators.reference.__main__ import PAGES, write
+from docs.generators.reference.markdown import docstring, signature
 from polycube.registry import classes, options
 from polycube.types import __all__ as data_types
 from tests.conftest import ROOT
@@ -12,7 +12,7 @@ from tests.conftest import ROOT
 @pytest.mark.parametrize("name", PAGES)
 def test_the_page_is_what_the_code_says(name: str) -> None:
     committed = (ROOT / "docs" / "reference" / name).read_text(encoding="utf-8")
-    assert committed == PAGES[name](), "run: python -m polycube.cli.reference docs"
+    assert committed == PAGES[name](), "run: python -m docs.generators.reference docs"
 
 
 def test_all_pages_are_written(tmp_path) -> None:

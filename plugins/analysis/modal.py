@@ -10,7 +10,7 @@ from polycube.registry import register
 from polycube.types import Modes, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import check_supports, places, prescribed, supports
+from .places import check_supports, prescribed, supports
 
 if TYPE_CHECKING:
     from polycube.analysis.problem import Vibration
@@ -59,7 +59,7 @@ class Modal:
     @property
     def places(self) -> list[object]:
         """Boundary sets that the analysis needs."""
-        return [place for place, _ in places(self.fixed)]
+        return self.problem.places
 
     @property
     def problem(self) -> "Vibration":
@@ -73,14 +73,15 @@ class Modal:
         """The modes in SI units; logs mass and the elastic frequencies."""
         from polycube.analysis.modal import free_modes
 
+        problem = self.problem
         modes = free_modes(
             spline,
-            material(self.material),
-            self.modes,
-            self.units,
+            problem.material,
+            problem.modes,
+            problem.units,
             self.gauss,
-            self.mass == "lumped",
-            supports(spline, self.fixed),
+            problem.is_lumped,
+            supports(spline, problem),
         )
         logger.info(
             "mass %.6g kg; elastic modes at %s Hz",

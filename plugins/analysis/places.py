@@ -6,7 +6,7 @@ An item is only a place (x_min, 7, {box: [...]}, {plane: [...]}, see
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from polycube.types import Json, Spline
 
 if TYPE_CHECKING:
     from polycube.analysis.constraints import Support
-    from polycube.analysis.problem import Prescribed
+    from polycube.analysis.problem import Prescribed, Problem
 
 AXES = "xyz"
 
@@ -31,13 +31,13 @@ def check_items(
     if isinstance(items, str | Mapping) or not isinstance(items, Sequence):
         raise ValueError(f"{name} must be a list such as [x_min]; got {items!r}")
     for item in items:
-        place, settings = _split(item)
+        place, settings = split(item)
         check_place(place)
         if not set(settings) <= keys or len(settings) < needed:
             raise ValueError(
                 f"entries of {name} are {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
             )
-    return list(map(_split, items))
+    return list(map(split, items))
 
 
 def check_supports(name: str, items: object, keys: set[str]) -> None:
@@ -63,17 +63,15 @@ def is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def supports(spline: Spline, items: Sequence[object]) -> list[Support]:
-    """The supports of a displacement; raises InputError for a place that does not exist."""
+def supports(spline: Spline, problem: Problem) -> list[Support]:
+    """The supports of a problem; raises InputError for a place that does not exist."""
     from polycube.analysis.boundary_sets import faces_of, place_name
     from polycube.analysis.constraints import Support
 
-    found = []
-    for place, settings in map(_split, items):
-        axes = tuple(AXES.index(axis) for axis in settings.get("components", AXES))
-        faces = faces_of(spline, place)
-        found.append(Support(place_name(place), faces, axes, settings.get("value", 0.0)))
-    return found
+    return [
+        Support(place_name(each.place), faces_of(spline, each.place), each.components, each.values)
+        for each in problem.supports
+    ]
 
 
 def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:
@@ -81,7 +79,7 @@ def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:
     from polycube.analysis.problem import Prescribed
 
     found = []
-    for place, settings in map(_split, items):
+    for place, settings in map(split, items):
         axes = tuple(AXES.index(axis) for axis in settings.get("components", AXES))
         value = settings.get("value", 0.0)
         values = len(axes) * (value,) if is_number(value) else tuple(value)
@@ -89,12 +87,8 @@ def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:
     return tuple(found)
 
 
-def places(items: Sequence[object]) -> Iterator[tuple[object, Json]]:
-    """Place of each item and the values prescribed there."""
-    return map(_split, items)
-
-
-def _split(item: object) -> tuple[object, Json]:
+def split(item: object) -> tuple[object, Json]:
+    """Place of an item, and the values prescribed there."""
     from polycube.analysis.boundary_sets import place_of
 
     place = place_of(item)

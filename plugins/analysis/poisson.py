@@ -9,7 +9,7 @@ from polycube.registry import register
 from polycube.types import Potential, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import check_items, is_number, places
+from .places import check_items, is_number, split, supports
 
 if TYPE_CHECKING:
     from polycube.analysis.problem import Conduction
@@ -61,29 +61,32 @@ class Poisson:
     @property
     def places(self) -> list[object]:
         """Boundary sets that the analysis needs."""
-        return [place for place, _ in places((*self.fixed, *self.flux))]
+        return self.problem.places
 
     @property
     def problem(self) -> "Conduction":
         """The problem, for input files of other solvers."""
         from polycube.analysis.problem import Conduction, Flow, Prescribed
 
-        fixed = tuple(Prescribed(at, (0,), (item["value"],)) for at, item in places(self.fixed))
-        flows = tuple(Flow(at, item["value"]) for at, item in places(self.flux))
+        fixed = tuple(Prescribed(at, (0,), (item["value"],)) for at, item in map(split, self.fixed))
+        flows = tuple(Flow(at, item["value"]) for at, item in map(split, self.flux))
         return Conduction(self.units, fixed, self.conductivity, flows, self.source)
 
     def __call__(self, spline: Spline) -> Potential:
         """u with its flux; logs the heat flow through the places with prescribed u."""
-        from polycube.analysis.boundary_sets import faces_of, place_name
-        from polycube.analysis.constraints import Support
+        from polycube.analysis.boundary_sets import faces_of
         from polycube.analysis.poisson import Inflow, conduct
 
-        fixed = [
-            Support(place_name(place), faces_of(spline, place), (0,), item["value"])
-            for place, item in places(self.fixed)
-        ]
-        flux = [Inflow(faces_of(spline, place), item["value"]) for place, item in places(self.flux)]
-        found = conduct(spline, self.conductivity, fixed, flux, self.source, self.units, self.gauss)
+        problem = self.problem
+        found = conduct(
+            spline,
+            problem.conductivity,
+            supports(spline, problem),
+            [Inflow(faces_of(spline, each.place), each.flux) for each in problem.flows],
+            problem.source,
+            problem.units,
+            self.gauss,
+        )
         flows = zip(found.supports, found.flows, strict=True)
         logger.info(
             "heat flow into the solid: %s, supplied %.4g W",

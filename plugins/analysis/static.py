@@ -15,8 +15,8 @@ from .places import (
     check_supports,
     check_vector,
     is_number,
-    places,
     prescribed,
+    split,
     supports,
 )
 
@@ -82,7 +82,7 @@ class Static:
     @property
     def places(self) -> list[object]:
         """Boundary sets that the analysis needs."""
-        return [place for place, _ in places((*self.fixed, *self.loads))]
+        return self.problem.places
 
     @property
     def _acceleration(self) -> "Vector":
@@ -90,7 +90,7 @@ class Static:
         if self.gravity is not None:
             x, y, z = self.gravity
             return x, y, z
-        is_moved = any(item.get("value") for _, item in places(self.fixed))
+        is_moved = any(item.get("value") for _, item in map(split, self.fixed))
         return (0.0, 0.0, 0.0) if self.loads or is_moved else WEIGHT
 
     @property
@@ -98,7 +98,7 @@ class Static:
         """The problem, for input files of other solvers."""
         from polycube.analysis.problem import Applied, Statics
 
-        loads = tuple(Applied(place, **item) for place, item in places(self.loads))
+        loads = tuple(Applied(place, **item) for place, item in map(split, self.loads))
         fixed = prescribed(self.fixed)
         return Statics(self.units, fixed, material(self.material), loads, self._acceleration)
 
@@ -107,13 +107,17 @@ class Static:
         from polycube.analysis.boundary_sets import faces_of
         from polycube.analysis.static import Load, deform
 
+        problem = self.problem
         found = deform(
             spline,
-            material(self.material),
-            supports(spline, self.fixed),
-            [Load(faces_of(spline, place), **item) for place, item in places(self.loads)],
-            self._acceleration,
-            self.units,
+            problem.material,
+            supports(spline, problem),
+            [
+                Load(faces_of(spline, each.place), each.pressure, each.traction, each.force)
+                for each in problem.loads
+            ],
+            problem.acceleration,
+            problem.units,
             self.gauss,
             self.away,
         )

@@ -39,11 +39,11 @@ def renamed(mesh: HexMesh, length: int, ascii_only: bool = True) -> HexMesh:
     )
 
 
-def legend(mesh: HexMesh, mark: str = "", indent: str = "  ") -> str:
+def legend(mesh: HexMesh, mark: str = "") -> str:
     """Comment lines with the length unit and the table of names, each after a mark."""
     rows = [f"lengths in {mesh.unit or 'the units of the input'}"]
     rows += [f"set {new} is {name!r} in the CAD file" for new, name in mesh.cad_names.items()]
-    lines = (line for row in rows for line in textwrap.wrap(row, 70, subsequent_indent=indent))
+    lines = (line for row in rows for line in textwrap.wrap(row, 70, subsequent_indent="  "))
     return "".join(f"{mark}{line}\n" for line in lines)
 
 

@@ -31,10 +31,10 @@ def numbered(points: np.ndarray, between: str = ", ") -> str:
     return lines(count(points), ["%d"] + 3 * ["%.17g"], between)
 
 
-def narrow(value: float, width: int = 20) -> str:
-    """A number with as many digits, at most 17, as a field permits."""
+def narrow(value: float) -> str:
+    """A number with as many digits, at most 17, as a field of 20 characters permits."""
     texts = (f"{value:.{digits}g}" for digits in range(17, 0, -1))
-    return next(text for text in texts if len(text) <= width)
+    return next(text for text in texts if len(text) <= 20)
 
 
 def lines(values: np.ndarray, form: str | list[str], between: str = " ") -> str:

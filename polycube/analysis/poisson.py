@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.analysis.assembly import Elements, assemble_scalar_lower, moments
+from polycube.analysis.assembly import Elements, assemble_scalar_lower
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.preconditioner import scalar_preconditioner, solvers
 from polycube.analysis.recovery import gradient_field
@@ -34,7 +34,7 @@ def conduct(
     conductivity: float,
     supports: Sequence[Support],
     inflows: Sequence[Inflow] = (),
-    source: float | Callable[[np.ndarray], np.ndarray] = 0.0,
+    source: float | np.ndarray = 0.0,
     length_unit: str = "mm",
     n_gauss: int = 4,
 ) -> Potential:
@@ -43,7 +43,7 @@ def conduct(
     Raises InputError if u is not given anywhere, and MeshingError if det J <= 0.
 
     conductivity : W/(m K)
-    source : W/m^3, or a function of points (P, 3)
+    source : W/m^3, or its coefficients (C,)
     """
     if not supports:
         raise InputError(
@@ -53,10 +53,7 @@ def conduct(
     constraints = constrain(spline, supports, 1)
     stiffness, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
     stiffness.blocks[:] *= conductivity * metre
-    if callable(source):
-        supplied = metre**3 * moments(spline, source, n_gauss)
-    else:
-        supplied = metre**3 * source * (mass @ np.ones(mass.shape[0]))
+    supplied = metre**3 * (mass @ np.broadcast_to(source, mass.shape[:1]))
     for inflow in inflows:
         here = trace(spline, inflow.faces)
         flux = inflow.flux(here.points, here.normals) if callable(inflow.flux) else inflow.flux

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.hexmesh.connectivity import unique_rows
-from polycube.spline.element_faces import FACES
+from polycube.spline.boundary import boundary_nodes
 from polycube.types import Spline
 
 ZERO = 1e-12  # smaller coefficients count as zero
@@ -22,8 +22,7 @@ def zero_slope_edges(spline: Spline, faces: np.ndarray, basis: csr_matrix) -> tu
     on the other, which is an additional constraint. Edges between elements of different levels do
     not count.
     """
-    element, side = spline.sides.T
-    nodes = spline.nodes[element[:, None], FACES[side]].reshape(-1, 4, 4)
+    nodes = boundary_nodes(spline).reshape(-1, 4, 4)
     turned = nodes.swapaxes(1, 2)
     lines = np.concatenate([nodes, nodes[:, ::-1], turned, turned[:, ::-1]])
     # lines : (4 Q, 4, 4) nodes in lines from each edge of each face

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 
-from polycube.spline.bernstein import bernstein, derivative, gauss
-from polycube.spline.element_faces import FACES
+from polycube.spline.bernstein import gauss
+from polycube.spline.boundary import grid, sampling
 from polycube.types import Spline
 
 N_GAUSS = 5  # per direction: exact for bicubic traces times normals
@@ -35,24 +35,17 @@ class Trace:
         return self.shape.T @ (area * density)
 
 
-def trace(spline: Spline, faces: np.ndarray, n_gauss: int = N_GAUSS) -> Trace:
-    """n_gauss^2 Gauss points on each of `spline.sides[faces]`."""
-    element, side = spline.sides[faces].T
-    nodes = spline.nodes[element[:, None], FACES[side]]  # (F, 16), first parameter fastest
-    t, w = gauss(n_gauss)
-    b, d = bernstein(t), derivative(t)
-    values, across, along = np.kron(b, b), np.kron(b, d), np.kron(d, b)  # (q, 16)
-    columns = np.broadcast_to(nodes[:, None], (len(nodes), *values.shape))
-    weights = np.broadcast_to(values, columns.shape).ravel()
-    indptr = np.arange(0, columns.size + 1, 16)
-    size = (len(indptr) - 1, spline.extraction.shape[0])
-    at = csr_matrix((weights, columns.ravel(), indptr), size)
-    corners = (spline.extraction @ spline.control)[nodes]
-    normal = np.cross(across @ corners, along @ corners).reshape(-1, 3)
+def trace(spline: Spline, faces: np.ndarray) -> Trace:
+    """N_GAUSS^2 Gauss points on each of `spline.sides[faces]`."""
+    t, w = gauss(N_GAUSS)
+    u, v = (np.tile(each, len(faces)) for each in grid(t))
+    at, du, dv = sampling(spline, u, v, np.repeat(faces, N_GAUSS**2))
+    nodes = spline.extraction @ spline.control
+    normal = np.cross(du @ nodes, dv @ nodes)
     length = np.linalg.norm(normal, axis=1)
     return Trace(
         shape=csr_matrix(at @ spline.extraction),
-        points=(values @ corners).reshape(-1, 3),
+        points=at @ nodes,
         normals=normal / np.maximum(length, np.finfo(float).tiny)[:, None],
-        area=length * np.tile(np.kron(w, w), len(nodes)),
+        area=length * np.tile(np.kron(w, w), len(faces)),
     )

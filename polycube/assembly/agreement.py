@@ -23,7 +23,6 @@ class Agreement:
 
     Parameters
     ----------
-    contact : the two CAD faces
     quads : number of quads of each mesh on its face, including those outside the contact
     pairs : (N, 2) quads of the first and the second mesh with equal vertices
     area : area of these quads, in squared model units
@@ -31,7 +30,6 @@ class Agreement:
     vertices : (K, 2) vertices of these quads, of the first and the second mesh
     """
 
-    contact: Contact
     quads: tuple[int, int]
     pairs: np.ndarray
     area: float
@@ -53,7 +51,7 @@ def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> 
         is_covered = 0 < COVERED * min(contact.area, *meshed) <= area
         counts = int((faces[0] == f).sum()), int((faces[1] == g).sum())
         ends = vertices[np.isin(vertices[:, 0], first.quads[own[:, 0]])]
-        found.append(Agreement(contact, counts, own, area, bool(is_covered), ends))
+        found.append(Agreement(counts, own, area, bool(is_covered), ends))
     return found
 
 

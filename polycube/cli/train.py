@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import logging
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 import hydra
 import lightning.pytorch as L
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 
-from polycube import registry
 from polycube.cli.command import OTHER_FOLDER, command
 from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.pairs.shapes import turned_contexts
@@ -39,6 +38,7 @@ from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.resume.settings import changed_settings
+from polycube.registry import build
 from polycube.types import Json
 
 logger = logging.getLogger(__name__)
@@ -56,15 +56,15 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     """Train a denoiser and write its weights to `folder`/weights; returns the final metrics."""
     manifest.check(folder, ["loss.png", *WEIGHTS, *CHECKPOINTS], remedy=OTHER_FOLDER)
     L.seed_everything(cfg["seed"], verbose=False)
-    data = _build("data", cfg["data"])
+    data = build("data", cfg["data"])
     if cfg["grid"].get("among"):
         raise InputError("grid=auto is for infer.py; train.py needs a grid, or grid=any")
     grid = cfg["grid"]["shape"]
     primitives = _checked(voxels, cfg["primitives"]["use"]) if grid else {}
     config = _denoiser_config(cfg, pads=data.pads)
-    denoiser = _checked(make_denoiser, config, _build)
+    denoiser = _checked(make_denoiser, config, build)
     if cfg["begin_from"]:
-        taken = begin_from(denoiser, load_denoiser(_build, cfg["begin_from"]))
+        taken = begin_from(denoiser, load_denoiser(build, cfg["begin_from"]))
         total = len(denoiser.state_dict())
         logger.info("%d of %d tensors are copied from %s", taken, total, cfg["begin_from"])
     learning, size = _learning(cfg), cfg["batch_size"]
@@ -75,7 +75,7 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     turned = None
     if denoiser.options.classifier:
         turned = turned_contexts(pairs.contexts, grid, primitives)
-    module = DDPMPolycube(denoiser, learning, _build("sampler", cfg["sampler"]), config, turned)
+    module = DDPMPolycube(denoiser, learning, build("sampler", cfg["sampler"]), config, turned)
     training = training_loader(
         PairImages(pairs, denoiser.condition),
         size,
@@ -124,7 +124,7 @@ def _write(
 
 def _learning(cfg: Json) -> Learning:
     """Options of the training; raises InputError if the network does not support them."""
-    any_size = getattr(_build("model", cfg["model"]), "any_size", False)
+    any_size = getattr(build("model", cfg["model"]), "any_size", False)
     thin = cfg["learning"]["thin"] or (THIN if any_size and cfg["grid"]["shape"] else 1)
     learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
     if learning.thin > 1 and not any_size:
@@ -211,11 +211,6 @@ def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
             "same settings, or only its weights, with begin_from="
         )
     return path
-
-
-def _build(kind: str, config: Mapping[str, object]) -> Any:
-    """The plugin of a configuration; raises InputError for an invalid configuration."""
-    return _checked(registry.build, kind, config)
 
 
 def _checked(make: Callable[Options, Made], *args: Options.args, **kwargs: Options.kwargs) -> Made:

@@ -42,11 +42,9 @@ def write_view(folders: Sequence[Path], output: Path | None = None) -> Path:
 
     Parameters
     ----------
-    folders
-        Results of runs, or folders that contain results.
-    output
-        File of the page; None: `view.html`, in the folder if there is only one, otherwise in the
-        current folder.
+    folders : results of runs, or folders that contain results
+    output : file of the page; None: `view.html`, in the folder if there is only one, otherwise in
+        the current folder
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Example parts, as implicit solids and their triangulations.
+"""Example parts as files, which `docs.generators.examples` writes.
 
-Imports `surface` and the layers below.
+Imports `types` and `errors`.
 """

@@ -24,8 +24,8 @@ from polycube.io.bext import chunks
 from polycube.types import Spline
 
 
-def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
-    """Write the spline as a part with the given number."""
+def write_bext2(path: Path, spline: Spline) -> Path:
+    """Write the spline as part 1."""
     place: dict[bytes, int] = {}  # index of each distinct vector
     counts, functions, numbers = [], [], []
     for chunk in chunks(spline):
@@ -36,7 +36,7 @@ def write_bext2(path: Path, spline: Spline, part: int = 1) -> Path:
     count, function, number = map(np.concatenate, (counts, functions, numbers))
     starts = np.cumsum(count) - count
     sizes = np.unique(count)
-    head = [part, len(spline.control), len(count), len(place), 0]
+    head = [1, len(spline.control), len(count), len(place), 0]
     with (
         atomic_write(path) as temporary,
         open(temporary, "w", encoding="ascii", newline="\n") as file,

@@ -126,13 +126,9 @@ def scaled_shapes(spline: Spline, modes: Modes) -> dict[str, np.ndarray]:
 
 def write_modes_csv(path: Path, modes: Modes) -> Path:
     """Write one line per mode: number from 1, omega^2 and frequency."""
-    lines = ["mode,omega_squared,frequency_hz"]
-    lines += [
-        f"{k},{value:.17g},{frequency:.17g}"
-        for k, (value, frequency) in enumerate(
-            zip(modes.eigenvalues.tolist(), modes.frequency.tolist(), strict=True), start=1
-        )
-    ]
+    numbers = np.arange(1, len(modes.eigenvalues) + 1)
+    rows = np.column_stack([numbers, modes.eigenvalues, modes.frequency])
+    head = "mode,omega_squared,frequency_hz"
     with atomic_write(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n")
+        np.savetxt(temporary, rows, ["%d", "%.17g", "%.17g"], ",", header=head, comments="")
     return Path(path)

@@ -7,24 +7,28 @@ The units are consistent: length unit of the part, kg, s; frequencies are in Hz.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TypedDict
 
-from polycube.analysis.material import Material, material
+from polycube.analysis.material import material
 from polycube.io.atomic import atomic_write
 from polycube.types import Json
 from polycube.units import METRES, resolved
 
 
-def write_modal_deck(
-    path: Path, bext: str, elastic: Material, units: str, modes: int, lumped: bool = False
-) -> Path:
+def write_modal_deck(path: Path, bext: str, analysis: Json, of_file: str = "") -> Path:
     """Write the deck for a file `bext` in the same folder; the modes include the six rigid ones.
 
-    lumped : default of LS-DYNA: row sums of the mass matrix on the diagonal
+    Parameters
+    ----------
+    analysis : its options `material`, `units`, `modes` and `mass` are used; default: 20 modes of
+        steel. A lumped mass, the row sums of the matrix on its diagonal, is the default of LS-DYNA.
+    of_file : length unit of the file of the part
     """
+    elastic = material(analysis.get("material", "steel"))
+    units = resolved(analysis.get("units"), of_file)
     metre = METRES[units]
     young, density = elastic.young * metre, elastic.density * metre**3
-    mass = [] if lumped else ["*CONTROL_IMPLICIT_CONSISTENT_MASS", "1"]
+    is_lumped = analysis.get("mass") == "lumped"
+    mass = [] if is_lumped else ["*CONTROL_IMPLICIT_CONSISTENT_MASS", "1"]
     lines = [
         "*KEYWORD 500M",
         "*TITLE",
@@ -44,32 +48,10 @@ def write_modal_deck(
         "*CONTROL_IMPLICIT_GENERAL",
         "1,1.",
         "*CONTROL_IMPLICIT_EIGENVALUE",
-        str(modes),
+        str(analysis.get("modes", 20)),
         *mass,
         "*END",
     ]
     with atomic_write(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="ascii")
     return Path(path)
-
-
-class DeckSettings(TypedDict):
-    """Arguments of `write_modal_deck` without the files."""
-
-    elastic: Material
-    units: str
-    modes: int
-    lumped: bool
-
-
-def settings_of(analysis: Json, of_file: str = "") -> DeckSettings:
-    """Material, units, modes and mass from the options of an analysis; default: steel.
-
-    of_file : length unit of the file of the part
-    """
-    return {
-        "elastic": material(analysis.get("material", "steel")),
-        "units": resolved(analysis.get("units"), of_file),
-        "modes": analysis.get("modes", 20),
-        "lumped": analysis.get("mass") == "lumped",
-    }

@@ -57,14 +57,10 @@ def check(
 
     Parameters
     ----------
-    folder
-        Path of the folder. It need not exist, and it is not created.
-    names
-        Names of the files to be written, relative to the folder.
-    inputs
-        Input files of the run. They are never overwritten, even if the program wrote them.
-    remedy
-        Advice at the end of the error message.
+    folder : path of the folder, which need not exist and is not created
+    names : names of the files to be written, relative to the folder
+    inputs : input files of the run, never overwritten, even if the program wrote them
+    remedy : advice at the end of the error message
 
     Raises
     ------

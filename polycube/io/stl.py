@@ -1,6 +1,6 @@
-"""Read STL files, binary and ASCII, with checks of their structure; write binary ones.
+"""Read STL files, binary and ASCII, with checks of their structure; write binary ones by trimesh.
 
-trimesh also accepts damaged files: of 500 damaged binary (ASCII) files it returned triangles for
+trimesh also reads damaged files: of 500 damaged binary (ASCII) files it returned triangles for
 345 (139) that are rejected here. Its reader of binary (ASCII) files takes 6 (1.05) times as long.
 """
 
@@ -59,16 +59,10 @@ def _corners(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
     """Write a binary STL file in single precision, as required by the format."""
-    records = np.zeros((len(faces), RECORD), np.uint8)
-    corners = vertices[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-    floats = np.concatenate([normals[:, None], corners], axis=1).reshape(-1, 12).astype("<f4")
-    records[:, :48] = floats.view(np.uint8)
+    from trimesh import Trimesh
+
     with atomic_write(path) as temporary:
-        head = b"repaired surface".ljust(80) + len(faces).to_bytes(4, "little")
-        temporary.write_bytes(head + records.tobytes())
+        Trimesh(vertices, faces, process=False).export(temporary, file_type="stl")
     return Path(path)
 
 

@@ -21,7 +21,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import quad_sides
+from polycube.hexmesh.connectivity import PLACES, quad_sides
 from polycube.hexmesh.metrics import metrics
 from polycube.io.atomic import atomic_write
 from polycube.structure.lattice import cell_of_box
@@ -31,9 +31,6 @@ HEXAHEDRON, BEZIER_HEXAHEDRON, LAGRANGE_HEXAHEDRON = 12, 79, 72  # cell types of
 BLOCK = 1 << 20  # bytes compressed together
 LEVEL = 3  # level of zlib: higher ones are slower and hardly better
 _TYPES = {"i": "Int", "u": "UInt", "f": "Float"}
-_CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-)
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -65,7 +62,7 @@ def write_hex_vtu(
 def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
     """Write one hexahedron per occupied box, with its grid cell and primitive."""
     boxes = np.argwhere(polycube.occupancy)
-    corners = boxes[:, None] + _CORNERS  # (C, 8, 3) indices of the knots
+    corners = boxes[:, None] + PLACES  # (C, 8, 3) indices of the knots
     used, hexes = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     points = np.stack(
         [knots[index] for knots, index in zip(polycube.knots, used.T, strict=True)], 1

@@ -53,7 +53,24 @@ class Proposals:
     def explain_none(self, surface: TriMesh) -> str:
         """Explain why no candidate has the genus of the surface, and what may help."""
         n_proposed = sum(map(len, self._known.values()))
-        return _explain_none(self.settings, surface, n_proposed)
+        shapes = " or ".join("x".join(map(str, shape)) for shape in grids(self.settings))
+        named = ", ".join(map(str, self.settings.primitives["use"]))
+        own = dict(self._plugins(grids(self.settings)[-1]))
+        plugins = own.values()
+        if not n_proposed and all(plugin.any_grid for plugin in plugins):
+            return (
+                f"structure={', '.join(own)} proposes nothing for this surface; verbose=true shows "
+                "the reasons, structure=auto tries others"
+            )
+        if not n_proposed and all(plugin.needs_network for plugin in plugins):
+            return (
+                f"no trained weights for {named} on a {shapes} grid; give weights with ckpt=, or "
+                "use structure=auto, which needs no network"
+            )
+        return (
+            f"no polycube of {named} on a {shapes} grid fits this surface of genus {genus(surface)}"
+            "; try another grid or more primitives"
+        )
 
     def _plugins(self, grid: Grid) -> list[tuple[str, Structure]]:
         return _plugins(grid, self.settings, self.primitives)
@@ -90,28 +107,6 @@ def grids(settings: Settings) -> list[Grid]:
         return shapes
     large = [shape for shape in shapes if len(settings.context) <= math.prod(shape)]
     return large[:1] or shapes[-1:]
-
-
-def _explain_none(settings: Settings, surface: TriMesh, n_proposed: int) -> str:
-    """Explain why no candidate has the genus of the surface, and what may help."""
-    shapes = " or ".join("x".join(map(str, shape)) for shape in grids(settings))
-    named = ", ".join(map(str, settings.primitives["use"]))
-    own = dict(_plugins(grids(settings)[-1], settings, {}))
-    plugins = own.values()
-    if not n_proposed and all(plugin.any_grid for plugin in plugins):
-        return (
-            f"structure={', '.join(own)} proposes nothing for this surface; verbose=true shows the "
-            "reasons, structure=auto tries others"
-        )
-    if not n_proposed and all(plugin.needs_network for plugin in plugins):
-        return (
-            f"no trained weights for {named} on a {shapes} grid; give weights with ckpt=, or use "
-            "structure=auto, which needs no network"
-        )
-    return (
-        f"no polycube of {named} on a {shapes} grid fits this surface of genus {genus(surface)}; "
-        "try another grid or more primitives"
-    )
 
 
 def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tuple[str, Structure]]:

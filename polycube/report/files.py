@@ -163,7 +163,7 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
     from polycube.io import bezier
     from polycube.io.bext import write_bext
     from polycube.io.bext2 import write_bext2
-    from polycube.io.lsdyna_deck import settings_of, write_modal_deck
+    from polycube.io.lsdyna_deck import write_modal_deck
     from polycube.spline.bezier import scaled_bounds
 
     n_elements = len(spline.nodes)
@@ -173,9 +173,7 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
     if 2 in versions:
         write_bext2(folder / "spline.bxt", spline)
     included = "spline.bext" if 1 in versions else "spline.bxt"
-    write_modal_deck(
-        folder / "modal.k", included, **settings_of(settings.analysis, state.surface.unit)
-    )
+    write_modal_deck(folder / "modal.k", included, settings.analysis, state.surface.unit)
     bounds = {"scaled_det_j": scaled_bounds(spline)}
     bezier.write_bezier_vtu(folder / "spline.vtu", spline, cell_data=bounds)
     matrix = {f"extraction_{n}": getattr(spline.extraction, n) for n in CSR}

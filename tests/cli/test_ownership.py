@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from omegaconf import DictConfig, OmegaConf
 
+from docs.generators import gallery
 from polycube import HOME
-from polycube.cli import gallery
 from polycube.cli.batch import ROW, run_job
 from polycube.cli.infer import _command
 from polycube.cli.train import CHECKPOINTS, WEIGHTS, train

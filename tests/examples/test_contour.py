@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from docs.generators.examples import implicit
+from docs.generators.examples.contour import contour
 from polycube.errors import InputError
-from polycube.examples import implicit
-from polycube.examples.contour import contour
 from polycube.surface.measures import genus, volume
 
 REACH = np.full(3, 1.6)

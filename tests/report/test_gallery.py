@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.cli import gallery
+from docs.generators import gallery
 from polycube.pipeline.resume.results import save_stage
 from polycube.report.pictures.fields import mode
 from polycube.structure.rough_map import identity_map

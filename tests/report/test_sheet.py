@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.cli.pairs import sheet
+from docs.generators import sheet
 from polycube.diffusion.pairs.any_structure import LatticePairs
 from polycube.report.pictures.colours import AXIS_COLOURS, rgb
 from polycube.report.pictures.render import view

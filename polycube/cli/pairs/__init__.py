@@ -1,1 +1,1 @@
-"""Training pairs of a diffusion model from meshed parts, and pictures of them."""
+"""Training pairs of a diffusion model from meshed parts."""

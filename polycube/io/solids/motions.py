@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 SAME = 1e-5  # of the size of a solid: closer points are equal
 EQUAL = 1e-4  # relative difference of volumes or moments of inertia
@@ -157,9 +158,14 @@ def _fitted(
     places: cKDTree,
     own: np.ndarray,
 ) -> Motion | None:
-    """The motion of all landmarks close to a rotation about the centres; None if there is none."""
+    """The motion of all landmarks close to a rotation about the centres; None if there is none.
+
+    The rotation is replaced by the one that fits all landmarks best in the least-squares sense.
+    """
     size = first.size
-    rotation = _nearest(first, second, rotation, places, own)
+    moved = np.hstack([first.points @ rotation.T / size, own])
+    partner = places.query(moved, p=np.inf)[1]
+    rotation = Rotation.align_vectors(second.points[partner], first.points)[0].as_matrix()
     moved = np.hstack([first.points @ rotation.T / size, own])
     off, partner = places.query(moved, p=np.inf)
     back = cKDTree(moved).query(places.data, p=np.inf)[0]
@@ -171,17 +177,3 @@ def _fitted(
     if len(np.unique(faces)) < len(faces):
         return None
     return Motion(rotation, second.centre - rotation @ first.centre, faces)
-
-
-def _nearest(
-    first: Landmarks,
-    second: Landmarks,
-    rotation: np.ndarray,
-    places: cKDTree,
-    own: np.ndarray,
-) -> np.ndarray:
-    """The rotation that fits all landmarks best in the least-squares sense (Kabsch)."""
-    moved = np.hstack([first.points @ rotation.T / first.size, own])
-    partner = places.query(moved, p=np.inf)[1]
-    u, _, v = np.linalg.svd(second.points[partner].T @ first.points)
-    return u @ np.diag([1, 1, np.sign(np.linalg.det(u @ v))]) @ v

@@ -83,6 +83,11 @@ def frequency(value: float, unit: str) -> str:
     return f"{text(value)} {unit}".strip()
 
 
+def percent(share: float | None) -> float | None:
+    """A share in per cent; None if it is unknown."""
+    return None if share is None else 100 * share
+
+
 def sentence(phrase: str) -> str:
     """A phrase with a capital letter and a full stop."""
     return phrase[:1].upper() + phrase[1:].rstrip(".") + "."

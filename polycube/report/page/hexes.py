@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from polycube.hexmesh.metrics import MEASURES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.report.numbers.formatting import coordinates
+from polycube.report.numbers.formatting import coordinates, percent
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, Row, distance_rows, render, show
@@ -62,10 +62,10 @@ def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Json) -> dict[str, object
         "inverted (at most 0)": int((quality <= 0).sum()),
         "below 0.2": int((quality < 0.2).sum()),
         "certificate": _certificate(numbers.get("certificate")),
-        "sharp edges to mesh edges, 95th percentile, % of diagonal": _times(
-            100, numbers.get("creases_to_edges_p95")
+        "sharp edges to mesh edges, 95th percentile, % of diagonal": percent(
+            numbers.get("creases_to_edges_p95")
         ),
-        "volume error, %": _times(100, numbers.get("volume_error")),
+        "volume error, %": percent(numbers.get("volume_error")),
     }
 
 
@@ -200,7 +200,3 @@ def _point(where: Sequence[float] | None) -> str | None:
 
 def _spaced(measure: str) -> str:
     return measure.replace("_", " ").replace("jacobian", "Jacobian")
-
-
-def _times(factor: float, value: float | None) -> float | None:
-    return None if value is None else factor * value

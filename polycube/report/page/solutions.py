@@ -10,6 +10,7 @@ from polycube.report.numbers.formatting import (
     frequency,
     largest,
     megapascal,
+    percent,
     sentence,
     singular_stress,
     text,
@@ -100,7 +101,7 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
         "largest von Mises stress": largest(numbers),
         "there at": coordinates(numbers["max_von_mises_at"]),
         "on": numbers["max_von_mises_on"] or None,
-        "estimated error of the stress field, %": _percent(numbers["stress_error"]),
+        "estimated error of the stress field, %": percent(numbers["stress_error"]),
         "strain energy, J": numbers["strain_energy"],
         "mass, kg": numbers["mass"],
     }
@@ -122,10 +123,6 @@ def _poisson(numbers: Json, pictures: Pictures) -> Markup:
         "there at": coordinates(numbers["max_flux_at"]),
     }
     return element(TEMPLATE, "poisson", pictures.get("poisson"), ends, about, rows)
-
-
-def _percent(share: float | None) -> float | None:
-    return None if share is None else 100 * share
 
 
 def _round(value: float, zero: float) -> float:

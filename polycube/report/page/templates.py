@@ -35,7 +35,7 @@ class Swatch:
 
 @dataclass(frozen=True)
 class Link:
-    """A link to a file in the folder of the page or below it."""
+    """A link to a file in the folder of the page or below it; quoted, it never has a scheme."""
 
     label: str
     target: str
@@ -63,7 +63,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters |= {"show": show, "spaced": spaced, "data_uri": data_uri, "address": address}
+    made.filters |= {"show": show, "data_uri": data_uri, "address": quote}
     made.globals |= {"colours": colours, "source": source, "columns": columns}
     return made
 
@@ -79,22 +79,12 @@ def show(value: object) -> Markup:
         box = Markup('<i class=swatch style="background:{}"></i>{}')
         return box.format(value.colour or "none", value.name)
     if isinstance(value, Link):
-        return Markup('<a href="{}">{}</a>').format(address(value.target), value.label)
+        return Markup('<a href="{}">{}</a>').format(quote(value.target), value.label)
     if isinstance(value, Mapping):
         return show([Markup("{} {}").format(key, show(item)) for key, item in value.items()])
     if isinstance(value, Iterable) and not isinstance(value, str):
         return Markup(", ").join(map(show, value))
     return escape(value if isinstance(value, str) else text(value))
-
-
-def spaced(name: str) -> str:
-    """The name of a number with spaces in place of underscores."""
-    return name.replace("_", " ")
-
-
-def address(path: str) -> str:
-    """The address of a file relative to the page, which never looks like one with a scheme."""
-    return quote(path)
 
 
 def data_uri(picture: bytes) -> str:

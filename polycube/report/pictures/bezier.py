@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.spline.bernstein import bernstein
-from polycube.spline.element_faces import FACES
+from polycube.spline.boundary import grid, sampling
 from polycube.types import Spline
 
 
@@ -23,18 +22,9 @@ class Skin:
 
 def tessellate(spline: Spline, pieces: int = 4) -> Skin:
     """Boundary faces of the elements, each divided into pieces * pieces quads."""
-    element, side = spline.sides.T
-    faces = spline.nodes[element[:, None], FACES[side]]  # (Q, 16)
-    line = bernstein(np.arange(pieces + 1) / pieces)  # (n, 4)
-    weights = np.einsum("ai,bj->abij", line, line).reshape(-1, 16)  # slow parameter first
     n = pieces + 1
-    rows = np.arange(len(faces) * n * n).reshape(len(faces), n * n)
-    column = np.broadcast_to(faces[:, None, :], (len(faces), n * n, 16))
-    values = np.broadcast_to(weights, column.shape)
-    indptr = np.arange(0, values.size + 1, 16)
-    size = spline.extraction.shape[0]
-    points = csr_matrix((values.ravel(), column.ravel(), indptr), shape=(rows.size, size))
-
+    points = sampling(spline, *grid(np.arange(n) / pieces))[0]
+    rows = np.arange(len(spline.sides) * n * n).reshape(-1, n * n)
     local = np.arange(n * n).reshape(n, n)
     corners = [local[:-1, :-1], local[:-1, 1:], local[1:, 1:], local[1:, :-1]]
     quads = rows[:, np.stack([c.ravel() for c in corners], 1)].reshape(-1, 4)

@@ -6,9 +6,8 @@ import numpy as np
 
 from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
-from polycube.report.pictures.colours import LOST, LOST_FACE, PRESERVED, SURFACE, WORST, rgb
-from polycube.report.pictures.render import Layer, Scene, from_both_sides, view
-from polycube.surface import measures
+from polycube.report.pictures.colours import LOST_FACE, PRESERVED, SURFACE, WORST, rgb
+from polycube.report.pictures.render import Layer, Scene, from_both_sides
 from polycube.surface.fit_target import target
 from polycube.types import Goal, HexMesh, TriMesh
 
@@ -26,18 +25,8 @@ def lost_features(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> Scen
     scene = [Layer(surface.vertices, surface.faces, colours, smooth=True)]
     for chains, colour in zip(_chains(mesh, surface, goal), (PRESERVED, WORST), strict=True):
         if chains:
-            scene.append(_lines(chains, colour))
+            scene.append(lines(chains, colour))
     return from_both_sides(scene)
-
-
-def lost_on_mesh(mesh: HexMesh, surface: TriMesh) -> Scene:
-    """The boundary of the hex mesh, with the lost features of the model in red in front of it."""
-    scene = [Layer(mesh.vertices, mesh.quads, rgb((SURFACE,) * len(mesh.quads)), outlined=True)]
-    segments = lost_segments(mesh, surface)
-    if len(segments):
-        before = measures.diagonal(surface) * view()[2]  # closer to the eye than the mesh
-        scene.append(_lines(list(segments + before), LOST))
-    return scene
 
 
 def lost_segments(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> np.ndarray:
@@ -78,7 +67,8 @@ def _chains(
     return preserved, lost + [_cross(each, on.scale) for each in points]
 
 
-def _lines(chains: list[np.ndarray], colour: str) -> Layer:
+def lines(chains: list[np.ndarray], colour: str) -> Layer:
+    """Lines through the points (N, 3) of each chain."""
     points = np.concatenate(chains)
     ends = np.cumsum([len(chain) for chain in chains])
     first = np.setdiff1d(np.arange(len(points)), ends - 1)

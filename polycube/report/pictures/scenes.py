@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import FACES, exposed
+from polycube.hexmesh.connectivity import FACES, exposed, quad_edges
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import (
@@ -21,6 +21,7 @@ from polycube.report.pictures.colours import (
 )
 from polycube.report.pictures.render import EYE, Layer, Scene
 from polycube.structure.lattice import boundary
+from polycube.surface.measures import face_normals, twins
 from polycube.types import HexMesh, Labels, Polycube, RoughMap, Spline, TriMesh
 
 SHARP = np.cos(np.radians(30))  # smallest angle between faces at a drawn line
@@ -28,8 +29,8 @@ SHARP = np.cos(np.radians(30))  # smallest angle between faces at a drawn line
 
 def input_surface(surface: TriMesh) -> Scene:
     """The input surface with its sharp edges."""
-    edges, pair = _edges(surface.faces)
-    normals = _normals(surface.vertices, surface.faces)
+    edges, pair = _edges(surface)
+    normals = face_normals(surface)
     turn = np.einsum("ij,ij->i", normals[pair[:, 0]], normals[pair[:, 1]])
     colours = rgb((SURFACE,) * len(surface.faces))
     return [Layer(surface.vertices, surface.faces, colours, edges[turn < SHARP], smooth=True)]
@@ -37,7 +38,7 @@ def input_surface(surface: TriMesh) -> Scene:
 
 def labelled(surface: TriMesh, labels: Labels) -> Scene:
     """The surface with a colour per polycube axis, and a line around every patch."""
-    edges, pair = _edges(surface.faces)
+    edges, pair = _edges(surface)
     border = edges[labels.patch[pair[:, 0]] != labels.patch[pair[:, 1]]]
     return [Layer(surface.vertices, surface.faces, rgb(AXIS_COLOURS)[labels.axis], border)]
 
@@ -48,7 +49,7 @@ def polycube_faces(polycube: Polycube, rough_map: RoughMap | None = None) -> Sce
     With its rough map it is rotated as the model, so that it shows the same sides.
     """
     faces = boundary(polycube)
-    edges, pair = _edges(faces.quads)
+    edges, pair = quad_edges(faces.quads, is_closed=False)
     border = edges[faces.patch[pair[:, 0]] != faces.patch[pair[:, 1]]]
     points = faces.vertices if rough_map is None else faces.vertices @ _turn(rough_map).T
     return [Layer(points, faces.quads, rgb(AXIS_COLOURS)[faces.axis], border)]
@@ -156,17 +157,8 @@ def _quality_skin(mesh: HexMesh, chosen: np.ndarray) -> Layer:
     return Layer(mesh.vertices, quads, ramp(quality, QUALITY_COLOURS), outlined=True)
 
 
-def _edges(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges shared by two polygons of a surface: (E, 2) vertices, (E, 2) polygons."""
-    size = polygons.shape[1]
-    edges = np.sort(np.stack([polygons, np.roll(polygons, -1, axis=1)], -1).reshape(-1, 2), axis=1)
-    order = np.lexsort(edges.T)
-    edges, owner = edges[order], order // size
-    same = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
-    return edges[same], np.stack([owner[same], owner[same + 1]], 1)
-
-
-def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+def _edges(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Edges shared by two triangles: (E, 2) vertices, (E, 2) triangles."""
+    side, other = twins(surface.faces)
+    ends = np.stack([surface.faces, np.roll(surface.faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    return ends[side], np.stack([side, other], axis=1) // 3

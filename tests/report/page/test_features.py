@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from benchmark.__main__ import lost_on_mesh
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.report.numbers import features as numbers_of
 from polycube.report.page.features import features
 from polycube.report.page.header import header
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures.colours import LOST, LOST_FACE, PRESERVED, SURFACE, WORST, rgb
-from polycube.report.pictures.features import lost_features, lost_on_mesh, lost_segments
+from polycube.report.pictures.features import lost_features, lost_segments
 from polycube.report.pictures.pictures import draw, makers
 from polycube.report.pictures.render import view
 from polycube.state import RunState

@@ -15,13 +15,14 @@ import pytest
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
-from polycube.report.numbers.benchmark import PartResult
+from benchmark.numbers import PartResult
+from benchmark.page import benchmark_page
 from polycube.report.page.assembly import assembly_page
-from polycube.report.page.benchmark import benchmark_page
 from polycube.report.page.html import page, write_report
 from polycube.report.page.summary import summary_page
 from polycube.report.page.templates import FOLDER, Link, Swatch, environment, show
 from polycube.state import RunState
+from tests.conftest import ROOT
 
 PLAIN = "Aname"
 ODD = (
@@ -196,7 +197,10 @@ def test_every_element(name: str) -> None:
     assert show(Link("x", name)).count(quote(name)) == 1
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.html")), ids=lambda path: path.name)
+TEMPLATES = sorted([*FOLDER.glob("*.html"), *(ROOT / "benchmark").glob("*.html")])
+
+
+@pytest.mark.parametrize("path", TEMPLATES, ids=lambda path: path.name)
 def test_no_template_switches_escaping_off(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert environment().autoescape and "autoescape" not in text

@@ -24,10 +24,8 @@ def comparison_page(folders: Sequence[Path], page_folder: Path) -> str:
 
     Parameters
     ----------
-    folders
-        Folders of results. The views are those of their reports.
-    page_folder
-        Folder of the page, from which its links start.
+    folders : folders of results, whose reports have the views
+    page_folder : folder of the page, from which its links start
 
     Raises
     ------

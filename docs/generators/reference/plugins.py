@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator
 
-from polycube.cli.reference.markdown import MADE, docstring, sentence, signature, table
+from docs.generators.reference.markdown import MADE, docstring, sentence, signature, table
 from polycube.kinds import KINDS, Kind
 from polycube.registry import classes
 

@@ -9,8 +9,8 @@ from dataclasses import Field
 
 from hydra.types import RunMode
 
+from docs.generators.reference.markdown import MADE, sentence, table
 from polycube.cli.help import described, settings, summary
-from polycube.cli.reference.markdown import MADE, sentence, table
 from polycube.config import SEVERAL, SHARED, loader, options_of
 from polycube.kinds import KINDS
 from polycube.registry import classes, default, options
@@ -78,7 +78,7 @@ def _kind(kind: str) -> Iterator[str]:
     """Sections of the plugins of a kind with options; one table of those without."""
     plain = []
     yield f"### {kind}"
-    yield KINDS[kind].does + "."
+    yield sentence(KINDS[kind].protocol.__doc__ or "")
     for (of, name), cls in sorted(classes().items()):
         if of == kind and cls.__module__.startswith("polycube."):
             address = kind.replace("/", ".") + (f".{name}" if kind in SEVERAL else "")

@@ -1,6 +1,6 @@
 """A page that compares the results of a folder of CAD parts with published and earlier ones:
 
-    python -m polycube.cli.benchmark outputs/bench/NEW outputs/bench/OLD --parts PARTS --subset 24
+    python -m benchmark outputs/bench/NEW outputs/bench/OLD --parts PARTS --subset 24
 
 meshes the parts as a batch (`batch`), except those with results, then writes `benchmark.html` to
 the first folder. The second folder, of an earlier batch, is optional; without `--parts` the page
@@ -16,6 +16,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmark.numbers import ROW, results
+from benchmark.page import benchmark_page
 from polycube.cli import infer
 from polycube.cli.arguments import quote
 from polycube.cli.batch import check_names
@@ -26,12 +28,13 @@ from polycube.io import manifest
 from polycube.io.cad import SUFFIXES
 from polycube.io.surfaces import is_cad
 from polycube.pipeline.resume.results import has_stage, load_stage
-from polycube.report.numbers.benchmark import ROW, results
-from polycube.report.page.benchmark import benchmark_page
 from polycube.report.pictures import scenes
-from polycube.report.pictures.features import lost_on_mesh
+from polycube.report.pictures.colours import LOST, SURFACE, rgb
+from polycube.report.pictures.features import lines, lost_segments
 from polycube.report.pictures.pictures import draw
-from polycube.report.pictures.render import Scene
+from polycube.report.pictures.render import Layer, Scene, view
+from polycube.surface.measures import diagonal
+from polycube.types import HexMesh, TriMesh
 
 PAGE, PICTURE = "benchmark.html", "benchmark.png"  # of the batch, and of each part
 TILE = (560, 420)  # largest size of a picture in pixels
@@ -105,6 +108,16 @@ def pictured(run: Path) -> Scene:
     return scenes.input_surface(surface)
 
 
+def lost_on_mesh(mesh: HexMesh, surface: TriMesh) -> Scene:
+    """The boundary of the hex mesh, with the lost features of the model in red in front of it."""
+    scene = [Layer(mesh.vertices, mesh.quads, rgb((SURFACE,) * len(mesh.quads)), outlined=True)]
+    segments = lost_segments(mesh, surface)
+    if len(segments):
+        before = diagonal(surface) * view()[2]  # closer to the eye than the mesh
+        scene.append(lines(list(segments + before), LOST))
+    return scene
+
+
 def _small(image: bytes) -> bytes:
     from PIL import Image
 
@@ -157,7 +170,7 @@ def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -
 
 def main() -> None:
     """Command line: exit code 2 and one sentence for an invalid argument."""
-    parser = argparse.ArgumentParser(prog="python -m polycube.cli.benchmark")
+    parser = argparse.ArgumentParser(prog="python -m benchmark")
     parser.add_argument(
         "folder", type=Path, help="folder of the batch, in which the page is written"
     )

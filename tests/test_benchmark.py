@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.cli import benchmark, infer
+from benchmark import __main__ as benchmark
+from benchmark.numbers import changes, results, totals
+from polycube.cli import infer
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.pipeline.resume.results import save_stage
-from polycube.report.numbers.benchmark import changes, results, totals
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline
 

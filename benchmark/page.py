@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
-from polycube.report.numbers.benchmark import PUBLISHED, PartResult, changes, totals
+from jinja2 import FileSystemLoader
+from markupsafe import Markup
+
+from benchmark.numbers import PUBLISHED, PartResult, changes, totals
 from polycube.report.numbers.features import KINDS
 from polycube.report.page.html import page
-from polycube.report.page.templates import Pictures, Row, render, show
+from polycube.report.page.templates import FOLDER, Pictures, Row, environment, show
 
 
 def benchmark_page(
@@ -28,8 +32,9 @@ def benchmark_page(
     earlier : name of that batch
     """
     valid = sum(part.is_valid for part in parts)
-    body = render(
-        "benchmark.html",
+    folders = FileSystemLoader([Path(__file__).parent, FOLDER])
+    template = environment().overlay(loader=folders).get_template("benchmark.html")
+    body = template.render(
         totals=_totals(parts, before),
         earlier=None if before is None else earlier,
         failures=_failures(parts),
@@ -37,7 +42,7 @@ def benchmark_page(
         pictures=[(pictures.get(part.name), _caption(part)) for part in parts],
     )
     subtitle = f"{show(valid)} of {show(len(parts))} parts have a valid hex mesh"
-    return page(f"Benchmark {name}", body, subtitle=subtitle)
+    return page(f"Benchmark {name}", Markup(body), subtitle=subtitle)
 
 
 def _totals(parts: Sequence[PartResult], before: Mapping[str, PartResult] | None) -> list[Row]:

@@ -1,6 +1,6 @@
 """Write the generated pages of the reference:
 
-    python -m polycube.cli.reference docs
+    python -m docs.generators.reference docs
 
 writes `docs/reference/options.md`, `api.md` and `plugins.md`.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from polycube.cli.reference import api, options, plugins
+from docs.generators.reference import api, options, plugins
 from polycube.io.atomic import atomic_write
 
 PAGES = {"options.md": options.page, "api.md": api.page, "plugins.md": plugins.page}

@@ -1,6 +1,6 @@
 """A page of results from the folders of runs:
 
-    python -m polycube.cli.gallery docs outputs/gallery/*
+    python -m docs.generators.gallery docs outputs/gallery/*
 
 writes `docs/gallery.md` with a strip of pictures per run in `docs/gallery/`, and the numbers of
 their `report.json`.
@@ -28,10 +28,10 @@ SHADES = 64  # colours of a strip; limits eight strips to a few hundred kilobyte
 HEAD = """# Gallery
 
 Each row of pictures shows the input surface, the polycube, the hex mesh, a cut through it, and the
-spline in its first elastic mode, with automatic settings. The parts are examples that the program
-makes itself. `make gallery` runs all steps on them and writes this page and its pictures;
-`python -m polycube.cli.gallery` writes such a page for any finished runs. Results on the parts of
-other authors are in [results.md](notes/results.md).
+spline in its first elastic mode, with automatic settings. The parts are the examples of the
+program. `make gallery` runs all steps on them and writes this page and its pictures;
+`python -m docs.generators.gallery` writes such a page for any finished runs. Results on the parts
+of other authors are in [results.md](notes/results.md).
 
 """
 COLUMNS = (

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array
 
-from polycube.examples.implicit import Field
+from docs.generators.examples.implicit import Field
 from polycube.surface.checks import check_surface
 from polycube.surface.tangent_planes import towards_planes
 from polycube.types import TriMesh

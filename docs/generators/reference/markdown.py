@@ -9,7 +9,9 @@ from collections.abc import Sequence
 SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.MULTILINE)
 ENTRY = re.compile(r"^(\S.*?)(?: : (.*))?$")
 WIDTH = 90  # largest width of a call on one line
-MADE = "<!-- Made by `python -m polycube.cli.reference docs`; change the code, not this page. -->"
+MADE = (
+    "<!-- Made by `python -m docs.generators.reference docs`; change the code, not this page. -->"
+)
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

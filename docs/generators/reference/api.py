@@ -5,9 +5,9 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator
 
+from docs.generators.reference.markdown import MADE, docstring, sentence, signature, table
 from polycube import errors, testing, types
 from polycube.api import citation, mesh
-from polycube.cli.reference.markdown import MADE, docstring, sentence, signature, table
 from polycube.result import Result
 
 HEAD = """# Python interface

@@ -1,7 +1,7 @@
 """A picture of random parts with their polycubes, as used to train a diffusion model:
 
-    python -m polycube.cli.pairs.sheet sheet.png         # the first 24 pairs of seed 0
-    python -m polycube.cli.pairs.sheet sheet.png 7 48    # pairs 48 to 71 of seed 7
+    python -m docs.generators.sheet sheet.png         # the first 24 pairs of seed 0
+    python -m docs.generators.sheet sheet.png 7 48    # pairs 48 to 71 of seed 7
 
 Colours show the axes, lines separate faces of the polycube.
 """

@@ -1,0 +1,1 @@
+"""Example parts, as implicit solids and their triangulations."""
