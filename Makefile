@@ -23,7 +23,7 @@ RUN := .venv/bin/python
 PIP := $(RUN) -m pip install
 READY := .venv/ready
 TORCH := $(shell grep -o 'torch==[0-9.]*' pyproject.toml)
-CODE := polycube plugins benchmark tests docs train.py infer.py
+CODE := polycube plugins tests docs train.py infer.py
 
 export MPLBACKEND := Agg
 export OPENBLAS_NUM_THREADS := 1
@@ -53,7 +53,7 @@ CHANGES = $(shell git diff --quiet HEAD || git diff HEAD | git hash-object --std
 BENCH = outputs/bench/$(shell git rev-parse --short HEAD)$(addprefix -dirty-,$(CHANGES))
 bench: $(READY)
 	@if [ -d "$(PARTS)" ]; then \
-		$(RUN) -m benchmark $(BENCH) $(if $(BEFORE),"$(BEFORE)") --parts "$(PARTS)" \
+		$(RUN) -m docs.generators.benchmark $(BENCH) $(if $(BEFORE),"$(BEFORE)") --parts "$(PARTS)" \
 			$(addprefix --subset ,$(SUBSET)) --settings $(ARGS); \
 	else \
 		echo "PARTS names no folder of CAD parts, so the benchmark is skipped"; \

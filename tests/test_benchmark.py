@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmark import __main__ as benchmark
-from benchmark.numbers import changes, results, totals
+from docs.generators.benchmark import __main__ as benchmark
+from docs.generators.benchmark.numbers import changes, results, totals
 from polycube.cli import infer
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import facing, measure

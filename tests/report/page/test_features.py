@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmark.__main__ import lost_on_mesh
+from docs.generators.benchmark.__main__ import lost_on_mesh
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.report.numbers import features as numbers_of
 from polycube.report.page.features import features

@@ -15,8 +15,8 @@ import pytest
 from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
-from benchmark.numbers import PartResult
-from benchmark.page import benchmark_page
+from docs.generators.benchmark.numbers import PartResult
+from docs.generators.benchmark.page import benchmark_page
 from polycube.report.page.assembly import assembly_page
 from polycube.report.page.html import page, write_report
 from polycube.report.page.summary import summary_page
@@ -197,7 +197,7 @@ def test_every_element(name: str) -> None:
     assert show(Link("x", name)).count(quote(name)) == 1
 
 
-TEMPLATES = sorted([*FOLDER.glob("*.html"), *(ROOT / "benchmark").glob("*.html")])
+TEMPLATES = sorted([*FOLDER.glob("*.html"), *(ROOT / "docs/generators/benchmark").glob("*.html")])
 
 
 @pytest.mark.parametrize("path", TEMPLATES, ids=lambda path: path.name)

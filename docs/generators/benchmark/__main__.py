@@ -1,6 +1,6 @@
 """A page that compares the results of a folder of CAD parts with published and earlier ones:
 
-    python -m benchmark outputs/bench/NEW outputs/bench/OLD --parts PARTS --subset 24
+    python -m docs.generators.benchmark outputs/bench/NEW outputs/bench/OLD --parts PARTS
 
 meshes the parts as a batch (`batch`), except those with results, then writes `benchmark.html` to
 the first folder. The second folder, of an earlier batch, is optional; without `--parts` the page
@@ -16,8 +16,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmark.numbers import ROW, results
-from benchmark.page import benchmark_page
+from docs.generators.benchmark.numbers import ROW, results
+from docs.generators.benchmark.page import benchmark_page
 from polycube.cli import infer
 from polycube.cli.arguments import quote
 from polycube.cli.batch import check_names
@@ -170,7 +170,7 @@ def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -
 
 def main() -> None:
     """Command line: exit code 2 and one sentence for an invalid argument."""
-    parser = argparse.ArgumentParser(prog="python -m benchmark")
+    parser = argparse.ArgumentParser(prog="python -m docs.generators.benchmark")
     parser.add_argument(
         "folder", type=Path, help="folder of the batch, in which the page is written"
     )

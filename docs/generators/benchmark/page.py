@@ -8,7 +8,7 @@ from pathlib import Path
 from jinja2 import FileSystemLoader
 from markupsafe import Markup
 
-from benchmark.numbers import PUBLISHED, PartResult, changes, totals
+from docs.generators.benchmark.numbers import PUBLISHED, PartResult, changes, totals
 from polycube.report.numbers.features import KINDS
 from polycube.report.page.html import page
 from polycube.report.page.templates import FOLDER, Pictures, Row, environment, show
