@@ -10,6 +10,8 @@ import numpy as np
 
 from polycube.io.atomic import atomic_write
 
+WIDTH = 20  # characters of a field in a deck of Abaqus
+
 
 def count(rows: np.ndarray) -> np.ndarray:
     """Rows with a first column of numbers, from one."""
@@ -32,9 +34,9 @@ def numbered(points: np.ndarray, between: str = ", ") -> str:
 
 
 def narrow(value: float) -> str:
-    """A number with as many digits, at most 17, as a field of 20 characters permits."""
+    """A number with as many digits, at most 17, as a field of `WIDTH` characters permits."""
     texts = (f"{value:.{digits}g}" for digits in range(17, 0, -1))
-    return next(text for text in texts if len(text) <= 20)
+    return next(text for text in texts if len(text) <= WIDTH)
 
 
 def lines(values: np.ndarray, form: str | list[str], between: str = " ") -> str:

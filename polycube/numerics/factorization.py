@@ -36,11 +36,6 @@ class Factor:
     diagonal: list[np.ndarray]  # (own, own) lower triangles
     below: list[np.ndarray]  # (later, own)
 
-    @property
-    def entries(self) -> int:
-        """Number of stored entries."""
-        return sum(a.size for a in (*self.diagonal, *self.below))
-
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Solution (n,) or (n, k) for right-hand sides; several cost little more than one."""
         right = np.asarray(right, np.float64)

@@ -12,7 +12,7 @@ import logging
 from collections import Counter
 from collections.abc import Iterator
 from contextvars import copy_context
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -23,13 +23,9 @@ from polycube.fitting.cures.envelope import fit_in_envelope
 from polycube.fitting.cures.faces import Faces
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs
 from polycube.fitting.cures.insertion import inserted, placed
-from polycube.fitting.cures.neighbourhood import (
-    RINGS,
-    Neighbourhood,
-    moving_vertices,
-    neighbourhood,
-)
-from polycube.fitting.cures.refit import Refit, refit
+from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
+from polycube.fitting.cures.refit import refit
+from polycube.fitting.cures.trial import ABSOLUTE_GAIN, SUFFICIENT, Place, Trial
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.numerics.lbfgs import count_more, counted
 from polycube.numerics.threads import side_by_side
@@ -42,16 +38,8 @@ BATCH = 4  # neighbourhoods fitted at the same time
 DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
 # evaluations times hexes, per hex of the mesh (at least FEW), after which no place is tried
 BUDGET, FEW = 2000, 3000
-RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood is fitted again
-RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
-ABSOLUTE_GAIN = 1e-3  # smallest absolute reduction of the cost of an accepted cure
-# a cure may reduce the least scaled Jacobian by this factor, or to a sufficient value
-LOWER = 0.9
-SUFFICIENT = 0.2
 # limits for features in an envelope; final checks use other samples
 LIMITS = (0.95 * TOLERANCE, TOLERANCE)
-NEAR = 0.005  # distance of vertices from the surface, in diagonals, that is always permitted
-STRAY = 0.0025  # the same for vertices on exact features, beyond their permitted distance
 # of the size: vertices closer than this to features lost by a fit are held in the next one
 HELD = (0.5, 1.0, 0.0)
 
@@ -94,62 +82,6 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Place:
-    """A place to cure.
-
-    Parameters
-    ----------
-    seeds : its poor hexes, the worst first without a sheet
-    inside : (H,) hexes to surround by a sheet; None: without a sheet
-    face : CAD face over the sheet
-    """
-
-    seeds: np.ndarray
-    inside: np.ndarray | None = None
-    face: int = 0
-
-    def moving(self, fit: Fitted) -> np.ndarray:
-        """Vertices that move, ascending."""
-        return moving_vertices(fit, self.seeds, self.inside)
-
-
-@dataclass(frozen=True, eq=False)
-class _Trial:
-    """A tried cure: a neighbourhood, its fit, and the state before."""
-
-    near: Neighbourhood
-    found: Refit
-    before: float
-    least: float
-    off: tuple[float, float]  # largest distances before, as in the fit
-
-    @property
-    def gain(self) -> float:
-        """Reduction of the cost."""
-        return self.before - self.found.cost
-
-    @property
-    def is_large(self) -> bool:
-        """Whether another trial may be worthwhile."""
-        return self.gain > RETRY_GAIN * self.before
-
-    def improves(self, worst: float) -> bool:
-        """Whether the cost is lower, and neither a distance nor the worst hex is much worse.
-
-        worst : scaled Jacobian of the worst hex of the whole mesh
-        """
-        is_lower = self.gain > max(ABSOLUTE_GAIN, RELATIVE_GAIN * self.before)
-        is_on = self.found.gap.max() <= max(NEAR, self.off[0]) and self.found.strayed.max() <= max(
-            STRAY, self.off[1]
-        )
-        return (
-            is_lower
-            and is_on
-            and self.found.least >= min(LOWER * self.least, max(SUFFICIENT, worst))
-        )
-
-
 class _Cures:
     """Cures tried on a mesh; the successful ones are accepted.
 
@@ -162,7 +94,7 @@ class _Cures:
         self._aim, self._width = aim, width
         self._tried = np.zeros(len(fit.jacobian), bool)  # hexes that were seeds
         self._faces = {0}  # CAD faces that had or cannot have a sheet
-        self._dense: list[_Place] | None = None  # faces with many poor hexes; None: not known
+        self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
         self._work, self._limit = 0, DENSE  # evaluations times hexes; as in `run`
 
     def run(self, dense: float) -> bool:
@@ -182,15 +114,15 @@ class _Cures:
                     self._tried[place.seeds] = True
         return self._work < BUDGET * max(FEW, len(self._tried))
 
-    def _counted(self, place: _Place, near: Neighbourhood) -> tuple[_Trial | None, Counter[str]]:
+    def _counted(self, place: Place, near: Neighbourhood) -> tuple[Trial | None, Counter[str]]:
         """A trial and its effort."""
         with counted(is_alone=True) as effort:
             return (self._envelope if place.inside is None else self._sheet)(near), effort
 
-    def _batch(self) -> list[tuple[_Place, Neighbourhood]]:
+    def _batch(self) -> list[tuple[Place, Neighbourhood]]:
         """The next places and their neighbourhoods, which have no common hex."""
         taken = np.zeros(len(self._tried), bool)
-        batch: list[tuple[_Place, Neighbourhood]] = []
+        batch: list[tuple[Place, Neighbourhood]] = []
         for place in self._places():
             if taken[self.current.links.at(place.moving(self.current))].any():
                 continue
@@ -208,7 +140,7 @@ class _Cures:
                 break
         return batch
 
-    def _places(self) -> Iterator[_Place]:
+    def _places(self) -> Iterator[Place]:
         """Places to cure: faces with many poor hexes, then single places, then other faces."""
         if self._dense is None:
             self._dense = [place for density, place in self._sheets() if density > self._limit]
@@ -221,32 +153,32 @@ class _Cures:
             seeds = together[np.argsort(-left[together], kind="stable")]
             seeds = seeds[left[seeds] > 0]
             if left[seeds].sum() > ABSOLUTE_GAIN:
-                yield _Place(seeds)
+                yield Place(seeds)
             left[seeds] = 0
         yield from (place for _, place in self._sheets())
 
-    def _sheets(self) -> list[tuple[float, _Place]]:
+    def _sheets(self) -> list[tuple[float, Place]]:
         """Places for sheets with the cost per hex of their neighbourhood, in descending order."""
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
         found = []
         for face, inside in Faces(self.current).with_flat_corners(self.current.cad_face):
             gain = float(poor[inside].sum())
             if face not in self._faces and gain > ABSOLUTE_GAIN:
-                place = _Place(np.flatnonzero(inside & (poor > 0)), inside, face)
+                place = Place(np.flatnonzero(inside & (poor > 0)), inside, face)
                 found.append((gain / len(links.at(place.moving(self.current))), place))
         return sorted(found, key=lambda each: (-each[0], each[1].face))
 
-    def _sheet(self, near: Neighbourhood) -> _Trial | None:
+    def _sheet(self, near: Neighbourhood) -> Trial | None:
         """The fit of a neighbourhood with a sheet, if it improves."""
         before = self._before(near)
-        trial = _Trial(near, refit(near, self._aim, before[0]), *before)
+        trial = Trial(near, refit(near, self._aim, before[0]), *before)
         return trial if trial.improves(self.current.jacobian.min()) else None
 
-    def _envelope(self, near: Neighbourhood) -> _Trial | None:
+    def _envelope(self, near: Neighbourhood) -> Trial | None:
         """The fit of a neighbourhood, if it improves; again if it loses features."""
         before, held = self._before(near), np.zeros(len(near.moves), bool)
         for reach in HELD:
-            trial = _Trial(near, fit_in_envelope(near, self._aim, self._width, held), *before)
+            trial = Trial(near, fit_in_envelope(near, self._aim, self._width, held), *before)
             if not trial.improves(self.current.jacobian.min()):
                 return None
             lost = placed(self.current, near, trial.found.x).lost(self.current, LIMITS)
@@ -268,7 +200,7 @@ class _Cures:
         off = float(gap.max()), float(strayed.max())
         return *cost(now.jacobian[near.elements], gap, strayed, self._aim), off
 
-    def _accept(self, trial: _Trial) -> bool:
+    def _accept(self, trial: Trial) -> bool:
         """Accept a cure if no feature exceeds its limit of distance and no crossing is added."""
         at = placed(self.current, trial.near, trial.found.x)
         limits = LIMITS if trial.near.inside is None else (TOLERANCE,)

@@ -35,7 +35,7 @@ class Swatch:
 
 @dataclass(frozen=True)
 class Link:
-    """A link to a file in the folder of the page or below it; quoted, it never has a scheme."""
+    """A link to a file in the folder of the page or below it."""
 
     label: str
     target: str

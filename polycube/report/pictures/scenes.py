@@ -21,7 +21,7 @@ from polycube.report.pictures.colours import (
 )
 from polycube.report.pictures.render import EYE, Layer, Scene
 from polycube.structure.lattice import boundary
-from polycube.surface.measures import face_normals, twins
+from polycube.surface.measures import face_normals, half_edges, twins
 from polycube.types import HexMesh, Labels, Polycube, RoughMap, Spline, TriMesh
 
 SHARP = np.cos(np.radians(30))  # smallest angle between faces at a drawn line
@@ -160,5 +160,4 @@ def _quality_skin(mesh: HexMesh, chosen: np.ndarray) -> Layer:
 def _edges(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
     """Edges shared by two triangles: (E, 2) vertices, (E, 2) triangles."""
     side, other = twins(surface.faces)
-    ends = np.stack([surface.faces, np.roll(surface.faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    return ends[side], np.stack([side, other], axis=1) // 3
+    return half_edges(surface.faces)[side], np.stack([side, other], axis=1) // 3
