@@ -26,9 +26,8 @@ from polycube.pipeline.settings import Node, Settings
 from polycube.registry import build
 from polycube.search.chain import Chain, check_options, variants_of
 from polycube.search.deadline import Deadline, TimeIsUp
-from polycube.search.history import History, Task
-from polycube.search.loop import make, search
-from polycube.search.moves import possible
+from polycube.search.history import History, Task, judged
+from polycube.search.loop import make, moves_of, search
 from polycube.search.structures import choose
 from polycube.search.unfitted import wrong_topology
 from polycube.stages import Clock, Stage, build_stages, meshing_stages
@@ -138,7 +137,7 @@ class Run:
         self.history = history = History(task)
         try:
             with self.deadline.running():
-                for move, expected in self.policy(history, partial(possible, history)):
+                for move, expected in moves_of(self.policy, history):
                     make(history, move, expected)
                     if history.ranked:
                         state = replace(state, ranked=history.ranked)
@@ -260,7 +259,7 @@ class Run:
         labels = state.labels
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
-        verdict = self.acceptance(hexes, state.surface)
+        verdict = judged(self.acceptance, hexes, state.surface)
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
         first = [state.unfitted or "", wrong_topology(state)]
         failures = [*filter(None, first), *verdict.failures]

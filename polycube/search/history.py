@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from polycube.errors import MeshingError
+import numpy as np
+
+from polycube.errors import MeshingError, PolycubeError
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import Acceptance, Expected
@@ -14,9 +17,12 @@ from polycube.search.chain import Chain, Options, Results
 from polycube.search.structures import Primitives, choose
 from polycube.stages import Stage
 from polycube.state import RunState
-from polycube.types import Ranked, Tier, TriMesh, Verdict
+from polycube.types import HexMesh, Ranked, Tier, TriMesh, Verdict
+
+logger = logging.getLogger(__name__)
 
 NO_MESH = 4.0  # shortfall while there is no mesh; that of a mesh is smaller
+NOT_JUDGED = 3.5  # of a mesh on which the acceptance raises an exception
 
 
 class Move(Protocol):
@@ -181,7 +187,7 @@ class History:
     def add(self, move: Move, state: RunState, results: Results, options: Options) -> Outcome:
         """Judge the mesh of a state, and add it to the outcomes."""
         assert state.hexes is not None
-        verdict = self.task.acceptance(state.hexes, state.surface)
+        verdict = judged(self.task.acceptance, state.hexes, state.surface)
         if state.unfitted:
             verdict = replace(verdict, failures=(state.unfitted, *verdict.failures), warnings=())
         found, number = inspect(state.hexes, state.surface), len(self.outcomes)
@@ -193,3 +199,15 @@ class History:
         if self.leader is None or outcome.key > self.leader.key:
             self.leader = outcome
         return outcome
+
+
+def judged(acceptance: Acceptance, hexes: HexMesh, surface: TriMesh) -> Verdict:
+    """The verdict of an acceptance; a mesh on which it raises an exception is not valid."""
+    try:
+        return acceptance(hexes, surface)
+    except PolycubeError:
+        raise
+    except Exception as bug:
+        logger.debug("acceptance failed", exc_info=True)
+        why = f"acceptance {type(acceptance).__name__} failed: {type(bug).__name__}: {bug}"
+        return Verdict((why,), (), (-np.inf,), {"acceptance": NOT_JUDGED})

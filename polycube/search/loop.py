@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Iterator
 from functools import partial
 
-from polycube.errors import MeshingError
+from polycube.errors import MeshingError, PolycubeError
 from polycube.kinds import Expected, Policy
 from polycube.numerics.lbfgs import counted
 from polycube.search.chain import NOT_FITTED
@@ -28,12 +29,31 @@ def search(history: History, policy: Policy) -> str | None:
     """
     try:
         with history.task.chain.deadline.running():
-            for move, expected in policy(history, partial(possible, history)):
+            for move, expected in moves_of(policy, history):
                 make(history, move, expected)
     except (TimeIsUp, KeyboardInterrupt) as end:
         take_unfinished(history)
         return "time" if isinstance(end, TimeIsUp) else "user"
     return None
+
+
+def moves_of(policy: Policy, history: History) -> Iterator[tuple[Move, Expected]]:
+    """The moves of a policy; they end with a warning if it raises an exception after a mesh.
+
+    Raises
+    ------
+    MeshingError
+        If the policy raises an exception before there is a mesh.
+    """
+    try:
+        yield from policy(history, partial(possible, history))
+    except PolycubeError:
+        raise
+    except Exception as bug:
+        error = MeshingError(f"policy {type(policy).__name__} failed: {type(bug).__name__}: {bug}")
+        if history.leader is None:
+            raise error from bug
+        logger.warning("warning: %s; the best mesh until then is the result", error)
 
 
 def make(history: History, move: Move, expected: Expected) -> None:

@@ -19,7 +19,7 @@ from polycube.hexmesh.generation.blocks import genus_of
 from polycube.hexmesh.generation.template import mesh as cells
 from polycube.hexmesh.inspection import inspect
 from polycube.kinds import KINDS
-from polycube.search.history import Task
+from polycube.search.history import Task, judged
 from polycube.stages import Stage
 from polycube.state import RunState
 from polycube.surface import measures
@@ -56,8 +56,8 @@ def partly_fitted_state(task: Task, start: RunState, why: str) -> RunState | Non
     for stage in task.fit:
         if stage.kind in MOVING:
             made.append(_moved(task, stage, replace(start, hexes=made[-1])))
-    judged = [(task.acceptance(mesh, start.surface), mesh) for mesh in made]
-    verdict, mesh = max(judged, key=lambda each: each[0].key)
+    verdicts = [(judged(task.acceptance, mesh, start.surface), mesh) for mesh in made]
+    verdict, mesh = max(verdicts, key=lambda each: each[0].key)
     best, off = replace(start, hexes=mesh), _off_surface(mesh, start.surface)
     if not off and verdict.is_valid:
         return best

@@ -19,7 +19,7 @@ from polycube.search.loop import SECOND, search
 from polycube.search.moves import Cure, MeshStructure, Propose
 from polycube.stages import Clock, Stage
 from polycube.state import RunState
-from polycube.types import HexMesh, RoughMap, Tier, TriMesh
+from polycube.types import HexMesh, RoughMap, Tier, TriMesh, Verdict
 from tests.fixtures.stages import (
     CALLS,
     TETRAHEDRON,
@@ -238,3 +238,37 @@ def test_an_error_of_input_ends_the_search():
 
     with pytest.raises(MeshingError, match="the policy is broken"):
         search(history(STAGES), policy)
+
+
+def test_a_policy_that_fails_ends_the_search_with_the_mesh_so_far(caplog):
+    def policy(history: object, possible: object):
+        yield from script(*meshes(1))(history, possible)
+        raise ZeroDivisionError("no gain")
+
+    found = history(STAGES, grown(2.0, 8.0))
+    assert search(found, policy) is None
+    assert size(found.leader.state) == 2
+    assert "policy function failed: ZeroDivisionError: no gain; the best" in caplog.text
+
+
+def test_a_policy_that_fails_before_there_is_a_mesh_is_named():
+    def policy(*_: object):
+        raise ZeroDivisionError("no gain")
+
+    with pytest.raises(MeshingError, match="policy function failed: ZeroDivisionError: no gain"):
+        search(history(STAGES, grown(2.0)), policy)
+
+
+def test_a_mesh_on_which_the_acceptance_fails_is_not_valid_and_never_leads():
+    @dataclass(frozen=True)
+    class Picky(BySize):
+        def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
+            if hexes.vertices.max() > 5:
+                raise ValueError("too large for me")
+            return super().__call__(hexes, surface)
+
+    found = history(STAGES, grown(8.0, 2.0, 9.0), acceptance=Picky())
+    search(found, script(*meshes(3)))
+    why = "not valid: acceptance Picky failed: ValueError: too large for me"
+    assert [row.result for row in found.table] == [why, "valid", why]
+    assert size(found.leader.state) == 2

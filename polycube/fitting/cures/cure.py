@@ -3,7 +3,7 @@
 A cure either fits the neighbourhood of poor hexes again, within an envelope of the surface, or
 inserts a sheet of hexes under a CAD face with flat corners. Those with the largest possible gain
 for their cost are tried first. Several neighbourhoods without a common hex are fitted at the same
-time.
+time. A hex whose Jacobian is not positive everywhere counts as flat.
 """
 
 from __future__ import annotations
@@ -111,7 +111,9 @@ class _Cures:
                 self._work += effort["evaluations"] * len(near.problem.hexes)
                 again = trial is not None and self._accept(trial) and trial.is_large
                 if place.inside is None and not again:
-                    self._tried[place.seeds] = True
+                    # an invalid hex is tried once more alone
+                    is_last = len(place.seeds) == 1 or self.current.jacobian[place.seeds[0]] > 0
+                    self._tried[place.seeds if is_last else place.seeds[1:]] = True
         return self._work < BUDGET * max(FEW, len(self._tried))
 
     def _counted(self, place: Place, near: Neighbourhood) -> tuple[Trial | None, Counter[str]]:
@@ -175,17 +177,25 @@ class _Cures:
         return trial if trial.improves(self.current.jacobian.min()) else None
 
     def _envelope(self, near: Neighbourhood) -> Trial | None:
-        """The fit of a neighbourhood, if it improves; again if it loses features."""
+        """The fit of a neighbourhood, if it improves; again if it loses features.
+
+        An invalid hex is repaired even if features are lost.
+        """
         before, held = self._before(near), np.zeros(len(near.moves), bool)
+        repair = None
         for reach in HELD:
             trial = Trial(near, fit_in_envelope(near, self._aim, self._width, held), *before)
             if not trial.improves(self.current.jacobian.min()):
-                return None
+                break
             lost = placed(self.current, near, trial.found.x).lost(self.current, LIMITS)
             if not lost.any():
                 return trial
+            repair = repair or (trial if trial.is_repair else None)
             held |= self._close_to(near, lost, reach)
-        return None
+        if repair is None and before[1] <= 0:
+            trial = Trial(near, refit(near, self._aim, before[0]), *before)
+            repair = trial if trial.improves(self.current.jacobian.min()) else None
+        return repair
 
     def _close_to(self, near: Neighbourhood, features: np.ndarray, reach: float) -> np.ndarray:
         """(N',) whether a vertex is close to one of the features (F,); reach in sizes."""
@@ -201,10 +211,11 @@ class _Cures:
         return *cost(now.jacobian[near.elements], gap, strayed, self._aim), off
 
     def _accept(self, trial: Trial) -> bool:
-        """Accept a cure if no feature exceeds its limit of distance and no crossing is added."""
+        """Accept a cure if it adds no crossing and loses no feature; a repair may lose features."""
         at = placed(self.current, trial.near, trial.found.x)
         limits = LIMITS if trial.near.inside is None else (TOLERANCE,)
-        if at.lost(self.current, limits).any() or at.crosses(self.current, trial.near):
+        loses = not trial.is_repair and at.lost(self.current, limits).any()
+        if loses or at.crosses(self.current, trial.near):
             return False
         self.current = inserted(self.current, trial.near, trial.found, at)
         more = len(self.current.mesh.hexes) - len(self._tried)

@@ -8,6 +8,7 @@ their permitted distance.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -16,11 +17,12 @@ from numba import njit
 
 from polycube.fitting import energy
 from polycube.fitting.creases.constraints import Goals
+from polycube.fitting.cures.halved import halved_energy
 from polycube.fitting.cures.neighbourhood import Neighbourhood
 from polycube.fitting.cures.refit import Refit, at_goals, evaluated
 from polycube.fitting.energy import Terms
 from polycube.fitting.snapping import goals_of
-from polycube.fitting.springs import Springs, pull
+from polycube.fitting.springs import pull
 from polycube.numerics.lbfgs import descend
 
 BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in sequence
@@ -55,7 +57,8 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
             break
         offset = float(problem.scaled_jacobian(x).min())
         terms = Terms(1e-3, 1e-3, 0.05, 1.0, beta, offset, min(0.5 * least, 1e-3))
-        function = partial(_energy, free, lengths, terms, springs)
+        whole = halved_energy(x, problem.hexes, lengths, terms, springs)
+        function = partial(_energy, free, whole)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
         back = partial(_limited, x, reach, at.place(problem, x), _off(free, at), permitted)
@@ -74,9 +77,9 @@ def _returned_to_goals(near: Neighbourhood, free: Neighbourhood, found: Refit, a
 
 
 def _energy(
-    near: Neighbourhood, lengths: np.ndarray, terms: Terms, springs: Springs, x: np.ndarray
+    near: Neighbourhood, whole: Callable[[np.ndarray], tuple[float, np.ndarray]], x: np.ndarray
 ) -> tuple[float, np.ndarray]:
-    value, gradient = energy.energy(x, near.problem.hexes, lengths, terms, springs)
+    value, gradient = whole(x)
     return value, gradient * near.moves[:, None]
 
 

@@ -12,10 +12,10 @@ from scipy.sparse import csr_matrix
 from polycube.fitting.creases.constraints import Matching, match, with_tolerances
 from polycube.fitting.creases.paths import path_sides
 from polycube.fitting.cures import losses
+from polycube.fitting.cures.halved import certified_jacobian
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.connectivity import quad_sides
-from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
 from polycube.types import HexMesh
 
@@ -89,8 +89,8 @@ class Fitted:
 
     @cached_property
     def jacobian(self) -> np.ndarray:
-        """(H,) scaled Jacobians."""
-        return scaled_jacobian(self.mesh.vertices, self.mesh.hexes)
+        """(H,) scaled Jacobians, as in `certified_jacobian`."""
+        return certified_jacobian(self.mesh.vertices, self.mesh.hexes)
 
     @cached_property
     def away(self) -> np.ndarray:

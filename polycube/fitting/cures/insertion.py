@@ -47,7 +47,7 @@ class Placed:
 
     def crosses(self, fit: Fitted, near: Neighbourhood) -> bool:
         """Whether the boundary crosses itself in more places than before."""
-        number = len(crossings(self.boundary))
+        number = len(crossings(self.boundary)) if len(self.boundary.quads) else 0
         if not number:
             return False
         own = np.isin(fit.links.sides[0], near.elements)

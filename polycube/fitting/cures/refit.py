@@ -9,6 +9,7 @@ import numpy as np
 from polycube.fitting import energy
 from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.cures.fitted import cost, distances
+from polycube.fitting.cures.halved import certified_jacobian, halved_energy
 from polycube.fitting.cures.neighbourhood import Neighbourhood
 from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import ON_GOAL, Region, pull_back, rails_of, retraction
@@ -68,7 +69,8 @@ def evaluated(near: Neighbourhood, x: np.ndarray, aim: float) -> Refit:
     """Positions (N', 3) of a neighbourhood with their cost."""
     gap, strayed = distances(near.problem, x, near.matching)
     gap[~near.moves] = strayed[~near.moves] = 0
-    return Refit(x, *cost(near.problem.scaled_jacobian(x), gap, strayed, aim), gap, strayed)
+    jacobian = certified_jacobian(x, near.problem.hexes)
+    return Refit(x, *cost(jacobian, gap, strayed, aim), gap, strayed)
 
 
 def at_goals(near: Neighbourhood, x: np.ndarray, least: float) -> np.ndarray:
@@ -113,8 +115,10 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
     least = energy.least_determinant(x, problem.hexes, lengths)
     terms = Terms(0.01, 1e-3, 0.05, 1.0, beta, 0.2, min(0.5 * least, 1e-3))
 
+    whole = halved_energy(x, problem.hexes, lengths, terms, springs)
+
     def function(y: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = energy.energy(y, problem.hexes, lengths, terms, springs)
+        value, gradient = whole(y)
         return value, np.einsum("vij,vj->vi", rails, gradient)
 
     own = np.searchsorted(problem.outer, np.flatnonzero(slides))

@@ -56,6 +56,11 @@ class Trial:
         return self.before - self.found.cost
 
     @property
+    def is_repair(self) -> bool:
+        """Whether an invalid hex becomes valid."""
+        return self.least <= 0 < self.found.least
+
+    @property
     def is_large(self) -> bool:
         """Whether another trial may be worthwhile."""
         return self.gain > RETRY_GAIN * self.before
