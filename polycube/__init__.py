@@ -1,6 +1,10 @@
 """DDPM-Polycube: from a CAD surface to a polycube, a hex mesh and a volumetric spline."""
 
+import atexit
+import os
+import shutil
 import sys
+import tempfile
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
@@ -39,5 +43,19 @@ def __dir__() -> list[str]:
     return sorted([*__all__, "__version__"])
 
 
+def _provide_cache() -> None:
+    """Keep compiled code in a temporary folder if numba can write to none of its own."""
+    cache = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    own = os.path.abspath(os.path.expanduser(cache))
+    while not os.path.exists(own):
+        own = os.path.dirname(own)
+    if "NUMBA_CACHE_DIR" in os.environ or any(os.access(f, os.W_OK) for f in (_PACKAGE, own)):
+        return
+    folder = tempfile.mkdtemp(prefix="polycube-")
+    os.environ["NUMBA_CACHE_DIR"] = folder
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+
+
+_provide_cache()
 if HOME != _PACKAGE:
     _mount(HOME / "plugins", "polycube.plugins")
