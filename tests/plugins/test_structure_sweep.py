@@ -13,6 +13,13 @@ from scipy.spatial.transform import Rotation
 
 from polycube.config import compose
 from polycube.errors import InputError, MissingPackage
+from polycube.hexmesh.background.arrangement import arrangement
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.borders import equalized
+from polycube.hexmesh.background.cells import loop_area, loops_of
+from polycube.hexmesh.background.columns import layers
+from polycube.hexmesh.background.curves import Curve
+from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
@@ -20,14 +27,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
 from polycube.plugins.ranking.registration import Registration
-from polycube.plugins.structure.sweep.arrangement import arrangement
 from polycube.plugins.structure.sweep.axis import stack
-from polycube.plugins.structure.sweep.borders import equalized
-from polycube.plugins.structure.sweep.cells import loop_area, loops_of
-from polycube.plugins.structure.sweep.columns import layers
-from polycube.plugins.structure.sweep.curves import Curve
-from polycube.plugins.structure.sweep.smoothing import sines, smoothed
-from polycube.plugins.structure.sweep.walls import NotSweptError
 from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures
@@ -153,7 +153,7 @@ def test_other_parts_are_refused_with_a_reason(surface, options, reason, caplog)
 
 def test_an_oblique_curve_on_a_wall_is_refused():
     triangles = box().faces
-    with pytest.raises(NotSweptError, match="a curve is oblique on the walls"):
+    with pytest.raises(NoBackgroundError, match="a curve is oblique on the walls"):
         stack(TriMesh(box().vertices, triangles, np.arange(len(triangles)) + 1))
 
 

@@ -3,46 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.surface.measures import diagonal, half_edges, place, twins
 from polycube.types import TriMesh
 
-from .walls import FLAT, NotSweptError, Triangles, caps, check_walls, triangles, wall_of
+from .walls import FLAT, Triangles, caps, check_walls, triangles, wall_of
 
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
 STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 AXES = 6  # number of directions tried, those of the largest planes
 
 
-@dataclass(frozen=True, eq=False)
-class Stack:
-    """A part with faces perpendicular to an axis (caps) and along it (walls).
+def stack(surface: TriMesh) -> Background:
+    """The stack of slabs with the fewest levels.
 
-    Parameters
-    ----------
-    frame : (3, 3) two directions across the axis and the axis; right-handed rows
-    levels : (L,) heights of the caps along the axis, and of curves on walls, ascending
-    points : (P, 2) projected along the axis
-    lines : (S, 2) indices of points: borders of the caps
-    marks : (M, 2) projected curves between two walls
-    """
-
-    frame: np.ndarray
-    levels: np.ndarray
-    points: np.ndarray
-    lines: np.ndarray
-    marks: np.ndarray
-
-
-def stack(surface: TriMesh) -> Stack:
-    """The stack with the fewest levels.
+    Its faces are perpendicular to an axis (caps) and along it (walls). Lines are borders of caps,
+    levels are the heights of caps and of curves on walls, and marks are curves between two walls.
 
     Raises
     ------
-    NotSweptError
+    NoBackgroundError
         If for no axis all faces are along it or perpendicular to it.
     """
     found, reasons = [], []
@@ -50,7 +33,7 @@ def stack(surface: TriMesh) -> Stack:
     for axis in _axes(known):
         try:
             found.append(_stack(surface, known, axis))
-        except NotSweptError as error:
+        except NoBackgroundError as error:
             reasons.append(error)
     if not found:
         raise reasons[0]
@@ -71,8 +54,8 @@ def _axes(known: Triangles) -> Iterator[np.ndarray]:
         yield sums[number] / size[number]
 
 
-def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Stack:
-    """The part along an axis; raises NotSweptError if it is not a stack."""
+def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Background:
+    """The part along an axis; raises NoBackgroundError if it is not a stack."""
     near = NEAR * diagonal(surface)
     frame = _frame(axis)
     across, height = surface.vertices @ frame[:2].T, surface.vertices @ axis
@@ -88,14 +71,14 @@ def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Stack:
     askew = border & ~on_cap & (np.minimum(rise, run) > np.maximum(near, FLAT * (rise + run)))
     if askew.any():
         where = surface.vertices[ends[np.argmax(askew)]].mean(axis=0)
-        raise NotSweptError(f"a curve is oblique on the walls near {place(surface, where)}")
+        raise NoBackgroundError(f"a curve is oblique on the walls near {place(surface, where)}")
     flat, upright = border & (on_cap | (rise < run)), border & ~on_cap & (rise >= run)
     check_walls(surface, known, across, wall, leans, (adjacent[flat], ends[flat]), near)
     used, lines = np.unique(ends[flat], return_inverse=True)
     tops = np.concatenate([surface.faces[is_cap].ravel(), ends[flat & ~on_cap].ravel()])
     levels = _levels(height[tops], near)
     marks = across[ends[upright]].mean(axis=1)
-    return Stack(frame, levels, across[used], lines.reshape(-1, 2), marks)
+    return Background(across[used], lines.reshape(-1, 2), marks, levels, lambda at: at @ frame)
 
 
 def _frame(axis: np.ndarray) -> np.ndarray:

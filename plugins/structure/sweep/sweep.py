@@ -60,10 +60,9 @@ class Sweep(Structure):
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """One candidate with hexes, or none if the part is not such a stack."""
+        from polycube.hexmesh.background.background import NoBackgroundError
         from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.generation.quads import NoQuadsError
-
-        from .walls import NotSweptError
 
         brick = full_cell(self.primitives)
         if brick is None:
@@ -71,23 +70,23 @@ class Sweep(Structure):
             return []
         try:
             blocks = self._hexes(surface)
-        except (NotSweptError, NoQuadsError) as reason:
+        except (NoBackgroundError, NoQuadsError) as reason:
             logger.info(NONE, reason)
             return []
         swept = candidate(blocks, surface, brick, "sweep")
         return [replace(swept, tier=self.tier, variants="sweep")]
 
     def _hexes(self, surface: TriMesh) -> HexMesh:
+        from polycube.hexmesh.background.arrangement import arrangement
+        from polycube.hexmesh.background.background import NoBackgroundError
+        from polycube.hexmesh.background.cells import cells
+        from polycube.hexmesh.background.columns import columns, layers
+        from polycube.hexmesh.background.curves import Sizes, curves, curves_round
+        from polycube.hexmesh.background.section import section
         from polycube.hexmesh.generation import sizing
         from polycube.surface.measures import diagonal, volume
 
-        from .arrangement import arrangement
         from .axis import NEAR, stack
-        from .cells import cells
-        from .columns import columns, layers
-        from .curves import Sizes, curves, curves_round
-        from .section import section
-        from .walls import NotSweptError
 
         unit = diagonal(surface)
         part = stack(surface)
@@ -96,7 +95,7 @@ class Sweep(Structure):
         chains = curves(points, edges, part.marks, 10 * NEAR * unit)
         size = sizing.length(self.size, unit) / 2 ** (self.level or 0)
         if volume(surface) > self.max_hexes * size**3:
-            raise NotSweptError(f"it needs more than max_hexes {self.max_hexes}")
+            raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
         exact = features_of(self.features, surface) == "exact"
         chord = np.inf
         if self.curvature is not None:
@@ -104,7 +103,7 @@ class Sweep(Structure):
         wanted = Sizes(size, chord, self.across_wall, self.around_hole)
         flat = section(chains, curves_round(chains, filled), wanted)
         number = layers(part.levels, filled.full, size, self.across_wall)
-        found = columns(flat, part.levels, filled.full, number)
+        found = columns(flat, part, filled.full, number)
         if len(found.hexes) > self.max_hexes:
-            raise NotSweptError(f"it needs more than max_hexes {self.max_hexes}")
-        return replace(found, vertices=found.vertices @ part.frame)
+            raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
+        return found

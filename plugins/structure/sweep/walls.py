@@ -7,19 +7,15 @@ from typing import NoReturn
 
 import numpy as np
 
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.plane import cross
 from polycube.surface.measures import area_vectors, connected, place
 from polycube.types import TriMesh
-
-from .plane import cross
 
 FLAT = 1e-3  # sine of an angle: tolerance for whole faces along the axis or perpendicular to it
 FACET = 0.2  # the same for the triangles of a round wall
 SAG = 1 / 40  # of a chord: its distance from an arc with a turn of FACET
 SHARP = np.radians(20)  # angle between the triangles of two walls without CAD faces
-
-
-class NotSweptError(Exception):
-    """The part does not consist of columns along an axis; the message is a clause."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +54,7 @@ def caps(
 
     Raises
     ------
-    NotSweptError
+    NoBackgroundError
         If a triangle is too inclined for a wall.
     """
     lean = np.where(known.is_sliver, 0, abs(known.normals @ axis))
@@ -73,7 +69,7 @@ def caps(
 
 def _refuse(surface: TriMesh, face: np.intp) -> NoReturn:
     where = place(surface, surface.vertices[surface.faces[face]].mean(axis=0))
-    raise NotSweptError(f"a face is neither parallel nor perpendicular to an axis near {where}")
+    raise NoBackgroundError(f"a face is neither parallel nor perpendicular to an axis near {where}")
 
 
 def wall_of(
@@ -102,7 +98,7 @@ def check_walls(
     borders: tuple[np.ndarray, np.ndarray],
     near: float,
 ) -> None:
-    """Raise NotSweptError unless walls with inclined triangles are lines in projection.
+    """Raise NoBackgroundError unless walls with inclined triangles are lines in projection.
 
     Parameters
     ----------
@@ -122,7 +118,9 @@ def check_walls(
         chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max(initial=0)
         if abs(flat[own].sum()) > FLAT * known.area[own].sum() or off.max() > near + SAG * chord:
             where = surface.vertices[vertices[np.argmax(off)]]
-            raise NotSweptError(f"a face is not parallel to an axis near {place(surface, where)}")
+            raise NoBackgroundError(
+                f"a face is not parallel to an axis near {place(surface, where)}"
+            )
 
 
 def _distance(points: np.ndarray, lines: np.ndarray) -> np.ndarray:

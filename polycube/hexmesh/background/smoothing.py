@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from polycube.hexmesh.background.plane import cross
 from polycube.numerics.lbfgs import descend
-
-from .plane import cross
 
 ROUNDS = ((0.3, 30), (0.03, 40), (0.003, 60))  # smallest area relative to the mean; iterations
 POWER = 2  # exponent of the energies before summation: increases the weight of bad corners

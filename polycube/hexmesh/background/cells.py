@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.hexmesh.background.background import Background, NoBackgroundError
+from polycube.hexmesh.background.plane import cross
 from polycube.surface.measures import connected
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
-
-from .axis import Stack
-from .plane import cross
-from .walls import NotSweptError
 
 PROBES = 5  # number of sample points of each cell
 UNDECIDED = 0.3  # winding numbers closer to a half than this are undecided
@@ -36,12 +34,12 @@ class Cells:
     full: np.ndarray
 
 
-def cells(surface: TriMesh, stack: Stack, points: np.ndarray, edges: np.ndarray) -> Cells:
+def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: np.ndarray) -> Cells:
     """The cells of the section of a part.
 
     Raises
     ------
-    NotSweptError
+    NoBackgroundError
         If it is undecided whether a cell is full.
     """
     loops = loops_of(points, edges)
@@ -55,9 +53,9 @@ def cells(surface: TriMesh, stack: Stack, points: np.ndarray, edges: np.ndarray)
         if container is not None:
             inner[container].append(loops[number])
     found = [(loops[number], *inner[number]) for number in outer.tolist()]
-    share = _shares(surface, stack, points, edges, [each[0] for each in found])
+    share = _shares(surface, background, points, edges, [each[0] for each in found])
     if (abs(share - 0.5) < UNDECIDED).any():
-        raise NotSweptError("the full cells of its section cannot be determined")
+        raise NoBackgroundError("the full cells of its section cannot be determined")
     full = share > 0.5
     full_cells = np.flatnonzero(full.any(axis=1))
     return Cells(tuple(found[number] for number in full_cells), full[full_cells])
@@ -116,13 +114,13 @@ def _containing_loop(
 
 def _shares(
     surface: TriMesh,
-    stack: Stack,
+    background: Background,
     points: np.ndarray,
     edges: np.ndarray,
     loops: list[np.ndarray],
 ) -> np.ndarray:
     """(C, K) winding numbers of cells in slabs: medians over points near their longest edges."""
-    middle = (stack.levels[1:] + stack.levels[:-1]) / 2
+    middle = (background.levels[1:] + background.levels[:-1]) / 2
     flat = np.zeros((len(loops), PROBES, 2))
     for number, loop in enumerate(loops):
         a, b = np.moveaxis(points[ends(edges, loop)], 1, 0)
@@ -138,5 +136,5 @@ def _shares(
         ],
         axis=2,
     )
-    found = winding_numbers(surface, places.reshape(-1, 3) @ stack.frame)
+    found = winding_numbers(surface, background.place(places.reshape(-1, 3)))
     return np.median(found.reshape(len(loops), PROBES, len(middle)), axis=1)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.hexmesh.background.cells import Cells
 from polycube.hexmesh.settings import edges_around
-
-from .cells import Cells
 
 CORNER = np.radians(20)  # turn of a polyline that separates two curves
 EVEN = 2.0  # largest ratio of curvatures of an arc, computed from a polyline

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .curves import Curve, Sizes, divided, number_of_edges, placed
+from polycube.hexmesh.background.curves import Curve, Sizes, divided, number_of_edges, placed
 
 SQUARE = np.radians((50, 130))  # angles of a corner of a cell with four sides
 STRAIGHT = np.radians((150, 210))  # angles without a corner

@@ -9,11 +9,10 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.hexmesh.background.borders import Cell, borders
+from polycube.hexmesh.background.curves import Curve, Sizes
+from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.generation.quads import NoQuadsError, Plane, quads
-
-from .borders import Cell, borders
-from .curves import Curve, Sizes
-from .smoothing import sines, smoothed
 
 logger = logging.getLogger(__name__)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.plane import cross
 from polycube.surface.measures import connected
-
-from .plane import cross
-from .walls import NotSweptError
 
 SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
 SAG = 1.2  # relative to the distance of a chord from its arc: for two polylines of one curve
@@ -29,11 +28,11 @@ def arrangement(
 
     Raises
     ------
-    NotSweptError
+    NoBackgroundError
         If there are too many lines.
     """
     if len(lines) > MOST:
-        raise NotSweptError(f"its section has {len(lines)} lines, more than {MOST}")
+        raise NoBackgroundError(f"its section has {len(lines)} lines, more than {MOST}")
     name = _names(points, near)
     points, lines = _means(points, name), _distinct(name[lines])
     for _ in range(ROUNDS):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from polycube.hexmesh.background.background import Background
+from polycube.hexmesh.background.section import Section
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.types import HexMesh
-
-from .section import Section
 
 
 def layers(levels: np.ndarray, full: np.ndarray, size: float, across_wall: float) -> np.ndarray:
@@ -31,25 +31,33 @@ def layers(levels: np.ndarray, full: np.ndarray, size: float, across_wall: float
     return number
 
 
-def columns(flat: Section, levels: np.ndarray, full: np.ndarray, number: np.ndarray) -> HexMesh:
-    """Hexes of all full cells, in the coordinates of the section and its axis.
+def columns(flat: Section, background: Background, full: np.ndarray, number: np.ndarray) -> HexMesh:
+    """Hexes of all full cells, in space.
 
     Parameters
     ----------
-    levels, full : as in `layers`
+    full : as in `layers`
     number : (K,) layers in each slab
     """
-    parts = [
-        low + (high - low) * np.arange(n) / n
-        for low, high, n in zip(levels[:-1], levels[1:], number.tolist(), strict=True)
-    ]
-    heights = np.append(np.concatenate(parts), levels[-1])
+    heights = heights_of(background.levels, number)
     slab = np.repeat(np.arange(len(number)), number)
     layer, quad = np.nonzero(full[flat.cell][:, slab].T)
     size = len(flat.vertices)
     below = flat.quads[quad] + layer[:, None] * size
-    hexes = np.concatenate([below, below + size], axis=1)
+    above = below + size
+    if background.is_cyclic:
+        above %= size * number.sum()
+    hexes = np.concatenate([below, above], axis=1)
     used, hexes = np.unique(hexes, return_inverse=True)
     height, vertex = np.divmod(used, size)
     vertices = np.column_stack([flat.vertices[vertex], heights[height]])
-    return hex_mesh(vertices, hexes.reshape(-1, 8))
+    return hex_mesh(background.place(vertices), hexes.reshape(-1, 8))
+
+
+def heights_of(levels: np.ndarray, number: np.ndarray) -> np.ndarray:
+    """(N + 1,) levels of the layers, for their number (K,) between levels (K + 1,)."""
+    parts = [
+        low + (high - low) * np.arange(n) / n
+        for low, high, n in zip(levels[:-1], levels[1:], number.tolist(), strict=True)
+    ]
+    return np.append(np.concatenate(parts), levels[-1])

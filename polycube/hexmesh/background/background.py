@@ -1,0 +1,37 @@
+"""A background grid: the columns of hexes over the quads of a plane section."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+class NoBackgroundError(Exception):
+    """A part has no background grid of a kind; the message is a clause."""
+
+
+@dataclass(frozen=True, eq=False)
+class Background:
+    """The section of a part, its levels, and the map of both to space.
+
+    A part is the union of cells of its section between levels: of a plane section between heights
+    (swept), or of a section (z, r) between angles (turned).
+
+    Parameters
+    ----------
+    points : (P, 2) of the section
+    lines : (S, 2) indices of points: borders of the faces of the part in the section
+    marks : (M, 2) places where a curve of the section ends, although it is smooth there
+    levels : (L,) ascending, in the unit of the third coordinate
+    place : map of points (N, 3) of section and level to space
+    is_cyclic : whether the last level is the first one
+    """
+
+    points: np.ndarray
+    lines: np.ndarray
+    marks: np.ndarray
+    levels: np.ndarray
+    place: Callable[[np.ndarray], np.ndarray]
+    is_cyclic: bool = False
