@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
@@ -27,7 +27,8 @@ class Register:
     Parameters
     ----------
     quick : rounds in which mesh and surface are matched with springs that grow from weak to strong
-    rounds : further rounds with strong springs; 0: the mesh is unchanged
+    rounds : further rounds with strong springs; 0: the mesh is not moved, and
+        keeps the curves of the surface on the edges on which they are
     iterations : steps of descent in each round
     samples : number of points of the surface that are matched with the mesh
     coverage : weight of their springs relative to those of the vertices of the mesh
@@ -48,14 +49,15 @@ class Register:
         check_features(self.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        """The same hexes, close to the surface; unchanged if `rounds` is 0."""
+        """The same hexes, close to the surface; at their places if `rounds` is 0."""
+        from polycube.fitting.creases.existing import existing_paths
         from polycube.fitting.registration import matched_curves, register_mesh
         from polycube.surface.fit_target import target
 
-        if self.rounds == 0:
-            return hexes
         goal = target(surface)
         exact = features_of(self.features, surface) == "exact"
+        if self.rounds == 0:
+            return replace(hexes, paths=existing_paths(hexes, goal)) if exact else hexes
         near = register_mesh(
             hexes, goal, self.quick, *QUICK, coverage=self.coverage, features=exact
         )

@@ -27,7 +27,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
 from polycube.plugins.ranking.registration import Registration
-from polycube.plugins.structure.sweep.axis import stack
+from polycube.plugins.structure.background.stack import stack
 from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures

@@ -153,13 +153,15 @@ def _misfits(
 
 
 def find_routes(
-    features: Features, problem: FitProblem, x: np.ndarray
+    features: Features, problem: FitProblem, x: np.ndarray, on: float = 0.0
 ) -> tuple[list[Route], np.ndarray, np.ndarray]:
     """Paths of the creases, for those with a good path; paths share vertices only at corners.
 
     Paths that exist in the mesh are reused, and curves that coincide with others have none. The
     others are routed in the order of cost. If a path blocks another crease, that crease is routed
     first in a new attempt; the attempt with the most paths is used.
+
+    on : distance, in local sizes, up to which edges are on a crease already and are preferred
 
     Returns
     -------
@@ -182,7 +184,7 @@ def find_routes(
         for c, is_double in zip(features.creases, covered(features), strict=True)
         if not is_double and id(c) not in known and (c.is_loop or (placed[list(c.ends)] >= 0).all())
     ]
-    fields = [field(c, problem, x, mesh) for c in creases]
+    fields = [field(c, problem, x, mesh, on) for c in creases]
     unblocked = [cheapest(c, own, x, placed, taken) for c, own in zip(creases, fields, strict=True)]
     possible = [k for k in range(len(creases)) if _is_good(creases[k], *unblocked[k], x, mesh)]
     order = sorted(possible, key=lambda k: unblocked[k][1])

@@ -19,6 +19,7 @@ from polycube.surface.curves.creases import Crease
 REACH = 2.0  # largest distance of a vertex, in local sizes
 # costs: squared distance, 1 - cos, deviation of the angle of a hex from 90 degrees
 AWAY, ASKEW, CROWDED = 4.0, 2.0, 1.0
+PRESENT, ALONG = 0.01, 0.2  # cost of an edge on the crease, and its largest 1 - cos
 ANCHORS = 4  # number of anchor points of a loop
 
 
@@ -68,8 +69,11 @@ class Field(NamedTuple):
     cost: np.ndarray  # (A,)
 
 
-def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net) -> Field:
-    """Edges between the vertices close to a crease; edges against its direction cost most."""
+def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net, on: float = 0.0) -> Field:
+    """Edges between the vertices close to a crease; edges against its direction cost most.
+
+    on : distance, in local sizes, up to which edges are on the crease already and cost least
+    """
     low, high = crease.points.min(axis=0), crease.points.max(axis=0)
     vertex = _in_box(x, problem.outer, mesh.size, low, high)
     _, gap = crease.nearest(x[vertex])
@@ -90,6 +94,7 @@ def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net) -> Fiel
     askew = 1 - np.einsum("nd,nd->n", direction, mesh.run[used])
     each = 0.1 + AWAY * square / size**2 + ASKEW * askew
     each += CROWDED * crowding(inside, mesh.hexes[used])
+    each[(np.maximum(gap[one], gap[two]) < on * size) & (askew < ALONG)] = PRESENT
     first = np.searchsorted(one, np.arange(len(vertex) + 1))
     return Field(vertex, first, two, each * mesh.length[used])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,8 @@ from polycube.types import TriMesh
 
 PROBES = 5  # number of sample points of each cell
 UNDECIDED = 0.3  # winding numbers closer to a half than this are undecided
-INWARD = 0.02  # distance of a sample point from an edge, relative to its length
+# distances of possible sample points from an edge, relative to its length
+INWARD = (0.02, 0.1, 0.3, 1.0, 3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: n
     Raises
     ------
     NoBackgroundError
-        If it is undecided whether a cell is full.
+        If it is undecided whether a cell is full, or if none is.
     """
     loops = loops_of(points, edges)
     area = np.array([loop_area(points, edges, loop) for loop in loops])
@@ -53,11 +55,13 @@ def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: n
         if container is not None:
             inner[container].append(loops[number])
     found = [(loops[number], *inner[number]) for number in outer.tolist()]
-    share = _shares(surface, background, points, edges, [each[0] for each in found])
+    share = _shares(surface, background, points, edges, found)
     if (abs(share - 0.5) < UNDECIDED).any():
         raise NoBackgroundError("the full cells of its section cannot be determined")
     full = share > 0.5
     full_cells = np.flatnonzero(full.any(axis=1))
+    if not len(full_cells):
+        raise NoBackgroundError("no cell of its section is full")
     return Cells(tuple(found[number] for number in full_cells), full[full_cells])
 
 
@@ -117,18 +121,11 @@ def _shares(
     background: Background,
     points: np.ndarray,
     edges: np.ndarray,
-    loops: list[np.ndarray],
+    loops: Sequence[tuple[np.ndarray, ...]],
 ) -> np.ndarray:
-    """(C, K) winding numbers of cells in slabs: medians over points near their longest edges."""
+    """(C, K) winding numbers of cells in slabs: medians over points well inside of them."""
     middle = (background.levels[1:] + background.levels[:-1]) / 2
-    flat = np.zeros((len(loops), PROBES, 2))
-    for number, loop in enumerate(loops):
-        a, b = np.moveaxis(points[ends(edges, loop)], 1, 0)
-        step = b - a
-        longest = np.argsort(-(step**2).sum(axis=1), kind="stable")[:PROBES]
-        left = np.stack([-step[:, 1], step[:, 0]], axis=1)
-        inside = ((a + b) / 2 + INWARD * left)[longest]
-        flat[number] = np.resize(inside, (PROBES, 2))
+    flat = np.stack([_inside(points[ends(edges, np.concatenate(each))]) for each in loops])
     places = np.concatenate(
         [
             np.repeat(flat.reshape(-1, 1, 2), len(middle), axis=1),
@@ -138,3 +135,20 @@ def _shares(
     )
     found = winding_numbers(surface, background.place(places.reshape(-1, 3)))
     return np.median(found.reshape(len(loops), PROBES, len(middle)), axis=1)
+
+
+def _inside(lines: np.ndarray) -> np.ndarray:
+    """(PROBES, 2) points in the cell on the left of lines (N, 2, 2), the farthest from them."""
+    start, step = lines[:, 0], np.diff(lines, axis=1)[:, 0]
+    longest = np.argsort(-(step**2).sum(axis=1), kind="stable")[:PROBES]
+    left = np.stack([-step[:, 1], step[:, 0]], axis=1)[longest]
+    middle = start[longest] + step[longest] / 2
+    tried = (middle + np.multiply.outer(INWARD, left)).reshape(-1, 1, 2)
+    a, b = start - tried, start + step - tried
+    area, along = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=2)
+    is_inside = np.arctan2(area, along).sum(axis=1) > np.pi
+    square = np.maximum((step**2).sum(axis=1), 1e-300)
+    share = np.clip(-(a * step).sum(axis=2) / square, 0, 1)
+    gap = np.linalg.norm(a + share[..., None] * step, axis=2).min(axis=1)
+    best = np.argsort(np.where(is_inside, -gap, 0), kind="stable")
+    return np.resize(tried[best[: min(PROBES, max(1, is_inside.sum()))], 0], (PROBES, 2))

@@ -1,33 +1,33 @@
-"""Sweeps: hexes of parts that are a stack of slabs along a straight axis."""
+"""What structures of columns over a section have in common: options, sizes and refusals."""
 
 from __future__ import annotations
 
 import logging
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of
 from polycube.kinds import Structure
-from polycube.registry import register, setting
+from polycube.registry import setting
 from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, HexMesh, Tier, TriMesh
 
+if TYPE_CHECKING:
+    from polycube.hexmesh.background.curves import Sizes
+
 logger = logging.getLogger(__name__)
 
-NONE = "sweep: nothing is proposed, because %s"
 
-
-@register("structure", "sweep")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sweep(Structure):
-    """Mesh the section of a part with quads, and sweep them along its axis.
+class ColumnStructure(Structure):
+    """Propose the columns of hexes over the quads of a section.
 
-    For parts whose faces are perpendicular or parallel to an axis: plates with holes, profiles,
-    gears, flanges, with bosses, pockets and steps. All curves of the section are on edges of quads,
-    and holes are regular polygons. It needs Gmsh for the quads.
+    All curves of the section are on edges of quads, and holes are regular polygons. It needs Gmsh
+    for the quads.
 
     Parameters
     ----------
@@ -44,6 +44,7 @@ class Sweep(Structure):
     """
 
     references: ClassVar[tuple[str, ...]] = ("remacle2012blossom", "geuzaine2009gmsh")
+    proposal: ClassVar[str]
 
     tier = Tier.EXACT
     any_grid = True
@@ -59,51 +60,48 @@ class Sweep(Structure):
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """One candidate with hexes, or none if the part is not such a stack."""
+        """One candidate with hexes, or none if the part has no such section."""
         from polycube.hexmesh.background.background import NoBackgroundError
         from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.generation.quads import NoQuadsError
+        from polycube.surface.measures import volume
 
         brick = full_cell(self.primitives)
         if brick is None:
-            logger.info("sweep: no primitive is a full cell; nothing is proposed")
+            logger.info("%s: no primitive is a full cell; nothing is proposed", self.proposal)
             return []
         try:
-            blocks = self._hexes(surface)
+            sizes = self._sizes(surface)
+            if volume(surface) > self.max_hexes * sizes.size**3:
+                raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
+            blocks = self.hexes(surface, sizes)
+            if len(blocks.hexes) > self.max_hexes:
+                raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
         except (NoBackgroundError, NoQuadsError) as reason:
-            logger.info(NONE, reason)
+            logger.info("%s: nothing is proposed, because %s", self.proposal, reason)
             return []
-        swept = candidate(blocks, surface, brick, "sweep")
-        return [replace(swept, tier=self.tier, variants="sweep")]
+        found = candidate(blocks, surface, brick, self.proposal)
+        return [replace(found, tier=self.tier, variants="sweep")]
 
-    def _hexes(self, surface: TriMesh) -> HexMesh:
-        from polycube.hexmesh.background.arrangement import arrangement
-        from polycube.hexmesh.background.background import NoBackgroundError
-        from polycube.hexmesh.background.cells import cells
-        from polycube.hexmesh.background.columns import columns, layers
-        from polycube.hexmesh.background.curves import Sizes, curves, curves_round
-        from polycube.hexmesh.background.section import section
+    def _sizes(self, surface: TriMesh) -> Sizes:
+        """Wanted sizes of the quads."""
+        from polycube.hexmesh.background.curves import Sizes
         from polycube.hexmesh.generation import sizing
-        from polycube.surface.measures import diagonal, volume
+        from polycube.surface.measures import diagonal
 
-        from .axis import NEAR, stack
-
-        unit = diagonal(surface)
-        part = stack(surface)
-        points, edges = arrangement(part.points, part.lines, NEAR * unit)
-        filled = cells(surface, part, points, edges)
-        chains = curves(points, edges, part.marks, 10 * NEAR * unit)
+        unit, chord = diagonal(surface), np.inf
         size = sizing.length(self.size, unit) / 2 ** (self.level or 0)
-        if volume(surface) > self.max_hexes * size**3:
-            raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
-        exact = features_of(self.features, surface) == "exact"
-        chord = np.inf
         if self.curvature is not None:
+            exact = features_of(self.features, surface) == "exact"
             chord = sizing.length(curvature_of(self.curvature, exact), unit)
-        wanted = Sizes(size, chord, self.across_wall, self.around_hole)
-        flat = section(chains, curves_round(chains, filled), wanted)
-        number = layers(part.levels, filled.full, size, self.across_wall)
-        found = columns(flat, part, filled.full, number)
-        if len(found.hexes) > self.max_hexes:
-            raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
-        return found
+        return Sizes(size, chord, self.across_wall, self.around_hole)
+
+    @abstractmethod
+    def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
+        """The hexes of a part.
+
+        Raises
+        ------
+        NoBackgroundError, NoQuadsError
+            If it has no such section.
+        """

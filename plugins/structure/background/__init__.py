@@ -1,0 +1,1 @@
+"""Structures whose hexes are columns over a plane section: sweeps and turned parts."""

@@ -1,0 +1,124 @@
+"""The axis about which most of a surface is turned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.surface.measures import diagonal, face_areas, face_normals, half_edges, twins
+from polycube.types import TriMesh
+
+OFF = np.geomspace(0.5, 0.02, 12)  # sine off the axis at which a triangle has half its weight
+STRAIGHT = 1e-4  # 1 - cosine of an angle: tolerance of planes
+EXACT = 1e-5  # of the diagonal: largest distance of points from a plane and a circle
+ROUGH = 0.2  # tolerance of the first axis: sine, and share of the diagonal
+FEWEST = 6  # points on a circle
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """An axis of rotation.
+
+    Parameters
+    ----------
+    origin : (3,) a point on it
+    frame : (3, 3) right-handed rows, the last along the axis
+    """
+
+    origin: np.ndarray
+    frame: np.ndarray
+
+    def cylindrical(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates (N, 2) along the axis and from it, (z, r), and angles (N,) of points."""
+        x, y, z = ((points - self.origin) @ self.frame.T).T
+        return np.stack([z, np.hypot(x, y)], axis=1), np.arctan2(y, x)
+
+    def place(self, turned: np.ndarray) -> np.ndarray:
+        """Points (N, 3) with the coordinates z, r and angle (N, 3)."""
+        z, r, angle = turned.T
+        local = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+        return local @ self.frame + self.origin
+
+
+def main_axis(surface: TriMesh) -> Axis:
+    """The axis about which the largest area is turned.
+
+    The normals of a turned surface meet its axis: c . (p x n) + d . n = 0 for the points p, the
+    axis c and its moment d (Pottmann and Wallner, *Computational line geometry*, 2001). The curved
+    faces give a first axis; then triangles whose normals do not meet it lose weight.
+
+    Raises
+    ------
+    NoBackgroundError
+        If there are no CAD faces, if all are plane, or if no circle between two of them lies around
+        the axis.
+    """
+    if not len(surface.region):
+        raise NoBackgroundError("it has no CAD faces")
+    scale, middle = diagonal(surface), surface.vertices.mean(axis=0)
+    area, normal = face_areas(surface), face_normals(surface)
+    place = (surface.vertices[surface.faces].mean(axis=1) - middle) / scale
+    weight = area * _is_curved(surface)
+    if not weight.any():
+        raise NoBackgroundError("all its faces are plane")
+    lines = np.hstack([normal, np.cross(place, normal)])
+    for off in OFF:
+        square = (lines * weight[:, None]).T @ lines
+        moment = -np.linalg.pinv(square[:3, :3], rcond=1e-9) @ square[:3, 3:]
+        axis = np.linalg.eigh(square[3:, 3:] + square[3:, :3] @ moment)[1][:, 0]
+        motion = moment @ axis
+        origin = np.cross(axis, motion)
+        radius = np.linalg.norm(np.cross(axis, place - origin), axis=1)
+        sine = abs(lines @ np.append(motion, axis)) / np.maximum(radius, 1e-9)
+        weight = area / (1 + (sine / off) ** 2)
+    return _exact(surface, axis, origin * scale + middle)
+
+
+def _is_curved(surface: TriMesh) -> np.ndarray:
+    """(F,) whether the face of a triangle is not plane."""
+    area = face_areas(surface)
+    vectors = area[:, None] * face_normals(surface)
+    total = np.bincount(surface.region, area)
+    sums = np.stack([np.bincount(surface.region, column) for column in vectors.T], axis=1)
+    return (np.linalg.norm(sums, axis=1) < (1 - STRAIGHT) * total)[surface.region]
+
+
+def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:
+    """The axis of the largest circle between two faces about an axis."""
+    sides, others = twins(surface.faces)
+    between = np.sort(surface.region[np.stack([sides // 3, others // 3], axis=1)], axis=1)
+    ends, unit = half_edges(surface.faces)[sides], diagonal(surface)
+    largest = 0.0
+    for pair in np.unique(between[between[:, 0] < between[:, 1]], axis=0):
+        points = surface.vertices[np.unique(ends[(between == pair).all(axis=1)])] - origin
+        middle = points.mean(axis=0)
+        if len(points) < FEWEST:
+            continue
+        frame = _frame(np.linalg.svd(points - middle)[2][2])
+        x, y, z = ((points - middle) @ frame.T).T
+        # a circle in a plane: x^2 + y^2 = 2 x x0 + 2 y y0 + c
+        terms = np.stack([2 * x, 2 * y, np.ones(len(x))], axis=1)
+        found = np.linalg.lstsq(terms, x**2 + y**2, rcond=1e-9)[0]
+        off = max(np.ptp(z), abs(terms @ found - x**2 - y**2).max() / unit)
+        radius = float(np.sqrt(max(found[2] + found[:2] @ found[:2], 0.0)))
+        centre = middle + found[:2] @ frame[:2]
+        away = np.linalg.norm(np.cross(centre, axis)) / unit
+        tilt = np.linalg.norm(np.cross(frame[2], axis))
+        if off < EXACT * unit and max(away, tilt) < ROUGH and radius > largest:
+            largest, best = radius, (centre, frame)
+    if not largest:
+        raise NoBackgroundError("no circle lies around its axis")
+    return Axis(origin + best[0], best[1])
+
+
+def _frame(axis: np.ndarray) -> np.ndarray:
+    """(3, 3) right-handed rows, the last along an axis; its largest component is positive."""
+    largest = np.argmax(abs(axis))
+    axis = axis * np.sign(axis[largest])
+    if axis[largest] > 1 - EXACT**2:
+        axis = np.eye(3)[largest]
+    first = np.cross(axis, np.eye(3)[np.argmin(abs(axis))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(axis, first), axis])

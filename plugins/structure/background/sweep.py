@@ -1,0 +1,46 @@
+"""Sweeps: hexes of parts that are a stack of slabs along a straight axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from polycube.registry import register
+from polycube.types import HexMesh, TriMesh
+
+from .options import ColumnStructure
+
+if TYPE_CHECKING:
+    from polycube.hexmesh.background.curves import Sizes
+
+
+@register("structure", "sweep")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sweep(ColumnStructure):
+    """Mesh the section of a part with quads, and sweep them along its axis.
+
+    For parts whose faces are perpendicular or parallel to an axis: plates with holes, profiles,
+    gears, flanges, with bosses, pockets and steps.
+    """
+
+    proposal: ClassVar[str] = "sweep"
+
+    def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
+        """The hexes of a stack of slabs."""
+        from polycube.hexmesh.background.arrangement import arrangement
+        from polycube.hexmesh.background.cells import cells
+        from polycube.hexmesh.background.columns import columns, layers
+        from polycube.hexmesh.background.curves import curves, curves_round
+        from polycube.hexmesh.background.section import section
+        from polycube.surface.measures import diagonal
+
+        from .stack import NEAR, stack
+
+        near = NEAR * diagonal(surface)
+        part = stack(surface)
+        points, edges = arrangement(part.points, part.lines, near)
+        filled = cells(surface, part, points, edges)
+        chains = curves(points, edges, part.marks, 10 * near)
+        flat = section(chains, curves_round(chains, filled), sizes)
+        number = layers(part.levels, filled.full, sizes.size, sizes.across_wall)
+        return columns(flat, part, filled.full, number)

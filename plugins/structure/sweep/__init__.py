@@ -1,1 +1,0 @@
-"""Sweep quads of a section along an axis."""
