@@ -52,8 +52,7 @@ def main_axis(surface: TriMesh) -> Axis:
     Raises
     ------
     NoBackgroundError
-        If there are no CAD faces, if all are plane, or if no circle between two of them lies around
-        the axis.
+        If there are no CAD faces, or if all are plane.
     """
     if not len(surface.region):
         raise NoBackgroundError("it has no CAD faces")
@@ -90,7 +89,7 @@ def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:
     sides, others = twins(surface.faces)
     between = np.sort(surface.region[np.stack([sides // 3, others // 3], axis=1)], axis=1)
     ends, unit = half_edges(surface.faces)[sides], diagonal(surface)
-    largest = 0.0
+    largest, best = 0.0, (np.zeros(3), _frame(axis))  # without circles: spheres and tori
     for pair in np.unique(between[between[:, 0] < between[:, 1]], axis=0):
         points = surface.vertices[np.unique(ends[(between == pair).all(axis=1)])] - origin
         middle = points.mean(axis=0)
@@ -108,8 +107,6 @@ def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:
         tilt = np.linalg.norm(np.cross(frame[2], axis))
         if off < EXACT * unit and max(away, tilt) < ROUGH and radius > largest:
             largest, best = radius, (centre, frame)
-    if not largest:
-        raise NoBackgroundError("no circle lies around its axis")
     return Axis(origin + best[0], best[1])
 
 
