@@ -1,6 +1,7 @@
-"""Test parts with known properties: a block, and a block with a hole, far from the origin.
+"""Test parts with known properties: a block, with or without a hole, and a ring.
 
-The side lengths are 100, 60 and 40; the polycube is a unit cell and the map to the part is affine.
+They are far from the origin. The side lengths of the block are 100, 60 and 40; its polycube is a
+unit cell, and the map to the part is affine.
 """
 
 from __future__ import annotations
@@ -51,6 +52,20 @@ def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
     outer, faces = np.unique(hexes.quads[:, [[0, 1, 2], [0, 2, 3]]], return_inverse=True)
     surface = TriMesh(hexes.vertices[outer], faces.reshape(-1, 3))
     return Solid(surface, polycube, rough_map, hexes)
+
+
+def ring(number: int = 32) -> TriMesh:
+    """A ring between the radii 20 and 30, of height 10, with its four CAD faces."""
+    angle = 2 * np.pi * np.arange(number) / number
+    turn = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    corners = ((20, 0), (30, 0), (30, 10), (20, 10))
+    vertices = np.concatenate([radius * turn + [0, 0, height] for radius, height in corners])
+    here = np.arange(4 * number).reshape(4, number)
+    after, beyond = np.roll(here, -1, axis=1), np.roll(here, -1, axis=0)
+    both = np.roll(after, -1, axis=0)
+    faces = np.moveaxis(np.array([[here, after, both], [here, both, beyond]]), 1, -1)
+    region = np.broadcast_to(np.arange(1, 5)[:, None], faces.shape[:3])
+    return TriMesh(vertices + PLACE, faces.reshape(-1, 3), region.ravel())
 
 
 def swollen(hexes: HexMesh, by: float = 0.05) -> HexMesh:

@@ -19,7 +19,7 @@ from polycube.structure.projection import project_onto
 from polycube.structure.rough_map import evaluate
 from polycube.surface import measures as surfaces
 from polycube.testing.claim import claim, claim_array
-from polycube.testing.solids import PLACE, SIDES, Solid, solid, swollen
+from polycube.testing.solids import PLACE, SIDES, Solid, ring, solid, swollen
 from polycube.testing.solutions import check_analysis, check_export, check_spline
 from polycube.types import (
     Candidate,
@@ -34,13 +34,19 @@ NEAR = 0.02  # of the diagonal: permitted distance of a fit from the block
 
 
 def check_structure(plugin: Callable) -> None:
-    """Proposals with the genus of the surface, manifold boundary and positive orientation."""
+    """Proposals with the genus of the surface, manifold boundary and positive orientation.
+
+    The parts are a block, a block with a hole, and, if nothing is proposed for these, a ring.
+    """
     n_proposals = 0
-    for primitive in ("cube", "hole_z"):
-        part = solid(primitive)
-        wanted = surfaces.genus(part.surface)
+    for make in (solid, lambda: solid("hole_z"), ring):
+        if n_proposals and make is ring:
+            break
+        made = make()
+        surface = made.surface if isinstance(made, Solid) else made
+        wanted = surfaces.genus(surface)
         try:
-            candidates = plugin(part.surface, ())
+            candidates = plugin(surface, ())
         except InputError:  # a user-supplied structure may not fit the part
             continue
         n_proposals += len(candidates)
@@ -51,7 +57,7 @@ def check_structure(plugin: Callable) -> None:
             claim(bool(candidate.key), "a proposal has a key")
             claim(np.isfinite(candidate.cost), "a cost is finite", candidate.cost)
             claim(_volume(candidate) > 0, "a rough map keeps orientation")
-    claim(n_proposals > 0, "something is proposed for a block, or for a block with a hole")
+    claim(n_proposals > 0, "something is proposed for a block, a block with a hole, or a ring")
 
 
 def _volume(candidate: Candidate) -> float:

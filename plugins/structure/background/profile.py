@@ -57,8 +57,12 @@ def profile(surface: TriMesh, axis: Axis) -> Background:
 
 
 def _is_through_axis(surface: TriMesh, axis: Axis, own: np.ndarray, normal: np.ndarray) -> bool:
-    """Whether a face is a plane that contains the axis; its normal has any length."""
-    normal = normal / np.linalg.norm(normal)
+    """Whether a face is a plane that contains the axis; its normal has the length
+    of its area."""
+    length = np.linalg.norm(normal)
+    if length < (1 - FLAT) * face_areas(surface)[own].sum():  # it is not a plane
+        return False
+    normal = normal / length
     away = (surface.vertices[np.unique(surface.faces[own])] - axis.origin) @ normal
     near = 10 * NEAR * diagonal(surface)
     return bool(abs(normal @ axis.frame[2]) < FLAT and abs(away).max() < near)
