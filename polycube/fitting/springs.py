@@ -36,6 +36,9 @@ def pull(
     return Springs(index, share, goal, direction, along, every)
 
 
+NO_SPRINGS = pull(np.zeros(0, int), *np.zeros((2, 0, 3)), *np.zeros((2, 0)))
+
+
 def together(springs: list[Springs]) -> Springs:
     """All springs of a list."""
     return Springs(

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from polycube.types import TriMesh
 
@@ -147,6 +148,13 @@ def connected(first: np.ndarray, second: np.ndarray, size: int) -> np.ndarray:
     """(size,) connected component of each node of the graph with the given links."""
     links = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
     return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def coincident(points: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:
+    """The first of each group of close points, and the number of the group of each point (N,)."""
+    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+    group = connected(pairs[:, 0], pairs[:, 1], len(points))
+    return np.unique(group, return_index=True, return_inverse=True)[1:]
 
 
 def place(surface: TriMesh, point: np.ndarray) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import diagonal, face_areas, face_normals, half_edges, twins
 from polycube.types import TriMesh
 
@@ -89,33 +90,29 @@ def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:
     sides, others = twins(surface.faces)
     between = np.sort(surface.region[np.stack([sides // 3, others // 3], axis=1)], axis=1)
     ends, unit = half_edges(surface.faces)[sides], diagonal(surface)
-    largest, best = 0.0, (np.zeros(3), _frame(axis))  # without circles: spheres and tori
+    largest, best = 0.0, (np.zeros(3), _upward(axis))  # without circles: spheres and tori
     for pair in np.unique(between[between[:, 0] < between[:, 1]], axis=0):
         points = surface.vertices[np.unique(ends[(between == pair).all(axis=1)])] - origin
         middle = points.mean(axis=0)
         if len(points) < FEWEST:
             continue
-        frame = _frame(np.linalg.svd(points - middle)[2][2])
-        x, y, z = ((points - middle) @ frame.T).T
+        rows = _upward(np.linalg.svd(points - middle)[2][2])
+        x, y, z = ((points - middle) @ rows.T).T
         # a circle in a plane: x^2 + y^2 = 2 x x0 + 2 y y0 + c
         terms = np.stack([2 * x, 2 * y, np.ones(len(x))], axis=1)
         found = np.linalg.lstsq(terms, x**2 + y**2, rcond=1e-9)[0]
         off = max(np.ptp(z), abs(terms @ found - x**2 - y**2).max() / unit)
         radius = float(np.sqrt(max(found[2] + found[:2] @ found[:2], 0.0)))
-        centre = middle + found[:2] @ frame[:2]
+        centre = middle + found[:2] @ rows[:2]
         away = np.linalg.norm(np.cross(centre, axis)) / unit
-        tilt = np.linalg.norm(np.cross(frame[2], axis))
+        tilt = np.linalg.norm(np.cross(rows[2], axis))
         if off < EXACT * unit and max(away, tilt) < ROUGH and radius > largest:
-            largest, best = radius, (centre, frame)
+            largest, best = radius, (centre, rows)
     return Axis(origin + best[0], best[1])
 
 
-def _frame(axis: np.ndarray) -> np.ndarray:
-    """(3, 3) right-handed rows, the last along an axis; its largest component is positive."""
+def _upward(axis: np.ndarray) -> np.ndarray:
+    """(3, 3) frame of an axis with a positive largest component; exact for a coordinate axis."""
     largest = np.argmax(abs(axis))
     axis = axis * np.sign(axis[largest])
-    if axis[largest] > 1 - EXACT**2:
-        axis = np.eye(3)[largest]
-    first = np.cross(axis, np.eye(3)[np.argmin(abs(axis))])
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(axis, first), axis])
+    return frame(np.eye(3)[largest] if axis[largest] > 1 - EXACT**2 else axis)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.section import Section
 from polycube.hexmesh.background.smoothing import smoothed
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.surface.measures import connected
+from polycube.surface.measures import coincident
 from polycube.types import HexMesh
 
 INNER = 0.62  # radius of the square in the middle of a disc
@@ -91,11 +90,9 @@ def core(
 
 
 def joined(meshes: list[HexMesh], near: float) -> HexMesh:
-    """One mesh, with close vertices merged and all hexes right-handed."""
+    """One mesh, with close vertices merged."""
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     start = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     hexes = np.concatenate([m.hexes + s for m, s in zip(meshes, start[:-1], strict=True)])
-    pairs = cKDTree(vertices).query_pairs(near, output_type="ndarray")
-    name = connected(pairs[:, 0], pairs[:, 1], len(vertices))
-    _, first, merged = np.unique(name, return_index=True, return_inverse=True)
+    first, merged = coincident(vertices, near)
     return hex_mesh(vertices[first], merged[hexes])

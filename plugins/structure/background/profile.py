@@ -7,12 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
-from polycube.surface.measures import diagonal, face_areas, face_normals, half_edges, place
+from polycube.hexmesh.background.plane import to_lines
+from polycube.surface.curves.creases import chains_of, vertices_of
+from polycube.surface.measures import area_vectors, diagonal, face_areas, half_edges, place
 from polycube.types import TriMesh
 
 from .axis import Axis
+from .stack import NEAR
 
-NEAR = 1e-5  # of the diagonal: tolerance for equal points
 THICK = 3e-3  # of the diagonal: largest distance of the vertices of a face from its curve
 FLAT = 1e-3  # sine: tolerance for planes across the axis, and through it
 TRIED = 12  # number of half-planes in which a face is cut
@@ -34,7 +36,7 @@ def profile(surface: TriMesh, axis: Axis) -> Background:
     pieces, levels = [], []
     for number in np.unique(surface.region):
         own = surface.region == number
-        normal = face_areas(surface)[own] @ face_normals(surface)[own]
+        normal = area_vectors(surface)[own].sum(axis=0)
         if _is_through_axis(surface, axis, own, normal):
             outward = np.cross(axis.frame[2], normal)
             x, y = axis.frame[:2] @ outward
@@ -57,8 +59,7 @@ def profile(surface: TriMesh, axis: Axis) -> Background:
 
 
 def _is_through_axis(surface: TriMesh, axis: Axis, own: np.ndarray, normal: np.ndarray) -> bool:
-    """Whether a face is a plane that contains the axis; its normal has the length
-    of its area."""
+    """Whether a face is a plane that contains the axis; `normal` is the sum of its area vectors."""
     length = np.linalg.norm(normal)
     if length < (1 - FLAT) * face_areas(surface)[own].sum():  # it is not a plane
         return False
@@ -91,16 +92,17 @@ def _curve(
         raise NoBackgroundError(f"a face is not turned near {place(surface, where)}")
     if is_cap:
         return found[[0, -1]]
-    arc, off = _nearest(found, at[vertices])
+    gap, share = to_lines(at[vertices], np.stack([found[:-1], found[1:]], axis=1))
+    line, row = gap.argmin(axis=1), np.arange(len(vertices))
+    off, length = gap[row, line], np.linalg.norm(np.diff(found, axis=0), axis=1)
     if off.max() > THICK * unit:
         where = surface.vertices[vertices[np.argmax(off)]]
         raise NoBackgroundError(f"a face is not turned about the axis near {place(surface, where)}")
+    arc = np.append(0, np.cumsum(length))[line] + share[row, line] * length[line]
     order = np.argsort(arc, kind="stable")
     arc, exact = arc[order], at[vertices[order]]
-    total = np.linalg.norm(np.diff(found, axis=0), axis=1).sum()
-    step = total / STEPS
-    kept = [found[0]]
-    last = 0.0
+    total = length.sum()
+    step, kept, last = total / STEPS, [found[0]], 0.0
     for here, point in zip(arc, exact, strict=True):
         if here - last > step and total - here > step:
             kept.append(point)
@@ -145,61 +147,19 @@ def _cut(
     if is_cap:  # the inner edges of a cap are chords
         inner = count[name] == 2
         point[inner, 1] = own[inner]
-    pairs = np.argsort(triangle, kind="stable").reshape(-1, 2)
-    lines = []
-    for a, b in pairs:
-        if own[a] < 0 and own[b] < 0:
-            continue
-        if own[a] < 0 or own[b] < 0:  # it meets the axis
-            inside, outside = (b, a) if own[a] < 0 else (a, b)
-            z = point[inside, 0] + own[inside] / (own[inside] - own[outside]) * (
-                point[outside, 0] - point[inside, 0]
-            )
-            lines.append(((name[inside], point[inside]), (-1, np.array([z, 0.0]))))
-        else:
-            lines.append(((name[a], point[a]), (name[b], point[b])))
-    return _longest_chain(lines)
-
-
-def _longest_chain(
-    lines: list[tuple[tuple[int, np.ndarray], tuple[int, np.ndarray]]],
-) -> np.ndarray:
-    """(N, 2) points of the longest chain of lines with named ends."""
-    places = {name: point for line in lines for name, point in line}
-    after: dict[int, list[int]] = {}
-    for (a, _), (b, _) in lines:
-        after.setdefault(a, []).append(b)
-        after.setdefault(b, []).append(a)
-    best: list[int] = []
-    left = set(after)
-    for first in [*(n for n in after if len(after[n]) == 1), *after]:
-        if first not in left:
-            continue
-        chain, here, before = [first], first, None
-        left.discard(first)
-        while True:
-            following = [n for n in after[here] if n != before]
-            if not following:
-                break
-            before, here = here, following[0]
-            chain.append(here)
-            if here not in left:
-                break
-            left.discard(here)
-        best = max(best, chain, key=len)
-    return np.array([places[name] for name in best]).reshape(-1, 2)
-
-
-def _nearest(chain: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Arc lengths (N,) of the closest points of a chain, and distances (N,) from them."""
-    start, step = chain[:-1], np.diff(chain, axis=0)
-    length = np.linalg.norm(step, axis=1)
-    out = points[:, None] - start
-    share = np.clip((out * step).sum(axis=2) / np.maximum(length**2, 1e-300), 0, 1)
-    gap = np.linalg.norm(out - share[..., None] * step, axis=2)
-    line, row = gap.argmin(axis=1), np.arange(len(points))
-    arc = np.append(0, np.cumsum(length))[line] + share[row, line] * length[line]
-    return arc, gap[row, line]
+    a, b = np.argsort(triangle, kind="stable").reshape(-1, 2).T
+    inside, outside = np.where(own[a] > 0, a, b), np.where(own[a] > 0, b, a)
+    # where a triangle meets the axis, its outer end is moved there
+    meets = (own[inside] > 0) & (own[outside] < 0)
+    last, first = outside[meets], inside[meets]
+    share = own[first] / (own[first] - own[last])
+    height = point[first, 0] + share * (point[last, 0] - point[first, 0])
+    sides = name[np.stack([inside, outside], axis=1)][own[inside] > 0]
+    places = np.zeros((len(name), 2))
+    places[name] = point
+    places[name[last]] = np.stack([height, np.zeros(len(last))], axis=1)
+    chains = [places[vertices_of(sides, chain)] for chain in chains_of(sides)]
+    return max(chains, key=len, default=np.zeros((0, 2)))
 
 
 def _simplified(points: np.ndarray, most: float) -> np.ndarray:

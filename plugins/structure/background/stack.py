@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
+from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import diagonal, half_edges, place, twins
 from polycube.types import TriMesh
 
@@ -57,8 +58,8 @@ def _axes(known: Triangles) -> Iterator[np.ndarray]:
 def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Background:
     """The part along an axis; raises NoBackgroundError if it is not a stack."""
     near = NEAR * diagonal(surface)
-    frame = _frame(axis)
-    across, height = surface.vertices @ frame[:2].T, surface.vertices @ axis
+    rows = frame(axis)
+    across, height = surface.vertices @ rows[:2].T, surface.vertices @ axis
     is_cap, leans = caps(surface, known, axis, near)
     sides, others = twins(surface.faces)
     adjacent = np.stack([sides // 3, others // 3], axis=1)
@@ -78,14 +79,7 @@ def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Background:
     tops = np.concatenate([surface.faces[is_cap].ravel(), ends[flat & ~on_cap].ravel()])
     levels = _levels(height[tops], near)
     marks = across[ends[upright]].mean(axis=1)
-    return Background(across[used], lines.reshape(-1, 2), marks, levels, lambda at: at @ frame)
-
-
-def _frame(axis: np.ndarray) -> np.ndarray:
-    """(3, 3) right-handed rows, the last along the axis."""
-    first = np.cross(axis, np.eye(3)[np.argmin(abs(axis))])
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(axis, first), axis])
+    return Background(across[used], lines.reshape(-1, 2), marks, levels, lambda at: at @ rows)
 
 
 def _levels(heights: np.ndarray, near: float) -> np.ndarray:

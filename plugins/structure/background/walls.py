@@ -8,7 +8,7 @@ from typing import NoReturn
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.plane import cross
+from polycube.hexmesh.background.plane import cross, to_lines
 from polycube.surface.measures import area_vectors, connected, place
 from polycube.types import TriMesh
 
@@ -114,21 +114,10 @@ def check_walls(
         own = wall == number
         vertices = np.unique(surface.faces[own])
         lines = across[ends[(wall[adjacent] == number).any(axis=1)]]
-        off = _distance(across[vertices], lines)
+        off = to_lines(across[vertices], lines)[0].min(axis=1, initial=np.inf)
         chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max(initial=0)
         if abs(flat[own].sum()) > FLAT * known.area[own].sum() or off.max() > near + SAG * chord:
             where = surface.vertices[vertices[np.argmax(off)]]
             raise NoBackgroundError(
                 f"a face is not parallel to an axis near {place(surface, where)}"
             )
-
-
-def _distance(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    """(P,) distances of points (P, 2) from the closest of lines (S, 2, 2)."""
-    if not len(lines):
-        return np.full(len(points), np.inf)
-    start, step = lines[:, 0], lines[:, 1] - lines[:, 0]
-    square = np.maximum((step**2).sum(axis=1), 1e-300)
-    out = points[:, None] - start
-    share = np.clip((out * step).sum(axis=2) / square, 0, 1)
-    return np.linalg.norm(out - share[..., None] * step, axis=2).min(axis=1)

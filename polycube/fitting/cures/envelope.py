@@ -22,7 +22,7 @@ from polycube.fitting.cures.neighbourhood import Neighbourhood
 from polycube.fitting.cures.refit import Refit, at_goals, evaluated
 from polycube.fitting.energy import Terms
 from polycube.fitting.snapping import goals_of
-from polycube.fitting.springs import pull
+from polycube.fitting.springs import NO_SPRINGS
 from polycube.numerics.lbfgs import descend
 
 BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in sequence
@@ -48,8 +48,6 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
     lengths = problem.lengths(x, 2, 0.05)
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
     permitted = _permitted_distance(near, np.linalg.norm(x - at.place(problem, x), axis=1), width)
-    none = np.zeros(0, np.int64)
-    springs = pull(none, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     best = evaluated(near, x, aim)
     for beta in np.repeat(BETAS, ROUNDS):
         least = energy.least_determinant(x, problem.hexes, lengths)
@@ -57,7 +55,7 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
             break
         offset = float(problem.scaled_jacobian(x).min())
         terms = Terms(1e-3, 1e-3, 0.05, 1.0, beta, offset, min(0.5 * least, 1e-3))
-        whole = halved_energy(x, problem.hexes, lengths, terms, springs)
+        whole = halved_energy(x, problem.hexes, lengths, terms, NO_SPRINGS)
         function = partial(_energy, free, whole)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]

@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 
 from polycube.fitting import energy
 from polycube.fitting.energy import Terms
-from polycube.fitting.springs import Springs, pull
+from polycube.fitting.springs import NO_SPRINGS, Springs
 from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.connectivity import PLACES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -25,7 +25,6 @@ CLEAR = 0.05  # det J, relative to its mean, above which a hex is not halved
 NODES = np.array(list(product((0, 0.5, 1), repeat=3)))  # (27, 3) parameters, zeta fastest
 WEIGHTS = np.where(PLACES, NODES[:, None], 1 - NODES[:, None]).prod(axis=2)  # (27, 8) of corners
 HALVES = (PLACES[:, None] + PLACES) @ [9, 3, 1]  # (8, 8) nodes at the corners of each half
-_NO_SPRINGS = pull(np.zeros(0, int), *np.zeros((2, 0, 3)), *np.zeros((2, 0)))
 
 
 def certified_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
@@ -57,7 +56,7 @@ def halved_energy(
         value, gradient = energy.energy(y, hexes, lengths, terms, springs)
         if not len(some):
             return value, gradient
-        more, by_node = energy.energy(nodes @ y, halves, half, free, _NO_SPRINGS)
+        more, by_node = energy.energy(nodes @ y, halves, half, free, NO_SPRINGS)
         return value + more, gradient + nodes.T @ by_node
 
     return function

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
-from polycube.hexmesh.background.plane import cross
+from polycube.hexmesh.background.plane import cross, to_lines
 from polycube.surface.measures import connected
 from polycube.surface.winding import winding_numbers
 from polycube.types import TriMesh
@@ -147,8 +147,6 @@ def _inside(lines: np.ndarray) -> np.ndarray:
     a, b = start - tried, start + step - tried
     area, along = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=2)
     is_inside = np.arctan2(area, along).sum(axis=1) > np.pi
-    square = np.maximum((step**2).sum(axis=1), 1e-300)
-    share = np.clip(-(a * step).sum(axis=2) / square, 0, 1)
-    gap = np.linalg.norm(a + share[..., None] * step, axis=2).min(axis=1)
+    gap = to_lines(tried[:, 0], lines)[0].min(axis=1)
     best = np.argsort(np.where(is_inside, -gap, 0), kind="stable")
     return np.resize(tried[best[: min(PROBES, max(1, is_inside.sum()))], 0], (PROBES, 2))

@@ -8,7 +8,6 @@ from __future__ import annotations
 from hashlib import sha256
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from polycube.hexmesh.connectivity import (
     EDGES,
@@ -22,7 +21,7 @@ from polycube.hexmesh.connectivity import (
 )
 from polycube.structure import lattice
 from polycube.structure.rough_map import affine_map
-from polycube.surface.measures import connected
+from polycube.surface.measures import coincident, connected
 from polycube.types import Candidate, HexMesh, Polycube, TriMesh
 
 LONGEST = 1.4  # largest length of a hex edge, relative to the wanted size
@@ -79,11 +78,7 @@ def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
         owner.append(np.full(n.prod(), number))
         start += len(places[-1])
     vertices, of = np.concatenate(places), np.concatenate(owner)
-    near = cKDTree(vertices).query_pairs(
-        SAME * np.ptp(vertices, axis=0).max(), output_type="ndarray"
-    )
-    name = connected(near[:, 0], near[:, 1], len(vertices))
-    _, first, name = np.unique(name, return_index=True, return_inverse=True)
+    first, name = coincident(vertices, SAME * np.ptp(vertices, axis=0).max())
     joined = name[np.concatenate(hexes)]
     quads, inner = exposed(joined)
     patch = np.zeros((len(blocks.hexes), 6), np.int64)

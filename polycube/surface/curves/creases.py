@@ -53,7 +53,7 @@ def features(surface: TriMesh, normals: np.ndarray) -> Features:
     remaining = _without_noise(points, sides, is_broad, is_border)
     sides, inside, faces = sides[remaining], inside[remaining], faces[remaining]
     noise = folds[~np.isin(folds, sides).all(axis=1)]
-    chains = [part for chain in _chains(sides) for part in _between_kinks(points, sides, chain)]
+    chains = [part for chain in chains_of(sides) for part in _between_kinks(points, sides, chain)]
     ends = {v for chain in chains for v in _ends(sides, chain)}
     number = {v: i for i, v in enumerate(sorted(ends))}
     creases = tuple(_crease(points, sides, inside, faces, chain, number) for chain in chains)
@@ -94,7 +94,7 @@ def _in_steps(points: np.ndarray, sides: np.ndarray, is_broad: np.ndarray) -> np
     """(S,) edges that are sharp only locally but belong to long chains, if most such edges do."""
     length = np.linalg.norm(points[sides[:, 0]] - points[sides[:, 1]], axis=1)
     in_steps = np.zeros(len(sides), bool)
-    for chain in _chains(sides):
+    for chain in chains_of(sides):
         edge = [name // 2 for name in chain]
         in_steps[edge] = length[edge].sum() >= LONG
     # length in short chains and in long ones
@@ -116,7 +116,7 @@ def _without_noise(
         piece = connected(own[:, 0], own[:, 1], len(points))[own[:, 0]]
         keep = np.bincount(piece, length)[piece] >= SHORT
         degree = np.bincount(own.ravel(), minlength=len(points))
-        for chain in _chains(own):
+        for chain in chains_of(own):
             loose = (degree[list(_ends(own, chain))] == 1).sum()
             edge = [name // 2 for name in chain]
             total = length[edge].sum()
@@ -129,7 +129,7 @@ def _without_noise(
     return np.isin(np.arange(len(sides)), left)
 
 
-def _chains(sides: np.ndarray) -> list[list[int]]:
+def chains_of(sides: np.ndarray) -> list[list[int]]:
     """Chains of edges between vertices that do not have exactly two edges, and loops.
 
     Edge e is listed as 2 e in its own direction and as 2 e + 1 in the opposite direction.
@@ -158,7 +158,7 @@ def _chains(sides: np.ndarray) -> list[list[int]]:
     return found
 
 
-def _vertices(sides: np.ndarray, chain: list[int]) -> np.ndarray:
+def vertices_of(sides: np.ndarray, chain: list[int]) -> np.ndarray:
     """(N + 1,) vertices along a chain of N edges."""
     names = np.array(chain)
     return np.append(sides.ravel()[names], sides.ravel()[names[-1] ^ 1])
@@ -166,7 +166,7 @@ def _vertices(sides: np.ndarray, chain: list[int]) -> np.ndarray:
 
 def _ends(sides: np.ndarray, chain: list[int]) -> tuple[int, ...]:
     """The two ends of a chain; empty for a loop without a corner."""
-    vertices = _vertices(sides, chain)
+    vertices = vertices_of(sides, chain)
     if vertices[0] != vertices[-1]:
         return int(vertices[0]), int(vertices[-1])
     return ()
@@ -174,7 +174,7 @@ def _ends(sides: np.ndarray, chain: list[int]) -> tuple[int, ...]:
 
 def _between_kinks(points: np.ndarray, sides: np.ndarray, chain: list[int]) -> list[list[int]]:
     """Cut a chain at its kinks."""
-    path = points[_vertices(sides, chain)]
+    path = points[vertices_of(sides, chain)]
     arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     is_loop = len(_ends(sides, chain)) == 0
     turn = _turns(path, arc, is_loop)
@@ -222,7 +222,7 @@ def _crease(
     chain: list[int],
     number: dict[int, int],
 ) -> Crease:
-    path = points[_vertices(sides, chain)]
+    path = points[vertices_of(sides, chain)]
     arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
     ends = [number[v] for v in _ends(sides, chain)] or [-1, -1]
     edge = np.array(chain) // 2

@@ -8,7 +8,7 @@ from polycube.fitting.cures.cure import cure
 from polycube.fitting.cures.halved import certified_jacobian, halved_energy
 from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
-from polycube.fitting.springs import pull
+from polycube.fitting.springs import NO_SPRINGS
 from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.connectivity import PLACES, hex_mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -25,10 +25,6 @@ HIDDEN = np.array(
 )
 
 
-def no_springs():
-    return pull(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-
-
 def with_a_hidden_inversion():
     """A block of hexes that gives way to the hidden inversion in its middle, and its surface."""
     vertices, cubes = unit_cubes(11, 11, 11)
@@ -39,30 +35,30 @@ def with_a_hidden_inversion():
     problem = FitProblem(hex_mesh(vertices, cubes), target(surface), samples=1)
     moves = np.ones(len(vertices), bool)
     moves[middle] = moves[problem.outer] = False
-    wanted, springs = np.ones((len(cubes), 3)), [no_springs()]
+    wanted, springs = np.ones((len(cubes), 3)), [NO_SPRINGS]
     return hex_mesh(problem.relax(vertices, wanted, Terms(), springs, 300, moves), cubes), surface
 
 
 def test_a_clearly_positive_hex_is_not_halved():
     x, lengths = 2.0 * PLACES, np.full((1, 3), 2.0)
-    found = halved_energy(x, ONE, lengths, TERMS, no_springs())(x)
-    wanted = energy.energy(x, ONE, lengths, TERMS, no_springs())
+    found = halved_energy(x, ONE, lengths, TERMS, NO_SPRINGS)(x)
+    wanted = energy.energy(x, ONE, lengths, TERMS, NO_SPRINGS)
     assert found[0] == wanted[0] and np.array_equal(found[1], wanted[1])
 
 
 def test_the_energy_of_halves_is_that_of_eight_hexes_between_mid_points():
     lengths = np.full((1, 3), 4.0)
-    found, _ = halved_energy(HIDDEN, ONE, lengths, TERMS, no_springs())(HIDDEN)
-    wanted, _ = energy.energy(HIDDEN, ONE, lengths, TERMS, no_springs())
+    found, _ = halved_energy(HIDDEN, ONE, lengths, TERMS, NO_SPRINGS)(HIDDEN)
+    wanted, _ = energy.energy(HIDDEN, ONE, lengths, TERMS, NO_SPRINGS)
     for corner in PLACES:  # each half is the image of a small cube
         at = (corner + PLACES) / 2
         weights = np.where(PLACES, at[:, None], 1 - at[:, None]).prod(axis=2)
-        wanted += energy.energy(weights @ HIDDEN, ONE, lengths / 2, TERMS, no_springs())[0]
+        wanted += energy.energy(weights @ HIDDEN, ONE, lengths / 2, TERMS, NO_SPRINGS)[0]
     assert found == pytest.approx(wanted, rel=1e-9)
 
 
 def test_the_gradient_is_that_of_the_energy():
-    function = halved_energy(HIDDEN, ONE, np.full((1, 3), 4.0), TERMS, no_springs())
+    function = halved_energy(HIDDEN, ONE, np.full((1, 3), 4.0), TERMS, NO_SPRINGS)
     along = np.random.default_rng(1).normal(size=HIDDEN.shape)
     high, low = (function(HIDDEN + step * along)[0] for step in (1e-6, -1e-6))
     assert (function(HIDDEN)[1] * along).sum() == pytest.approx((high - low) / 2e-6, rel=1e-5)
