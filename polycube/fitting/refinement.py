@@ -13,8 +13,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import coo_matrix, diags
-from scipy.sparse.linalg import cg
 
 from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
 from polycube.fitting.energy import Terms
@@ -25,6 +23,7 @@ from polycube.fitting.springs import pull
 from polycube.hexmesh.connectivity import edges
 from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.hexmesh.octree import split
+from polycube.numerics.harmonic import harmonic
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
@@ -161,7 +160,9 @@ def _rings(problem: FitProblem, near: np.ndarray) -> np.ndarray:
 
 def _at_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
     """Positions with the whole boundary at its goals and the interior following."""
-    return x + harmonic(problem, x, _near_goals(problem, x, matching).place(problem, x) - x)
+    shift = _near_goals(problem, x, matching).place(problem, x) - x
+    free = np.setdiff1d(np.arange(len(x)), problem.outer)
+    return x + harmonic(x, edges(problem.hexes), free, shift)
 
 
 def _near_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> Goals:
@@ -169,27 +170,6 @@ def _near_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> Goals
     at = goals(problem, x, matching, NORMALS, np.ones(len(x), bool))
     gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
     return goals(problem, x, matching, NORMALS, gap < NEAR * problem.size(x))
-
-
-def harmonic(problem: FitProblem, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """(V, 3) displacement equal to `shift` on the boundary and harmonic inside.
-
-    The conductance of an edge is its inverse length, so the ends of a short edge move together.
-    """
-    ends = edges(problem.hexes)
-    length = np.linalg.norm(x[ends[:, 0]] - x[ends[:, 1]], axis=1)
-    conducts = np.tile(1 / np.maximum(length, 1e-3 * length.mean()), 2)
-    pairs = np.append(ends[:, 0], ends[:, 1]), np.append(ends[:, 1], ends[:, 0])
-    graph = coo_matrix((conducts, pairs), (len(x), len(x))).tocsr()
-    total = np.asarray(graph.sum(axis=1)).ravel()
-    free = np.setdiff1d(np.arange(len(x)), problem.outer)
-    moved = np.zeros_like(x)
-    moved[problem.outer] = shift[problem.outer]
-    matrix, right = diags(total[free]) - graph[free][:, free], graph[free] @ moved
-    for d in range(3):
-        scale = diags(1 / total[free])
-        moved[free, d], _ = cg(matrix, right[:, d], rtol=1e-4, maxiter=500, M=scale)
-    return moved
 
 
 def _fit(problem: FitProblem, x: np.ndarray, matching: Matching, recipe: Recipe) -> np.ndarray:

@@ -11,6 +11,7 @@ from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import diagonal, half_edges, place, twins
 from polycube.types import TriMesh
 
+from .upright import Upright, upright
 from .walls import FLAT, Triangles, caps, check_walls, triangles, wall_of
 
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
@@ -18,27 +19,34 @@ STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 AXES = 6  # number of directions tried, those of the largest planes
 
 
-def stack(surface: TriMesh) -> Background:
-    """The stack of slabs with the fewest levels.
+def stack(surface: TriMesh) -> tuple[Background, Upright | None]:
+    """The stack of slabs with the fewest levels, and its surface if faces leaned.
 
     Its faces are perpendicular to an axis (caps) and along it (walls). Lines are borders of caps,
     levels are the heights of caps and of curves on walls, and marks are curves between two walls.
+    If CAD faces lean for every axis, they are set upright or flat in the surface.
 
     Raises
     ------
     NoBackgroundError
-        If for no axis all faces are along it or perpendicular to it.
+        If for no axis all faces are along it or perpendicular to it, or can be set so; with the
+        reason for the first axis.
     """
-    found, reasons = [], []
-    known = triangles(surface, NEAR * diagonal(surface))
-    for axis in _axes(known):
-        try:
-            found.append(_stack(surface, known, axis))
-        except NoBackgroundError as error:
-            reasons.append(error)
-    if not found:
-        raise reasons[0]
-    return min(found, key=lambda each: len(each.levels))
+    near = NEAR * diagonal(surface)
+    known = triangles(surface, near)
+    axes = list(_axes(known))
+    reasons = []
+    for may_lean in (False, True)[: 1 + bool(len(surface.region))]:
+        found = []
+        for axis in axes:
+            try:
+                part = upright(surface, axis, near) if may_lean else None
+                found.append((_stack(surface, known, axis, part), part))
+            except NoBackgroundError as reason:
+                reasons.append(reason)
+        if found:
+            return min(found, key=lambda each: len(each[0].levels))
+    raise reasons[-len(axes)]
 
 
 def _axes(known: Triangles) -> Iterator[np.ndarray]:
@@ -55,12 +63,21 @@ def _axes(known: Triangles) -> Iterator[np.ndarray]:
         yield sums[number] / size[number]
 
 
-def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Background:
+def _stack(
+    surface: TriMesh, known: Triangles, axis: np.ndarray, part: Upright | None
+) -> Background:
     """The part along an axis; raises NoBackgroundError if it is not a stack."""
-    near = NEAR * diagonal(surface)
-    rows = frame(axis)
+    near, rows = NEAR * diagonal(surface), frame(axis)
+    is_over = np.zeros(surface.faces.shape, bool)  # whether a corner was set over another line
+    if part is None:
+        is_cap, leans = caps(surface, known, axis, near)
+    else:
+        shift = (part.surface.vertices - surface.vertices) @ rows[:2].T
+        is_over = (np.linalg.norm(shift, axis=1) > near)[surface.faces] & part.is_changed[:, None]
+        surface, is_cap = part.surface, part.is_cap
+        known = triangles(surface, near)
+        leans = ~(is_cap | part.is_changed | known.is_sliver) & (abs(known.normals @ axis) > FLAT)
     across, height = surface.vertices @ rows[:2].T, surface.vertices @ axis
-    is_cap, leans = caps(surface, known, axis, near)
     sides, others = twins(surface.faces)
     adjacent = np.stack([sides // 3, others // 3], axis=1)
     ends = half_edges(surface.faces)[sides]
@@ -75,7 +92,9 @@ def _stack(surface: TriMesh, known: Triangles, axis: np.ndarray) -> Background:
         raise NoBackgroundError(f"a curve is oblique on the walls near {place(surface, where)}")
     flat, upright = border & (on_cap | (rise < run)), border & ~on_cap & (rise >= run)
     check_walls(surface, known, across, wall, leans, (adjacent[flat], ends[flat]), near)
-    used, lines = np.unique(ends[flat], return_inverse=True)
+    both_over = np.all(half_edges(is_over), axis=1)
+    own = flat & ~both_over[sides] & ~both_over[others]
+    used, lines = np.unique(ends[own], return_inverse=True)
     tops = np.concatenate([surface.faces[is_cap].ravel(), ends[flat & ~on_cap].ravel()])
     levels = _levels(height[tops], near)
     marks = across[ends[upright]].mean(axis=1)

@@ -20,7 +20,8 @@ class Sweep(ColumnStructure):
     """Mesh the section of a part with quads, and sweep them along its axis.
 
     For parts whose faces are perpendicular or parallel to an axis: plates with holes, profiles,
-    gears, flanges, with bosses, pockets and steps.
+    gears, flanges, with bosses, pockets and steps. Chamfers, fillets, drafts and countersinks of a
+    CAD part are allowed.
     """
 
     proposal: ClassVar[str] = "sweep"
@@ -34,13 +35,15 @@ class Sweep(ColumnStructure):
         from polycube.hexmesh.background.section import section
         from polycube.surface.measures import diagonal
 
+        from .moved_back import moved_back
         from .stack import NEAR, stack
 
         near = NEAR * diagonal(surface)
-        part = stack(surface)
+        part, straight = stack(surface)
         points, edges = arrangement(part.points, part.lines, near)
-        filled = cells(surface, part, points, edges)
+        filled = cells(straight.surface if straight else surface, part, points, edges)
         chains = curves(points, edges, part.marks, 10 * near)
         flat = section(chains, curves_round(chains, filled), sizes)
         number = layers(part.levels, filled.full, sizes.size, sizes.across_wall)
-        return columns(flat, part, filled.full, number)
+        mesh = columns(flat, part, filled.full, number)
+        return mesh if straight is None else moved_back(mesh, straight, surface)

@@ -10,7 +10,8 @@ from polycube.hexmesh.background.plane import cross
 from polycube.surface.measures import connected
 
 SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
-SAG = 1.2  # relative to the distance of a chord from its arc: for two polylines of one curve
+LAST = np.radians(16)  # the same at the only smooth end of a line
+SAG = 1.5  # relative to the distance of a chord from its arc: for two polylines of one curve
 ROUNDS = 4  # rounds of merging
 MOST = 6000  # largest number of lines
 
@@ -33,24 +34,27 @@ def arrangement(
     """
     if len(lines) > MOST:
         raise NoBackgroundError(f"its section has {len(lines)} lines, more than {MOST}")
-    name = _names(points, near)
-    points, lines = _means(points, name), _distinct(name[lines])
+    name, sag = _names(points, near), _sags(points, lines)
+    points = _means(points, name)
+    lines, sag = _distinct(name[lines], sag)
+    sag = np.maximum(sag, _sags(points, lines))
     for _ in range(ROUNDS):
         number = len(lines)
-        owner, point = _points_on(points, lines, near + _sags(points, lines))
-        lines = _split(points, lines, owner, point)
+        owner, point = _points_on(points, lines, near + sag)
+        lines, sag = _split(points, lines, sag, owner, point)
         if len(lines) == number and not len(owner):
             break
     crossing, owner = _crossings(points, lines, near)
-    lines = _split(
+    lines, sag = _split(
         np.concatenate([points, crossing]),
         lines,
+        sag,
         owner.ravel(),
         len(points) + np.repeat(np.arange(len(crossing)), 2),
     )
     points = np.concatenate([points, crossing])
     name = _names(points, near)
-    return _without_ends(_means(points, name), _distinct(name[lines]))
+    return _without_ends(_means(points, name), _distinct(name[lines], sag)[0])
 
 
 def _names(points: np.ndarray, near: float) -> np.ndarray:
@@ -64,16 +68,19 @@ def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:
     return np.stack([np.bincount(name, c) / number for c in points.T], axis=1)
 
 
-def _distinct(lines: np.ndarray) -> np.ndarray:
-    """Lines between different points, without duplicates."""
-    lines = np.sort(lines[lines[:, 0] != lines[:, 1]], axis=1)
-    return np.unique(lines, axis=0)
+def _distinct(lines: np.ndarray, sag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lines between different points, without duplicates, and the largest sag (S,) of each."""
+    differs = lines[:, 0] != lines[:, 1]
+    found, row = np.unique(np.sort(lines[differs], axis=1), axis=0, return_inverse=True)
+    most = np.zeros(len(found))
+    np.maximum.at(most, row.ravel(), sag[differs])
+    return found, most
 
 
 def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     """(S,) largest distance of each line from the curve of which it is a chord; 0 if straight.
 
-    A polyline of a curve has small turns at both ends of a chord, and similar chords.
+    A polyline of a curve has a small turn at an end of a chord, and similar chords.
     """
     step = points[lines[:, 1]] - points[lines[:, 0]]
     length = np.linalg.norm(step, axis=1)
@@ -88,9 +95,12 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     turn[inner] = np.arccos(np.clip(cosine, -1, 1))
     chord = np.zeros(len(points))
     chord[inner] = np.minimum(length[one // 2], length[two // 2])
-    angle = turn[lines].max(axis=1)
-    sag = chord[lines].min(axis=1) * np.tan(turn[lines].min(axis=1).clip(0, SMOOTH) / 4) / 2
-    return np.where(angle < SMOOTH, SAG * sag, 0.0)
+    low, high = np.sort(turn[lines], axis=1).T
+    # where a curve ends, its turn is half as large or has no limit
+    is_chord = (high < SMOOTH) | (low < LAST)
+    angle = np.where(high < SMOOTH, np.minimum(2 * low, high), low.clip(0, LAST))
+    length = np.where(turn < SMOOTH, chord, np.inf)[lines].min(axis=1)
+    return np.where(is_chord, SAG * length * np.tan(angle / 4) / 2, 0.0)
 
 
 def _points_on(
@@ -112,9 +122,9 @@ def _points_on(
 
 
 def _split(
-    points: np.ndarray, lines: np.ndarray, owner: np.ndarray, point: np.ndarray
-) -> np.ndarray:
-    """Divide lines at points (N,) on the lines `owner` (N,), without duplicates."""
+    points: np.ndarray, lines: np.ndarray, sag: np.ndarray, owner: np.ndarray, point: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Divide lines at points (N,) on the lines `owner` (N,), without duplicates; their sags."""
     ends = lines.ravel()
     owner = np.concatenate([np.repeat(np.arange(len(lines)), 2), owner])
     point = np.concatenate([ends, point])
@@ -123,7 +133,7 @@ def _split(
     order = np.lexsort([along, owner])
     owner, point = owner[order], point[order]
     same = owner[1:] == owner[:-1]
-    return _distinct(np.stack([point[:-1], point[1:]], axis=1)[same])
+    return _distinct(np.stack([point[:-1], point[1:]], axis=1)[same], sag[owner[1:][same]])
 
 
 def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:

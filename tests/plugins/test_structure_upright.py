@@ -1,0 +1,127 @@
+"""Sweeps of parts with leaning faces: these are set upright or flat, and the hexes moved back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from polycube.errors import MissingPackage
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.connectivity import check_conforming, genus
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.quality import volume
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.plugins.structure.background.stack import stack
+from polycube.plugins.structure.background.upright import upright
+from polycube.registry import build
+from polycube.surface import measures
+from polycube.types import HexMesh, TriMesh
+from tests.fixtures.lofted import CHAMFERED, DRAFTED, SQUARE, inset, lofted
+from tests.fixtures.polycubes import PRIMITIVES
+from tests.fixtures.surfaces import torus
+from tests.fixtures.turned import revolved
+
+UP = np.array([0.0, 0, 1])
+TURN = Rotation.random(random_state=5).as_matrix()
+COUNTERSUNK = revolved((0, 2), (0, 6), (3, 6), (3, 2.5), (2.5, 2))
+SCREW_HOLE = revolved((0, 2), (0, 9), (6, 9), (6, 5), (3, 2))  # a wide cone
+SHOULDER = revolved((0, 2), (0, 6), (2, 6), (2.5, 5), (6, 5), (6, 2))
+DRILLED = revolved((0, 0), (0, 6), (6, 6), (6, 2), (3, 2), (2, 0))
+ROOF = revolved((0, 5), (0, 6), (1.5, 6), (2, 5.5), (1.5, 5))  # two cones meet
+FILLETED = revolved((0, 2), (0, 6), (2, 6), (2.6, 5.85), (2.85, 5.6), (3, 5), (3, 2))
+
+
+def hexes_of(surface: TriMesh, **options) -> HexMesh:
+    plugin = build(
+        "structure", {"plugin": "sweep", **options}, grid=(1, 1, 1), primitives=PRIMITIVES
+    )
+    try:
+        [candidate] = plugin(surface, ())
+    except MissingPackage:
+        pytest.skip("Gmsh does not load")
+    return candidate.blocks
+
+
+@pytest.mark.parametrize("surface", [CHAMFERED, DRAFTED], ids=["chamfers", "drafts"])
+def test_the_upper_corners_are_set_over_the_lower_ones(surface):
+    part = upright(surface, UP, 1e-4)
+    wanted = np.tile(SQUARE, (len(surface.vertices) // 4, 1))
+    assert part.surface.vertices[:, :2] == pytest.approx(wanted)
+    assert np.array_equal(part.surface.vertices[:, 2], surface.vertices[:, 2])
+    assert part.is_changed.sum() == 8
+    assert np.array_equal(part.is_cap, np.isin(surface.region, [1, 2]))
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(st.floats(0.2, 1), min_size=4, max_size=9),
+    st.floats(0.05, 0.3),
+    st.floats(0.1, 1),
+    st.booleans(),
+)
+def test_a_convex_part_becomes_the_prism_over_its_widest_polygon(gaps, width, high, is_low):
+    angle = 2 * np.pi * np.cumsum(gaps) / np.sum(gaps)
+    polygon = 10 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    narrow = (inset(polygon, width), high), (polygon, 5.0)
+    rings = [(0, polygon), (5, polygon), (5 + high, inset(polygon, width))]
+    if is_low:
+        rings = [(0, narrow[0][0]), (high, polygon), (5 + high, polygon)]
+    part = upright(lofted(*rings), UP, 1e-4).surface
+    x, y = polygon.T
+    area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
+    assert measures.volume(part) == pytest.approx((5 + high) * area)
+
+
+def test_round_faces_keep_their_angles():
+    part = upright(COUNTERSUNK, UP, 1e-4).surface
+    before, after = (np.arctan2(*v[:, :2].T) for v in (COUNTERSUNK.vertices, part.vertices))
+    assert after == pytest.approx(before, abs=1e-6)
+    assert np.unique(np.linalg.norm(part.vertices[:, :2], axis=1).round(6)).tolist() == [2, 6]
+
+
+@pytest.mark.parametrize(
+    ("surface", "heights"),
+    [(SCREW_HOLE, [0, 6]), (SHOULDER, [0, 2, 6]), (DRILLED, [0, 3, 6])],
+    ids=["a wide cone", "between walls", "a tip"],
+)
+def test_faces_that_cannot_be_walls_become_planes(surface, heights):
+    part = upright(surface, UP, 1e-4).surface
+    assert np.unique(part.vertices[:, 2].round(6)).tolist() == heights
+    assert np.array_equal(part.vertices[:, :2], surface.vertices[:, :2])
+
+
+@pytest.mark.parametrize(
+    ("surface", "least"),
+    [
+        (CHAMFERED, 0.4),
+        (DRAFTED, 0.6),
+        (COUNTERSUNK, 0.4),
+        (SCREW_HOLE, 0.3),
+        (SHOULDER, 0.3),
+        (ROOF, 0.5),
+        (FILLETED, 0.3),
+    ],
+    ids=["chamfers", "drafts", "countersunk", "a wide cone", "a shoulder", "a roof", "a fillet"],
+)
+def test_hexes_fill_the_part_and_have_all_its_curves(surface, least):
+    placed = replace(surface, vertices=3 * surface.vertices @ TURN.T + 7)
+    mesh = hexes_of(placed, size="8%", around_hole=48, curvature=None)
+    check_conforming(mesh)
+    assert genus(mesh) == measures.genus(surface)
+    assert volume(mesh) == pytest.approx(measures.volume(placed), rel=1e-3)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > least
+    found = inspect(mesh, placed).features
+    assert max(feature.distance for feature in found) < 1e-3
+
+
+def test_a_part_without_leaning_faces_is_not_changed():
+    assert stack(lofted((0, SQUARE), (2, SQUARE)))[1] is None
+
+
+def test_a_face_without_borders_at_constant_heights_is_refused():
+    ring = torus()
+    with pytest.raises(NoBackgroundError, match="a face leans, and has no two borders"):
+        upright(replace(ring, region=np.ones(len(ring.faces), np.int64)), UP, 1e-4)
