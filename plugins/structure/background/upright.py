@@ -91,6 +91,7 @@ def upright(surface: TriMesh, axis: np.ndarray, near: float) -> Upright:
     """
     rows = frame(axis)
     at = surface.vertices @ rows.T
+    before = at.copy()
     area = face_areas(surface)
     total = np.maximum(np.bincount(surface.region, area), 1e-300)
     lean = np.bincount(surface.region, area * abs(face_normals(surface) @ axis)) / total
@@ -104,7 +105,7 @@ def upright(surface: TriMesh, axis: np.ndarray, near: float) -> Upright:
             waiting,
             key=lambda n: (any(is_wall[b.beyond].all() for b in waiting[n].borders), total[n]),
         )
-        is_wall[number] = _set(at, waiting.pop(number), is_wall, is_cap)
+        is_wall[number] = _set(at, before, waiting.pop(number), is_wall, is_cap)
         is_cap[number] = not is_wall[number]
     on_cap = is_cap[surface.region]
     is_oblique = on_cap & (np.ptp(at[surface.faces, 2], axis=1) > 10 * near)
@@ -147,17 +148,22 @@ def _refuse(surface: TriMesh, own: np.ndarray) -> NoReturn:
     )
 
 
-def _set(at: np.ndarray, face: Leaning, is_wall: np.ndarray, is_cap: np.ndarray) -> bool:
-    """Set a face upright or flat in place; whether it becomes a wall."""
+def _set(
+    at: np.ndarray, before: np.ndarray, face: Leaning, is_wall: np.ndarray, is_cap: np.ndarray
+) -> bool:
+    """Set a face upright or flat in place; whether it becomes a wall.
+
+    before : (V, 3) vertices before any face was set
+    """
     used, borders = np.unique(face.faces), face.borders
     heights = [at[border.vertices, 2].mean() for border in borders]
-    lengths = [_arc(at[border.vertices, :2])[-1] for border in borders]
+    lengths = [_arc(before[border.vertices, :2])[-1] for border in borders]
     at_wall = [bool(is_wall[border.beyond].all()) for border in borders]
     if len(borders) == 1 or all(at_wall):
         at[used, 2] = heights[int(np.argmax(lengths))]
         return False
     base = at_wall.index(True) if any(at_wall) else 0
-    top, foot = borders[1 - base], _over(at, face, base)
+    top, foot = borders[1 - base], _over(at, before, face, base)
     run = np.linalg.norm(foot - at[:, :2], axis=1)[top.vertices].mean()
     most = (heights[1] - heights[0]) / SHALLOW
     if is_loop(top.vertices):
@@ -169,22 +175,22 @@ def _set(at: np.ndarray, face: Leaning, is_wall: np.ndarray, is_cap: np.ndarray)
     return True
 
 
-def _over(at: np.ndarray, face: Leaning, base: int) -> np.ndarray:
+def _over(at: np.ndarray, before: np.ndarray, face: Leaning, base: int) -> np.ndarray:
     """(V, 2) places of the vertices of a face over one of its borders.
 
     Shares of the lengths of both borders are equal, and harmonic between them.
     """
     foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
     is_round = is_loop(foot)
-    if _is_reversed(at, face, foot, top):
+    if _is_reversed(before, face, foot, top):
         top = top[::-1]
-    arcs = [_arc(at[border, :2]) for border in (foot, top)]
+    arcs = [_arc(before[border, :2]) for border in (foot, top)]
     knots, share = (arc / arc[-1] for arc in arcs)
     turn = np.zeros(len(at), complex)
     given = [foot, top, *face.sides]
     if is_round:
         round_ = np.exp(2j * np.pi * knots), np.exp(2j * np.pi * share)
-        centred = [at[b, :2] - at[b[:-1], :2].mean(axis=0) for b in (foot, top)]
+        centred = [before[b, :2] - before[b[:-1], :2].mean(axis=0) for b in (foot, top)]
         closest = np.linalg.norm(centred[1][:, None] - centred[0], axis=2).argmin(axis=1)
         offset = (round_[0][closest] / round_[1])[:-1].mean()
         turn[foot], turn[top] = round_[0], round_[1] * offset / abs(offset)
@@ -195,7 +201,7 @@ def _over(at: np.ndarray, face: Leaning, base: int) -> np.ndarray:
     used, faces = np.unique(face.faces, return_inverse=True)
     known = np.isin(used, np.concatenate(given))
     values = turn[used].view(float).reshape(-1, 2)
-    values = harmonic(at[used], edges(faces.reshape(-1, 3))[0], np.flatnonzero(~known), values)
+    values = harmonic(before[used], edges(faces.reshape(-1, 3))[0], np.flatnonzero(~known), values)
     where = values[:, 0]
     if is_round:
         where = np.arctan2(values[:, 1], values[:, 0]) / (2 * np.pi) % 1
