@@ -18,7 +18,7 @@ from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
 from polycube.hexmesh.background.cells import loop_area, loops_of
 from polycube.hexmesh.background.columns import layers
-from polycube.hexmesh.background.curves import Curve
+from polycube.hexmesh.background.curves import Curve, Sizes
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
@@ -36,6 +36,7 @@ from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
 
+SIZES = Sizes(size=1.0, chord=0.1, across_wall=2, around_hole=12)
 SLOWER = ("diffusion", "bricks", "labels", "overlay")
 TURN = Rotation.random(random_state=3).as_matrix()
 
@@ -112,7 +113,7 @@ def test_edges_on_all_points_of_a_polygon_give_the_exact_volume():
 )
 def test_stacks_of_slabs_preserve_volume_corners_edges_and_faces(surface, levels):
     turned = placed(surface)
-    assert len(stack(turned)[0].levels) == levels
+    assert len(stack(turned, SIZES)[0].levels) == levels
     mesh = hexes_of(turned, size=0.5)
     check_fills(mesh, turned)
     for corner in turned.vertices:
@@ -144,7 +145,7 @@ def test_other_parts_are_refused_with_a_reason(surface, options, reason, caplog)
 def test_an_oblique_curve_on_a_wall_is_refused():
     triangles = box().faces
     with pytest.raises(NoBackgroundError, match="a curve is oblique on the walls"):
-        stack(TriMesh(box().vertices, triangles, np.arange(len(triangles)) + 1))
+        stack(TriMesh(box().vertices, triangles, np.arange(len(triangles)) + 1), SIZES)
 
 
 def test_size_and_level_make_hexes_smaller():

@@ -10,20 +10,25 @@ from scipy.spatial.transform import Rotation
 
 from polycube.errors import MissingPackage
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.curves import Sizes
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.stack import stack
 from polycube.plugins.structure.background.upright import upright
 from polycube.registry import build
 from polycube.surface import measures
 from polycube.types import HexMesh, TriMesh
+from tests.fixtures.cad_parts import write
 from tests.fixtures.lofted import CHAMFERED, DRAFTED, SQUARE, inset, lofted
+from tests.fixtures.machined import bored
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import torus
 from tests.fixtures.turned import revolved
 
+SIZES = Sizes(size=1.0, chord=0.1, across_wall=2, around_hole=12)
 UP = np.array([0.0, 0, 1])
 TURN = Rotation.random(random_state=5).as_matrix()
 COUNTERSUNK = revolved((0, 2), (0, 6), (3, 6), (3, 2.5), (2.5, 2))
@@ -47,7 +52,7 @@ def hexes_of(surface: TriMesh, **options) -> HexMesh:
 
 @pytest.mark.parametrize("surface", [CHAMFERED, DRAFTED], ids=["chamfers", "drafts"])
 def test_the_upper_corners_are_set_over_the_lower_ones(surface):
-    part = upright(surface, UP, 1e-4)
+    part = upright(surface, UP, 1e-4, SIZES)
     wanted = np.tile(SQUARE, (len(surface.vertices) // 4, 1))
     assert part.surface.vertices[:, :2] == pytest.approx(wanted)
     assert np.array_equal(part.surface.vertices[:, 2], surface.vertices[:, 2])
@@ -69,7 +74,7 @@ def test_a_convex_part_becomes_the_prism_over_its_widest_polygon(gaps, width, hi
     rings = [(0, polygon), (5, polygon), (5 + high, inset(polygon, width))]
     if is_low:
         rings = [(0, narrow[0][0]), (high, polygon), (5 + high, polygon)]
-    part = upright(lofted(*rings), UP, 1e-4).surface
+    part = upright(lofted(*rings), UP, 1e-4, SIZES).surface
     x, y = polygon.T
     area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
     assert measures.volume(part) == pytest.approx((5 + high) * area)
@@ -83,7 +88,7 @@ def in_two(surface: TriMesh) -> TriMesh:
 
 @pytest.mark.parametrize("surface", [COUNTERSUNK, in_two(COUNTERSUNK)], ids=["one", "two"])
 def test_round_faces_keep_their_angles(surface):
-    part = upright(surface, UP, 1e-4).surface
+    part = upright(surface, UP, 1e-4, SIZES).surface
     before, after = (np.arctan2(*v[:, :2].T) for v in (surface.vertices, part.vertices))
     assert after == pytest.approx(before, abs=1e-6)
     assert np.unique(np.linalg.norm(part.vertices[:, :2], axis=1).round(6)).tolist() == [2, 6]
@@ -95,7 +100,7 @@ def test_round_faces_keep_their_angles(surface):
     ids=["a wide cone", "between walls", "a tip"],
 )
 def test_faces_that_cannot_be_walls_become_planes(surface, heights):
-    part = upright(surface, UP, 1e-4).surface
+    part = upright(surface, UP, 1e-4, SIZES).surface
     assert np.unique(part.vertices[:, 2].round(6)).tolist() == heights
     assert np.array_equal(part.vertices[:, :2], surface.vertices[:, :2])
 
@@ -125,10 +130,41 @@ def test_hexes_fill_the_part_and_have_all_its_curves(surface, least):
 
 
 def test_a_part_without_leaning_faces_is_not_changed():
-    assert stack(lofted((0, SQUARE), (2, SQUARE)))[1] is None
+    assert stack(lofted((0, SQUARE), (2, SQUARE)), SIZES)[1] is None
 
 
 def test_a_face_without_borders_at_constant_heights_is_refused():
     ring = torus()
     with pytest.raises(NoBackgroundError, match="a face leans, and has no two borders"):
-        upright(replace(ring, region=np.ones(len(ring.faces), np.int64)), UP, 1e-4)
+        upright(replace(ring, region=np.ones(len(ring.faces), np.int64)), UP, 1e-4, SIZES)
+
+
+@pytest.mark.parametrize("number", [16, 40])
+@pytest.mark.parametrize("turn", [0.0, 0.03, 0.4])
+def test_a_hole_across_the_axis_becomes_a_square_of_its_area(number, turn):
+    """Also if no vertex is at a corner of the square."""
+    surface = bored(number)
+    radius = np.linalg.norm(surface.vertices[:, :2], axis=1)
+    inner = radius < 1.1
+    spun = surface.vertices @ Rotation.from_rotvec([0, 0, -turn]).as_matrix()
+    surface = replace(surface, vertices=np.where(inner[:, None], spun, surface.vertices))
+    part = upright(surface, np.array([1.0, 0, 0]), 1e-4, SIZES)
+    assert measures.volume(part.surface) == pytest.approx(2 * (16 - np.pi))
+    square = part.surface.vertices[inner, :2]
+    assert abs(square).max(axis=1) == pytest.approx(np.full(inner.sum(), np.sqrt(np.pi) / 2))
+    assert len(np.unique(part.surface.region)) == len(np.unique(surface.region)) + 3
+    assert part.levels == pytest.approx(np.sqrt(np.pi) / 6 * np.array([-1, 1]))
+    assert part.is_cap[part.is_changed].sum() == pytest.approx(part.is_changed.sum() / 2, abs=8)
+
+
+@pytest.mark.parametrize("name", ["bracket", "angle"])
+def test_holes_in_both_legs_of_an_angle_are_meshed(name, tmp_path):
+    surface, _ = read_surface(write(name, tmp_path))
+    mesh = hexes_of(surface, around_hole=12)
+    check_conforming(mesh)
+    assert genus(mesh) == measures.genus(surface)
+    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=5e-3)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.3
+    found = inspect(mesh, surface).features
+    assert max(feature.distance for feature in found) < 5e-3
+    assert len(mesh.hexes) < 3000

@@ -5,48 +5,78 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.connectivity import edges, genus, quad_edges
+from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.harmonic import harmonic
 from polycube.surface import closest, measures
-from polycube.surface.measures import diagonal, half_edges, twins
+from polycube.surface.measures import connected, diagonal, half_edges, twins
 from polycube.types import HexMesh, TriMesh
 
 from .upright import Upright
 
 INVERTED = 0.02  # largest share of inverted hexes, which the fit can still unfold
+FILLED = 0.05  # largest relative difference of the volumes
 ON = 1e-3  # of the diagonal: distance within which a vertex is on a face or curve
 
 
 def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     """Hexes of a changed surface, moved to the original one.
 
-    Vertices at changed faces move with these, those on other curves not at all, and the rest
-    harmonically, first on the boundary.
+    Vertices at changed faces move with these, and other corners not at all. The rest moves
+    harmonically: first along the curves, then on the boundary, then inside.
 
     Raises
     ------
     NoBackgroundError
-        If the topology is wrong, or if many hexes are inverted.
+        If the topology or the volume is wrong, or if many hexes are inverted.
     """
-    x, outer = mesh.vertices, np.unique(mesh.quads)
+    x, outer, near = mesh.vertices, np.unique(mesh.quads), ON * diagonal(surface)
     places, faces = straight.surface.vertices, surface.faces[straight.is_changed]
     shift = (surface.vertices - places)[faces]
     at, face, weight = closest.closest(closest.tree(places[faces]), x[outer])
-    near = ON * diagonal(surface)
     on_face = np.linalg.norm(at - x[outer], axis=1) < near
-    one, two = twins(surface.faces)
-    is_curve = surface.region[one // 3] != surface.region[two // 3]
-    a, b = np.moveaxis(places[half_edges(surface.faces)[one[is_curve]]], 1, 0)
-    on_curve = closest.distance(closest.tree(np.stack([a, b, b], axis=1)), x[outer]) < near
     found = np.zeros_like(x)
-    moved = np.einsum("nk,nkd->nd", weight, shift[face])
-    found[outer[on_face]] = moved[on_face]
-    found = harmonic(x, quad_edges(mesh.quads)[0], outer[~(on_face | on_curve)], found)
+    found[outer[on_face]] = np.einsum("nk,nkd->nd", weight, shift[face])[on_face]
+    rims = quad_edges(mesh.quads)[0]
+    along, on_curve, on_corner = _on_curves(x, rims, straight.surface, near)
+    is_given = np.isin(np.arange(len(x)), outer[on_face])
+    curve = connected(along[:, 0], along[:, 1], len(x))
+    slides = on_curve & ~on_corner & ~is_given & np.isin(curve, curve[is_given])
+    found = harmonic(x, along, np.flatnonzero(slides), found)
+    found = harmonic(x, rims, np.setdiff1d(outer, np.flatnonzero(on_curve | is_given)), found)
     vertices = x + harmonic(x, edges(mesh.hexes), np.setdiff1d(np.arange(len(x)), outer), found)
+    mesh = replace(mesh, vertices=vertices)
     is_inverted = scaled_jacobian(vertices, mesh.hexes) < 0
-    if genus(mesh) != measures.genus(surface) or is_inverted.mean() > INVERTED:
+    error = abs(volume(mesh) / measures.volume(surface) - 1)
+    has_topology = genus(mesh) == measures.genus(surface)
+    if not has_topology or is_inverted.mean() > INVERTED or error > FILLED:
         raise NoBackgroundError("its leaning faces do not fit on a stack")
-    return replace(mesh, vertices=vertices)
+    return mesh
+
+
+def _on_curves(
+    x: np.ndarray, rims: np.ndarray, surface: TriMesh, near: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges (E, 2) of a mesh along curves of a surface, and whether vertices are on curves (V,) and
+    on corners (V,).
+
+    rims : (N, 2) edges of the boundary
+    """
+    one, two = twins(surface.faces)
+    ends = half_edges(surface.faces)[one[surface.region[one // 3] != surface.region[two // 3]]]
+    a, b = np.moveaxis(surface.vertices[ends], 1, 0)
+    tree = closest.tree(np.stack([a, b, b], axis=1))
+    on_curve = np.zeros(len(x), bool)
+    outer = np.unique(rims)
+    on_curve[outer] = closest.distance(tree, x[outer]) < near
+    along = rims[on_curve[rims].all(axis=1)]
+    along = along[closest.distance(tree, x[along].mean(axis=1)) < near]
+    corners = surface.vertices[np.bincount(ends.ravel(), minlength=len(surface.vertices)) > 2]
+    on_corner = np.zeros(len(x), bool)
+    if len(corners):
+        on_corner = cKDTree(corners).query(x)[0] < near
+    return along, on_curve, on_corner

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,17 +15,22 @@ from polycube.types import TriMesh
 from .upright import Upright, upright
 from .walls import FLAT, Triangles, caps, check_walls, triangles, wall_of
 
+if TYPE_CHECKING:
+    from polycube.hexmesh.background.curves import Sizes
+
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
 STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
+CLOSE = 0.2  # smallest ratio of the parts into which a level divides a slab
 AXES = 6  # number of directions tried, those of the largest planes
 
 
-def stack(surface: TriMesh) -> tuple[Background, Upright | None]:
-    """The stack of slabs with the fewest levels, and its surface if faces leaned.
+def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
+    """The stack of slabs with the smallest changes and the fewest levels; its surface if changed.
 
     Its faces are perpendicular to an axis (caps) and along it (walls). Lines are borders of caps,
     levels are the heights of caps and of curves on walls, and marks are curves between two walls.
-    If CAD faces lean for every axis, they are set upright or flat in the surface.
+    If CAD faces lean for every axis, they are set upright or flat in the surface, and round holes
+    across the axis are made square.
 
     Raises
     ------
@@ -40,13 +46,21 @@ def stack(surface: TriMesh) -> tuple[Background, Upright | None]:
         found = []
         for axis in axes:
             try:
-                part = upright(surface, axis, near) if may_lean else None
+                part = upright(surface, axis, near, sizes) if may_lean else None
                 found.append((_stack(surface, known, axis, part), part))
             except NoBackgroundError as reason:
                 reasons.append(reason)
         if found:
-            return min(found, key=lambda each: len(each[0].levels))
+            return min(found, key=lambda each: (_shift(surface, each[1]), len(each[0].levels)))
     raise reasons[-len(axes)]
+
+
+def _shift(surface: TriMesh, part: Upright | None) -> float:
+    """Largest distance by which a vertex is moved, rounded to a thousandth of the diagonal."""
+    if part is None:
+        return 0.0
+    shift = np.linalg.norm(part.surface.vertices - surface.vertices, axis=1).max()
+    return round(float(shift / diagonal(surface)), 3)
 
 
 def _axes(known: Triangles) -> Iterator[np.ndarray]:
@@ -73,7 +87,7 @@ def _stack(
         is_cap, leans = caps(surface, known, axis, near)
     else:
         shift = (part.surface.vertices - surface.vertices) @ rows[:2].T
-        is_over = (np.linalg.norm(shift, axis=1) > near)[surface.faces] & part.is_changed[:, None]
+        is_over = (np.linalg.norm(shift, axis=1) > near)[surface.faces] & part.is_over[:, None]
         surface, is_cap = part.surface, part.is_cap
         known = triangles(surface, near)
         leans = ~(is_cap | part.is_changed | known.is_sliver) & (abs(known.normals @ axis) > FLAT)
@@ -97,6 +111,8 @@ def _stack(
     used, lines = np.unique(ends[own], return_inverse=True)
     tops = np.concatenate([surface.faces[is_cap].ravel(), ends[flat & ~on_cap].ravel()])
     levels = _levels(height[tops], near)
+    if part is not None:
+        levels = _with_further(levels, part.levels)
     marks = across[ends[upright]].mean(axis=1)
     return Background(across[used], lines.reshape(-1, 2), marks, levels, lambda at: at @ rows)
 
@@ -106,3 +122,14 @@ def _levels(heights: np.ndarray, near: float) -> np.ndarray:
     heights = np.sort(heights)
     group = np.append(0, np.cumsum(np.diff(heights) > 10 * near))
     return np.bincount(group, heights) / np.bincount(group)
+
+
+def _with_further(levels: np.ndarray, further: np.ndarray) -> np.ndarray:
+    """Ascending levels with those further ones that are not close to others."""
+    for height in np.sort(further):
+        k = np.searchsorted(levels, height)
+        if 0 < k < len(levels):
+            gaps = height - levels[k - 1], levels[k] - height
+            if min(gaps) > CLOSE * max(gaps):
+                levels = np.insert(levels, k, height)
+    return levels

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from polycube.registry import register
@@ -39,7 +39,9 @@ class Sweep(ColumnStructure):
         from .stack import NEAR, stack
 
         near = NEAR * diagonal(surface)
-        part, straight = stack(surface)
+        part, straight = stack(surface, sizes)
+        if straight is not None:
+            sizes = replace(sizes, fine=straight.fine)
         points, edges = arrangement(part.points, part.lines, near)
         filled = cells(straight.surface if straight else surface, part, points, edges)
         chains = curves(points, edges, part.marks, 10 * near)

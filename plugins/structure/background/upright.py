@@ -8,57 +8,34 @@ one of them.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.plane import cross, frame
 from polycube.numerics.harmonic import harmonic
-from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import (
     edges,
     face_areas,
     face_normals,
-    half_edges,
     place,
     twins,
 )
 from polycube.types import TriMesh
 
+from .leaning import Leaning, is_loop, leaning
+from .squared import holes_across, square
+
+if TYPE_CHECKING:
+    from polycube.hexmesh.background.curves import Sizes
+
 CAP = 1 - 5e-4  # smallest mean cosine between the normals of a cap and the axis
 WALL = 0.03  # largest mean cosine of a wall
-LEVEL = 1e-2  # largest slope of a curve at constant height
+SIDES = np.array([0, 1, 0, 1])  # of a square hole: upright ones and planes
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
+TURN = np.cos(np.radians(3))  # cosine of the largest turn of a wall beside a changed face
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
-
-
-class Border(NamedTuple):
-    """A curve at constant height along a face.
-
-    Parameters
-    ----------
-    vertices : (N,) in order; the last is the first if it is a loop
-    beyond : (N - 1,) the face on the other side of each edge
-    """
-
-    vertices: np.ndarray
-    beyond: np.ndarray
-
-
-class Leaning(NamedTuple):
-    """A face that is neither a cap nor a wall.
-
-    Parameters
-    ----------
-    faces : (N, 3) its triangles
-    borders : one or two curves at constant height, the lower one first
-    sides : (N,) vertices of each curve from one border to the other
-    """
-
-    faces: np.ndarray
-    borders: tuple[Border, ...]
-    sides: tuple[np.ndarray, ...]
 
 
 class Upright(NamedTuple):
@@ -69,19 +46,26 @@ class Upright(NamedTuple):
     surface : with the changed vertices
     is_cap : (F,) whether a triangle is in a plane across the axis
     is_changed : (F,) whether it is in a face that leaned
+    is_over : (F,) whether it is in a wall over one of its borders
+    levels : (N,) further heights, which divide fillets and the sides of holes
+    fine : (N, 3) places in the section, and the lengths of edges there, for the other sides
     """
 
     surface: TriMesh
     is_cap: np.ndarray
     is_changed: np.ndarray
+    is_over: np.ndarray
+    levels: np.ndarray
+    fine: np.ndarray
 
 
-def upright(surface: TriMesh, axis: np.ndarray, near: float) -> Upright:
-    """Set the leaning faces of a surface upright, or flat.
+def upright(surface: TriMesh, axis: np.ndarray, near: float, sizes: Sizes) -> Upright:
+    """Set the leaning faces of a surface upright or flat, and make holes across the axis square.
 
     Parameters
     ----------
     near : distance below which heights are equal
+    sizes : wanted sizes, for the number of edges round holes
 
     Raises
     ------
@@ -98,54 +82,39 @@ def upright(surface: TriMesh, axis: np.ndarray, near: float) -> Upright:
     is_wall, is_cap = lean < WALL, lean > CAP
     is_changed = ~(is_wall | is_cap)[surface.region]
     leans = np.unique(surface.region[is_changed]).tolist()
-    waiting = {number: _leaning(surface, at, number, near) for number in leans}
+    region, levels, fine = surface.region.copy(), [np.zeros(0)], [np.zeros((0, 3))]
+    for hole in holes_across(surface, at, leans):
+        region[hole.faces] = len(is_wall) + square(at, surface.faces, hole)
+        is_wall, is_cap = np.append(is_wall, SIDES == 0), np.append(is_cap, SIDES == 1)
+        levels.append(hole.levels(sizes))
+        fine.append(hole.fine(at, surface.faces, sizes))
+    surface = replace(surface, region=region)
+    leans = np.intersect1d(leans, region).tolist()
+    one, two = twins(surface.faces)
+    beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
+    beyond[one], beyond[two] = region[two // 3], region[one // 3]
+    waiting = {number: leaning(surface, at, beyond, number, near) for number in leans}
     while waiting:
         # those at walls first, and the largest of them
         number = max(
             waiting,
             key=lambda n: (any(is_wall[b.beyond].all() for b in waiting[n].borders), total[n]),
         )
-        is_wall[number] = _set(at, before, waiting.pop(number), is_wall, is_cap)
+        face = waiting.pop(number)
+        is_wall[number] = _set(at, before, face, is_wall, is_cap)
         is_cap[number] = not is_wall[number]
-    on_cap = is_cap[surface.region]
+        if is_wall[number]:
+            used = np.unique(face.faces)
+            run = np.linalg.norm((at - before)[used, :2], axis=1)
+            levels.append(_between(np.column_stack([at[used, 2], run]), sizes.chord))
+    on_cap = is_cap[region]
     is_oblique = on_cap & (np.ptp(at[surface.faces, 2], axis=1) > 10 * near)
     if is_oblique.any():
         where = place(surface, surface.vertices[surface.faces[np.argmax(is_oblique), 0]])
         raise NoBackgroundError(f"a plane is not perpendicular to an axis near {where}")
-    return Upright(replace(surface, vertices=at @ rows), on_cap, is_changed)
-
-
-def _leaning(surface: TriMesh, at: np.ndarray, number: int, near: float) -> Leaning:
-    """The borders of a face, in a frame whose last axis is upright."""
-    own = surface.region == number
-    ends = half_edges(surface.faces)
-    one, two = twins(surface.faces)
-    other = np.empty(len(ends), np.int64)
-    other[one], other[two] = surface.region[two // 3], surface.region[one // 3]
-    is_border = np.repeat(own, 3) & (other != number)
-    ends, other = ends[is_border], other[is_border]
-    rise = abs(np.diff(at[ends, 2], axis=1)[:, 0])
-    run = np.linalg.norm(np.diff(at[ends, :2], axis=1)[:, 0], axis=1)
-    is_level = (rise < 10 * near) & (rise < LEVEL * run)
-    borders = [
-        Border(vertices_of(ends[is_level], chain), other[is_level][np.array(chain) // 2])
-        for chain in chains_of(ends[is_level])
-    ]
-    sides = tuple(vertices_of(ends[~is_level], chain) for chain in chains_of(ends[~is_level]))
-    uneven = any(np.ptp(at[border.vertices, 2]) > 10 * near for border in borders)
-    if uneven or len(sides) != sum(not is_loop(border.vertices) for border in borders):
-        _refuse(surface, own)
-    if len(borders) not in (1, 2) or (len(borders) == 1 and sides):
-        _refuse(surface, own)
-    borders.sort(key=lambda border: at[border.vertices, 2].mean())
-    return Leaning(surface.faces[own], tuple(borders), sides)
-
-
-def _refuse(surface: TriMesh, own: np.ndarray) -> NoReturn:
-    where = place(surface, surface.vertices[surface.faces[own]].mean(axis=(0, 1)))
-    raise NoBackgroundError(
-        f"a face leans, and has no two borders at constant heights, near {where}"
-    )
+    part = replace(surface, vertices=at @ rows)
+    is_over = np.isin(region, leans) & ~on_cap
+    return Upright(part, on_cap, is_changed, is_over, np.concatenate(levels), np.concatenate(fine))
 
 
 def _set(
@@ -218,9 +187,21 @@ def _is_reversed(at: np.ndarray, face: Leaning, foot: np.ndarray, top: np.ndarra
     return not any(foot[0] in side and top[0] in side for side in face.sides)
 
 
-def is_loop(vertices: np.ndarray) -> bool:
-    """Whether a line returns to its first vertex."""
-    return bool(vertices[0] == vertices[-1])
+def _between(profile: np.ndarray, most: float) -> np.ndarray:
+    """(N,) heights that divide a profile evenly, so that its chords are close to it.
+
+    Parameters
+    ----------
+    profile : (P, 2) height and distance of the vertices of a face from the line over which it is
+    most : largest distance of a chord from the vertices
+    """
+    profile = profile[profile[:, 0].argsort(kind="stable")]
+    low, high = profile[[0, -1]]
+    chord = np.broadcast_to(high - low, profile.shape)
+    off = abs(cross(profile - low, chord)).max() / np.linalg.norm(high - low)
+    number = int(np.ceil(np.sqrt(off / most) - 0.05))  # a chord is as far as its squared length
+    arc = _arc(profile)
+    return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0])
 
 
 def _arc(points: np.ndarray) -> np.ndarray:

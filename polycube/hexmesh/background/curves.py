@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -19,6 +19,7 @@ GROWTH = 0.3  # increase of the size per distance from a small one
 # share of the permitted distance of an edge from its curve, because later stages move its ends
 CHORD_SHARE = 0.6
 SHORT = 0.05  # of an edge of twice the size: permitted excess length of a curve
+NEARBY = 0.25  # of a length that is wanted at a place: distance to which it holds
 FINEST = 4  # largest factor by which edges between close curves are smaller than wanted
 
 
@@ -88,12 +89,20 @@ class Sizes:
     size : largest length
     chord : largest distance of an edge from its curve
     across_wall, around_hole : smallest number of edges across a strip and around a full turn
+    fine : (N, 3) places in the section, and the largest length of edges there
     """
 
     size: float
     chord: float
     across_wall: float
     around_hole: float | str
+    fine: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def around(self, radius: float) -> float:
+        """Smallest number of edges round a circle."""
+        sag = min(CHORD_SHARE * self.chord / radius, 1.0)
+        wanted = edges_around(self.around_hole, 2 * np.pi * radius, self.size)
+        return max(wanted, np.pi / np.arccos(1 - sag))
 
 
 def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float) -> list[Curve]:
@@ -158,6 +167,10 @@ def divided(
     at = np.concatenate([_at(chain, arc) for chain, arc in zip(chains, arcs, strict=True)])
     places, normals = at[:, 0], at[:, 1]
     size = np.concatenate(wanted)
+    if len(sizes.fine):
+        off, dot = cKDTree(sizes.fine[:, :2]).query(places)
+        fine = sizes.fine[dot, 2]
+        size = np.where(off < NEARBY * fine, np.minimum(size, fine), size)
     strip = STRETCH / sizes.across_wall
     one, two = cKDTree(places).query_pairs(sizes.size / strip, output_type="ndarray").T
     offset = places[two] - places[one]
