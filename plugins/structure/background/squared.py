@@ -1,6 +1,6 @@
-"""Round holes across an axis, made square, so that they are stacks of slabs as well.
+"""Holes across an axis, made square, so that they are stacks of slabs as well.
 
-Four hexes meet the rim of such a hole at each corner of the square: there the hole is smooth, and
+Four hexes meet the rim of a round hole at each corner of the square: there the hole is smooth, and
 each hex has an angle of 60 degrees.
 """
 
@@ -11,115 +11,128 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from polycube.surface.measures import area_vectors
+from polycube.surface.measures import area_vectors, connected, euler, half_edges, twins
 from polycube.types import TriMesh
 
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
 HALF = np.sqrt(np.pi) / 2  # half the side of the square with the area of a circle, by its radius
-ROUND = 1e-3  # of the radius: tolerance for equal cylinders
-STRAIGHT = 1e-3  # largest share of the squared normals along the axis of a cylinder
+STRAIGHT = 1e-3  # squared sine: tolerance for faces and edges along a hole
+ROUND = 0.9  # largest share of the squared normals in one direction for a round face
+HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
 INNER = 0.7  # of half a side: its part in which edges have a length of their own
-OPEN = np.radians(46)  # largest turn between two generatrices of a whole cylinder: eight facets
 
 
 class Hole(NamedTuple):
-    """A whole cylinder that surrounds no material, along an axis across the upright one.
+    """A ring of faces along a direction across the upright axis, which surrounds no material.
 
     Parameters
     ----------
     faces : (N,) its triangles
-    across : (3,) unit vector, perpendicular to both axes
-    middle : (2,) place of its axis: along `across`, and the height
-    radius : of the cylinder
+    across : (3,) unit vector, perpendicular to its direction and to the upright axis
+    middle : (2,) its centre: along `across`, and the height
+    extent : (2,) half its width and half its height
+    is_round : whether a face is curved
     """
 
     faces: np.ndarray
     across: np.ndarray
     middle: np.ndarray
-    radius: float
+    extent: np.ndarray
+    is_round: bool
 
     def parts(self, sizes: Sizes) -> int:
-        """Number of edges along each side of the square."""
-        return int(np.ceil(sizes.around(self.radius) / 4 - 0.05))
+        """Number of edges along each side of the square that its roundness requires."""
+        radius = float(self.extent.mean())
+        return int(np.ceil(sizes.around(radius) / 4 - 0.05)) if self.is_round else 1
 
     def levels(self, sizes: Sizes) -> np.ndarray:
         """(N,) heights that divide its upright sides."""
         number = self.parts(sizes)
         share = 2 * np.arange(1, number) / number - 1
-        return self.middle[1] + HALF * self.radius * share
+        return self.middle[1] + HALF * self.extent[1] * share
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(N, 3) places along its other sides, and the length of edges there."""
-        places = at[np.unique(faces[self.faces])]
-        half = HALF * self.radius
+        if not self.is_round:
+            return np.zeros((0, 3))
+        places, half = at[np.unique(faces[self.faces])], HALF * self.extent[0]
         inner = abs(places @ self.across - self.middle[0]) < INNER * half
         length = np.full(inner.sum(), 2 * half / self.parts(sizes))
         return np.column_stack([places[inner, :2], length])
 
 
 def holes_across(surface: TriMesh, at: np.ndarray, numbers: list[int]) -> Iterator[Hole]:
-    """The holes among some faces of a surface.
+    """The holes that contain some faces of a surface, such as round and polygonal ones and slots.
 
     Parameters
     ----------
     at : (V, 3) vertices in a frame whose last axis is upright
     numbers : CAD faces
     """
-    found: list[Hole] = []
+    vectors = area_vectors(TriMesh(at, surface.faces))
+    seen = np.zeros(len(surface.faces), bool)
     for number in numbers:
         own = np.flatnonzero(surface.region == number)
-        piece = _cylinder(at, surface.faces[own], own)
-        if piece is None:
+        along = _direction(vectors[own])
+        if along is None or seen[own].any():
             continue
-        for k, other in enumerate(found):
-            aligned = abs(piece.across @ other.across) > 1 - ROUND
-            sign = np.sign(piece.across @ other.across)
-            off = np.linalg.norm(other.middle - piece.middle * [sign, 1])
-            unequal = abs(piece.radius - other.radius)
-            same = max(float(off), unequal) < ROUND * other.radius
-            if aligned and same:
-                found[k] = other._replace(faces=np.append(other.faces, own))
-                break
-        else:
-            found.append(piece)
-    for hole in found:
-        turn = np.sort(_angles(at[np.unique(surface.faces[hole.faces])], hole))
-        if float(np.diff(turn, append=turn[0] + 2 * np.pi).max()) < OPEN:
-            yield hole
+        ring = _ring(surface, at, vectors, along, own)
+        seen[ring] = True
+        if euler(surface.faces[ring]) == 0:
+            across = np.cross([0, 0, 1], along)
+            hole = _hole(surface, at, vectors, across, ring)
+            if hole is not None:
+                yield hole
 
 
-def _cylinder(at: np.ndarray, faces: np.ndarray, own: np.ndarray) -> Hole | None:
-    """The cylinder of a face without its extent, if it is concave and across the upright axis."""
-    vectors = area_vectors(TriMesh(at, faces))
+def _direction(vectors: np.ndarray) -> np.ndarray | None:
+    """(3,) direction across the upright axis along a face with some area vectors (N, 3)."""
     area = np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
     spread, axes = np.linalg.eigh((vectors / area[:, None]).T @ vectors / area.sum())
-    along = axes[:, 0]
-    if spread[0] > STRAIGHT or spread[1] < 0.1 or abs(along[2]) > ROUND:
+    along = axes[:, 0] if spread[1] > STRAIGHT else np.cross([0, 0, 1], axes[:, 2])
+    if spread[0] > STRAIGHT or along[2] ** 2 > STRAIGHT:
         return None
-    across = np.cross([0, 0, 1], along / np.linalg.norm(along[:2]))
-    used = at[np.unique(faces)]
-    flat = np.stack([used @ across, used[:, 2]], axis=1)
-    origin = flat.mean(axis=0)
-    flat -= origin
-    right = (flat**2).sum(axis=1)
-    (x, y, rest), *_ = np.linalg.lstsq(np.column_stack([2 * flat, np.ones(len(flat))]), right)
-    radius = float(np.sqrt(max(rest + x * x + y * y, 0)))
-    off = np.linalg.norm(flat - [x, y], axis=1) - radius
-    middle = origin + np.array([x, y])
-    centres = at[faces].mean(axis=1)
-    out = np.stack([centres @ across, centres[:, 2]], axis=1) - middle
-    inward = (vectors @ across) * out[:, 0] + vectors[:, 2] * out[:, 1]
-    if abs(off).max() > ROUND * radius or inward.sum() > 0:
-        return None
-    return Hole(own, across, middle, radius)
+    return np.array([*along[:2], 0]) / np.linalg.norm(along[:2])
 
 
-def _angles(places: np.ndarray, hole: Hole) -> np.ndarray:
-    """(N,) angles round the axis of a hole, from the direction across."""
-    x, y = places @ hole.across - hole.middle[0], places[:, 2] - hole.middle[1]
-    return np.arctan2(y, x)
+def _ring(
+    surface: TriMesh, at: np.ndarray, vectors: np.ndarray, along: np.ndarray, own: np.ndarray
+) -> np.ndarray:
+    """(N,) triangles of the faces along a direction that are connected by edges along it."""
+    area = np.linalg.norm(vectors, axis=1)
+    size = np.bincount(surface.region, area)
+    lean = np.bincount(surface.region, (vectors @ along) ** 2 / np.maximum(area, 1e-300))
+    is_along = (lean < STRAIGHT * size)[surface.region]
+    one, two = twins(surface.faces)
+    step = np.diff(at[half_edges(surface.faces)[one]], axis=1)[:, 0]
+    square = (step**2).sum(axis=1)
+    joins = surface.region[one // 3] == surface.region[two // 3]
+    joins |= (square - (step @ along) ** 2) < STRAIGHT * square
+    joins &= is_along[one // 3] & is_along[two // 3]
+    piece = connected(one[joins] // 3, two[joins] // 3, len(surface.faces))
+    return np.flatnonzero(np.isin(piece, piece[own]) & is_along)
+
+
+def _hole(
+    surface: TriMesh, at: np.ndarray, vectors: np.ndarray, across: np.ndarray, ring: np.ndarray
+) -> Hole | None:
+    """The hole inside a ring of faces, if all of them are visible from its centre."""
+    flat = np.stack([at @ across, at[:, 2]], axis=1)
+    places = flat[surface.faces[ring]]
+    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
+    middle = (low + high) / 2
+    normals = np.stack([vectors[ring] @ across, vectors[ring, 2]], axis=1)
+    inward = np.einsum("nd,nd->n", middle - places.mean(axis=1), normals)
+    if -inward.clip(max=0).sum() > HIDDEN * inward.clip(0).sum():
+        return None
+    is_round = False
+    for number in np.unique(surface.region[ring]):
+        own = normals[surface.region[ring] == number]
+        area = np.maximum(np.linalg.norm(own, axis=1), 1e-300)
+        is_round |= bool(np.linalg.norm(own.sum(axis=0)) < ROUND * area.sum())
+    return Hole(ring, across, middle, (high - low) / 2, is_round)
 
 
 def square(at: np.ndarray, faces: np.ndarray, hole: Hole) -> np.ndarray:
@@ -138,7 +151,8 @@ def square(at: np.ndarray, faces: np.ndarray, hole: Hole) -> np.ndarray:
     """
     used, local = np.unique(faces[hole.faces], return_inverse=True)
     local = local.reshape(-1, 3)
-    share = (_angles(at[used], hole) / (np.pi / 2) + 0.5) % 4  # number of sides up to a vertex
+    x, y = ((at[used] @ hole.across, at[used, 2]) - hole.middle[:, None]) / hole.extent[:, None]
+    share = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4  # number of sides up to a vertex
     turn = np.exp(np.pi / 2 * 1j * share)
     side = np.floor(np.angle(turn[local].sum(axis=1)) / (np.pi / 2) % 4).astype(np.int64) % 4
     on_side = np.zeros((len(used), 4), bool)
@@ -148,7 +162,7 @@ def square(at: np.ndarray, faces: np.ndarray, hole: Hole) -> np.ndarray:
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
     corner = np.array([[1, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]])
     flat = np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
-    flat = hole.middle + HALF * hole.radius * flat
+    flat = hole.middle + HALF * hole.extent * flat
     at[used] += np.multiply.outer(flat[:, 0] - at[used] @ hole.across, hole.across)
     at[used, 2] = flat[:, 1]
     return side

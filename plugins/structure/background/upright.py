@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 CAP = 1 - 5e-4  # smallest mean cosine between the normals of a cap and the axis
 WALL = 0.03  # largest mean cosine of a wall
-SIDES = np.array([0, 1, 0, 1])  # of a square hole: upright ones and planes
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
 TURN = np.cos(np.radians(3))  # cosine of the largest turn of a wall beside a changed face
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
@@ -84,8 +83,12 @@ def upright(surface: TriMesh, axis: np.ndarray, near: float, sizes: Sizes) -> Up
     leans = np.unique(surface.region[is_changed]).tolist()
     region, levels, fine = surface.region.copy(), [np.zeros(0)], [np.zeros((0, 3))]
     for hole in holes_across(surface, at, leans):
-        region[hole.faces] = len(is_wall) + square(at, surface.faces, hole)
-        is_wall, is_cap = np.append(is_wall, SIDES == 0), np.append(is_cap, SIDES == 1)
+        pieces = np.column_stack([region[hole.faces], square(at, surface.faces, hole)])
+        kinds, piece = np.unique(pieces, axis=0, return_inverse=True)
+        region[hole.faces] = len(is_wall) + piece.ravel()
+        is_changed[hole.faces] = True
+        is_wall = np.append(is_wall, kinds[:, 1] % 2 == 0)
+        is_cap = np.append(is_cap, kinds[:, 1] % 2 == 1)
         levels.append(hole.levels(sizes))
         fine.append(hole.fine(at, surface.faces, sizes))
     surface = replace(surface, region=region)
