@@ -55,26 +55,35 @@ POLYCUBE = [path for path in FILES if path.parts[0] == "polycube"]
 PLUGINS = [path for path in FILES if path.parts[0] == "plugins"]
 
 
-@cache
-def parsed(path: Path) -> ast.Module:
-    return ast.parse((ROOT / path).read_text())
-
-
 def imports(path: Path, everywhere: bool = True) -> Iterator[str]:
     """Absolute names of what a file imports: everywhere, or only when it is itself imported."""
+    return (module for module, is_hidden in _imports(path) if everywhere or not is_hidden)
+
+
+@cache
+def _imports(path: Path) -> list[tuple[str, bool]]:
+    """The imports of a file, and whether each is in a function or for types only."""
     hidden = (ast.FunctionDef, ast.Lambda)
-    stack = list(parsed(path).body)
+    stack = [(node, False) for node in ast.parse((ROOT / path).read_text()).body]
+    found = []
     while stack:
-        node = stack.pop()
+        node, is_hidden = stack.pop()
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += [(alias.name, is_hidden) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             parts = path.with_suffix("").parts[: -node.level] if node.level else ()
             base = ".".join([*parts, *([node.module] if node.module else [])])
-            yield base
-            yield from (f"{base}.{alias.name}" for alias in node.names)
-        if everywhere or not (isinstance(node, hidden) or _is_for_types(node)):
-            stack += ast.iter_child_nodes(node)
+            found += [(base, is_hidden)]
+            found += [(f"{base}.{alias.name}", is_hidden) for alias in node.names]
+        elif isinstance(node, ast.stmt):
+            is_hidden |= isinstance(node, hidden) or _is_for_types(node)
+            inner = (
+                child for child in ast.iter_child_nodes(node) if not isinstance(child, ast.expr)
+            )
+            stack += [(child, is_hidden) for child in inner]
+        elif not isinstance(node, ast.expr):  # handlers and cases
+            stack += [(child, is_hidden) for child in ast.iter_child_nodes(node)]
+    return found
 
 
 def _is_for_types(node: ast.AST) -> bool:

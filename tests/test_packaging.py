@@ -15,6 +15,7 @@ import pytest
 
 from polycube.registry import names
 
+pytestmark = pytest.mark.slow  # wheels, environments and runs take seconds each
 ROOT = Path(__file__).parents[1]
 ACME = ROOT / "tests" / "acme_polycube"
 
@@ -100,7 +101,6 @@ def test_strangers_and_our_plugins_stand_side_by_side(python: Path, tmp_path: Pa
     assert sorted(output) == sorted([*ours, "quadratic", "notch"])
 
 
-@pytest.mark.slow
 def test_training_composes_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
     train = python.parent / "polycube-train"
     chosen = ("schedule=quadratic", "schedule.steps=77", "primitives=cube_and_notch")
@@ -117,7 +117,6 @@ def test_help_lists_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
     assert any(line.startswith("notch A cell with one of its edges along y cut") for line in lines)
 
 
-@pytest.mark.slow
 def test_a_surface_all_the_way_from_a_foreign_folder(python: Path, tmp_path: Path) -> None:
     """By the command and in Python; paths start from there."""
     write = "from polycube.examples.parts import example; e = example('dice'); print(*("
@@ -134,7 +133,6 @@ def test_a_surface_all_the_way_from_a_foreign_folder(python: Path, tmp_path: Pat
     assert "True True" in run(python, "-c", code, cwd=tmp_path)
 
 
-@pytest.mark.slow
 def test_a_name_nobody_has_is_refused_with_the_names_there_are(
     python: Path, tmp_path: Path
 ) -> None:
@@ -143,7 +141,6 @@ def test_a_name_nobody_has_is_refused_with_the_names_there_are(
     assert "squared" in output and "quadratic" in output and "linear" in output
 
 
-@pytest.mark.slow
 def test_a_short_training_with_the_strangers_plugins(python: Path, tmp_path: Path) -> None:
     train = python.parent / "polycube-train"
     chosen = ("experiment=smoke", "schedule=quadratic", "primitives=cube_and_notch")

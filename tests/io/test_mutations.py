@@ -22,6 +22,7 @@ LONGEST = 400  # characters of a message, the path included
 EACH = 200  # files of a format; 6400 in all
 CAD = ("step", "iges", "brep")
 LONG = ("iges", "fbx")  # their readers take seconds for a damaged file
+FOREIGN = ("glb", "gltf", *CAD)  # read in a process of their own
 OPEN3D = ("fbx", "pcd", "pcd binary", "pcd compressed", "xyz", "ply points", "ply points ascii")
 
 
@@ -48,7 +49,7 @@ def test_a_sound_file_is_read_and_a_damaged_one_read_or_refused(name: str, sound
     damaged = path.with_name(f"damaged{suffix}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for seed in range(3):
+        for seed in range(1 if name in FOREIGN else 3):
             damaged.write_bytes(mutation(path.read_bytes(), seed))
             assert fault(read, damaged) == "", seed
 

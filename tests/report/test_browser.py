@@ -16,6 +16,7 @@ from polycube.report.page.views.comparison import comparison_page
 from tests.fixtures import browser
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder
 
+pytestmark = pytest.mark.slow  # each window takes seconds
 CANVAS = ".viewer canvas"
 # visible texts with a font size of less than 14 CSS pixels
 SMALL = """[...document.querySelectorAll('body *')].filter((e) => e.getClientRects().length
