@@ -108,15 +108,13 @@ def test_faces_that_cannot_be_walls_become_planes(surface, heights):
 @pytest.mark.parametrize(
     ("surface", "least"),
     [
-        (CHAMFERED, 0.4),
-        (DRAFTED, 0.6),
         (COUNTERSUNK, 0.4),
         (SCREW_HOLE, 0.3),
         (SHOULDER, 0.3),
         (ROOF, 0.5),
         (FILLETED, 0.3),
     ],
-    ids=["chamfers", "drafts", "countersunk", "a wide cone", "a shoulder", "a roof", "a fillet"],
+    ids=["countersunk", "a wide cone", "a shoulder", "a roof", "a fillet"],
 )
 def test_hexes_fill_the_part_and_have_all_its_curves(surface, least):
     placed = replace(surface, vertices=3 * surface.vertices @ TURN.T + 7)
@@ -130,7 +128,13 @@ def test_hexes_fill_the_part_and_have_all_its_curves(surface, least):
 
 
 def test_a_part_without_leaning_faces_is_not_changed():
-    assert stack(lofted((0, SQUARE), (2, SQUARE)), SIZES)[1] is None
+    assert stack(bored(), SIZES)[1] is None
+
+
+@pytest.mark.parametrize("surface", [CHAMFERED, DRAFTED], ids=["chamfers", "drafts"])
+def test_a_part_of_planes_is_left_to_polycubes(surface):
+    with pytest.raises(NoBackgroundError, match=r"parallel|oblique"):
+        stack(surface, SIZES)
 
 
 def test_a_face_without_borders_at_constant_heights_is_refused():

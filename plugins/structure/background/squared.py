@@ -33,19 +33,16 @@ class Hole(NamedTuple):
     across : (3,) unit vector, perpendicular to its direction and to the upright axis
     middle : (2,) its centre: along `across`, and the height
     extent : (2,) half its width and half its height
-    is_round : whether a face is curved
     """
 
     faces: np.ndarray
     across: np.ndarray
     middle: np.ndarray
     extent: np.ndarray
-    is_round: bool
 
     def parts(self, sizes: Sizes) -> int:
         """Number of edges along each side of the square that its roundness requires."""
-        radius = float(self.extent.mean())
-        return int(np.ceil(sizes.around(radius) / 4 - 0.05)) if self.is_round else 1
+        return int(np.ceil(sizes.around(float(self.extent.mean())) / 4 - 0.05))
 
     def levels(self, sizes: Sizes) -> np.ndarray:
         """(N,) heights that divide its upright sides."""
@@ -55,8 +52,6 @@ class Hole(NamedTuple):
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(N, 3) places along its other sides, and the length of edges there."""
-        if not self.is_round:
-            return np.zeros((0, 3))
         places, half = at[np.unique(faces[self.faces])], HALF * self.extent[0]
         inner = abs(places @ self.across - self.middle[0]) < INNER * half
         length = np.full(inner.sum(), 2 * half / self.parts(sizes))
@@ -64,7 +59,9 @@ class Hole(NamedTuple):
 
 
 def holes_across(surface: TriMesh, at: np.ndarray, numbers: list[int]) -> Iterator[Hole]:
-    """The holes that contain some faces of a surface, such as round and polygonal ones and slots.
+    """The round holes and slots that contain some faces of a surface.
+
+    Polygonal passages are left to polycubes, which have fewer hexes there.
 
     Parameters
     ----------
@@ -118,7 +115,7 @@ def _ring(
 def _hole(
     surface: TriMesh, at: np.ndarray, vectors: np.ndarray, across: np.ndarray, ring: np.ndarray
 ) -> Hole | None:
-    """The hole inside a ring of faces, if all of them are visible from its centre."""
+    """The hole inside a ring of faces, if one is curved and all are visible from its centre."""
     flat = np.stack([at @ across, at[:, 2]], axis=1)
     places = flat[surface.faces[ring]]
     low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
@@ -127,12 +124,11 @@ def _hole(
     inward = np.einsum("nd,nd->n", middle - places.mean(axis=1), normals)
     if -inward.clip(max=0).sum() > HIDDEN * inward.clip(0).sum():
         return None
-    is_round = False
     for number in np.unique(surface.region[ring]):
         own = normals[surface.region[ring] == number]
-        area = np.maximum(np.linalg.norm(own, axis=1), 1e-300)
-        is_round |= bool(np.linalg.norm(own.sum(axis=0)) < ROUND * area.sum())
-    return Hole(ring, across, middle, (high - low) / 2, is_round)
+        if np.linalg.norm(own.sum(axis=0)) < ROUND * np.linalg.norm(own, axis=1).sum():
+            return Hole(ring, across, middle, (high - low) / 2)
+    return None
 
 
 def square(at: np.ndarray, faces: np.ndarray, hole: Hole) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.plane import frame
-from polycube.surface.measures import diagonal, half_edges, place, twins
+from polycube.surface.measures import area_vectors, diagonal, half_edges, place, twins
 from polycube.types import TriMesh
 
 from .upright import Upright, upright
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
 STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 CLOSE = 0.2  # smallest ratio of the parts into which a level divides a slab
+PLANE = 0.99  # share of the area of a face along its mean normal, from which it is a plane
 AXES = 6  # number of directions tried, those of the largest planes
 
 
@@ -30,7 +31,8 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
     Its faces are perpendicular to an axis (caps) and along it (walls). Lines are borders of caps,
     levels are the heights of caps and of curves on walls, and marks are curves between two walls.
     If CAD faces lean for every axis, they are set upright or flat in the surface, and round holes
-    across the axis are made square.
+    across the axis are made square. Parts of planes only are not changed, because polycubes of
+    such parts have fewer hexes.
 
     Raises
     ------
@@ -42,7 +44,7 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
     known = triangles(surface, near)
     axes = list(_axes(known))
     reasons = []
-    for may_lean in (False, True)[: 1 + bool(len(surface.region))]:
+    for may_lean in (False, True)[: 1 + _has_round_face(surface)]:
         found = []
         for axis in axes:
             try:
@@ -53,6 +55,16 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
         if found:
             return min(found, key=lambda each: (_shift(surface, each[1]), len(each[0].levels)))
     raise reasons[-len(axes)]
+
+
+def _has_round_face(surface: TriMesh) -> bool:
+    """Whether a CAD face is not a plane."""
+    if not len(surface.region):
+        return False
+    vectors = area_vectors(surface)
+    sums = np.stack([np.bincount(surface.region, c) for c in vectors.T], axis=1)
+    area = np.bincount(surface.region, np.linalg.norm(vectors, axis=1))
+    return bool((np.linalg.norm(sums, axis=1) < PLANE * area).any())
 
 
 def _shift(surface: TriMesh, part: Upright | None) -> float:
