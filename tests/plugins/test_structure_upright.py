@@ -12,6 +12,8 @@ from polycube.errors import MissingPackage
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.curves import Sizes
 from polycube.hexmesh.connectivity import check_conforming, genus
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import missing
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -173,3 +175,10 @@ def test_holes_in_both_legs_of_an_angle_are_meshed(name, tmp_path):
     found = inspect(mesh, surface).features
     assert max(feature.distance for feature in found) < 5e-3
     assert len(mesh.hexes) < 3000
+
+
+def test_the_numbers_of_hexes_at_faces_are_reached(tmp_path):
+    surface, _ = read_surface(write("angle", tmp_path))
+    requests = [{"at": "hole_1", "around": 16}, {"at": "hole_2", "around": 14}]
+    mesh = hexes_of(surface, at=requests)
+    assert max(missing(mesh, surface, requests_of(requests))) <= 0

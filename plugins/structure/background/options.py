@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of, least_around
 from polycube.kinds import Structure
 from polycube.registry import setting
 from polycube.structure.primitives import full_cell
@@ -39,6 +40,8 @@ class ColumnStructure(Structure):
     features : whether features are exact; see `meshing.features`
     across_wall : smallest number of hexes through every wall
     around_hole : smallest number of edges round every full circle
+    at : numbers of hexes at faces of the part, as `meshing.at`; the largest number round a hole and
+        through a wall, and the smallest size, hold everywhere
     level : the hexes are 2^level times smaller than the size; null: they have the size
     max_hexes : largest number of hexes; a part that needs more is not proposed
     """
@@ -56,6 +59,7 @@ class ColumnStructure(Structure):
     features: str = setting("meshing.features", MeshingSettings.features)
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
     around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
+    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
     level: int | None = setting("meshing.level", MeshingSettings.level)
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
@@ -64,6 +68,7 @@ class ColumnStructure(Structure):
         from polycube.hexmesh.background.background import NoBackgroundError
         from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.generation.quads import NoQuadsError
+        from polycube.hexmesh.generation.requests_met import missing
         from polycube.surface.measures import volume
 
         brick = full_cell(self.primitives)
@@ -77,6 +82,8 @@ class ColumnStructure(Structure):
             blocks = self.hexes(surface, sizes)
             if len(blocks.hexes) > self.max_hexes:
                 raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
+            if self.at and max(missing(blocks, surface, requests_of(self.at))) > 0:
+                raise NoBackgroundError("it does not have the numbers of hexes of meshing.at")
         except (NoBackgroundError, NoQuadsError) as reason:
             logger.info("%s: nothing is proposed, because %s", self.proposal, reason)
             return []
@@ -94,7 +101,13 @@ class ColumnStructure(Structure):
         if self.curvature is not None:
             exact = features_of(self.features, surface) == "exact"
             chord = sizing.length(curvature_of(self.curvature, exact), unit)
-        return Sizes(size, chord, self.across_wall, self.around_hole)
+        wanted = [(each.kind, each.wanted(surface)) for each in requests_of(self.at)]
+        size = min([size, *(value for kind, value in wanted if kind == "size")])
+        through = [value for kind, value in wanted if kind == "through"]
+        around: float | str = self.around_hole
+        if rims := [value for kind, value in wanted if kind == "around"]:
+            around = max(*rims, least_around(self.around_hole))
+        return Sizes(size, chord, max([self.across_wall, *through]), around)
 
     @abstractmethod
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
