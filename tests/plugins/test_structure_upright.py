@@ -19,7 +19,7 @@ from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.stack import stack
-from polycube.plugins.structure.background.upright import upright
+from polycube.plugins.structure.background.upright import Upright, upright
 from polycube.registry import build
 from polycube.surface import measures
 from polycube.types import HexMesh, TriMesh
@@ -41,6 +41,10 @@ ROOF = revolved((0, 5), (0, 6), (1.5, 6), (2, 5.5), (1.5, 5))  # two cones meet
 FILLETED = revolved((0, 2), (0, 6), (2, 6), (2.6, 5.85), (2.85, 5.6), (3, 5), (3, 2))
 
 
+def set_upright(surface: TriMesh, axis: np.ndarray) -> Upright:
+    return upright(surface, measures.twins(surface.faces), axis, 1e-4, SIZES)
+
+
 def hexes_of(surface: TriMesh, **options) -> HexMesh:
     plugin = build(
         "structure", {"plugin": "sweep", **options}, grid=(1, 1, 1), primitives=PRIMITIVES
@@ -54,7 +58,7 @@ def hexes_of(surface: TriMesh, **options) -> HexMesh:
 
 @pytest.mark.parametrize("surface", [CHAMFERED, DRAFTED], ids=["chamfers", "drafts"])
 def test_the_upper_corners_are_set_over_the_lower_ones(surface):
-    part = upright(surface, UP, 1e-4, SIZES)
+    part = set_upright(surface, UP)
     wanted = np.tile(SQUARE, (len(surface.vertices) // 4, 1))
     assert part.surface.vertices[:, :2] == pytest.approx(wanted)
     assert np.array_equal(part.surface.vertices[:, 2], surface.vertices[:, 2])
@@ -76,7 +80,7 @@ def test_a_convex_part_becomes_the_prism_over_its_widest_polygon(gaps, width, hi
     rings = [(0, polygon), (5, polygon), (5 + high, inset(polygon, width))]
     if is_low:
         rings = [(0, narrow[0][0]), (high, polygon), (5 + high, polygon)]
-    part = upright(lofted(*rings), UP, 1e-4, SIZES).surface
+    part = set_upright(lofted(*rings), UP).surface
     x, y = polygon.T
     area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
     assert measures.volume(part) == pytest.approx((5 + high) * area)
@@ -90,7 +94,7 @@ def in_two(surface: TriMesh) -> TriMesh:
 
 @pytest.mark.parametrize("surface", [COUNTERSUNK, in_two(COUNTERSUNK)], ids=["one", "two"])
 def test_round_faces_keep_their_angles(surface):
-    part = upright(surface, UP, 1e-4, SIZES).surface
+    part = set_upright(surface, UP).surface
     before, after = (np.arctan2(*v[:, :2].T) for v in (surface.vertices, part.vertices))
     assert after == pytest.approx(before, abs=1e-6)
     assert np.unique(np.linalg.norm(part.vertices[:, :2], axis=1).round(6)).tolist() == [2, 6]
@@ -102,7 +106,7 @@ def test_round_faces_keep_their_angles(surface):
     ids=["a wide cone", "between walls", "a tip"],
 )
 def test_faces_that_cannot_be_walls_become_planes(surface, heights):
-    part = upright(surface, UP, 1e-4, SIZES).surface
+    part = set_upright(surface, UP).surface
     assert np.unique(part.vertices[:, 2].round(6)).tolist() == heights
     assert np.array_equal(part.vertices[:, :2], surface.vertices[:, :2])
 
@@ -142,7 +146,7 @@ def test_a_part_of_planes_is_left_to_polycubes(surface):
 def test_a_face_without_borders_at_constant_heights_is_refused():
     ring = torus()
     with pytest.raises(NoBackgroundError, match="a face leans, and has no two borders"):
-        upright(replace(ring, region=np.ones(len(ring.faces), np.int64)), UP, 1e-4, SIZES)
+        set_upright(replace(ring, region=np.ones(len(ring.faces), np.int64)), UP)
 
 
 @pytest.mark.parametrize("number", [16, 40])
@@ -154,7 +158,7 @@ def test_a_hole_across_the_axis_becomes_a_square_of_its_area(number, turn):
     inner = radius < 1.1
     spun = surface.vertices @ Rotation.from_rotvec([0, 0, -turn]).as_matrix()
     surface = replace(surface, vertices=np.where(inner[:, None], spun, surface.vertices))
-    part = upright(surface, np.array([1.0, 0, 0]), 1e-4, SIZES)
+    part = set_upright(surface, np.array([1.0, 0, 0]))
     square = part.surface.vertices[inner, :2]
     half = np.sqrt(np.pi) / 2 * abs(surface.vertices[inner, :2]).max(axis=0)
     assert measures.volume(part.surface) == pytest.approx(2 * (16 - 4 * half.prod()))

@@ -42,8 +42,9 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     found = np.zeros_like(x)
     found[outer[on_face]] = np.einsum("nk,nkd->nd", weight, shift[face])[on_face]
     rims = quad_edges(mesh.quads)[0]
-    along, on_curve, on_corner = _on_curves(x, rims, straight.surface, near)
-    is_given = np.isin(np.arange(len(x)), outer[on_face])
+    along, on_curve, on_corner = _on_curves(x, outer, rims, straight.surface, near)
+    is_given = np.zeros(len(x), bool)
+    is_given[outer[on_face]] = True
     curve = connected(along[:, 0], along[:, 1], len(x))
     slides = on_curve & ~on_corner & ~is_given & np.isin(curve, curve[is_given])
     found = harmonic(x, along, np.flatnonzero(slides), found)
@@ -59,24 +60,23 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
 
 
 def _on_curves(
-    x: np.ndarray, rims: np.ndarray, surface: TriMesh, near: float
+    x: np.ndarray, outer: np.ndarray, rims: np.ndarray, surface: TriMesh, near: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges (E, 2) of a mesh along curves of a surface, and whether vertices are on curves (V,) and
     on corners (V,).
 
-    rims : (N, 2) edges of the boundary
+    outer, rims : vertices (N,) and edges (E, 2) of the boundary
     """
     one, two = twins(surface.faces)
     ends = half_edges(surface.faces)[one[surface.region[one // 3] != surface.region[two // 3]]]
     a, b = np.moveaxis(surface.vertices[ends], 1, 0)
     tree = closest.tree(np.stack([a, b, b], axis=1))
     on_curve = np.zeros(len(x), bool)
-    outer = np.unique(rims)
     on_curve[outer] = closest.distance(tree, x[outer]) < near
     along = rims[on_curve[rims].all(axis=1)]
     along = along[closest.distance(tree, x[along].mean(axis=1)) < near]
     corners = surface.vertices[np.bincount(ends.ravel(), minlength=len(surface.vertices)) > 2]
     on_corner = np.zeros(len(x), bool)
     if len(corners):
-        on_corner = cKDTree(corners).query(x)[0] < near
+        on_corner[outer] = cKDTree(corners).query(x[outer])[0] < near
     return along, on_curve, on_corner

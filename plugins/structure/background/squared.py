@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from polycube.surface.measures import area_vectors, connected, euler, half_edges, twins
+from polycube.surface.measures import area_vectors, connected, euler, half_edges
 from polycube.types import TriMesh
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ STRAIGHT = 1e-3  # squared sine: tolerance for faces and edges along a hole
 ROUND = 0.9  # largest share of the squared normals in one direction for a round face
 HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
 INNER = 0.7  # of half a side: its part in which edges have a length of their own
+
+Pairs = tuple[np.ndarray, np.ndarray]
 
 
 class Hole(NamedTuple):
@@ -58,7 +60,9 @@ class Hole(NamedTuple):
         return np.column_stack([places[inner, :2], length])
 
 
-def holes_across(surface: TriMesh, at: np.ndarray, numbers: list[int]) -> Iterator[Hole]:
+def holes_across(
+    surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]
+) -> Iterator[Hole]:
     """The round holes and slots that contain some faces of a surface.
 
     Polygonal passages are left to polycubes, which have fewer hexes there.
@@ -66,6 +70,7 @@ def holes_across(surface: TriMesh, at: np.ndarray, numbers: list[int]) -> Iterat
     Parameters
     ----------
     at : (V, 3) vertices in a frame whose last axis is upright
+    pairs : of half-edges on a common edge, as `twins` finds them
     numbers : CAD faces
     """
     vectors = area_vectors(TriMesh(at, surface.faces))
@@ -75,7 +80,7 @@ def holes_across(surface: TriMesh, at: np.ndarray, numbers: list[int]) -> Iterat
         along = _direction(vectors[own])
         if along is None or seen[own].any():
             continue
-        ring = _ring(surface, at, vectors, along, own)
+        ring = _ring(surface, at, pairs, vectors, along, own)
         seen[ring] = True
         if euler(surface.faces[ring]) == 0:
             across = np.cross([0, 0, 1], along)
@@ -95,14 +100,19 @@ def _direction(vectors: np.ndarray) -> np.ndarray | None:
 
 
 def _ring(
-    surface: TriMesh, at: np.ndarray, vectors: np.ndarray, along: np.ndarray, own: np.ndarray
+    surface: TriMesh,
+    at: np.ndarray,
+    pairs: Pairs,
+    vectors: np.ndarray,
+    along: np.ndarray,
+    own: np.ndarray,
 ) -> np.ndarray:
     """(N,) triangles of the faces along a direction that are connected by edges along it."""
     area = np.linalg.norm(vectors, axis=1)
     size = np.bincount(surface.region, area)
     lean = np.bincount(surface.region, (vectors @ along) ** 2 / np.maximum(area, 1e-300))
     is_along = (lean < STRAIGHT * size)[surface.region]
-    one, two = twins(surface.faces)
+    one, two = pairs
     step = np.diff(at[half_edges(surface.faces)[one]], axis=1)[:, 0]
     square = (step**2).sum(axis=1)
     joins = surface.region[one // 3] == surface.region[two // 3]

@@ -12,6 +12,7 @@ from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import area_vectors, diagonal, half_edges, place, twins
 from polycube.types import TriMesh
 
+from .squared import Pairs
 from .upright import Upright, upright
 from .walls import FLAT, Triangles, caps, check_walls, triangles, wall_of
 
@@ -42,14 +43,14 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
     """
     near = NEAR * diagonal(surface)
     known = triangles(surface, near)
-    axes = list(_axes(known))
+    pairs, axes = twins(surface.faces), list(_axes(known))
     reasons = []
     for may_lean in (False, True)[: 1 + _has_round_face(surface)]:
         found = []
         for axis in axes:
             try:
-                part = upright(surface, axis, near, sizes) if may_lean else None
-                found.append((_stack(surface, known, axis, part), part))
+                part = upright(surface, pairs, axis, near, sizes) if may_lean else None
+                found.append((_stack(surface, known, pairs, axis, part), part))
             except NoBackgroundError as reason:
                 reasons.append(reason)
         if found:
@@ -90,7 +91,7 @@ def _axes(known: Triangles) -> Iterator[np.ndarray]:
 
 
 def _stack(
-    surface: TriMesh, known: Triangles, axis: np.ndarray, part: Upright | None
+    surface: TriMesh, known: Triangles, pairs: Pairs, axis: np.ndarray, part: Upright | None
 ) -> Background:
     """The part along an axis; raises NoBackgroundError if it is not a stack."""
     near, rows = NEAR * diagonal(surface), frame(axis)
@@ -104,7 +105,7 @@ def _stack(
         known = triangles(surface, near)
         leans = ~(is_cap | part.is_changed | known.is_sliver) & (abs(known.normals @ axis) > FLAT)
     across, height = surface.vertices @ rows[:2].T, surface.vertices @ axis
-    sides, others = twins(surface.faces)
+    sides, others = pairs
     adjacent = np.stack([sides // 3, others // 3], axis=1)
     ends = half_edges(surface.faces)[sides]
     wall = wall_of(surface, known, is_cap, adjacent)

@@ -15,17 +15,11 @@ import numpy as np
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.plane import cross, frame
 from polycube.numerics.harmonic import harmonic
-from polycube.surface.measures import (
-    edges,
-    face_areas,
-    face_normals,
-    place,
-    twins,
-)
+from polycube.surface.measures import edges, face_areas, face_normals, place
 from polycube.types import TriMesh
 
 from .leaning import Leaning, is_loop, leaning
-from .squared import holes_across, square
+from .squared import Pairs, holes_across, square
 
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
@@ -58,11 +52,12 @@ class Upright(NamedTuple):
     fine: np.ndarray
 
 
-def upright(surface: TriMesh, axis: np.ndarray, near: float, sizes: Sizes) -> Upright:
+def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes: Sizes) -> Upright:
     """Set the leaning faces of a surface upright or flat, and make holes across the axis square.
 
     Parameters
     ----------
+    pairs : of half-edges on a common edge, as `twins` finds them
     near : distance below which heights are equal
     sizes : wanted sizes, for the number of edges round holes
 
@@ -82,7 +77,7 @@ def upright(surface: TriMesh, axis: np.ndarray, near: float, sizes: Sizes) -> Up
     is_changed = ~(is_wall | is_cap)[surface.region]
     leans = np.unique(surface.region[is_changed]).tolist()
     region, levels, fine = surface.region.copy(), [np.zeros(0)], [np.zeros((0, 3))]
-    for hole in holes_across(surface, at, leans):
+    for hole in holes_across(surface, at, pairs, leans):
         pieces = np.column_stack([region[hole.faces], square(at, surface.faces, hole)])
         kinds, piece = np.unique(pieces, axis=0, return_inverse=True)
         region[hole.faces] = len(is_wall) + piece.ravel()
@@ -93,7 +88,7 @@ def upright(surface: TriMesh, axis: np.ndarray, near: float, sizes: Sizes) -> Up
         fine.append(hole.fine(at, surface.faces, sizes))
     surface = replace(surface, region=region)
     leans = np.intersect1d(leans, region).tolist()
-    one, two = twins(surface.faces)
+    one, two = pairs
     beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
     beyond[one], beyond[two] = region[two // 3], region[one // 3]
     waiting = {number: leaning(surface, at, beyond, number, near) for number in leans}
