@@ -21,6 +21,7 @@ SHARPENING = 4  # iterations that move vertices to sharp edges
 EVEN = 0.4  # smallest evenness of a triangle after a move
 STIFFNESS = 0.1  # stiffness of a point in directions that its planes do not determine
 STEP = 1e-3  # of a cell: step of finite differences
+TIE = 1e-6  # relative difference of the distances of diagonals that counts
 
 
 def contour(field: Field, low: np.ndarray, high: np.ndarray, cell: float) -> TriMesh:
@@ -118,11 +119,15 @@ def _evenness(corners: np.ndarray) -> np.ndarray:
 
 
 def _halves(field: Field, points: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(F, 3) triangles: each quad is divided along the diagonal closer to the surface."""
+    """(F, 3) triangles: each quad is divided along the diagonal closer to the surface.
+
+    Diagonals as close as each other, of symmetric quads, are told apart by their order: not by
+    rounding, which differs between machines.
+    """
     a, b, c, d = points[quads].transpose(1, 0, 2)
     first, second = (
         np.abs(field((p + q) / 2)) + 0.02 * np.linalg.norm(p - q, axis=1)
         for p, q in ((a, c), (b, d))
     )
-    quads = np.where((second < first)[:, None], np.roll(quads, -1, axis=1), quads)
+    quads = np.where((second < first * (1 - TIE))[:, None], np.roll(quads, -1, axis=1), quads)
     return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
