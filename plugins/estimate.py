@@ -82,6 +82,8 @@ def propose(move: Propose, history: History) -> Expected:
         success /= 1 + many**2
     if move.tier == Tier.FINE:
         success, hexes = success * max(many, FINE_ANYWAY) / (1 + many), FINE_HEXES
+    if any(_is_untried(history, number) for number in range(len(history.ranked))):
+        success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
     return Expected(success * _left(history, hexes), PROPOSE[move.tier] + FEW + EACH * hexes)
 
 
@@ -156,6 +158,12 @@ def _success(history: History, structure: int) -> float:
     if candidate.blocks is None:
         success /= 1 + (features / (FEATURES_OF_SOME + FEATURES_OF_BOX * boxes)) ** 2
     return success / (1 + (score / SCORE) ** 2) if candidate.tier > Tier.EXACT else success
+
+
+def _is_untried(history: History, structure: int) -> bool:
+    """Whether a structure has exact hexes that are not fitted yet."""
+    is_exact = history.ranked[structure].candidate.tier == Tier.EXACT
+    return is_exact and not history.of_structure(structure)
 
 
 def _left(history: History, thousands: float) -> float:

@@ -28,7 +28,7 @@ def test_every_option_of_every_plugin_is_there() -> None:
             missing = [each for each in options(kind, cls) if f".{each}" not in text]
             assert not missing, (kind, name, missing)
     assert "| `meshing.size` | `5%` | wanted edge length of the hexes |" in text
-    assert "| `cad.segments` | `48` | number of triangle edges on a full circle |" in text
+    assert "| `cad.segments` | `48` | number of triangle edges on a full circle; down to" in text
 
 
 def test_the_data_types_and_contracts_are_there() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
@@ -19,6 +21,8 @@ class Polish:
     Parameters
     ----------
     features : exact, soft, off or auto; soft: vertices leave the curves where hexes are poor
+    sufficient : a mesh on the surface with this smallest scaled Jacobian is not changed; null:
+        every mesh is
     release : with soft features: release all curves from the start
     soft_rounds : rounds with the boundary held by weak springs
     hard_rounds : rounds with the boundary held by strong springs
@@ -29,6 +33,7 @@ class Polish:
     """
 
     features: str = setting("meshing.features", MeshingSettings.features)
+    sufficient: float | None = None
     release: bool = False
     soft_rounds: int = 8
     hard_rounds: int = 4
@@ -55,6 +60,7 @@ class Polish:
             goal,
             features=mode == "exact" or (mode == "soft" and not self.release),
             exact=mode == "exact",
+            sufficient=np.inf if self.sufficient is None else self.sufficient,
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,

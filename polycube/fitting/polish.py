@@ -49,6 +49,7 @@ def polish(
     *,
     features: bool = True,
     exact: bool = False,
+    sufficient: float = np.inf,
     release_below: Sequence[float] = RELEASE_BELOW,
     soft_rounds: int = 8,
     hard_rounds: int = 4,
@@ -60,6 +61,7 @@ def polish(
 
     features : also move vertices onto the curves of the surface
     exact : features are not released
+    sufficient : a state with this score is not improved
     release_below : scaled Jacobians below which features are released otherwise, for each pass
     soft_rounds, hard_rounds, local_rounds : largest numbers of rounds of matching and descent
     crease_rounds : largest number of rounds that recover creases
@@ -68,11 +70,12 @@ def polish(
     passes = INVERTING if exact else tuple(release_below)
     rounds = soft_rounds, hard_rounds
     initial, matching, best = _after_soft_and_hard(
-        mesh, target, features, exact, passes, rounds, samples
+        mesh, target, features, exact, sufficient, passes, rounds, samples
     )
-    problem = copy(initial)  # the matches of the last search belong to the copy
-    best = _local(problem, matching, best, local_rounds)
-    best = recover_creases(problem, matching, best, crease_rounds)
+    if best.score < sufficient:
+        problem = copy(initial)  # the matches of the last search belong to the copy
+        best = _local(problem, matching, best, local_rounds)
+        best = recover_creases(problem, matching, best, crease_rounds)
     logger.info(
         "polish: smallest scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
         best.jacobian,
@@ -87,6 +90,7 @@ def _after_soft_and_hard(
     target: Target,
     features: bool,
     exact: bool,
+    sufficient: float,
     passes: tuple[float, ...],
     rounds: tuple[int, int],
     samples: int,
@@ -98,6 +102,8 @@ def _after_soft_and_hard(
     if exact:
         matching = with_tolerances(matching, len(x))
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
+    if best.score >= sufficient:
+        return problem, matching, best
     for least in passes if matching.routes else passes[:1]:
         best = _soft(problem, x, matching, best, rounds[0], least)
         best = _hard(problem, matching, best, rounds[1])

@@ -89,6 +89,11 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             f"there is no closed surface with cad.segments={options.segments}; triangles on "
             "curved faces are larger"
         )
+    if found.get("segments", options.segments) < options.segments:
+        notes.append(
+            f"round faces have {found['segments']} triangle edges on a full turn instead of "
+            f"cad.segments={options.segments}, because they would have too many triangles"
+        )
     lost = 1 - volume(surface) / size
     if np.isnan(lost):
         notes.append(

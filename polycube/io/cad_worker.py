@@ -19,7 +19,7 @@ import numpy as np
 from polycube.io.file_units import IGES, gmsh_unit
 from polycube.io.foreign.process import limit
 from polycube.io.step.text import STEP
-from polycube.io.tessellation.fillets import bound_sizes
+from polycube.io.tessellation.fillets import bound_sizes, bounded_segments
 from polycube.io.tessellation.sewing import diagonal, sew
 
 TESSELLATING = "reading is done; triangles are made"  # written to the standard error
@@ -112,7 +112,9 @@ def _triangles(
     others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
     gmsh.model.occ.remove(others, recursive=True)
     gmsh.model.occ.synchronize()
-    size, segments, way = diagonal(gmsh), request["segments"], request["way"]
+    sides = sorted(tag for _, tag in gmsh.model.getBoundary([(3, solids[chosen])], oriented=False))
+    size, way = diagonal(gmsh), request["way"]
+    segments = bounded_segments(gmsh, sides, request["segments"], COARSE * size)
     for name, value in {
         "Mesh.MeshSizeMax": size if way == COARSER else COARSE * size,
         "Mesh.MeshSizeMin": FINE * size,
@@ -120,7 +122,6 @@ def _triangles(
         "Mesh.MeshSizeExtendFromBoundary": way != CURVED,
     }.items():
         gmsh.option.setNumber(name, value)
-    sides = sorted(tag for _, tag in gmsh.model.getBoundary([(3, solids[chosen])], oriented=False))
     if way == CURVED:
         bound_sizes(gmsh, sides, size, segments, COARSE * size)
     gmsh.model.mesh.generate(2)
@@ -139,6 +140,7 @@ def _triangles(
         "solid_name": np.array(name_of(gmsh, 3, solids[chosen])),
         "corners": np.reshape(corners, (-1, 3)),
         "n_corners": np.array([len(own) for own in ends]),
+        "segments": np.array(segments),
     }
 
 

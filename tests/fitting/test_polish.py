@@ -52,6 +52,20 @@ def test_boundary_reaches_the_sharp_edges_of_a_box():
     assert worst(mesh) > 0.95
 
 
+def test_a_sufficient_mesh_on_the_surface_is_not_changed():
+    solid = trimesh.creation.box((1, 2, 3))
+    surface = target(TriMesh(solid.vertices, solid.faces))
+    vertices, cubes = unit_cubes(3, 4, 6)
+    inner = np.all((vertices > 0) & (vertices < [3, 4, 6]), axis=1)[:, None]
+    shaken = 0.04 * inner * np.random.default_rng(0).normal(size=vertices.shape)
+    start = (vertices / [3, 4, 6] - 0.5) * [1, 2, 3] + shaken
+    mesh = hex_mesh(start, cubes, patch=_sides(vertices, cubes))
+    least = worst(mesh)
+    kept, better = (polish(mesh, surface, sufficient=least + more) for more in (-0.01, 0.1))
+    assert kept.vertices == pytest.approx(mesh.vertices, abs=1e-12)
+    assert worst(better) > least + 0.05
+
+
 def _sides(vertices: np.ndarray, cubes: np.ndarray) -> np.ndarray:
     """Number the six sides of a box."""
     mesh = hex_mesh(vertices, cubes)

@@ -77,6 +77,26 @@ def test_small_fillets_take_few_triangles(radius, tmp_path):
     assert volume(surface) == pytest.approx(exact, rel=3e-3)
 
 
+MANY = """
+from polycube.io.tessellation.fillets import bounded_segments
+rods = [occ.addCylinder(5 * k, 0, 0, 0, 0, {length}, 1) for k in range(2)]
+occ.synchronize()
+sides = [face for _, face in gmsh.model.getEntities(2)]
+print("segments", bounded_segments(gmsh, sides, {segments}, 1.0))
+"""
+
+
+@pytest.mark.parametrize(
+    ("length", "segments", "wanted"),
+    # the two cylinders have 4 / sqrt(3) area / side^2 triangles: 4.594 length segments^2 / 6.2832
+    [(10, 48, 48), (10, 144, 144), (10, 160, 143), (10, 4000, 2000)],
+)
+def test_many_round_faces_have_fewer_segments(length, segments, wanted, tmp_path):
+    code = HEAD.format(body=MANY.format(length=length, segments=segments))
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "a.step")], stdout=-1)
+    assert f"segments {wanted}\n".encode() in done.stdout
+
+
 @pytest.mark.slow
 def test_a_blade_is_read_with_larger_triangles(testdata):
     surface, [note] = read_surface(testdata / "trial3" / "blade.step")

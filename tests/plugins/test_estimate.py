@@ -94,6 +94,15 @@ def test_exact_hexes_come_first_and_substitutes_last():
     assert gains[Tier.COARSE] > gains[Tier.LEARNED] and gains[Tier.FINE] > gains[Tier.LAST]
 
 
+def test_exact_hexes_are_meshed_before_other_structures_are_proposed():
+    found = knows(structure(1.0, Tier.EXACT))
+    waits = RULES(Propose(Tier.COARSE), found)
+    assert waits.gain == pytest.approx(0.1 * RULES(Propose(Tier.COARSE), knows()).gain)
+    missed(found, features=4.0, validity=2.0)
+    failed = RULES(Propose(Tier.COARSE), found)
+    assert failed.gain > waits.gain and failed.work == waits.work
+
+
 def test_other_variants_are_for_meshes_that_miss_something_they_can_help():
     found = knows(structure(1.0))
     first, second, third = (RULES(MeshStructure(0, variant), found).gain for variant in range(3))

@@ -84,6 +84,27 @@ def test_a_box_has_a_regular_mesh(scale):
     assert edge == pytest.approx(np.full(64, 0.5 * scale))
 
 
+@pytest.mark.slow
+def test_a_field_of_holes_is_one_section():
+    angle = 2 * np.pi * np.arange(48) / 48  # with more lines than a section may have
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    square = 2 * circle / np.abs(circle).max(axis=1, keepdims=True)
+    one = np.concatenate([circle, square])
+    flat = np.concatenate([one + np.array([4 * i, 4 * j]) for i in range(9) for j in range(8)])
+    flat, point = np.unique(flat.round(9), axis=0, return_inverse=True)
+    ring = np.array([(k + 48, (k + 1) % 48 + 48, (k + 1) % 48, k) for k in range(48)])
+    cells = point.ravel()[(ring + 96 * np.arange(72)[:, None, None]).reshape(-1, 4)]
+    surface = prism((flat.tolist(), cells.tolist()))
+    off = (surface.vertices[surface.faces][:, :, :2] + 2) % 4 - 2  # from the axis of the hole
+    is_round = np.linalg.norm(off, axis=2).max(axis=1) < 1.1
+    surface = replace(surface, region=np.where(is_round, 0, surface.region) + 1)
+    mesh = hexes_of(surface, size=3.0, around_hole=8, curvature=None)
+    check_conforming(mesh)
+    assert genus(mesh) == 72 == measures.genus(surface)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.4
+    assert len(mesh.hexes) < 72 * 60
+
+
 @pytest.mark.parametrize("number", [8, 12, 16])
 def test_a_hole_has_the_requested_number_of_edges(number):
     mesh = hexes_of(bored(48), size=1.0, around_hole=number, curvature=None)

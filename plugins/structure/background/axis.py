@@ -91,8 +91,11 @@ def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:
     between = np.sort(surface.region[np.stack([sides // 3, others // 3], axis=1)], axis=1)
     ends, unit = half_edges(surface.faces)[sides], diagonal(surface)
     largest, best = 0.0, (np.zeros(3), _upward(axis))  # without circles: spheres and tori
-    for pair in np.unique(between[between[:, 0] < between[:, 1]], axis=0):
-        points = surface.vertices[np.unique(ends[(between == pair).all(axis=1)])] - origin
+    border = between[:, 0] < between[:, 1]
+    _, pair, number = np.unique(between[border], axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(pair.ravel(), kind="stable")
+    for own in np.split(ends[border][order], np.cumsum(number)[:-1]):
+        points = surface.vertices[np.unique(own)] - origin
         middle = points.mean(axis=0)
         if len(points) < FEWEST:
             continue

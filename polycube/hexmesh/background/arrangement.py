@@ -13,7 +13,7 @@ SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
 LAST = np.radians(16)  # the same at the only smooth end of a line
 SAG = 1.5  # relative to the distance of a chord from its arc: for two polylines of one curve
 ROUNDS = 4  # rounds of merging
-MOST = 6000  # largest number of lines
+MOST = 60000  # largest number of lines
 
 
 def arrangement(
@@ -32,11 +32,11 @@ def arrangement(
     NoBackgroundError
         If there are too many lines.
     """
-    if len(lines) > MOST:
-        raise NoBackgroundError(f"its section has {len(lines)} lines, more than {MOST}")
     name, sag = _names(points, near), _sags(points, lines)
     points = _means(points, name)
     lines, sag = _distinct(name[lines], sag)
+    if len(lines) > MOST:
+        raise NoBackgroundError(f"its section has {len(lines)} lines, more than {MOST}")
     sag = np.maximum(sag, _sags(points, lines))
     for _ in range(ROUNDS):
         number = len(lines)

@@ -48,10 +48,13 @@ def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: n
     area = np.array([loop_area(points, edges, loop) for loop in loops])
     outer = np.flatnonzero(area > 0)
     inner: dict[int, list[np.ndarray]] = {number: [] for number in outer.tolist()}
+    outer = outer[np.argsort(area[outer])]
+    corners = [points[ends(edges, loops[number])].reshape(-1, 2) for number in outer.tolist()]
+    low, high = (np.array([end(c, axis=0) for c in corners]) for end in (np.min, np.max))
     for number in np.flatnonzero(area < 0).tolist():
-        container = _containing_loop(
-            points, edges, loops, outer[np.argsort(area[outer])], loops[number]
-        )
+        place = points[ends(edges, loops[number][:1])].mean(axis=1)
+        near = outer[((low <= place) & (place <= high)).all(axis=1)]
+        container = _containing_loop(points, edges, loops, near, loops[number])
         if container is not None:
             inner[container].append(loops[number])
     found = [(loops[number], *inner[number]) for number in outer.tolist()]

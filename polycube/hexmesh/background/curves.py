@@ -206,9 +206,11 @@ def _at(chain: Curve, arc: np.ndarray) -> np.ndarray:
 
 def _graded(places: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Sizes that grow by at most GROWTH per distance between any two samples."""
-    small = np.flatnonzero(size < size.max())
+    ascending = np.argsort(size, kind="stable")
+    small = ascending[size[ascending] < size.max()]
     found = size.copy()
     for chunk in np.array_split(small, len(small) // 256 + 1):
+        chunk = chunk[found[chunk] == size[chunk]]  # what reduces another one does so everywhere
         apart = np.linalg.norm(places[:, None] - places[chunk], axis=2)
         found = np.minimum(found, (size[chunk] + GROWTH * apart).min(axis=1, initial=np.inf))
     return found

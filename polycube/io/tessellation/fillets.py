@@ -1,7 +1,7 @@
-"""Bound the number of triangles on small fillets, in the worker process of gmsh.
+"""Bound the number of triangles on small round faces, in the worker process of gmsh.
 
 Triangles of gmsh have equal sides, so a fillet with a radius much smaller than its length would
-take tens of thousands for the requested number round a full turn.
+take tens of thousands for the requested number round a full turn, and a field of holes a million.
 """
 
 from __future__ import annotations
@@ -10,10 +10,30 @@ from types import ModuleType
 
 import numpy as np
 
+MOST_OF_ALL = 150_000  # triangles on all round faces, unless that takes less than half the segments
 MOST = 2000  # triangles on a fillet, unless they leave it too far
 SAGITTA = 5e-4  # of the diagonal: largest distance of larger triangles from a fillet
 TURN = 2.0  # largest angle between the ends of a fillet, in radians; rounder faces are not changed
 SAMPLES = (np.arange(4) + 0.5) / 4  # parameters where curvatures are measured
+
+
+def bounded_segments(gmsh: ModuleType, faces: list[int], segments: int, coarse: float) -> int:
+    """Edges on a full turn with which round faces have at most `MOST_OF_ALL` triangles together.
+
+    At least half of the requested ones. The parameters are those of `bound_sizes`.
+    """
+    number = 0.0
+    for face in faces:
+        wanted = 2 * np.pi / (segments * max(_curvature(gmsh, 2, face), 1e-300))
+        if wanted < coarse:
+            number += _triangles(gmsh.model.occ.getMass(2, face), wanted)
+    share = np.sqrt(MOST_OF_ALL / max(number, MOST_OF_ALL))
+    return int(np.ceil(max(share, 0.5) * segments))
+
+
+def _triangles(area: float, side: float) -> float:
+    """Number of triangles with sides of a length on an area."""
+    return float(4 / np.sqrt(3) * area / side**2)
 
 
 def bound_sizes(
@@ -39,7 +59,7 @@ def bound_sizes(
         wanted[face] = min(coarse, 2 * np.pi / (segments * max(bend, 1e-300)))
         area = gmsh.model.occ.getMass(2, face)
         around = sum(gmsh.model.occ.getMass(1, edge) for edge in own)
-        number = 4 / np.sqrt(3) * area / wanted[face] ** 2
+        number = _triangles(area, wanted[face])
         if number > MOST and bend * area < TURN * around / 2:
             limit = min(coarse, np.sqrt(8 * SAGITTA * size / bend))
             larger[face] = max(wanted[face], min(limit, wanted[face] * np.sqrt(number / MOST)))
